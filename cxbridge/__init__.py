@@ -5,14 +5,14 @@ The main names are imported on first use::
     import cxbridge as cx
     print(cx.run("test-scenario"))
 
-So are the shipped interface types: ``cx.BatteryInterface``. See docs/api.md; the types are in
-``__init__.pyi``.
+The classes of shipped interface types, such as ``cx.BatteryInterface``, are made on first use, too.
+docs/api.md describes the names. Type checkers read ``__init__.pyi``.
 """
 
 from typing import Any
 
-# The public names and their modules.
-_NAMES = {
+# The modules of the public names.
+_MODULE_BY_NAME = {
     "BlackBoard": "cxbridge.blackboard.base",
     "ClipsEnvironment": "cxbridge.executive.host.environment",
     "CxbridgeError": "cxbridge.errors",
@@ -34,12 +34,12 @@ def __getattr__(name: str) -> Any:
 
     if name == "__version__":
         return import_module("cxbridge.resources").VERSION
-    if name == "run":  # the package of runs, which is callable
+    if name == "run":  # a package, which is callable: cx.run("test-scenario")
         return import_module(f"{__name__}.{name}")
     if name == "Skill":  # the short name in agents, see docs/api.md
         name = "SkillExecutor"
-    if name in _NAMES:
-        return getattr(import_module(_NAMES[name]), name)
+    if name in _MODULE_BY_NAME:
+        return getattr(import_module(_MODULE_BY_NAME[name]), name)
     if name.endswith("Interface"):
         return getattr(import_module("cxbridge.interfaces"), name)
     raise AttributeError(f"module 'cxbridge' has no attribute '{name}'")
@@ -49,4 +49,4 @@ def __dir__() -> list[str]:
     """Return the public names and all shipped interface types."""
     from cxbridge.interfaces import default_registry  # noqa: PLC0415
 
-    return sorted({*globals(), *_NAMES, "run", "Skill", *default_registry().names()})
+    return sorted({*globals(), *_MODULE_BY_NAME, "run", "Skill", *default_registry().names()})

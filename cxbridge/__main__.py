@@ -1,9 +1,10 @@
-"""``python -m cxbridge``."""
+"""The command line, as ``python -m cxbridge``."""
 
 import sys
 
 if not sys.flags.safe_path and sys.argv[0] == __file__:
-    del sys.path[0]  # modules in the working directory must not be imported
+    # `python -m` puts the working directory first, whose modules must not replace installed ones
+    del sys.path[0]
 
 from cxbridge.cli.entry import main
 

@@ -17,7 +17,7 @@ from cxbridge.errors import ConfigError
 MICROSECONDS = 1_000_000
 """The microseconds of a second."""
 
-_MAX_US = 2**63 - 1  # the range of 64 bit time stamps
+_MAX_US = 2**63 - 1  # the largest time stamp of 64 bits
 
 MIN_FACTOR, MAX_FACTOR = 1e-6, 1e6
 """The limits of a scaled clock's factor."""
@@ -139,17 +139,17 @@ class VirtualClock(Clock):
         return True
 
 
-def make_clock(spec: str) -> Clock:
+def make_clock(name: str) -> Clock:
     """Return a clock by its name on the command line: ``virtual``, ``real`` or ``scaled:N``.
 
     :raises ConfigError: if the name is unknown, or the factor is out of range.
     """
-    if spec == "virtual":
+    if name == "virtual":
         return VirtualClock()
-    if spec == "real":
+    if name == "real":
         return RealClock()
-    kind, _, factor = spec.partition(":")
+    kind, _, factor = name.partition(":")
     if kind == "scaled":
         with suppress(ValueError):
             return ScaledClock(float(factor))
-    raise ConfigError(f"unknown clock '{spec}'", hint="use virtual, real, or scaled:N (e.g. scaled:10)")
+    raise ConfigError(f"unknown clock '{name}'", hint="use virtual, real, or scaled:N (e.g. scaled:10)")

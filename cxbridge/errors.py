@@ -62,9 +62,9 @@ class CxbridgeError(Exception):
 
     @property
     def location(self) -> str:
-        """The known parts of ``file:line:column``; empty without a file."""
-        parts = [part for part in (self.file, self.line, self.column) if part is not None]
-        return ":".join(str(part) for part in parts)
+        """The location as ``file:line:column``, without unknown components; empty without a file."""
+        components = (self.file, self.line, self.column)
+        return ":".join(str(component) for component in components if component is not None)
 
     def __str__(self) -> str:
         """Return location, message and hint for users."""
@@ -102,17 +102,20 @@ class BrokenAgentError(CxbridgeError):
     """
 
     def __init__(self, mistakes: Sequence[CxbridgeError], *, started: bool = False) -> None:
-        count = "1 mistake" if len(mistakes) == 1 else f"{len(mistakes)} mistakes"
-        ended = "the agent was ended" if started else "the agent was not started"
+        noun = "mistake" if len(mistakes) == 1 else "mistakes"
+        consequence = "the agent was ended" if started else "the agent was not started"
         super().__init__(
-            f"{count}, {ended}", file=mistakes[0].file, line=mistakes[0].line, column=mistakes[0].column
+            f"{len(mistakes)} {noun}, {consequence}",
+            file=mistakes[0].file,
+            line=mistakes[0].line,
+            column=mistakes[0].column,
         )
         self.mistakes = tuple(mistakes)
         self.started = started
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Return the function and the arguments for unpickling, because `started` is keyword-only."""
-        return _restore, (self.mistakes, self.started)
+        return _restore_broken_agent_error, (self.mistakes, self.started)
 
     def __str__(self) -> str:
         """Return all mistakes and their number."""
@@ -159,5 +162,5 @@ class TraceError(CxbridgeError):
     """A recorded run cannot be read or written."""
 
 
-def _restore(mistakes: Sequence[CxbridgeError], started: bool) -> BrokenAgentError:
+def _restore_broken_agent_error(mistakes: Sequence[CxbridgeError], started: bool) -> BrokenAgentError:
     return BrokenAgentError(mistakes, started=started)

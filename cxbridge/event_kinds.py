@@ -1,7 +1,7 @@
 """The description of each class of events: name, topic, level, views and patterns.
 
-Recordings, selections and streams depend only on it, so a new kind of event needs its class, its producer and
-the readers that use it.
+Recordings, selections and streams read the description, so that a new kind of event needs no change there:
+only its class, its producer, and readers that use its fields.
 """
 
 from __future__ import annotations
@@ -24,12 +24,14 @@ class RecordLevel(Enum):
     def event_types(self) -> frozenset[type[Event]]:
         """The types of events recorded at this level."""
         levels = list(RecordLevel)
-        recorded = levels[: levels.index(self) + 1]
-        return frozenset(kind for kind in EVENT_TYPES.values() if kind.KIND.level in recorded)
+        included_levels = levels[: levels.index(self) + 1]
+        return frozenset(
+            event_type for event_type in EVENT_TYPES.values() if event_type.KIND.level in included_levels
+        )
 
 
 class View(Enum):
-    """The selection of events by which runs are compared and that ``trace cat`` shows."""
+    """A selection of events: ``trace diff`` compares and ``trace cat`` shows the events of a view."""
 
     TRANSITIONS = "transitions"
     SKILLS = "skills"
@@ -48,13 +50,18 @@ class EventDescription(Struct, frozen=True):
 
     :param name: the name in files, options and streams, e.g. ``rule``; empty for events that stay in the
         process.
-    :param topic: the topic of its messages in mcap files.
-    :param topic_field: the field at the end of the topic, as in ``/bb/Type/id``; empty for a single topic.
-    :param patterns: the fields for selection by their names in patterns; a pattern without
-        a name applies to the first. An empty field means that the selection computes the value.
-    :param subject: the fields that identify the subject of a state; empty for events without state.
-    :param details: fields that some recordings lack; empty if not recorded.
-    :param on_demand: whether the event is expensive, so that streams listen only while a client wants it.
+    :param topic: the topic of the events in mcap files.
+    :param topic_field: the field at the end of the topic, as in ``/bb/Type/id``; empty if all events have the
+        same topic.
+    :param level: the lowest level at which the events are recorded.
+    :param views: the views that include the events.
+    :param patterns: the fields that patterns can select, as in ``goal:env=executive``, by their names in
+        patterns. A pattern without a name selects by the first field. An empty field means that the
+        selection computes the value.
+    :param subject: the fields that identify the subject whose state the events describe, e.g. a goal; empty
+        for events without state.
+    :param details: fields that some recordings lack: such fields are empty.
+    :param on_demand: whether the event is expensive, so that streams subscribe only while a client wants it.
     """
 
     name: str

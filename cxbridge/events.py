@@ -167,6 +167,7 @@ class PlanActionTransition(Event, frozen=True):
         "plan-action",
         "/plan-actions",
         views=(View.TRANSITIONS,),
+        # the selection computes the class: events of plan-actions have no goal class
         patterns=pattern_fields("action env goal plan id=action_id state class= params"),
         subject=("env", "goal", "plan", "action_id"),
         details=("params",),
@@ -202,16 +203,16 @@ class SkillStatus(Event, frozen=True):
 
 
 class Publication(Event, frozen=True):
-    """The common fields of events of a written interface.
+    """A write of an interface; subclasses have the values or the bytes.
 
-    :param uid: ``Type::id``.
+    :param uid: ``Type::id`` of the interface.
     """
 
     uid: str
 
 
 class InterfaceWrite(Publication, frozen=True):
-    """The values of a written interface.
+    """A write of an interface, with the values.
 
     :param values: the values by field name, in the order of declaration.
     """
@@ -300,7 +301,7 @@ class NavGraphRead(Event, frozen=True):
 
 
 class LoopTime(Event, frozen=True):
-    """A cycle of the main loop; not emitted on a virtual clock, where it takes no time.
+    """A cycle of the main loop. Not emitted on a virtual clock, where a cycle takes no time.
 
     :param loop: the number of the cycle, from 1.
     :param duration_us: the real time from the first to the last hook, in microseconds.
@@ -313,7 +314,7 @@ class LoopTime(Event, frozen=True):
 
 
 class BlockWrite(Publication, frozen=True):
-    """The bytes of a written interface, for writers of bblogger files, which need no values.
+    """A write of an interface, with the bytes: bblogger files consist of blocks, and need no values.
 
     :param hash: the version of the interface type, 16 bytes.
     :param block: the whole block with time stamp, in the host's byte order.
@@ -341,7 +342,7 @@ class SourceRead(Event, frozen=True):
 
 
 Sink = Callable[[Event], None]
-"""Takes events in order, in the thread of the producer."""
+"""A function that gets events in order, in the thread of the producer."""
 
 
 @dataclass
@@ -353,13 +354,13 @@ class EventBus:
 
     clock: Clock
     _sinks: list[tuple[frozenset[type[Event]], Sink]] = field(default_factory=list)
-    _subscribed: set[type] = field(default_factory=set)
+    _wanted_types: set[type] = field(default_factory=set)
     _sinks_by_type: dict[type[Event], tuple[Sink, ...]] = field(default_factory=dict)
     _lock: threading.Lock = field(default_factory=threading.Lock, repr=False, compare=False)
 
     def subscribe(self, sink: Sink, *event_types: type[Event]) -> None:
         """Pass all further events of these types to ``sink``."""
-        # new lists instead of changed ones: emit reads them without the lock, in any thread
+        # a new list and new tables instead of changed ones: emit reads them without the lock, in any thread
         with self._lock:
             self._sinks = [*self._sinks, (frozenset(event_types), sink)]
             self._index_sinks()
@@ -367,22 +368,23 @@ class EventBus:
     def unsubscribe(self, sink: Sink) -> None:
         """Stop passing events to ``sink``."""
         with self._lock:
-            self._sinks = [(types, other) for types, other in self._sinks if other != sink]
+            self._sinks = [(types, kept) for types, kept in self._sinks if kept != sink]
             self._index_sinks()
 
     def _index_sinks(self) -> None:
         """Compute the tables for :meth:`wants` and :meth:`emit`."""
-        types = (event_type for types, _ in self._sinks for event_type in types)
-        self._subscribed = {kind for event_type in types for kind in event_type.__mro__}
+        event_types = frozenset().union(*(types for types, _ in self._sinks))
+        # producers ask for base classes, too, e.g. for Publication before they choose a subclass
+        self._wanted_types = {base for event_type in event_types for base in event_type.__mro__}
         # a dictionary by exact type, because every rule firing and every fact passes here
         self._sinks_by_type = {
-            kind: tuple(sink for types, sink in self._sinks if kind in types)
-            for kind in frozenset().union(*(types for types, _ in self._sinks))
+            event_type: tuple(sink for types, sink in self._sinks if event_type in types)
+            for event_type in event_types
         }
 
     def wants(self, event_type: type[Event]) -> bool:
         """Return whether this type, or a derived one, has a sink; checked before making an event."""
-        return event_type in self._subscribed
+        return event_type in self._wanted_types
 
     def emit(self, event: Event) -> None:
         """Pass an event to the sinks of its type."""

@@ -1,4 +1,4 @@
-"""Checks whether files can be read, and atomic output files."""
+"""Readable files, and output files that are written whole or not at all."""
 
 from __future__ import annotations
 
@@ -17,15 +17,14 @@ from cxbridge.errors import CxbridgeError
 ABSENT: Final = "is not there"
 """The phrase of :func:`why_unreadable` for a path at which nothing exists."""
 
-_NOTHING_THERE: Final = frozenset({errno.ENOENT, errno.ENOTDIR, errno.ELOOP})
+_ABSENCE_CODES: Final = frozenset({errno.ENOENT, errno.ENOTDIR, errno.ELOOP})
 
 
 @contextmanager
 def file_errors() -> Iterator[None]:
-    """Raise an error with the file instead of an OSError.
+    """Convert an OSError of the block to an error with the file.
 
-    Processes that send their errors to another process use it; the command line handles an OSError in the
-    same way.
+    For processes that send their errors to another process; the command line converts an OSError likewise.
 
     :raises CxbridgeError: instead of an OSError with a file.
     """
@@ -52,16 +51,16 @@ def why_unreadable(path: str | Path) -> str:
         if not stat.S_ISREG(path.stat().st_mode):
             return "is not a regular file"
         path.open("rb").close()
-    except (OSError, ValueError) as error:
-        if getattr(error, "errno", None) not in _NOTHING_THERE:
+    except (OSError, ValueError) as error:  # ValueError: the path has a null byte
+        if getattr(error, "errno", None) not in _ABSENCE_CODES:
             return f"cannot be read: {getattr(error, 'strerror', None) or error}"
         return f"is a link to {path.readlink()}, which leads to no file" if path.is_symlink() else ABSENT
     return ""
 
 
 @contextmanager
-def replacing(path: str | Path) -> Iterator[Path]:
-    """Yield a path for writing a file or folder that finally replaces ``path``.
+def replaced_file(path: str | Path) -> Iterator[Path]:
+    """Yield a path for a new file or folder, which replaces ``path`` at the end of the block.
 
     After an error, the new file is removed and ``path`` is unchanged. The yielded path has the same name. If
     ``path`` exists, the yielded path exists, too, but is empty. The new files of a folder are moved into the
@@ -79,11 +78,11 @@ def replacing(path: str | Path) -> Iterator[Path]:
             return
         new_path = folder / target.name
         try:
-            _make_like(new_path, target)
+            _create_like(new_path, target)
             yield new_path
-            _put_in_place(new_path, target)
+            _move_to_target(new_path, target)
         except (CxbridgeError, OSError) as error:
-            _rename_in(error, new_path, path)
+            _restore_path_in_error(error, new_path, path)
             raise
         finally:
             shutil.rmtree(folder, ignore_errors=True)
@@ -100,8 +99,8 @@ def write_file(path: str | Path, content: str | bytes) -> None:
     :raises CxbridgeError: if the file cannot be written.
     """
     data = content.encode("utf-8", "backslashreplace") if isinstance(content, str) else content
-    with replacing(path) as fresh:
-        fresh.write_bytes(data)
+    with replaced_file(path) as new_path:
+        new_path.write_bytes(data)
 
 
 def _temporary_folder(target: Path) -> Path | None:
@@ -116,7 +115,7 @@ def _temporary_folder(target: Path) -> Path | None:
         raise OSError(error.errno, error.strerror, str(target)) from error
 
 
-def _make_like(new_path: Path, target: Path) -> None:
+def _create_like(new_path: Path, target: Path) -> None:
     """Create an empty file or folder of the same kind as the existing one, if any."""
     if target.is_dir():
         new_path.mkdir()
@@ -126,7 +125,7 @@ def _make_like(new_path: Path, target: Path) -> None:
         new_path.chmod(stat.S_IMODE(target.stat().st_mode) | stat.S_IWUSR)
 
 
-def _put_in_place(new_path: Path, target: Path) -> None:
+def _move_to_target(new_path: Path, target: Path) -> None:
     """Move the new file, or the files of the new folder, to their final place."""
     if target.is_dir():
         for file in sorted(new_path.iterdir()):
@@ -135,7 +134,7 @@ def _put_in_place(new_path: Path, target: Path) -> None:
         new_path.replace(target)
 
 
-def _rename_in(error: CxbridgeError | OSError, new_path: Path, path: Path) -> None:
+def _restore_path_in_error(error: CxbridgeError | OSError, new_path: Path, path: Path) -> None:
     """Replace the temporary path in an error by the path that the user has given."""
     file = error.filename if isinstance(error, OSError) else error.file
     if file is None or not Path(file).is_relative_to(new_path):
@@ -148,7 +147,7 @@ def _rename_in(error: CxbridgeError | OSError, new_path: Path, path: Path) -> No
         error.args = (error.message,)
 
 
-def walk(root: Path) -> Iterator[tuple[str, list[str], list[str]]]:
+def walk_folders(root: Path) -> Iterator[tuple[str, list[str], list[str]]]:
     """Walk through folders like :func:`os.walk`, following links, but visiting each folder once."""
     visited: set[str] = set()
     for folder, subfolders, files in os.walk(root, followlinks=True):

@@ -34,8 +34,8 @@ _Handler = Callable[[int, FrameType | None], Any] | int | signal.Handlers | None
 
 _REPEAT_S = 0.05  # seconds between calls of ``stop``, then of ``force``
 _FATAL_SIGNALS = 3  # signals after which the process ends immediately
-_INTERRUPTED = 130  # the exit status of shells for SIGINT
-_END = b"\0"
+_SIGINT_STATUS = 130  # the exit status of shells for SIGINT
+_END_BYTE = b"\0"  # wakes the thread without a signal: no signal has the number 0
 
 
 def _do_nothing() -> None: ...
@@ -49,14 +49,14 @@ class Interrupt:
     remain ignored, except SIGINT for a service: shells start background jobs with SIGINT ignored, and a
     service has no terminal whose Ctrl-C is for other programs. The third signal ends the process immediately,
     because a C function that does not return cannot be interrupted. In threads other than the main thread,
-    where Python delivers no signals, it has no effect.
+    where Python delivers no signals, an instance has no effect.
 
     :param stop: called repeatedly after a signal in a second thread to request the end.
     :param force: called repeatedly after :data:`GRACE_S` in the second thread to end work that does not end.
     :param service: whether the process serves clients until a signal.
     """
 
-    _entered: ClassVar[list[Interrupt]] = []  # from the outermost to the innermost instance
+    _entered_instances: ClassVar[list[Interrupt]] = []  # from the outermost to the innermost instance
 
     def __init__(
         self,
@@ -67,95 +67,99 @@ class Interrupt:
     ) -> None:
         self._stop, self._force = stop, force
         self._service = service
-        self._replaced: dict[signal.Signals, _Handler] = {}
-        self._over = threading.Event()
+        self._replaced_handlers: dict[signal.Signals, _Handler] = {}
+        self._ended = threading.Event()
         self._thread: threading.Thread | None = None
-        self._pair: tuple[socket.socket, socket.socket] | None = None
+        self._sockets: tuple[socket.socket, socket.socket] | None = None
         self._outer_wakeup_fd = -1
         self._force_at_s = 0.0
         self._numbers = [int(number) for number in _SIGNALS]
-        self.received = False
+        self.is_signalled = False
 
     def __enter__(self) -> Self:
         if threading.current_thread() is not threading.main_thread():
             return self
         for number in _SIGNALS:
-            ignored = signal.getsignal(number) is signal.SIG_IGN
-            if not ignored or (self._service and number == signal.SIGINT):
-                self._replaced[number] = signal.signal(number, self._record_signal)
-        self._numbers = [int(number) for number in self._replaced]
+            is_ignored = signal.getsignal(number) is signal.SIG_IGN
+            if not is_ignored or (self._service and number == signal.SIGINT):
+                self._replaced_handlers[number] = signal.signal(number, self._record_signal)
+        self._numbers = [int(number) for number in self._replaced_handlers]
         # a socket, because Windows cannot wait for a pipe
-        self._pair = reading, writing = socket.socketpair()
+        self._sockets = reading, writing = socket.socketpair()
         writing.setblocking(False)
         self._outer_wakeup_fd = signal.set_wakeup_fd(writing.fileno(), warn_on_full_buffer=False)
-        self._thread = threading.Thread(target=self._wait, args=(reading,), name="interrupt", daemon=True)
+        self._thread = threading.Thread(
+            target=self._request_end_on_signals, args=(reading,), name="interrupt", daemon=True
+        )
         self._thread.start()
-        outer = self._entered[-1] if self._entered else None
-        self._entered.append(self)
-        if outer is not None and outer.received:
-            self._hand_over(self)
+        outer = self._entered_instances[-1] if self._entered_instances else None
+        self._entered_instances.append(self)
+        if outer is not None and outer.is_signalled:
+            self._pass_signal_to(self)
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if self._thread is None or self._pair is None:
+        if self._thread is None or self._sockets is None:
             return
         signal.set_wakeup_fd(self._outer_wakeup_fd)
-        for number, handler in self._replaced.items():
+        for number, handler in self._replaced_handlers.items():
             signal.signal(number, handler)
-        self._replaced = {}
-        self._over.set()
+        self._replaced_handlers = {}
+        self._ended.set()
         with contextlib.suppress(BlockingIOError):  # full of signals, so the thread is awake
-            self._pair[1].send(_END)
+            self._sockets[1].send(_END_BYTE)
         self._thread.join()
-        for end in self._pair:
-            end.close()
-        self._thread = self._pair = None
-        self._entered.remove(self)
-        if self.received and self._entered:
-            self._hand_over(self._entered[-1])
+        for sock in self._sockets:
+            sock.close()
+        self._thread = self._sockets = None
+        self._entered_instances.remove(self)
+        if self.is_signalled and self._entered_instances:
+            self._pass_signal_to(self._entered_instances[-1])
 
     @staticmethod
-    def _hand_over(receiver: Interrupt) -> None:
+    def _pass_signal_to(receiver: Interrupt) -> None:
         """Pass a signal to another instance."""
-        receiver.received = True
-        # any handled number wakes the thread like the signal itself
-        if receiver._pair is not None:
+        receiver.is_signalled = True
+        # the number of any handled signal wakes the thread like the signal itself
+        if receiver._sockets is not None:
             with contextlib.suppress(BlockingIOError):  # full of signals, so the thread is awake
-                receiver._pair[1].send(bytes(receiver._numbers[:1]))
+                receiver._sockets[1].send(bytes(receiver._numbers[:1]))
 
     def on_signal(self, stop: Callable[[], None], force: Callable[[], None] = _do_nothing) -> None:
-        """Replace the functions; they are called soon if a signal was recorded."""
+        """Replace the functions ``stop`` and ``force``; they are called soon if a signal was recorded."""
         self._stop, self._force = stop, force
 
     def give_time(self, seconds: float = GRACE_S) -> None:
-        """Force nothing for some seconds."""
+        """Call ``force`` only after some seconds, so that running work can end by itself."""
         self._force_at_s = time.monotonic() + seconds
 
     def _record_signal(self, _number: int, _frame: FrameType | None) -> None:
-        self.received = True
+        self.is_signalled = True
 
-    def _wait(self, signals: socket.socket) -> None:
+    def _request_end_on_signals(self, signal_socket: socket.socket) -> None:
         """Wait for a signal, then request the end repeatedly."""
         count = 0
-        while not self._over.is_set():
-            signals.settimeout(_REPEAT_S if count else None)
+        while not self._ended.is_set():
+            signal_socket.settimeout(_REPEAT_S if count else None)
             with contextlib.suppress(TimeoutError):  # the time for the next call of ``stop`` or ``force``
-                new_signals = sum(number in self._numbers for number in signals.recv(64))
+                new_signals = sum(
+                    number in self._numbers for number in signal_socket.recv(64)
+                )  # further bytes wait for the next round
                 if new_signals and not count:
                     self._force_at_s = max(self._force_at_s, time.monotonic() + GRACE_S)
                 count += new_signals
             if count >= _FATAL_SIGNALS:
                 os.write(2, b"cxbridge: the process does not stop: the third signal ends it at once\n")
-                os._exit(_INTERRUPTED)
+                os._exit(_SIGINT_STATUS)
             if count:
-                self.received = True
+                self.is_signalled = True
                 self._stop()
                 if time.monotonic() >= self._force_at_s:
                     self._force()
 
     def check(self) -> None:
         """Raise KeyboardInterrupt if a signal was recorded."""
-        if self.received:
+        if self.is_signalled:
             raise KeyboardInterrupt

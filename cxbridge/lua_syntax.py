@@ -6,7 +6,7 @@ import re
 from typing import Any, Final
 
 _LINE: Final = re.compile(r"\]:(\d+): (.*)")  # [string "..."]:3: unexpected symbol near ...
-_PRECOMPILED: Final = b"\x1b"  # Lua does not check bytecode, which may crash the process
+_BYTECODE_START: Final = b"\x1b"  # Lua does not check bytecode, which may crash the process
 
 
 class LuaCompiler:
@@ -19,25 +19,26 @@ class LuaCompiler:
         from lupa.lua51 import LuaError, LuaRuntime  # noqa: PLC0415 - only agents with Lua skills pay for it
 
         self._error: type[Exception] = LuaError
+        # latin-1 keeps every byte, because scripts are files in any encoding
         self._lua: Any = LuaRuntime(encoding="latin-1", register_eval=False, register_builtins=False)
 
-    def problem(self, text: bytes) -> tuple[int, str] | None:
-        """Return the line of an error (0: unknown) and Lua's message, or None."""
-        if text.startswith(_PRECOMPILED):
+    def find_error(self, text: bytes) -> tuple[int, str] | None:
+        """Return line (0: unknown) and message of the first error; None if the text is Lua."""
+        if text.startswith(_BYTECODE_START):
             return 1, "precompiled Lua is not accepted"
         try:
             self._lua.compile(text)
         except self._error as error:
-            message = readable(str(error))
+            message = decode_lua_text(str(error))
             match = _LINE.search(message)
             return (int(match[1]), match[2]) if match else (0, message)
         return None
 
-    def problem_of_file(self, text: bytes) -> tuple[int, str] | None:
-        """Return an error of a file like :meth:`problem`, ignoring a first line with ``#`` as Lua does."""
-        return self.problem(b"--" + text if text.startswith(b"#") else text)
+    def find_file_error(self, text: bytes) -> tuple[int, str] | None:
+        """Return the error of a file as :meth:`find_error` does; Lua ignores a first line with ``#``."""
+        return self.find_error(b"--" + text if text.startswith(b"#") else text)
 
 
-def readable(text: str) -> str:
-    """Return a text from Lua with bytes that are not UTF-8 replaced."""
+def decode_lua_text(text: str) -> str:
+    """Decode a text from Lua, which is Latin-1 here; bytes that are not UTF-8 are replaced."""
     return text if text.isascii() else text.encode("latin-1").decode("utf-8", "replace")

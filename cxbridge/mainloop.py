@@ -35,19 +35,20 @@ class Hook(Enum):
 class MainLoop:
     """Calls the registered functions of each hook once per period.
 
-    :param clock: each cycle starts a period after the previous one, or immediately if that took longer. Lost
-        time is not made up for, as in Fawkes.
+    :param clock: each cycle starts a period after the start of the previous cycle, or immediately if that
+        cycle took longer. Later cycles do not make up for lost time, as in Fawkes.
     :param period_us: the period in microseconds.
     """
 
     def __init__(self, clock: Clock, period_us: int = DEFAULT_PERIOD_US) -> None:
         self.clock = clock
         self.period_us = period_us
-        self.loops = 0
-        self.turns = 0
-        """The number of started cycles and :meth:`busy` sections."""
-        self.working = False
-        """Whether it is in a cycle or a :meth:`busy` section."""
+        self.cycle_count = 0
+        """The number of finished cycles."""
+        self.turn_count = 0
+        """The number of started cycles and :meth:`busy_section` blocks."""
+        self.is_working = False
+        """Whether a cycle or a :meth:`busy_section` is running."""
         self._stopped = threading.Event()
         self._hooks: dict[Hook, list[Callable[[], object]]] = {hook: [] for hook in Hook}
         self._steps: tuple[Callable[[], object], ...] | None = None  # None after a change of the hooks
@@ -66,15 +67,15 @@ class MainLoop:
         """Run one cycle without waiting."""
         if self._steps is None:
             self._steps = tuple(step for hook in Hook for step in self._hooks[hook])
-        self.turns += 1
-        self.working = True
+        self.turn_count += 1
+        self.is_working = True
         for step in self._steps:
             step()
-        self.loops += 1
-        self.working = False
+        self.cycle_count += 1
+        self.is_working = False
 
     def run(self, done: Callable[[], bool]) -> None:
-        """Run cycles until ``done()`` returns True after one, or :meth:`stop` is called."""
+        """Run cycles until ``done()`` returns True after a cycle, or :meth:`stop` is called."""
         while not self._stopped.is_set():
             start_us = self.clock.now_us()
             self.run_once()
@@ -86,21 +87,21 @@ class MainLoop:
     def stop(self) -> None:
         """Make :meth:`run` return after the present cycle; callable from any thread.
 
-        It must not be called from a signal handler, because the interrupted code may hold its lock.
+        A signal handler must not call this method, because the interrupted code may hold the event's lock.
         """
         self._stopped.set()
 
     @property
-    def stopping(self) -> bool:
+    def is_stopping(self) -> bool:
         """Whether :meth:`stop` was called."""
         return self._stopped.is_set()
 
     @contextmanager
-    def busy(self) -> Iterator[None]:
-        """Count the section as a cycle's work, for the watchdog."""
-        self.turns += 1
-        self.working = True
+    def busy_section(self) -> Iterator[None]:
+        """Count the block as a cycle, so that the watchdog also limits work outside of cycles."""
+        self.turn_count += 1
+        self.is_working = True
         try:
             yield
         finally:
-            self.working = False
+            self.is_working = False

@@ -19,7 +19,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.extras import missing_package, plugin_command
+from cxbridge.extras import missing_package_error, plugin_command
 from cxbridge.suggestions import did_you_mean
 
 API: Final = 1
@@ -51,19 +51,20 @@ HOOKS: Final = frozenset(
 )
 """The tables of cxbridge to which plug-ins may add rows."""
 
-# The name of a plug-in's own tables, to which other plug-ins may add rows.
+# The constant of a plug-in's module that names the plug-in's own tables, to which other plug-ins may add
+# rows.
 _OWN_HOOKS: Final = "HOOKS"
 
 # The names in capitals of a plug-in's module that are not tables.
-_NO_TABLES: Final = frozenset({"API", _OWN_HOOKS})
+_OTHER_CONSTANTS: Final = frozenset({"API", _OWN_HOOKS})
 
-_HEADING: Final = re.compile(r"^\[([^\]\n]+)\]", re.MULTILINE)
+_SECTION_HEADING: Final = re.compile(r"^\[([^\]\n]+)\]", re.MULTILINE)
 
 T = TypeVar("T")
 
 
 class PluginError(CxbridgeError):
-    """A plug-in cannot be used."""
+    """A plug-in, or an object of its tables, is missing or cannot be used."""
 
 
 def always(_context: Any) -> bool:
@@ -122,7 +123,7 @@ class Row(Struct, frozen=True):
         return f"{self.target} of {self.origin or 'cxbridge'}"
 
 
-def rows_of_modules(package: ModuleType) -> tuple[Row, ...]:
+def make_module_rows(package: ModuleType) -> tuple[Row, ...]:
     """Return a row per module of a package, sorted by name, so that a new file is a new row."""
     names = sorted(module.name for module in iter_modules(package.__path__))
     return tuple(Row(name.replace("_", "-"), f"{package.__name__}.{name}") for name in names)
@@ -181,34 +182,35 @@ class Table(Generic[T]):
                 return row
         names = [row.name for row in self.rows]
         hint = package_hint(name) or did_you_mean(name, names, f"known: {', '.join(names)}")
-        raise PluginError(f"there is no {_singular(self.hook)} '{name}'", hint=hint)
+        raise PluginError(f"there is no {_row_noun(self.hook)} '{name}'", hint=hint)
 
     def load(self, row: Row) -> T:
         """Import the object of a row.
 
         :raises PluginError: if the import fails, or the object has another kind.
         """
-        title = f"the {_singular(self.hook)} '{row.name}' ({row})"
+        title = f"the {_row_noun(self.hook)} '{row.name}' ({row})"
         try:
             loaded: T = resolve_name(row.target)
         except Exception as error:
-            absent = missing_package(error) if isinstance(error, ModuleNotFoundError) else None
+            absent = missing_package_error(error) if isinstance(error, ModuleNotFoundError) else None
             if absent is not None or not row.origin:
                 raise absent or error from None  # an error of cxbridge itself is a fault, with its traceback
             reason = f"{type(error).__name__}: {error}"
-            raise PluginError(f"{title} cannot be loaded: {reason}", hint=_hint(row.origin)) from error
+            raise PluginError(f"{title} cannot be loaded: {reason}", hint=_mend_hint(row.origin)) from error
         if not self._accepts(loaded):
             raise PluginError(f"{title} is not {self._kind}", hint="see docs/plugins.md")
         return loaded
 
 
-def _hint(origin: str) -> str:
+def _mend_hint(origin: str) -> str:
+    """Return the hint for a plug-in that is installed, but cannot be used."""
     return f"mend or uninstall the package of the plug-in {origin}; docs/plugins.md describes the hooks"
 
 
 @lru_cache(maxsize=64)
-def _merge_rows(hook: str, own: tuple[Row, ...], plugins: tuple[Plugin, ...]) -> tuple[Row, ...]:
-    merged = [*own]
+def _merge_rows(hook: str, own_rows: tuple[Row, ...], plugins: tuple[Plugin, ...]) -> tuple[Row, ...]:
+    merged = [*own_rows]
     for plugin in plugins:
         for row in plugin.rows.get(hook, ()):
             for earlier in merged:
@@ -220,14 +222,14 @@ def _merge_rows(hook: str, own: tuple[Row, ...], plugins: tuple[Plugin, ...]) ->
 
 def duplicate_error(hook: str, first: Row, second: Row) -> PluginError:
     """Return the error for two conflicting rows of the same name."""
-    kind = _singular(hook)
+    kind = _row_noun(hook)
     return PluginError(
         f"two {kind}s are called '{second.name}': {first}, and {second}",
         hint=f"uninstall the package of one {kind}, or rename the {kind}",
     )
 
 
-def _singular(hook: str) -> str:
+def _row_noun(hook: str) -> str:
     """Return the noun for one row of a table, e.g. ``check`` for CHECKS."""
     return hook.lower().removesuffix("s")
 
@@ -240,12 +242,12 @@ def known_packages() -> Mapping[str, str]:
     return MappingProxyType(packages)
 
 
-def package_with(name: str) -> str:
+def find_package_of(name: str) -> str:
     """Return the known package with a row, an option or a section; empty if there is none."""
     return known_packages().get(name, "")
 
 
-def sections_without_package(has_section: Callable[[str], object]) -> list[str]:
+def unused_section_warnings(has_section: Callable[[str], object]) -> list[str]:
     """Return a warning per section of a configuration whose package is not installed.
 
     :param has_section: returns whether the configuration has a section.
@@ -271,12 +273,12 @@ def is_installed(target: str) -> bool:
 
 def installed_plugins() -> tuple[Plugin, ...]:
     """Return the plug-ins of the installed packages, sorted by name; unusable ones have an ``error``."""
-    return _read_plugins(tuple(_folders_with_plugins()))
+    return _read_plugins(tuple(_plugin_folders()))
 
 
 def package_hint(name: str) -> str:
     """Return a hint to install the package with a row, an option or a section; empty if unknown."""
-    package = package_with(name)
+    package = find_package_of(name)
     return f"{name} belongs to the plug-in {package}: {plugin_command(package)}" if package else ""
 
 
@@ -284,15 +286,15 @@ def package_hint(name: str) -> str:
 def _read_plugins(folders: tuple[tuple[str, int], ...]) -> tuple[Plugin, ...]:
     entries: dict[str, list[tuple[str, str]]] = {}
     for folder, changed_ns in folders:
-        for name, module, information in _entries_in(folder, changed_ns):
-            entries.setdefault(name, []).append((module, _package_of(information)))
-    imported = {name: _import(name, entries[name]) for name in sorted(entries)}
+        for name, module, metadata_folder in _read_entry_points(folder, changed_ns):
+            entries.setdefault(name, []).append((module, _package_title(metadata_folder)))
+    imported = {name: _import_tables(name, entries[name]) for name in sorted(entries)}
     # all modules before the first table, because a plug-in may declare the hook of another one
     hooks = HOOKS.union(*(getattr(module, _OWN_HOOKS, ()) for _, module in imported.values()))
     return tuple(_make_plugin(name, package, module, hooks) for name, (package, module) in imported.items())
 
 
-def _import(name: str, entries: list[tuple[str, str]]) -> tuple[str, ModuleType | PluginError]:
+def _import_tables(name: str, entries: list[tuple[str, str]]) -> tuple[str, ModuleType | PluginError]:
     module, package = entries[0]
     packages = " and ".join(sorted({package for _, package in entries}))
     if packages != package:
@@ -303,7 +305,7 @@ def _import(name: str, entries: list[tuple[str, str]]) -> tuple[str, ModuleType 
     except Exception as error:  # noqa: BLE001 - a plug-in's module may raise anything
         reason = f"{type(error).__name__}: {error}"
         message = f"the plug-in '{name}' of {package} cannot be loaded: {reason}"
-        return package, PluginError(message, hint=_hint(name))
+        return package, PluginError(message, hint=_mend_hint(name))
 
 
 def _make_plugin(name: str, package: str, module: ModuleType | PluginError, hooks: frozenset[str]) -> Plugin:
@@ -327,7 +329,7 @@ def _rows_by_table(
             hint=f"install a version of {package.partition(' ')[0]} that goes with this cxbridge",
         )
     tables = {
-        hook: value for hook, value in vars(module).items() if hook.isupper() and hook not in _NO_TABLES
+        hook: value for hook, value in vars(module).items() if hook.isupper() and hook not in _OTHER_CONSTANTS
     }
     for hook, rows in tables.items():
         if hook.startswith("_"):  # a private constant of the plug-in
@@ -351,18 +353,18 @@ def _rows_by_table(
     )
 
 
-def _folders_with_plugins() -> Iterator[tuple[str, int]]:
+def _plugin_folders() -> Iterator[tuple[str, int]]:
     """Yield the folders of ``sys.path`` with plug-ins, and their times of change."""
     for folder in sys.path:
         with suppress(OSError):
             changed_ns = os.stat(folder or ".").st_mtime_ns  # noqa: PTH116 - each run pays, and pathlib is slow
             path = os.path.abspath(folder)  # noqa: PTH100 - as above
-            if _entries_in(path, changed_ns):
+            if _read_entry_points(path, changed_ns):
                 yield path, changed_ns
 
 
 @lru_cache(maxsize=64)
-def _entries_in(folder: str, changed_ns: int) -> tuple[tuple[str, str, str], ...]:  # noqa: ARG001
+def _read_entry_points(folder: str, changed_ns: int) -> tuple[tuple[str, str, str], ...]:  # noqa: ARG001
     """Return the entry points of our group in a folder: name, module, folder with metadata.
 
     ``importlib.metadata`` is slow to import and reads hundreds of files; `os.path` is faster than pathlib. An
@@ -372,29 +374,31 @@ def _entries_in(folder: str, changed_ns: int) -> tuple[tuple[str, str, str], ...
     with suppress(OSError):
         for name in sorted(os.listdir(folder)):  # noqa: PTH208
             if name.endswith("-info") and "." in name:
-                information = os.path.join(folder, name)  # noqa: PTH118
-                file = os.path.join(information, "entry_points.txt")  # noqa: PTH118
+                metadata_folder = os.path.join(folder, name)  # noqa: PTH118
+                file = os.path.join(metadata_folder, "entry_points.txt")  # noqa: PTH118
                 with suppress(OSError), open(file, encoding="utf-8", errors="replace") as text:  # noqa: PTH123
-                    entries += ((*entry, information) for entry in _entries(text.read()))
+                    entries += ((*entry, metadata_folder) for entry in _parse_entry_points(text.read()))
     return tuple(entries)
 
 
-def _entries(text: str) -> Iterator[tuple[str, str]]:
+def _parse_entry_points(text: str) -> Iterator[tuple[str, str]]:
     """Yield name and module of each entry point of our group."""
     group = ""
     for line in text.splitlines():
-        if head := _HEADING.match(line):
+        if head := _SECTION_HEADING.match(line):
             group = head[1]
         elif group == GROUP and "=" in line and not line.startswith("#"):
             name, _, module = line.partition("=")
             yield name.strip(), module.strip()
 
 
-def _package_of(information: str) -> str:
+def _package_title(metadata_folder: str) -> str:
     """Return name and version of a package, e.g. ``cxbridge-ros2 0.2.0``."""
     for name in ("METADATA", "PKG-INFO"):
         with suppress(OSError):  # a package has one of these files
-            head = Path(information, name).read_text(encoding="utf-8", errors="replace").partition("\n\n")[0]
+            head = (
+                Path(metadata_folder, name).read_text(encoding="utf-8", errors="replace").partition("\n\n")[0]
+            )
             fields = dict(line.partition(": ")[::2] for line in head.splitlines())
             return f"{fields.get('Name', '')} {fields.get('Version', '')}"
-    return Path(information).stem.replace("-", " ", 1)
+    return Path(metadata_folder).stem.replace("-", " ", 1)

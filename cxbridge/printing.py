@@ -1,4 +1,4 @@
-r"""Sanitizing of foreign text for terminals and logs; all printers use these functions.
+r"""Functions that make foreign text safe for terminals and logs. All printers use them.
 
 Skill strings, facts, errors, peer names, interface ids, configuration values and recordings contain text of
 other programs. On a terminal, escape sequences could move the cursor, set the clipboard or the title, or draw
@@ -19,9 +19,9 @@ from typing import IO, Any, Final
 
 _SURROGATES: Final = range(0xD800, 0xE000)
 # The surrogates by which Python (surrogateescape) represents the bytes 0xA0 to 0xFF, letters in Latin-1.
-_LATIN_1: Final = range(0xDCA0, 0xDD00)
+_LATIN_1_SURROGATES: Final = range(0xDCA0, 0xDD00)
 
-UNSAFE: Final = (
+UNSAFE_CODE_POINTS: Final = (
     *range(0x09),
     *range(0x0B, 0x20),
     *range(0x7F, 0xA0),
@@ -29,20 +29,23 @@ UNSAFE: Final = (
     *range(0x2066, 0x206A),
     *_SURROGATES,
 )
-"""Code points never printed; line feeds are printed in texts of several lines."""
+"""The code points that are never printed; line feeds are printed in texts of several lines."""
 
 
-def escaped(code: int) -> str:
+def escape_code_point(code: int) -> str:
     r"""Return a code point of the basic plane as a number: ``\u001b``."""
     return f"\\u{code:04x}"
 
 
-_VISIBLE: Final[Mapping[int, str]] = {code: escaped(code) for code in UNSAFE}
-_ONE_LINE: Final[Mapping[int, str]] = {**_VISIBLE, 0x0A: escaped(0x0A)}
-_IN_FILE: Final[Mapping[int, str]] = {code: text for code, text in _ONE_LINE.items() if code not in _LATIN_1}
-_DANGEROUS: Final = re.compile(f"[{''.join(map(chr, UNSAFE))}]")
-_LOOKS_ESCAPED: Final = re.compile(r"\\(?=u[0-9a-f]{4})")
-_ESCAPED: Final = re.compile(r"\\u([0-9a-f]{4})")
+_ESCAPES: Final[Mapping[int, str]] = {code: escape_code_point(code) for code in UNSAFE_CODE_POINTS}
+_ONE_LINE_ESCAPES: Final[Mapping[int, str]] = {**_ESCAPES, 0x0A: escape_code_point(0x0A)}
+_RECORD_ESCAPES: Final[Mapping[int, str]] = {
+    code: text for code, text in _ONE_LINE_ESCAPES.items() if code not in _LATIN_1_SURROGATES
+}
+_UNSAFE_CHARACTER: Final = re.compile(f"[{''.join(map(chr, UNSAFE_CODE_POINTS))}]")
+# A backslash before text that looks like an escaped code point.
+_AMBIGUOUS_BACKSLASH: Final = re.compile(r"\\(?=u[0-9a-f]{4})")
+_ESCAPE: Final = re.compile(r"\\u([0-9a-f]{4})")
 # A line feed within an entry of Fawkes' log: no entry starts with a blank, a tab or a parenthesis.
 _INNER_LINE_FEED: Final = re.compile(r"\n(?=[ \t()\n]|\Z)")
 _BACKSLASH: Final = 0x5C
@@ -50,15 +53,15 @@ _BACKSLASH: Final = 0x5C
 
 def visible(text: str) -> str:
     """Return a text of any number of lines without control characters."""
-    return text if text.isprintable() or not _DANGEROUS.search(text) else text.translate(_VISIBLE)
+    return text if text.isprintable() or not _UNSAFE_CHARACTER.search(text) else text.translate(_ESCAPES)
 
 
 def one_line(text: str) -> str:
     """Return a text as one line without control characters."""
-    return text if text.isprintable() else text.translate(_ONE_LINE)
+    return text if text.isprintable() else text.translate(_ONE_LINE_ESCAPES)
 
 
-def indented(text: str) -> str:
+def indent_lines(text: str) -> str:
     """Return a text without control characters, with its further lines indented.
 
     An indented line cannot be mistaken for a line of another program.
@@ -67,19 +70,19 @@ def indented(text: str) -> str:
     return "\n".join([head, *(line if line.startswith("  ") or not line else f"  {line}" for line in lines)])
 
 
-def to_record(text: str) -> str:
-    r"""Return a text for a line of a recording, from which :func:`from_record` restores it.
+def escape_record(text: str) -> str:
+    r"""Return a text for a line of a recording, from which :func:`unescape_record` restores it.
 
     Bytes that represent Latin-1 letters are kept. A backslash that looks like an escaped number becomes
     ``\u005c``.
     """
     if text.isprintable() and "\\u" not in text:
         return text
-    return _LOOKS_ESCAPED.sub(lambda _: escaped(_BACKSLASH), text).translate(_IN_FILE)
+    return _AMBIGUOUS_BACKSLASH.sub(lambda _: escape_code_point(_BACKSLASH), text).translate(_RECORD_ESCAPES)
 
 
-def to_entry(text: str) -> str:
-    """Return a text for a log entry like :func:`to_record`, but with several lines.
+def escape_log_entry(text: str) -> str:
+    """Return a text for a log entry like :func:`escape_record`, but with several lines.
 
     As in constructs logged by Fawkes, a line feed is kept before a blank, a tab or a parenthesis, and at the
     end.
@@ -87,25 +90,25 @@ def to_entry(text: str) -> str:
     if text.isprintable() and "\\u" not in text:
         return text
     lines = _INNER_LINE_FEED.split(text)
-    return "\n".join(map(to_record, lines)) if len(lines) > 1 else to_record(text)
+    return "\n".join(map(escape_record, lines)) if len(lines) > 1 else escape_record(text)
 
 
-def from_record(text: str) -> str:
-    """Restore the text from :func:`to_record` or :func:`to_entry`; other numbers are kept."""
-    return _ESCAPED.sub(_character, text) if "\\u" in text else text
+def unescape_record(text: str) -> str:
+    """Restore the text from :func:`escape_record` or :func:`escape_log_entry`; other numbers are kept."""
+    return _ESCAPE.sub(_unescape_match, text) if "\\u" in text else text
 
 
-def _character(match: re.Match[str]) -> str:
-    """Return the character of an escaped number, unless :func:`to_record` would have kept the character."""
+def _unescape_match(match: re.Match[str]) -> str:
+    """Return the character of an escape, unless :func:`escape_record` would keep the character."""
     code = int(match.group(1), 16)
-    return chr(code) if code in _ONE_LINE or code == _BACKSLASH else match.group()
+    return chr(code) if code in _ONE_LINE_ESCAPES or code == _BACKSLASH else match.group()
 
 
 class VisibleStream:
     """A text stream that filters control sequences, in case a printer forgets to filter them.
 
-    Other attributes are those of the stream. The program writes its colours and cursor movements to
-    `terminal`.
+    All other attributes are those of the filtered stream. The program writes its own colours and cursor
+    movements to :attr:`terminal`.
 
     :param stream: the stream to filter, e.g. ``sys.stdout``.
     """
@@ -115,12 +118,11 @@ class VisibleStream:
         """The unfiltered stream, for colours and the cursor."""
 
     def write(self, text: str) -> int:
-        """Write a text."""
+        """Write a text, filtered; return the length of the unfiltered text, as streams do."""
         self.terminal.write(visible(text))
         return len(text)
 
     def writelines(self, lines: list[str]) -> None:
-        """Write texts."""
         self.write("".join(lines))
 
     def __getattr__(self, name: str) -> Any:
@@ -128,13 +130,13 @@ class VisibleStream:
         return getattr(self.terminal, name)
 
 
-def terminal_of(stream: IO[str] | VisibleStream) -> IO[str]:
+def unfiltered_stream(stream: IO[str] | VisibleStream) -> IO[str]:
     """Return the stream for the program's colours and cursor movements."""
     return stream.terminal if isinstance(stream, VisibleStream) else stream
 
 
 def short_path(file: str | Path) -> str:
-    """Return a path relative to the working directory if it is within."""
+    """Return a path relative to the working directory if the path is within that folder; else unchanged."""
     try:
         return str(Path(file).relative_to(Path.cwd()))
     except ValueError:

@@ -15,13 +15,13 @@ if TYPE_CHECKING:
 
     from cxbridge.testing.agent_run import AgentRun
 
-_BENCH: pytest.StashKey[Bench] = pytest.StashKey()
-_FAILED: pytest.StashKey[bool] = pytest.StashKey()
+_BENCH_KEY: pytest.StashKey[Bench] = pytest.StashKey()
+_FAILED_KEY: pytest.StashKey[bool] = pytest.StashKey()
 _SCRIPTED = "scripted"
 Paths = str | Path | tuple[str | Path, ...]
-"""One path, or several."""
-# Matches the names of modules of cxbridge and its plug-ins.
-_LIBRARY = re.compile(r"cxbridge(_\w+)?(\.|$)")
+"""One configuration file, or several."""
+# A name of a module of cxbridge or of a plug-in of its repository.
+_LIBRARY_MODULE = re.compile(r"cxbridge(_\w+)?(\.|$)")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -35,7 +35,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 @dataclass
 class Bench:
-    """The value of the fixtures, which makes runs for one test, or for all tests of a module.
+    """The value of the fixtures: makes runs for a test (``cx``) or for all tests of a module (``cx_module``).
 
     :param file: the file of the test.
     :param test: the name of the test; empty if all tests of a module share the runs.
@@ -120,9 +120,9 @@ class Bench:
 
     def check_skills(self) -> None:
         """Fail if a scripted skill was never called, as its name may be wrong."""
-        unmet = [line for run in self.runs for line in run.unmet_skills()]
-        if unmet:
-            pytest.fail("\n".join(unmet), pytrace=False)
+        complaints = [line for run in self.runs for line in run.unmet_skills()]
+        if complaints:
+            pytest.fail("\n".join(complaints), pytrace=False)
 
     def close(self, *, failed: bool) -> None:
         """Close the runs; keep their recordings after a failure."""
@@ -144,9 +144,9 @@ def _open_bench(request: pytest.FixtureRequest, test: str) -> Iterator[Bench]:
         update_golden=config.getoption("--update-golden"),
         artifacts=None if artifacts is None else Path(artifacts),
     )
-    request.node.stash[_BENCH] = bench
+    request.node.stash[_BENCH_KEY] = bench
     yield bench
-    failed = request.node.stash.get(_FAILED, False)
+    failed = request.node.stash.get(_FAILED_KEY, False)
     try:
         if not (test or failed):  # a bench of one test was checked by pytest_runtest_call
             bench.check_skills()
@@ -170,7 +170,7 @@ def cx_module(request: pytest.FixtureRequest) -> Iterator[Bench]:
 def pytest_runtest_call(item: pytest.Item) -> Generator[None, None, None]:
     """Fail a test whose script of skills has unused entries."""
     yield
-    bench = item.stash.get(_BENCH, None)
+    bench = item.stash.get(_BENCH_KEY, None)
     if bench is not None:
         bench.check_skills()
 
@@ -181,15 +181,17 @@ def pytest_runtest_makereport(
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
     """Report the runs of a failed test."""
     if call.excinfo is not None and not item.config.getoption("fulltrace"):
-        _hide_library(call.excinfo)
+        _remove_library_frames(call.excinfo)
     report = yield
+    # the runs are closed when a teardown fails
     if not report.failed or call.when == "teardown":
         return report
     for node in item.listchain():
-        bench = node.stash.get(_BENCH, None)
+        bench = node.stash.get(_BENCH_KEY, None)
+        # a module's bench is only reported with the tests that use it
         if bench is None or (node is not item and "cx_module" not in getattr(item, "fixturenames", ())):
             continue
-        node.stash[_FAILED] = True
+        node.stash[_FAILED_KEY] = True
         for number, run in enumerate(bench.runs, start=1):
             lines = run.describe()
             if run.options.trace is not None:
@@ -198,19 +200,21 @@ def pytest_runtest_makereport(
     return report
 
 
-def _hide_library(excinfo: pytest.ExceptionInfo[BaseException]) -> None:
+def _remove_library_frames(excinfo: pytest.ExceptionInfo[BaseException]) -> None:
     """Remove the library's frames from a failure of the test; faults of the library keep all frames."""
     frames: list[TracebackType] = []
     traceback: TracebackType | None = excinfo.tb
     while traceback is not None:
         frames.append(traceback)
         traceback = traceback.tb_next
-    foreign = [frame for frame in frames if not _LIBRARY.match(frame.tb_frame.f_globals.get("__name__", ""))]
-    if len(foreign) == len(frames):
+    test_frames = [
+        frame for frame in frames if not _LIBRARY_MODULE.match(frame.tb_frame.f_globals.get("__name__", ""))
+    ]
+    if len(test_frames) == len(frames):
         return
     from cxbridge.errors import CxbridgeError  # noqa: PLC0415 - on first use, as in run
 
-    if foreign and foreign[0] is frames[0] and excinfo.errisinstance((AssertionError, CxbridgeError)):
-        # pytest filters the original chain, so a copy would have no effect
-        for frame, next_frame in zip(foreign, (*foreign[1:], None), strict=True):
+    if test_frames and test_frames[0] is frames[0] and excinfo.errisinstance((AssertionError, CxbridgeError)):
+        # pytest shows the traceback's own chain, so the chain itself must change
+        for frame, next_frame in zip(test_frames, (*test_frames[1:], None), strict=True):
             frame.tb_next = next_frame

@@ -30,6 +30,7 @@ def shipped_dir(name: str) -> Path:
     )
 
 
+# typer completes names by these functions, and requires the parameter name `incomplete`
 def shipped_scenarios(incomplete: str = "") -> list[str]:
     """Return the shipped scenarios whose names start with a text; empty if the installation is incomplete."""
     return [
@@ -47,5 +48,5 @@ def shipped_interfaces(incomplete: str = "") -> list[str]:
 def _shipped_files(folder: str, pattern: str) -> list[Path]:
     try:
         return sorted(shipped_dir(folder).glob(pattern))
-    except CxbridgeError:  # `doctor` reports it
+    except CxbridgeError:  # `cxbridge doctor` reports an incomplete installation
         return []

@@ -15,12 +15,12 @@ from cxbridge.errors import CxbridgeError
 
 
 class Right(IntEnum):
-    """The right of a client; each includes the previous ones."""
+    """A right of a client; each right includes the previous ones."""
 
     LOOK = 0
     """Read state; every client that may connect has this right."""
     CONTROL = 1
-    """Change something: ``cxbridge/remote-control``."""
+    """Change state: ``cxbridge/remote-control``."""
     PROGRAMS = 2
     """Run programs as the daemon's user: ``cxbridge/remote-programs``."""
 
@@ -37,9 +37,9 @@ EXEC_SKILL: Final = ("SkillerInterface", "ExecSkillMessage")
 class Rights:
     """The rights of the clients of a daemon.
 
-    :param control: clients may change something.
-    :param programs: clients may run programs; requires ``control``.
-    :param skills_are_programs: skill strings are evaluated as Lua (``/skiller/mode: fawkes``).
+    :param control: whether clients may change state.
+    :param programs: whether clients may run programs; requires ``control``.
+    :param skills_are_programs: whether skill strings are evaluated as Lua (``/skiller/mode: fawkes``).
     """
 
     control: bool = True
@@ -50,7 +50,7 @@ class Rights:
         """Return whether clients have a right."""
         return right is Right.LOOK or (self.control and (right is Right.CONTROL or self.programs))
 
-    def why_not(self, right: Right) -> str:
+    def refusal_hint(self, right: Right) -> str:
         """Return a hint that names the setting which withholds a right."""
         name = "remote-programs" if self.control and right is Right.PROGRAMS else "remote-control"
         return f"cxbridge/{name} of the daemon is off"
@@ -62,9 +62,9 @@ class Rights:
         :raises RefusedError: if clients do not have the right.
         """
         if not self.allow(right):
-            raise RefusedError(f"refused: {action}", hint=self.why_not(right))
+            raise RefusedError(f"refused: {action}", hint=self.refusal_hint(right))
 
-    def of_message(self, interface_type: str, message_type: str) -> Right:
+    def message_right(self, interface_type: str, message_type: str) -> Right:
         """Return the right that a message on the blackboard requires with these settings."""
         if self.skills_are_programs and (interface_type, message_type) == EXEC_SKILL:
             return Right.PROGRAMS
@@ -75,21 +75,21 @@ class Rights:
 
         :raises RefusedError: if clients do not have the right that the message requires.
         """
-        right = self.of_message(interface_type, message_type)
+        right = self.message_right(interface_type, message_type)
         self.check(right, f"{message_type} to {interface_type}")
 
     def check_writer(self, uid: str) -> None:
-        """Raise an error for a writer unless clients may change something.
+        """Raise an error for a client that opens an interface for writing, unless clients may change state.
 
         :raises RefusedError: if clients do not have :attr:`Right.CONTROL`.
         """
         self.check(Right.CONTROL, f"to write {uid}")
 
 
-EVERYTHING: Final = Rights()
+ALL_RIGHTS: Final = Rights()
 """The rights for servers of a blackboard without a daemon."""
 
-MESSAGES: Final = {
+MESSAGE_RIGHTS: Final = {
     ("ExplainInterface", "WhyMessage"): Right.LOOK,
     ("RequestInterface", "AskMessage"): Right.LOOK,  # the verb determines the right
     ("SkillerDebugInterface", "SetGraphMessage"): Right.LOOK,  # selects the drawn graph
@@ -98,7 +98,7 @@ MESSAGES: Final = {
 }
 """The messages that do not require :attr:`Right.CONTROL`, over any transport."""
 
-FRAMES: Final = {
+FRAME_RIGHTS: Final = {
     "zmq": {
         **dict.fromkeys(("hello", "close", "list", "watch", "sync", "beat", "bye"), Right.LOOK),
         **dict.fromkeys(("credit", "delivered"), Right.LOOK),
@@ -139,7 +139,7 @@ FRAMES: Final = {
         "cancel_goal": Right.CONTROL,
         # send_goal: the server of the action defines the rights of its goals
     },
-    "ros2-interfaces": {"write": Right.CONTROL},  # a message of an interface, see Rights.of_message
+    "ros2-interfaces": {"write": Right.CONTROL},  # a message of an interface, see Rights.message_right
     "ros2-tf": dict.fromkeys(("/tf", "/tf_static"), Right.CONTROL),
     "ros2-performers": {"word": Right.CONTROL},
     "ros2-experts": {"read": Right.LOOK, **dict.fromkeys(("change", "plan"), Right.CONTROL)},
@@ -150,9 +150,9 @@ FRAMES: Final = {
 
 def right_of_message(interface_type: str, message_type: str) -> Right:
     """Return the right that a message on the blackboard requires."""
-    return MESSAGES.get((interface_type, message_type), Right.CONTROL)
+    return MESSAGE_RIGHTS.get((interface_type, message_type), Right.CONTROL)
 
 
 def right_of_frame(protocol: str, frame: str) -> Right:
     """Return the right that a frame of a protocol requires; :attr:`Right.PROGRAMS` without an entry."""
-    return FRAMES.get(protocol, {}).get(frame, Right.PROGRAMS)
+    return FRAME_RIGHTS.get(protocol, {}).get(frame, Right.PROGRAMS)

@@ -20,8 +20,8 @@ def python_command(*arguments: str) -> list[str]:
 
 
 @contextmanager
-def spawning() -> Iterator[SpawnContext]:
-    """Yield a context of multiprocessing without the working directory on the path of its processes.
+def safe_spawn_context() -> Iterator[SpawnContext]:
+    """Yield a context of multiprocessing whose processes lack the working directory on their path.
 
     The setting applies to processes that start before the context is left.
     """
@@ -35,14 +35,21 @@ def spawning() -> Iterator[SpawnContext]:
 
 
 @contextmanager
-def spawned_pool(processes: int) -> Iterator[ProcessPoolExecutor]:
-    """Yield a pool of such processes, whose own child processes have the user's path again."""
+def safe_process_pool(processes: int) -> Iterator[ProcessPoolExecutor]:
+    """Yield a pool of processes without the working directory on their path.
+
+    The child processes of the pool's processes have the user's path again.
+    """
     setting = os.environ.get(_SAFE_PATH)
-    with spawning() as context, ProcessPoolExecutor(processes, context, _restore_setting, (setting,)) as pool:
+    with (
+        safe_spawn_context() as context,
+        ProcessPoolExecutor(processes, context, _restore_setting, (setting,)) as pool,
+    ):
         yield pool
 
 
 def _restore_setting(setting: str | None) -> None:
+    """Restore the user's value of the environment variable; None if it was not set."""
     os.environ.pop(_SAFE_PATH, None)
     if setting is not None:
         os.environ[_SAFE_PATH] = setting

@@ -11,7 +11,7 @@ MIN_LIKENESS: Final = 0.6
 """The minimal similarity, from 0 to 1, for a suggestion."""
 
 _MAX_SUGGESTIONS: Final = 3
-_WEIGHT_OF_ENDS: Final = 0.2  # the weight of equal ends of names, added to the similarity
+_ENDS_WEIGHT: Final = 0.2  # the weight of equal ends, which a typing error in one place leaves
 _MARGIN: Final = 0.05  # names that are less similar than the nearest one by this margin are not suggested
 _MAX_COMPARED: Final = 300  # comparing is slow, and hostile files may have many long names
 _MAX_LENGTH: Final = 200  # comparing longer texts takes too long
@@ -23,14 +23,14 @@ def likeness(a: str, b: str) -> float:
     return SequenceMatcher(None, a.lower(), b.lower()).ratio()
 
 
-def nearest(name: str, known: Iterable[str], cutoff: float = MIN_LIKENESS) -> list[str]:
+def nearest_names(name: str, known_names: Iterable[str], cutoff: float = MIN_LIKENESS) -> list[str]:
     """Return at most three known names similar to an unknown one, the nearest first.
 
-    Case is ignored. Without similar names, the names that contain it are returned.
+    Case is ignored. Without similar names, the names that contain the unknown name are returned.
 
     :param cutoff: the minimal similarity; higher for paths, which often start equally.
     """
-    candidates = set(known)
+    candidates = set(known_names)
     if not name or not candidates or len(name) > _MAX_LENGTH:
         return []
     similar = _similar(name, candidates, cutoff)
@@ -39,19 +39,21 @@ def nearest(name: str, known: Iterable[str], cutoff: float = MIN_LIKENESS) -> li
     return similar[:_MAX_SUGGESTIONS]
 
 
-def did_you_mean(name: str, known: Iterable[str], otherwise: str = "", cutoff: float = MIN_LIKENESS) -> str:
+def did_you_mean(
+    name: str, known_names: Iterable[str], otherwise: str = "", cutoff: float = MIN_LIKENESS
+) -> str:
     """Return a hint with the likely meanings of an unknown name.
 
     :param otherwise: the hint if there are none.
-    :param cutoff: the minimal similarity, as for :func:`nearest`.
+    :param cutoff: the minimal similarity, as for :func:`nearest_names`.
     """
-    suggestions = nearest(name, known, cutoff)
+    suggestions = nearest_names(name, known_names, cutoff)
     return f"did you mean {' or '.join(suggestions)}?" if suggestions else otherwise
 
 
-def or_similar(name: str, known: Iterable[str]) -> str:
+def or_similar(name: str, known_names: Iterable[str]) -> str:
     """Return the hint in parentheses, `` (did you mean ...?)``, to follow a name; or empty."""
-    hint = did_you_mean(name, known)
+    hint = did_you_mean(name, known_names)
     return f" ({hint})" if hint else ""
 
 
@@ -71,13 +73,13 @@ def _similar(name: str, candidates: Iterable[str], cutoff: float) -> list[str]:
         if matcher.real_quick_ratio() >= cutoff and matcher.quick_ratio() >= cutoff:
             ratio = matcher.ratio()
             if ratio >= cutoff:
-                scores[candidate] = ratio + _WEIGHT_OF_ENDS * _share_of_ends(name, candidate.lower())
-    best = max(scores.values(), default=0.0)
-    close = [candidate for candidate, score in scores.items() if score >= best - _MARGIN]
-    return sorted(close, key=lambda candidate: (-scores[candidate], candidate))
+                scores[candidate] = ratio + _ENDS_WEIGHT * _equal_ends_share(name, candidate.lower())
+    best_score = max(scores.values(), default=0.0)
+    close_candidates = [candidate for candidate, score in scores.items() if score >= best_score - _MARGIN]
+    return sorted(close_candidates, key=lambda candidate: (-scores[candidate], candidate))
 
 
-def _share_of_ends(a: str, b: str) -> float:
+def _equal_ends_share(a: str, b: str) -> float:
     """Return the share of two names that is equal at their ends; typing errors are usually in one place."""
     prefix = _common_prefix(a, b)
     suffix = _common_prefix(a[prefix:][::-1], b[prefix:][::-1])

@@ -92,7 +92,7 @@ def test_the_extras_are_those_of_the_project_and_of_the_manual():
     plugins = {name.removeprefix("cxbridge-"): [f"{name}=={project['version']}"] for name in PROJECTS}
     found = dict(project["optional-dependencies"])
     assert {name: found.pop(name) for name in plugins} == plugins
-    assert found.keys() == extras.PURPOSES.keys()
+    assert found.keys() == extras.EXTRA_PURPOSES.keys()
     rows = dict(
         re.findall(
             r"^\| `(cxbridge[\w-]*\[[\w-]+\])` \| (.*?)(?: \(\[.*\))? \|$",
@@ -108,7 +108,7 @@ def test_the_extras_are_those_of_the_project_and_of_the_manual():
             for extra in each.get("optional-dependencies", ())
         ),
     }
-    assert {name: rows[f"cxbridge[{name}]"] for name in extras.PURPOSES} == extras.PURPOSES
+    assert {name: rows[f"cxbridge[{name}]"] for name in extras.EXTRA_PURPOSES} == extras.EXTRA_PURPOSES
     assert extras.extras().keys() == project["optional-dependencies"].keys() - {"dev"}
 
 

@@ -30,7 +30,7 @@ def test_every_text_is_lua_or_has_a_reason(text: str):
     skill_string = data.decode("utf-8", "surrogateescape")
     told = ErrorTracker(1, "the error before").current_error(2, skill_string, "the error before", failed=True)
     told.encode()
-    assert bool(find_syntax_error(skill_string)) == (LuaCompiler().problem(data) is not None)
+    assert bool(find_syntax_error(skill_string)) == (LuaCompiler().find_error(data) is not None)
     assert told == (find_syntax_error(skill_string) or "the error before")
 
 
@@ -40,8 +40,8 @@ def test_precompiled_lua_is_not_read():
 
 def test_the_first_line_of_a_file_may_name_an_interpreter():
     compiler = LuaCompiler()
-    assert compiler.problem(b"#!/usr/bin/lua\nx = 1") is not None
-    assert compiler.problem_of_file(b"#!/usr/bin/lua\nx = 1") is None
+    assert compiler.find_error(b"#!/usr/bin/lua\nx = 1") is not None
+    assert compiler.find_file_error(b"#!/usr/bin/lua\nx = 1") is None
 
 
 def test_every_state_of_lua_takes_bytes_that_are_no_text():

@@ -48,7 +48,7 @@ def test_loops_are_a_period_apart():
     loop = MainLoop(clock, 100)
     times = []
     loop.add(Hook.THINK, lambda: times.append(clock.now_us()))
-    loop.run(lambda: loop.loops == 4)
+    loop.run(lambda: loop.cycle_count == 4)
     assert times == [0, 100, 200, 300]
 
 
@@ -62,5 +62,5 @@ def test_a_loop_that_took_too_long_is_followed_at_once():
         clock.sleep_until(clock.now_us() + (250 if len(times) == 1 else 0))
 
     loop.add(Hook.THINK, work)
-    loop.run(lambda: loop.loops == 3)
+    loop.run(lambda: loop.cycle_count == 3)
     assert times == [0, 250, 350]

@@ -11,7 +11,7 @@ import pytest
 
 from cxbridge.errors import CxbridgeError, TraceError
 from cxbridge.events import Event, InterfaceWrite, Level, LogLine
-from cxbridge.file_access import replacing, write_file
+from cxbridge.file_access import replaced_file, write_file
 from cxbridge.trace.convert import convert
 from cxbridge.trace.formats.files import open_exclusively
 from cxbridge.trace.formats.registry import copy_formats
@@ -44,7 +44,7 @@ def writes(file: Path) -> bool:
         if isinstance(node, ast.With)
         for item in node.items
         if isinstance(item.context_expr, ast.Call)
-        and getattr(item.context_expr.func, "id", "") == "replacing"
+        and getattr(item.context_expr.func, "id", "") == "replaced_file"
         and isinstance(item.optional_vars, ast.Name)
     }
     for call in (node for node in nodes if isinstance(node, ast.Call)):
@@ -176,7 +176,7 @@ def test_an_error_names_the_file(tmp_path: Path, path: str):
 
 def test_an_interrupt_leaves_nothing(tmp_path: Path):
     def write() -> None:
-        with replacing(tmp_path / "file") as fresh:
+        with replaced_file(tmp_path / "file") as fresh:
             fresh.write_text("half")
             raise KeyboardInterrupt
 

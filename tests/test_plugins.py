@@ -120,7 +120,7 @@ def test_its_component(greeter, tmp_path):
     with Run(RunOptions(scenario=folder)) as assembly:
         assembly.start()
         reader = assembly.board.open_for_reading(*uid, owner="test")
-        assembly.loop.run(lambda: assembly.loop.loops >= 3)
+        assembly.loop.run(lambda: assembly.loop.cycle_count >= 3)
         reader.read()
         assert reader.as_dict()["value"] == 3.0
 

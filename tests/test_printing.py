@@ -10,18 +10,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cxbridge.printing import (
-    UNSAFE,
+    UNSAFE_CODE_POINTS,
     VisibleStream,
-    from_record,
-    indented,
+    escape_log_entry,
+    escape_record,
+    indent_lines,
     one_line,
-    terminal_of,
-    to_entry,
-    to_record,
+    unescape_record,
+    unfiltered_stream,
     visible,
 )
 
-DANGEROUS = set(map(chr, UNSAFE))
+DANGEROUS = set(map(chr, UNSAFE_CODE_POINTS))
 texts = st.text(st.one_of(st.characters(), st.sampled_from([*DANGEROUS, "\n", "\\", "u", "0"])))
 
 
@@ -38,29 +38,29 @@ def test_every_control_of_unicode_and_every_turn_of_the_reading_order_counts():
 
 @given(texts)
 def test_nothing_dangerous_is_left(text):
-    assert not DANGEROUS & set(visible(text) + one_line(text) + indented(text))
+    assert not DANGEROUS & set(visible(text) + one_line(text) + indent_lines(text))
     assert "\n" not in one_line(text)
-    assert all(not line or line.startswith("  ") for line in indented(text).split("\n")[1:])
+    assert all(not line or line.startswith("  ") for line in indent_lines(text).split("\n")[1:])
 
 
 @given(st.text(st.characters(categories=["L", "M", "N", "P", "S", "Zs"])))
 def test_what_people_write_stays(text):
     told = text.replace("\\", "/")
-    assert visible(told) == one_line(told) == to_record(told) == to_entry(told) == told
+    assert visible(told) == one_line(told) == escape_record(told) == escape_log_entry(told) == told
     assert visible(f"{told}\tx\n") == f"{told}\tx\n"
 
 
 @given(texts)
 def test_a_record_and_an_entry_are_read_back(text):
-    assert "\n" not in to_record(text)
-    assert from_record(to_record(text)) == text
-    assert from_record(to_entry(text)) == text
-    assert all(line[:1] in {"", " ", "\t", "(", ")"} for line in to_entry(text).split("\n")[1:])
+    assert "\n" not in escape_record(text)
+    assert unescape_record(escape_record(text)) == text
+    assert unescape_record(escape_log_entry(text)) == text
+    assert all(line[:1] in {"", " ", "\t", "(", ")"} for line in escape_log_entry(text).split("\n")[1:])
 
 
 def test_bytes_of_latin_1_stay_in_a_record_and_a_control_does_not():
     text = b"caf\xe9 \x9b31m".decode("utf-8", "surrogateescape")
-    assert to_record(text) == "caf\udce9 \\udc9b31m"
+    assert escape_record(text) == "caf\udce9 \\udc9b31m"
 
 
 json_values = st.recursive(
@@ -82,7 +82,7 @@ def test_a_stream_passes_nothing_on_that_a_terminal_obeys():
     stream = VisibleStream(raw)
     print("a\x1b[31mb", file=stream)
     stream.writelines(["c\x9b", "d\n"])
-    print("\x1b[0m", end="", file=terminal_of(stream))
+    print("\x1b[0m", end="", file=unfiltered_stream(stream))
     assert raw.getvalue() == "a\\u001b[31mb\nc\\u009bd\n\x1b[0m"
     assert stream.encoding is raw.encoding
-    assert terminal_of(raw) is raw
+    assert unfiltered_stream(raw) is raw

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from cxbridge.suggestions import did_you_mean, likeness, nearest, or_similar
+from cxbridge.suggestions import did_you_mean, likeness, nearest_names, or_similar
 
 
 @pytest.mark.parametrize(
@@ -24,20 +24,20 @@ from cxbridge.suggestions import did_you_mean, likeness, nearest, or_similar
     ],
 )
 def test_nearest(name, known, wanted):
-    assert nearest(name, known) == wanted
-    assert nearest(name, set(known)) == wanted
-    assert nearest(name, reversed(known)) == wanted
+    assert nearest_names(name, known) == wanted
+    assert nearest_names(name, set(known)) == wanted
+    assert nearest_names(name, reversed(known)) == wanted
 
 
 def test_the_name_that_is_meant_is_found_among_very_many():
     known = [f"function-number-{number}" for number in range(5000)] + ["zz-deliver"]
-    assert nearest("zz-delivr", known) == ["zz-deliver"]
+    assert nearest_names("zz-delivr", known) == ["zz-deliver"]
 
 
 def test_hostile_names_take_no_time():
     known = ["ab" * 50_000 + str(number) for number in range(300)]
-    assert nearest("ab" * 50_000, known) == []
-    assert nearest("ab", known) == []
+    assert nearest_names("ab" * 50_000, known) == []
+    assert nearest_names("ab", known) == []
 
 
 def test_hints():

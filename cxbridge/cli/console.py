@@ -20,7 +20,7 @@ import typer
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, Level, LogLine
-from cxbridge.printing import VisibleStream, indented, one_line, terminal_of, visible
+from cxbridge.printing import VisibleStream, indent_lines, one_line, unfiltered_stream, visible
 
 # Endless rules print a hundred thousand lines at one moment of a virtual clock. The limits at one moment are
 # for equal lines, and for lines that differ in their numbers only.
@@ -66,7 +66,7 @@ def say_json(data: Any, *, indent: int | None = None, flush: bool = False) -> No
 
 def complain(text: object) -> None:
     """Print an error to stderr, with all lines but the first one indented."""
-    print(f"cxbridge: error: {indented(str(text))}", file=sys.stderr)
+    print(f"cxbridge: error: {indent_lines(str(text))}", file=sys.stderr)
 
 
 STDOUT = "stdout"
@@ -161,10 +161,10 @@ class ConsoleLog:
         self._similar_counts.clear()
 
     def _print(self, level: Level, component: str, text: str) -> None:
-        line = f"{level.value} {one_line(component)}: {indented(text)}"
+        line = f"{level.value} {one_line(component)}: {indent_lines(text)}"
         if self._has_colour:
             line = f"\x1b[{_COLOURS[level]}m{line}\x1b[0m"
-        terminal_of(sys.stderr).write(f"{line}\n")
+        unfiltered_stream(sys.stderr).write(f"{line}\n")
 
 
 @dataclass(frozen=True, kw_only=True)

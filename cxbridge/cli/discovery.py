@@ -16,13 +16,13 @@ from typer.core import TyperGroup
 
 import cxbridge.cli.commands
 from cxbridge.cli.styling import StyledCommand, style
-from cxbridge.plugins import Row, Table, is_module, rows_of_modules
+from cxbridge.plugins import Row, Table, is_module, make_module_rows
 
 COMMANDS: Final[Table[Any]] = Table(
     "COMMANDS",
     lambda loaded: callable(loaded) or is_module(loaded) or isinstance(loaded, typer.Typer),
     "a function, a typer.Typer, or a module of either",
-    *rows_of_modules(cxbridge.cli.commands),
+    *make_module_rows(cxbridge.cli.commands),
 )
 """The commands of ``cxbridge``; a plug-in's row ``trace report`` is a command of the group ``trace``."""
 
@@ -35,7 +35,7 @@ def top_level_rows() -> list[Row]:
 def group_rows(group: str, package: ModuleType | None = None) -> list[Row]:
     """Return the commands of a group: modules of its package, and rows of plug-ins."""
     prefix = f"{group} "
-    module_rows = () if package is None else rows_of_modules(package)
+    module_rows = () if package is None else make_module_rows(package)
     plugin_rows = [row for row in COMMANDS.rows if row.name.startswith(prefix)]
     return [*module_rows, *(replace(row, name=row.name.removeprefix(prefix)) for row in plugin_rows)]
 

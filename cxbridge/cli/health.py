@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from cxbridge.extras import CORE, PURPOSES, extras, install_command, missing_requirements
+from cxbridge.extras import CORE, EXTRA_PURPOSES, extras, install_command, missing_requirements
 from cxbridge.plugins import Plugin, installed_plugins
 from cxbridge.resources import VERSION
 
@@ -94,7 +94,7 @@ def _check_package(name: str) -> HealthCheck:
 
 def _check_extra(name: str, package: str = CORE) -> HealthCheck:
     absent = missing_requirements(name, package)
-    purpose = f"{PURPOSES[name]}; " if package == CORE and name in PURPOSES else ""
+    purpose = f"{EXTRA_PURPOSES[name]}; " if package == CORE and name in EXTRA_PURPOSES else ""
     return HealthCheck(
         f"extra {name}" if package == CORE else f"extra {name} of {package}",
         fine=not absent,

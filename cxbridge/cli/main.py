@@ -15,9 +15,9 @@ from cxbridge.cli.commands import HELP_SECTIONS
 from cxbridge.cli.console import STDOUT, complain, guard_streams, name_stdout, say, say_text
 from cxbridge.cli.discovery import make_group_class, top_level_rows
 from cxbridge.errors import BrokenAgentError, CxbridgeError
-from cxbridge.extras import missing_package
+from cxbridge.extras import missing_package_error
 from cxbridge.plugins import installed_plugins, package_hint
-from cxbridge.printing import indented
+from cxbridge.printing import indent_lines
 from cxbridge.resources import VERSION
 
 USAGE = 2
@@ -101,7 +101,7 @@ def invoke(arguments: Sequence[str] | None = None) -> int:
         complain(error)
         status = FAULT if _is_exhaustion(error) else error.exit_status
     except _UsageError as error:
-        error.message = indented(error.message) + _package_hint(error)  # type: ignore[attr-defined]  # typer hides it
+        error.message = indent_lines(error.message) + _package_hint(error)  # type: ignore[attr-defined]  # typer hides it
         error.show()  # type: ignore[attr-defined]
         status = USAGE
     except (typer.Abort, KeyboardInterrupt):
@@ -133,7 +133,7 @@ def _run_app(arguments: Sequence[str] | None) -> object:
     try:
         return app(arguments, standalone_mode=False, prog_name="cxbridge")
     except ModuleNotFoundError as error:
-        raise missing_package(error) or error from None
+        raise missing_package_error(error) or error from None
 
 
 def _report_system_error(error: OSError) -> int:

@@ -17,7 +17,7 @@ from cxbridge.history.failure_reasons import REASON_TYPES, FailureReasons, forge
 from cxbridge.history.outcome import ENDED_MODES, OutcomeKind, goal_outcome
 from cxbridge.history.tree import GoalLine, goal_title
 from cxbridge.mainloop import Hook
-from cxbridge.printing import one_line, terminal_of
+from cxbridge.printing import one_line, unfiltered_stream
 from cxbridge.run.result import COMPLETED
 
 if TYPE_CHECKING:
@@ -154,7 +154,7 @@ class RunStory:
         return f"{icon}{outcome.word:{_WORD_WIDTH}}"
 
     def _print(self, *columns: str) -> None:
-        terminal = terminal_of(sys.stdout)
+        terminal = unfiltered_stream(sys.stdout)
         terminal.write("  ".join(columns) + "\n")
         terminal.flush()
 

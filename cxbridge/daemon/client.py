@@ -15,7 +15,7 @@ from cxbridge.blackboard.exclusive_control import CONTROLLER, describe_controlle
 from cxbridge.blackboard.following import Deadline, Feed
 from cxbridge.daemon.board import DAEMON_ID, EXPLAIN_ID, EXPLAIN_TYPE, REQUEST_TYPE
 from cxbridge.errors import BlackBoardError, CxbridgeError
-from cxbridge.plugins import package_with
+from cxbridge.plugins import find_package_of
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.following import InterfaceChange
@@ -152,7 +152,7 @@ def ask_why(board: BlackBoard, name: str, kind: str, rules: int, timeout_s: floa
     if not _has_writer(board, EXPLAIN_TYPE, EXPLAIN_ID):
         raise BlackBoardError(
             "there is no daemon with an executive to ask",
-            hint=f"only a 'cxbridge daemon' with {package_with('why')} answers; or name a scenario, or a "
+            hint=f"only a 'cxbridge daemon' with {find_package_of('why')} answers; or name a scenario, or a "
             "recording with --run",
         )
     with Feed(board, OWNER) as feed:

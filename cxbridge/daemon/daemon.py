@@ -163,9 +163,9 @@ class Daemon(Run):
         with Interrupt(self.stop, self._interrupt_rules, service=True) as interrupt:
             self.stalls.watchdog.start()
             try:
-                with self.loop.busy():
+                with self.loop.busy_section():
                     self.lifecycle.startup(interrupt)
-                if interrupt.received:
+                if interrupt.is_signalled:
                     # an interrupted start may have failed only because of the interrupt
                     self.lifecycle.failure = ""
                 elif self.lifecycle.failure:
@@ -174,7 +174,7 @@ class Daemon(Run):
                     self._run_loop()
             finally:
                 interrupt.give_time(GOODBYE_S)
-                with self.loop.busy():
+                with self.loop.busy_section():
                     self._shut_down()
                 self.stalls.watchdog.stop()
                 self.clock.close()
@@ -235,7 +235,7 @@ class Daemon(Run):
         """Report the start or end of a stuck cycle; called in the watchdog's thread."""
         if stall is None:
             self.log.info("The loop continues")
-        elif self.loop.stopping:
+        elif self.loop.is_stopping:
             self.stalls.watchdog.interrupt()  # the servers are stopping, so no client can interrupt the rules
         self._notifier.report_status("goes on" if stall is None else str(stall))
         self._publish()
@@ -257,7 +257,7 @@ class Daemon(Run):
     def _process_command(self, verb: str, msgid: int) -> None:
         rights = self.settings.rights
         if not rights.allow(Right.CONTROL):  # the servers have refused it already
-            self.log.warn(f"Refusing to {verb}: {rights.why_not(Right.CONTROL)}")
+            self.log.warn(f"Refusing to {verb}: {rights.refusal_hint(Right.CONTROL)}")
             return
         # states published while the command is processed must not count as its reply
         self.status.acknowledge(0)

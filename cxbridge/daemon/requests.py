@@ -77,7 +77,7 @@ class DaemonState:
         goals = self._goal_rows(str(parameters.get("words", "")).lower())
         return {
             "time_us": self._clock.now_us(),
-            "loops": 0 if self._loop is None else self._loop.loops,
+            "loops": 0 if self._loop is None else self._loop.cycle_count,
             "goals": goals[:limit],
             "more_goals": max(0, len(goals) - limit),
             "actions": self._action_rows(),

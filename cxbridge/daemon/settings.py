@@ -9,7 +9,7 @@ from pathlib import Path
 
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
-from cxbridge.listening import LOOPBACK, is_loopback, is_private
+from cxbridge.listening import LOOPBACK, is_loopback, is_private_endpoint
 from cxbridge.mainloop import STALL_S
 from cxbridge.plugins import package_hint
 from cxbridge.resources import DAEMON_URL
@@ -125,7 +125,7 @@ class DaemonSettings:
         endpoints = tuple(config.get_strings(f"{TREE}/zmq/endpoints", default=[DAEMON_URL]))
         has_fawkes = read_flag("fawkes/enable", True)
         # clients of other machines may only run programs if the configuration says so
-        is_local = (not has_fawkes or is_loopback(fawkes.host)) and all(map(is_private, endpoints))
+        is_local = (not has_fawkes or is_loopback(fawkes.host)) and all(map(is_private_endpoint, endpoints))
         skiller = _read_choice(config, "skiller", SKILLERS, "lua", accepts_url=True)
         sections = plugin_settings(config, of_daemon=True)
         rights = read_rights(config, skiller, sections.values(), local=is_local)

@@ -24,7 +24,7 @@ from cxbridge.executive.features.pddl_parser import PddlParserFeature, reads_as_
 from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.mainloop import Hook, MainLoop
-from cxbridge.plugins import installed_plugins, sections_without_package
+from cxbridge.plugins import installed_plugins, unused_section_warnings
 from cxbridge.rights import Rights
 from cxbridge.run.agents import agent_names, choose_agent, clock_of, make_main_loop
 from cxbridge.run.components.component import Component, ThinkingComponent
@@ -165,7 +165,7 @@ class Run(Closing):
         self._first_components = components
         # logged by start(): consoles and recorders do not listen yet
         self.warnings = [str(plugin.error) for plugin in installed_plugins() if plugin.error is not None]
-        self.warnings += [*sections_without_package(self.config.keys), *map(str, self.config.warnings)]
+        self.warnings += [*unused_section_warnings(self.config.keys), *map(str, self.config.warnings)]
         self.spec = self._choose_spec(base) if self.has_executive else ""
         self.paths: RunPaths = self.source.find_paths(self.config, base.config_file)
         self.warnings += self.source.find_oddities(self.config, self.spec) if self.spec else ()

@@ -69,7 +69,7 @@ def _report_durations(loop: MainLoop, bus: EventBus) -> None:
     def end() -> None:
         if start_ns:
             duration_us = (time.perf_counter_ns() - start_ns) // 1000
-            bus.emit(LoopTime(bus.clock.now_us(), loop.loops + 1, duration_us))
+            bus.emit(LoopTime(bus.clock.now_us(), loop.cycle_count + 1, duration_us))
 
     # added first, so the measurement includes all steps but the later ones of POST_LOOP
     loop.add(Hook.PRE_LOOP, start)

@@ -18,7 +18,7 @@ from cxbridge.run.explainers import place_of_action
 from cxbridge.skiller.mapping import ActionSkillMapping
 from cxbridge.skiller.skillstring import read_calls
 from cxbridge.skiller.templates import Placeholder, parse_template
-from cxbridge.suggestions import did_you_mean, nearest
+from cxbridge.suggestions import did_you_mean, nearest_names
 
 if TYPE_CHECKING:
     from cxbridge.executive.executive import Executive
@@ -277,7 +277,7 @@ class UnexecutedActions:
             hint = ""
         else:
             text = f"the action mapping lacks the action '{action}'"
-            similar = nearest(action, mapped - operators)
+            similar = nearest_names(action, mapped - operators)
             hint = f"is '{similar[0]}' meant for it?" if similar else ""
             path = _mapping_path(self._agent)
             values = [config.get(f"{path}/{similar[0]}")] if similar else config.search(path)

@@ -119,7 +119,7 @@ def _run(
                     on_stall=limit.check,
                 )
             )
-        with assembly.loop.busy():
+        with assembly.loop.busy_section():
             _start(assembly, interrupt)
         checks.start()
         assembly.loop.add(Hook.POST_LOOP, recorder.loop)
@@ -139,7 +139,7 @@ def _run(
             checks.look()
             over = assembly.is_over
             loss = assembly.loss  # goals may have failed because of the loss
-            if interrupt.received or over or assembly.clock.now_us() >= deadline_us:
+            if interrupt.is_signalled or over or assembly.clock.now_us() >= deadline_us:
                 return True
             return bool(loss) or (may_be_stuck and watch.check())
 
@@ -157,7 +157,7 @@ def _run(
             over=over,
         )
         recorder.describe({"status": str(result.status), "reason": result.reason})
-        _finish_servers(servers, result, stay, lambda: interrupt.received, recorder.loop)
+        _finish_servers(servers, result, stay, lambda: interrupt.is_signalled, recorder.loop)
     if recorder.fault:
         reason = f"{result.reason}, but the recording is not whole: {recorder.fault}"
         return dataclasses.replace(result, status=FAULT, reason=reason)
@@ -231,7 +231,7 @@ def sum_up_run(
                 spec=agent.spec,
                 goals=agent.executive.goals.all(),
                 forgotten=agent.executive.goals.forgotten,
-                loops=agent.loop.loops,
+                loops=agent.loop.cycle_count,
                 firings=agent.firings,
                 run_seconds=seconds[0],
                 wall_seconds=seconds[1],

@@ -13,7 +13,7 @@ from cxbridge.config import ConfigType, Configuration, ConfigValue
 from cxbridge.errors import ConfigError
 from cxbridge.file_access import ABSENT, why_unreadable
 from cxbridge.plugins import package_hint
-from cxbridge.suggestions import did_you_mean, nearest
+from cxbridge.suggestions import did_you_mean, nearest_names
 
 STAGES = ("stage-1", "stage-2", "stage-3")
 _ENTRY_KEYS = {"name", "feature-request", "file", "files", "wait-for"}
@@ -115,7 +115,7 @@ def _misspelt_sections(config: Configuration) -> Iterator[ConfigError]:
     sections = config.keys("/")
     for section, keys in _SECTIONS.items():
         for name in () if section in sections else sections:
-            if nearest(section, [name], _SIMILAR) and not set(keys).isdisjoint(config.keys(f"/{name}")):
+            if nearest_names(section, [name], _SIMILAR) and not set(keys).isdisjoint(config.keys(f"/{name}")):
                 value = _first_value(config, f"/{name}")
                 yield _error(f"'{name}' is never read", value, f"did you mean {section}?")
 
@@ -126,7 +126,7 @@ def _misspelt(config: Configuration, path: str, known_keys: Sequence[str]) -> It
     written = [key for key, value in values.items() if value is None or value.file]
     absent = [key for key in known_keys if key not in written]  # includes keys with an unwritten default
     for key, value in values.items():
-        if key not in known_keys and (similar := nearest(key, absent, _SIMILAR)):
+        if key not in known_keys and (similar := nearest_names(key, absent, _SIMILAR)):
             yield _error(f"'{key}' is never read", value, f"did you mean {similar[0]}?")
 
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 
 from cxbridge.events import LogLine
 from cxbridge.extras import plugin_command
-from cxbridge.plugins import package_with
+from cxbridge.plugins import find_package_of
 from cxbridge.run.explainers import has_explainer, missing_events
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ class StuckWatch:
         if not all(map(_is_idle, waiting)):
             return {}
         if not has_explainer("missing_events"):
-            package = package_with("why")
+            package = find_package_of("why")
             self.hint = f"{package} names the events that the run waits for: {plugin_command(package)}"
             return {}
         texts = {}

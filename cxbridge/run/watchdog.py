@@ -120,7 +120,7 @@ class Watchdog:
 
     def interrupt(self) -> None:
         """Interrupt the rules of the current cycle. Callable from any thread."""
-        self._turn_to_interrupt = self._loop.turns
+        self._turn_to_interrupt = self._loop.turn_count
         self._wake.set()
 
     def _envs(self) -> tuple[ClipsEnvironment, ...]:
@@ -135,8 +135,8 @@ class Watchdog:
                 self._wake.clear()
                 self._break_off()
                 continue
-            if self._loop.turns != turn or not self._loop.working:
-                turn, took_s = self._loop.turns, 0.0
+            if self._loop.turn_count != turn or not self._loop.is_working:
+                turn, took_s = self._loop.turn_count, 0.0
                 self._samples.clear()
                 self._same_rule_s = 0.0
                 if reported_s:
@@ -157,9 +157,9 @@ class Watchdog:
         # the cycle may have ended since the request: the next one must not be interrupted
         turn, self._turn_to_interrupt = self._turn_to_interrupt, None
         pause_s = _FIRST_INTERRUPT_S
-        while not self._over and self._loop.turns == turn and self._loop.working:
+        while not self._over and self._loop.turn_count == turn and self._loop.is_working:
             self._wake.wait(pause_s)
-            if self._loop.turns == turn:
+            if self._loop.turn_count == turn:
                 for env in self._envs():
                     env.abort_rule()
             pause_s = _NEXT_INTERRUPT_S
@@ -273,7 +273,7 @@ class Stalls:
     def current(self) -> Stall | None:
         """The current stall; None without one."""
         # the loop may have continued since the report
-        return self._stall if self._loop.working and self._loop.turns == self._turn else None
+        return self._stall if self._loop.is_working and self._loop.turn_count == self._turn else None
 
     def interrupt(self) -> None:
         """Interrupt the rules of the current cycle. Callable from any thread."""
@@ -281,7 +281,7 @@ class Stalls:
         self.watchdog.interrupt()
 
     def _report(self, stall: Stall | None) -> None:
-        self._stall, self._turn = stall, self._loop.turns
+        self._stall, self._turn = stall, self._loop.turn_count
         if stall is not None:
             component = f"{stall.component}: " if stall.component else ""
             self._log.warn(f"{component}{stall}; {self._advice}")

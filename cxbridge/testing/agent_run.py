@@ -22,7 +22,7 @@ from cxbridge.history.builder import UNLIMITED, RunHistory
 from cxbridge.history.model import GoalRecord, PlanActionRecord, goal_tree, goals_named
 from cxbridge.history.transitions import TRANSITION_TYPES, Transition
 from cxbridge.mainloop import Hook
-from cxbridge.printing import indented
+from cxbridge.printing import indent_lines
 from cxbridge.run.agent import Run
 from cxbridge.run.explainers import with_explanations
 from cxbridge.run.mistakes import AgentChecks
@@ -100,7 +100,7 @@ class AgentRun(Closing):
             watchdog = end_spins(assembly)
             stack.callback(watchdog.stop)
             watchdog.start()
-            with self._limited(), assembly.loop.busy():
+            with self._limited(), assembly.loop.busy_section():
                 assembly.start()
             self._check(self._checks.start)
             self._stack = stack.pop_all()
@@ -149,8 +149,8 @@ class AgentRun(Closing):
 
     def step(self, loops: int = 1) -> None:
         """Run cycles of the main loop."""
-        end = self._assembly.loop.loops + loops
-        self._run(lambda: self._assembly.loop.loops >= end)
+        end = self._assembly.loop.cycle_count + loops
+        self._run(lambda: self._assembly.loop.cycle_count >= end)
 
     def advance(self, seconds: float) -> None:
         """Run cycles for a number of seconds of the run's clock."""
@@ -339,7 +339,7 @@ class AgentRun(Closing):
 
     def describe(self) -> list[str]:
         """Return the goals, the skills and the end of the log as lines of text."""
-        lines = [f"after {self.seconds:.2f} s, {self._assembly.loop.loops} loops", "goals:"]
+        lines = [f"after {self.seconds:.2f} s, {self._assembly.loop.cycle_count} loops", "goals:"]
         lines += [f"  {line}" for line in goal_tree(self._history.goals)]
         if self._skills is not None and self._skills.calls:
             lines.append("skills:")
@@ -358,7 +358,7 @@ class AgentRun(Closing):
                 f"{line.component}: {line.text}"
                 for line in last_lines
             ]
-        return list(map(indented, lines))
+        return list(map(indent_lines, lines))
 
     def _last_rules(self) -> str:
         """Return the last fired rules in order; several firings in a row become one entry with the count."""
@@ -367,7 +367,7 @@ class AgentRun(Closing):
 
     def _with_goals(self, problem: str) -> str:
         lines = [f"{problem} ({self.seconds:.2f} s into the run)", *goal_tree(self._history.goals)]
-        return "\n".join(map(indented, lines))
+        return "\n".join(map(indent_lines, lines))
 
     def assert_golden(
         self,

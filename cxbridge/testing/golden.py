@@ -11,7 +11,7 @@ from typing import Any
 
 from cxbridge.errors import CxbridgeError, TraceError
 from cxbridge.event_kinds import View
-from cxbridge.file_access import replacing
+from cxbridge.file_access import replaced_file
 from cxbridge.history.transitions import Transition
 from cxbridge.run.pages import write_document
 from cxbridge.trace.compare.checks import Tolerance
@@ -95,7 +95,10 @@ def write_golden(file: Path, transitions: Sequence[Transition], start_us: int | 
     :raises OSError: if the folder cannot be created.
     """
     file.parent.mkdir(parents=True, exist_ok=True)
-    with replacing(file) as new_file, TransitionsWriter(new_file, details=True, start_us=start_us) as writer:
+    with (
+        replaced_file(file) as new_file,
+        TransitionsWriter(new_file, details=True, start_us=start_us) as writer,
+    ):
         for transition in transitions:
             writer.write(transition)
 

@@ -14,7 +14,7 @@ from cxbridge.skiller.simulation.deciders import FOREVER, Decider, Effect, Outco
 from cxbridge.skiller.simulation.estimators import as_text
 from cxbridge.skiller.skillstring import SkillStringCall
 from cxbridge.skiller.status import Status
-from cxbridge.suggestions import nearest
+from cxbridge.suggestions import nearest_names
 
 _PATTERN: Final = re.compile(r"[*?[]")  # a character with a meaning in shell patterns
 _MAX_EXAMPLES: Final = 3  # limit of different calls in a complaint
@@ -132,7 +132,7 @@ class SkillRule:
         if self.calls or self._optional:
             return ""
         if self.name not in skills:
-            similar = nearest(self.name, skills)
+            similar = nearest_names(self.name, skills)
             hint = f": skills here are {', '.join(sorted(skills))}" if skills else ""
             hint = f"; did you mean '{similar[0]}'?" if similar else hint
             # a rule without outcomes only looks calls up, often to check that there are none: its name is a

@@ -8,7 +8,7 @@ from pkgutil import resolve_name
 
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import FactChange, SourceRead
-from cxbridge.file_access import replacing
+from cxbridge.file_access import replaced_file
 from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.trace.formats.base import Attachment, Run, RunWriter
@@ -27,7 +27,7 @@ def convert(run: Run, path: Path, to: str) -> list[str]:
     """
     refuse_locked_file(path)
     # a failed copy must leave the existing file, which may be the run itself
-    with replacing(path) as new_path:
+    with replaced_file(path) as new_path:
         return _copy_events(run, new_path, to)
 
 

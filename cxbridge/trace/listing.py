@@ -19,7 +19,7 @@ from cxbridge.events import (
     RuleFired,
 )
 from cxbridge.history.transitions import TRANSITION_TYPES
-from cxbridge.printing import to_record
+from cxbridge.printing import escape_record
 from cxbridge.trace.codec import dump_json, encode_with_kind, values_with_enum_names
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.transitions_text import format_transition
@@ -89,7 +89,7 @@ def describe_event(event: Event) -> str:
 def describe_details(event: Event) -> str:
     """Return the recorded details of a goal or plan-action, such as parameters."""
     values = ((name, getattr(event, name)) for name in event.KIND.details)
-    return to_record(" ".join(f"{name}={value}" for name, value in values if value))
+    return escape_record(" ".join(f"{name}={value}" for name, value in values if value))
 
 
 def _message_text(event: InterfaceMessage) -> str:

@@ -10,7 +10,7 @@ import typer
 from cxbridge.cli import commands
 from cxbridge.cli.discovery import names_by_section, top_level_rows
 from cxbridge.cli.main import app
-from cxbridge.plugins import rows_of_modules
+from cxbridge.plugins import make_module_rows
 from tests.support import needs_all_plugins
 
 pytestmark = needs_all_plugins
@@ -50,7 +50,7 @@ def test_the_example_of_each_command_parses():
 
 def test_the_sections_name_the_cores_commands_and_only_these():
     named = [name for names in commands.HELP_SECTIONS.values() for name in names]
-    assert sorted(named) == sorted(row.name for row in rows_of_modules(commands))
+    assert sorted(named) == sorted(row.name for row in make_module_rows(commands))
 
 
 def test_the_help_has_each_command_once():

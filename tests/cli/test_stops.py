@@ -82,7 +82,7 @@ def test_a_stop_ends_the_sleep_between_two_loops():
     loop = MainLoop(RealClock(), period_us=3600 * 1_000_000)
     threading.Timer(0.2, loop.stop).start()
     loop.run(lambda: False)
-    assert loop.loops == 1
+    assert loop.cycle_count == 1
 
 
 def test_a_signal_in_the_sleep_of_a_daemon_is_no_fault(tmp_path):
@@ -142,14 +142,14 @@ def test_an_interrupt_within_another_takes_over_what_came_before_and_hands_back_
     stopped = threading.Event()
     with Interrupt() as outer:
         signal.raise_signal(signal.SIGTERM)
-        assert outer.received
+        assert outer.is_signalled
         with Interrupt(stopped.set) as inner:
-            assert inner.received
+            assert inner.is_signalled
             assert stopped.wait(WAIT_S)
     with Interrupt() as outer:
         with Interrupt():
             signal.raise_signal(signal.SIGTERM)
-        assert outer.received
+        assert outer.is_signalled
 
 
 def test_what_does_not_end_by_itself_is_forced_and_no_sooner():

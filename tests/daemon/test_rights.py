@@ -31,7 +31,7 @@ from cxbridge.errors import ClipsError, ConfigError, CxbridgeError
 from cxbridge.executive.host.facts.constants import constant_values, parse_constant_fact
 from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.interfaces.registry import default_registry
-from cxbridge.rights import FRAMES, MESSAGES, Right, Rights, right_of_message
+from cxbridge.rights import FRAME_RIGHTS, MESSAGE_RIGHTS, Right, Rights, right_of_message
 from tests.blackboard.fawkesnet.raw import raw_client
 from tests.daemon.test_daemon import WAIT_S, running, settings
 from tests.run.mini import write_scenario
@@ -151,21 +151,21 @@ def test_every_verb_has_its_right():
 
 
 def test_every_frame_of_a_client_is_in_the_table():
-    assert {kind.__name__.lower() for kind in get_args(ClientFrame)} == set(FRAMES["zmq"])
+    assert {kind.__name__.lower() for kind in get_args(ClientFrame)} == set(FRAME_RIGHTS["zmq"])
     of_server = {"INTERFACE_LIST", "OPEN_SUCCESS", "OPEN_FAILURE", "WRITE"} | {
         kind.name for kind in BoardKind if BoardKind.READER_ADDED <= kind <= BoardKind.INTERFACE_DESTROYED
     }
-    assert {kind.name for kind in BoardKind} - of_server == set(FRAMES["fawkes-blackboard"])
+    assert {kind.name for kind in BoardKind} - of_server == set(FRAME_RIGHTS["fawkes-blackboard"])
     answers = ("LOADED", "FAILED", "UNLOADED")
     plugins = {
         kind.name
         for kind in plugin_messages.PluginKind
         if not kind.name.endswith((*answers, "AVAIL_LIST", "LOADED_LIST"))
     } | {"LIST_LOADED"}
-    assert plugins == set(FRAMES["fawkes-plugins"])
+    assert plugins == set(FRAME_RIGHTS["fawkes-plugins"])
     config = {kind.name for kind in config_messages.ConfigKind if kind < 30 or kind >= 50}
-    assert config == set(FRAMES["fawkes-configuration"])
-    assert {kind.name for kind in log_messages.LogKind} - {"LOGMESSAGE"} == set(FRAMES["fawkes-logger"])
+    assert config == set(FRAME_RIGHTS["fawkes-configuration"])
+    assert {kind.name for kind in log_messages.LogKind} - {"LOGMESSAGE"} == set(FRAME_RIGHTS["fawkes-logger"])
 
 
 def test_every_message_on_the_blackboard_needs_a_right():
@@ -174,7 +174,7 @@ def test_every_message_on_the_blackboard_needs_a_right():
         for message in default_registry().schema(name).messages:
             if right_of_message(name, message.name) is Right.LOOK:
                 looks.add((name, message.name))
-    assert looks == set(MESSAGES)
+    assert looks == set(MESSAGE_RIGHTS)
     assert all(right_of_message("DaemonInterface", message) is Right.CONTROL for message in COMMANDS)
 
 

@@ -11,8 +11,8 @@ from cxbridge.blackboard.kit.errors import InsecureEndpointError
 from cxbridge.blackboard.zmq.security import check_endpoint
 from cxbridge.daemon.table import DAEMON_COMPONENTS
 from cxbridge.errors import ConfigError
-from cxbridge.listening import is_loopback, is_named, is_own_page, is_private
-from cxbridge.rights import FRAMES, Right, right_of_frame
+from cxbridge.listening import has_host_name, is_loopback, is_permitted_request, is_private_endpoint
+from cxbridge.rights import FRAME_RIGHTS, Right, right_of_frame
 from cxbridge.run.components.table import COMPONENTS
 from tests.support import module_files, needs_all_plugins, needs_plugin
 
@@ -55,7 +55,7 @@ LISTENS = {
 
 SENDS_SKILL_STRINGS = {
     "cxbridge.cli.commands.skill": "a client: the daemon asks the table",
-    "cxbridge_ros2.components.skiller": "Rights.of_message",
+    "cxbridge_ros2.components.skiller": "Rights.message_right",
     "cxbridge.daemon.services.skiller_executor": "parse_skill_string: only data is sent",
     "cxbridge.skiller.calls": "its callers, which are above",
     "cxbridge_web.fawkes.skiller": "Endpoint.is_skill",
@@ -91,7 +91,7 @@ def calls(names: Iterable[str]) -> Iterator[tuple[str, ast.Call, str, str]]:
 def test_each_component_is_a_way_in_or_none():
     names = [row.name for row in (*DAEMON_COMPONENTS, *COMPONENTS.rows)]
     assert set(names) == set(WAYS)
-    assert {protocol for protocols in WAYS.values() for protocol in protocols} == set(FRAMES)
+    assert {protocol for protocols in WAYS.values() for protocol in protocols} == set(FRAME_RIGHTS)
 
 
 @needs_all_plugins
@@ -113,7 +113,7 @@ def test_each_service_and_each_topic_of_a_node_names_its_right():
         or name == "ActionServer"
     ]
     assert len(found) > 12
-    assert [module for module, keywords in found if "needs" not in keywords] == []
+    assert [module for module, keywords in found if "right" not in keywords] == []
 
 
 @needs_all_plugins
@@ -180,7 +180,7 @@ def test_foxglove_listens_elsewhere_if_the_settings_say_so():
     ],
 )
 def test_an_endpoint_is_private_or_needs_keys(endpoint: str, expected: bool):
-    assert is_private(endpoint) is expected
+    assert is_private_endpoint(endpoint) is expected
     for secured in ({"keys": True, "insecure": False}, {"keys": False, "insecure": True}):
         check_endpoint(endpoint, **secured)
     if expected:
@@ -201,13 +201,13 @@ def test_an_endpoint_is_private_or_needs_keys(endpoint: str, expected: bool):
     ],
 )
 def test_pages_of_other_origins_are_strangers(origin: str, expected: bool):
-    assert is_own_page(origin, "http", "localhost:1", ("https://ours.example",)) is expected
-    assert is_own_page(origin, "http", "localhost:1", ("*",))
+    assert is_permitted_request(origin, "http", "localhost:1", ("https://ours.example",)) is expected
+    assert is_permitted_request(origin, "http", "localhost:1", ("*",))
 
 
 def test_a_name_counts_without_its_port():
     names = {"localhost", "::1"}
-    assert all(is_named(host, names) for host in ("localhost", "LocalHost:80", "[::1]:80", "[::1]"))
+    assert all(has_host_name(host, names) for host in ("localhost", "LocalHost:80", "[::1]:80", "[::1]"))
     assert not any(
-        is_named(host, names) for host in ("", "evil.example", "localhost.evil.example:80", "[::2]")
+        has_host_name(host, names) for host in ("", "evil.example", "localhost.evil.example:80", "[::2]")
     )

@@ -21,10 +21,11 @@ _CONFIG: Final = "scenario.yaml"
 _PLACE: Final = re.compile(r"\bagent/[\w/.-]+:\d+\b")
 _NO_LINE: Final = re.compile(
     r"\bagent: this folder has no scenario\.yaml and no config\.yaml"
-    r"|\bagent/[\w/.-]+: cannot read the [a-z ]+: permission denied",
+    r"|\bagent/[\w/.-]+: cannot read the [a-z ]+: permission denied"
+    r"|cxbridge-studio names the events that the run waits for",
     re.IGNORECASE,
 )
-"""What is said without a line: there is no file that could have one, or nobody may look into it."""
+"""Said without a line: no file could have one, nobody may look into it, or only the studio knows the line."""
 
 _TAKEN: Final = re.compile(
     r"(assert-time-each-loop|automatic-goal-retraction|steal-skiller-control) is a truth value"

@@ -116,8 +116,8 @@ def test_an_interrupted_rule_ends_and_the_next_loop_is_as_usual():
         assert world.heard.wait(WAIT_S)
         world.watchdog.interrupt()
         assert world.over.wait(WAIT_S)
-        before = world.loop.loops
-        while world.loop.loops < before + 2:
+        before = world.loop.cycle_count
+        while world.loop.cycle_count < before + 2:
             time.sleep(0.01)
         assert any("Execution halted during the actions of defrule 'a'" in line for line in world.lines)
         assert not world.env.is_ended

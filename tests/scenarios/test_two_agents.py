@@ -254,7 +254,7 @@ def test_a_database_that_is_away_at_the_start(tmp_path: Path) -> None:
         port = server.port
     config, world = overlay(tmp_path, server.uri, QUICK)
     with Alone(config) as robot:
-        robot.loop.run(lambda: robot.loop.loops >= 30)
+        robot.loop.run(lambda: robot.loop.cycle_count >= 30)
         assert not robot.executive.initialized
         with mongo_server(port):
             robot.until(lambda: robot.is_over)

@@ -128,7 +128,7 @@ def test_with_nobody_left_the_goal_waits(run):
     run.until(lambda: bool(run.working("robot1", "move") and run.working("robot2", "move")))
     for host in list(run.service.hosts):
         run.service.remove(host, ExecutorHost.abandon)
-    run.loop.run(lambda: run.loop.loops > 2000)
+    run.loop.run(lambda: run.loop.cycle_count > 2000)
     assert not run.is_over
     assert len(run.failed()) == 2
 

@@ -30,7 +30,7 @@ class Drive:
         with Run(RunOptions(scenario=SCENARIO, skiller="none", **options)) as assembly:
             assembly.bus.subscribe(self._note, PlanActionTransition, InterfaceWrite)
             assembly.start()
-            assembly.loop.run(lambda: assembly.is_over or assembly.loop.loops > 3000)
+            assembly.loop.run(lambda: assembly.is_over or assembly.loop.cycle_count > 3000)
             self.over = assembly.is_over
             self.domain = {
                 (str(slots["name"]), *map(str, slots["param-values"]))

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from typing import Final
 
 from cxbridge.errors import BlackBoardError
-from cxbridge.listening import check_place, is_loopback
+from cxbridge.listening import check_server_address, is_loopback
 
 _Network = ipaddress.IPv4Network | ipaddress.IPv6Network
 
@@ -56,11 +56,11 @@ def resolve_listen_address(
     except OSError as error:
         raise BlackBoardError(f"cannot listen on {host}: {error.strerror}") from None
     ip = str(address[0])
-    check_place(
+    check_server_address(
         "the port for Fawkes' tools",
         host,
-        private=is_loopback(ip),
-        admitted=bool(allowed),
+        is_local=is_loopback(ip),
+        is_restricted=bool(allowed),
         hint="the protocol has no login: say which peers are allowed, e.g. 192.168.0.0/24, "
         "or listen on 127.0.0.1",
         error=BlackBoardError,

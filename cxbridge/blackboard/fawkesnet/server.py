@@ -26,7 +26,7 @@ from cxbridge.blackboard.kit.errors import ProtocolError
 from cxbridge.blackboard.kit.server import BoardServer
 from cxbridge.errors import BlackBoardError, CxbridgeError
 from cxbridge.events import EventBus
-from cxbridge.rights import EVERYTHING, Rights
+from cxbridge.rights import ALL_RIGHTS, Rights
 
 SERVER_COMPONENT: Final = "FawkesNetworkServer"
 """The component of the server's log lines."""
@@ -79,7 +79,7 @@ class FawkesServer(BoardServer):
         allow: Iterable[str] = (),
         echo: bool = True,
         limits: ServerLimits = DEFAULT_LIMITS,
-        rights: Rights = EVERYTHING,
+        rights: Rights = ALL_RIGHTS,
     ) -> None:
         bus = bus or board.bus or EventBus(board.clock)
         super().__init__("FawkesNetServer", bus.logger(SERVER_COMPONENT))

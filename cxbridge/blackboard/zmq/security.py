@@ -13,7 +13,7 @@ from typing import Final
 import zmq
 
 from cxbridge.blackboard.kit.errors import EndpointError, InsecureEndpointError
-from cxbridge.listening import check_place, is_abstract, is_private
+from cxbridge.listening import check_server_address, is_abstract_socket, is_private_endpoint
 
 SCHEMES: Final = ("tcp", "ipc", "inproc")
 """The ZeroMQ transports that the blackboard uses."""
@@ -90,11 +90,11 @@ def check_endpoint(endpoint: str, *, keys: bool, insecure: bool) -> None:
         raise EndpointError(
             f"'{endpoint}' is not an endpoint", hint="write tcp://host:port, ipc://path or inproc://name"
         )
-    check_place(
+    check_server_address(
         "a blackboard",
         endpoint,
-        private=is_private(endpoint),
-        admitted=keys or insecure,
+        is_local=is_private_endpoint(endpoint),
+        is_restricted=keys or insecure,
         hint="it needs CURVE keys: make some with cxbridge keys, see docs/security.md; "
         "or allow connections without them: insecure",
         error=InsecureEndpointError,
@@ -104,4 +104,4 @@ def check_endpoint(endpoint: str, *, keys: bool, insecure: bool) -> None:
 def uses_curve(endpoint: str) -> bool:
     """Return whether CURVE keys apply to an endpoint."""
     # file permissions protect an ipc endpoint, and the process an inproc endpoint
-    return endpoint.startswith("tcp:") or is_abstract(endpoint)
+    return endpoint.startswith("tcp:") or is_abstract_socket(endpoint)

@@ -9,7 +9,7 @@ import typer
 
 from cxbridge.cli.console import say, say_json, say_text
 from cxbridge.file_access import write_file
-from cxbridge.printing import indented
+from cxbridge.printing import indent_lines
 from cxbridge.resources import shipped_interfaces
 
 if TYPE_CHECKING:
@@ -107,7 +107,7 @@ def check(
             findings.append({"severity": severity, **{name: getattr(mistake, name) for name in fields}})
             if not as_json:
                 hint = f"\n  hint: {mistake.hint}" if mistake.hint else ""
-                say_text(indented(f"{mistake.location}: {severity}: {mistake.message}{hint}"))
+                say_text(indent_lines(f"{mistake.location}: {severity}: {mistake.message}{hint}"))
         if not mistakes and not as_json:
             say(f"{file}: correct")
     if as_json:

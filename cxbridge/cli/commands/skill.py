@@ -20,7 +20,7 @@ from cxbridge.cli.discovery import group_rows, make_group_class
 from cxbridge.cli.entry import handle_signals
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.daemon.services.options import ExecutorOptions
-from cxbridge.printing import one_line, terminal_of
+from cxbridge.printing import one_line, unfiltered_stream
 
 app = typer.Typer(name="skill", cls=make_group_class(lambda: group_rows("skill"), {}), no_args_is_help=True)
 
@@ -169,12 +169,12 @@ class _Progress:
         """Show a new status."""
         if sys.stderr.isatty():
             line = one_line(f"{status} {self._skill_string} {error}".rstrip())
-            terminal_of(sys.stderr).write(f"\r\x1b[K{line}")
+            unfiltered_stream(sys.stderr).write(f"\r\x1b[K{line}")
             sys.stderr.flush()
             self._is_shown = True
 
     def end(self) -> None:
         """Remove the line."""
         if self._is_shown:
-            terminal_of(sys.stderr).write("\r\x1b[K")
+            unfiltered_stream(sys.stderr).write("\r\x1b[K")
             sys.stderr.flush()

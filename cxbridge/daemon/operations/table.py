@@ -9,11 +9,11 @@ from typing import Any, Final
 
 import cxbridge.daemon.operations
 from cxbridge.daemon.operations.operation import Operation, OperationContext, to_json
-from cxbridge.plugins import PluginError, Row, Table, is_module, rows_of_modules
+from cxbridge.plugins import PluginError, Row, Table, is_module, make_module_rows
 from cxbridge.rights import Right
 
 OPERATION_MODULES: Final[Table[ModuleType]] = Table(
-    "OPERATIONS", is_module, "a module with OPERATIONS", *rows_of_modules(cxbridge.daemon.operations)
+    "OPERATIONS", is_module, "a module with OPERATIONS", *make_module_rows(cxbridge.daemon.operations)
 )
 """The modules of operations."""
 

@@ -10,7 +10,7 @@ from cxbridge.executive.planning.errors import UnknownPlannerError, UnsupportedP
 from cxbridge.executive.planning.needs import problem_needs
 from cxbridge.executive.planning.planner import Planner
 from cxbridge.extras import plugin_command
-from cxbridge.plugins import PluginError, Row, Table, package_with
+from cxbridge.plugins import PluginError, Row, Table, find_package_of
 
 AUTO: Final = "auto"
 """The name that stands for all installed planners that accept the problem, tried in order."""
@@ -45,7 +45,7 @@ def make_planner(name: str, options: Mapping[str, str] | None = None) -> Planner
 
 def planner_install_command() -> str:
     """Return the command that installs more planners; empty if a plug-in with planners is installed."""
-    package = package_with(PLANNERS.hook)
+    package = find_package_of(PLANNERS.hook)
     return plugin_command(package) if package and not any(row.origin for row in PLANNERS.rows) else ""
 
 

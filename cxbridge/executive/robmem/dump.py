@@ -11,7 +11,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.executive.robmem.errors import QueryError, RobotMemoryError
 from cxbridge.executive.robmem.store import Store, split_name
 from cxbridge.extras import install_command
-from cxbridge.file_access import replacing
+from cxbridge.file_access import replaced_file
 
 
 def dump_collection(store: Store, collection: str, folder: Path) -> Path:
@@ -79,7 +79,7 @@ def _file(collection: str, folder: Path) -> Path:
 
 
 def _replace(file: Path, data: bytes) -> None:
-    with replacing(file) as fresh, fresh.open("wb") as stream:
+    with replaced_file(file) as fresh, fresh.open("wb") as stream:
         stream.write(data)
         stream.flush()
         os.fsync(stream.fileno())

@@ -260,7 +260,7 @@ class ComponentManager:
         # two rounds: a component may call all others once it is active
         for transition in _START:
             for node in self.nodes:
-                if interrupt is not None and interrupt.received:
+                if interrupt is not None and interrupt.is_signalled:
                     return False
                 self._start_if_due(node, transition)
         return all(node.state is State.ACTIVE for node in self.nodes)

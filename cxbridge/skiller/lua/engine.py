@@ -12,7 +12,7 @@ from msgspec.structs import asdict
 from cxbridge.clock import Clock
 from cxbridge.errors import SkillError
 from cxbridge.events import Logger, SourceRead
-from cxbridge.lua_syntax import readable
+from cxbridge.lua_syntax import decode_lua_text
 from cxbridge.skiller.lua.boardaccess import BoardAccess, InterfacePool, MakeTable
 from cxbridge.skiller.lua.host import HostFunctions, from_lua, to_lua
 from cxbridge.skiller.lua.limits import Limits
@@ -132,7 +132,7 @@ class LuaEngine:
 
     def documentation(self, skill: str) -> str | None:
         """Return the documentation of a skill, or None."""
-        return readable(self._text("documentation", to_lua(skill))) if skill in self.skills else None
+        return decode_lua_text(self._text("documentation", to_lua(skill))) if skill in self.skills else None
 
     def prepare(self, calls: Sequence[LuaCall]) -> str:
         """Set the calls for :meth:`run`.
@@ -227,7 +227,7 @@ class LuaEngine:
     @staticmethod
     def _outcome(result: tuple[Any, ...]) -> str:
         ok, error = result[:2]
-        return "" if ok else readable(str(error)) or "unknown error"
+        return "" if ok else decode_lua_text(str(error)) or "unknown error"
 
     def close(self) -> None:
         """Run the finalize callbacks and close all interfaces."""

@@ -18,7 +18,7 @@ from cxbridge.clock import Clock
 from cxbridge.config.secrets import MASKED_TEXT, is_secret, mask
 from cxbridge.errors import CxbridgeError, SkillError
 from cxbridge.events import Level, Logger
-from cxbridge.lua_syntax import readable
+from cxbridge.lua_syntax import decode_lua_text
 from cxbridge.skiller.lua.modulepath import ModulePath
 
 if TYPE_CHECKING:
@@ -127,7 +127,7 @@ class HostFunctions:
         }
 
     def _log(self, level: str, text: str) -> None:
-        log_error(self._logger, Level[level.upper()], readable(text[:MAX_LINE]), self._modules)
+        log_error(self._logger, Level[level.upper()], decode_lua_text(text[:MAX_LINE]), self._modules)
 
     def _find_module(self, name: str) -> tuple[str, str]:
         return self._modules.read(name)

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from cxbridge.errors import SkillError
-from cxbridge.lua_syntax import readable
+from cxbridge.lua_syntax import decode_lua_text
 from cxbridge.skiller.lua.modulepath import ModulePath
 
 _LUA_FILES_DIR = Path(__file__).parent
@@ -87,7 +87,7 @@ class LuaState:
         ok, problem = self.call("load", space)[:2]
         if ok:
             return
-        file, line, text = self.modules.locate(readable(str(problem)))
+        file, line, text = self.modules.locate(decode_lua_text(str(problem)))
         raise SkillError(f"cannot load skill space '{space}': {text}", file=file, line=line)
 
     def call(self, name: str, *args: Any) -> tuple[Any, ...]:

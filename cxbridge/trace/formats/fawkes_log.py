@@ -20,7 +20,7 @@ from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, FactChange, Level, LogLine, RuleFired
 from cxbridge.history.transitions import TransitionTracker
 from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.printing import from_record, to_entry, to_record
+from cxbridge.printing import escape_log_entry, escape_record, unescape_record
 from cxbridge.trace.formats.base import CopyFormat, Format, Run, StreamWriter
 from cxbridge.trace.formats.files import MAX_LINE, open_exclusively, read_lines, writing
 
@@ -78,7 +78,7 @@ class FawkesLog(Run):
             env = _find_environment(component) if letter == "D" else None
             event = parse_clips_event(time_us, env, text) if env is not None else None
             if event is None:
-                yield LogLine(time_us, _LEVELS[letter], from_record(component), from_record(text))
+                yield LogLine(time_us, _LEVELS[letter], unescape_record(component), unescape_record(text))
                 continue
             transition = None
             if type(event) is FactChange:
@@ -184,7 +184,7 @@ class _DayCounter:
 @lru_cache(maxsize=256)
 def _find_environment(component: str) -> str | None:
     match = _ENVIRONMENT.fullmatch(component)
-    return from_record(match.group(1)) if match else None
+    return unescape_record(match.group(1)) if match else None
 
 
 def parse_clips_event(time_us: int, env: str, text: str) -> Event | None:
@@ -193,13 +193,13 @@ def parse_clips_event(time_us: int, env: str, text: str) -> Event | None:
         match = _FACT.match(text)
         if match:
             arrow, index, fact = match.groups()
-            fact = from_record(fact)
+            fact = unescape_record(fact)
             return FactChange(time_us, env, arrow == "==>", int(index), template_of(fact), fact)
     elif text.startswith("FIRE "):
         match = _FIRE.match(text)
         if match:
             number, rule, basis = match.groups()
-            return RuleFired(time_us, env, int(number), from_record(rule), from_record(basis or ""))
+            return RuleFired(time_us, env, int(number), unescape_record(rule), unescape_record(basis or ""))
     return None
 
 
@@ -229,18 +229,18 @@ class FawkesLogWriter(StreamWriter):
 
     def write(self, event: Event) -> None:
         if isinstance(event, LogLine):
-            head = f"{event.level.value} {self._format_time(event.time_us)} {to_record(event.component)}"
-            entry = f"{head}: {to_entry(event.text)}\n"
+            head = f"{event.level.value} {self._format_time(event.time_us)} {escape_record(event.component)}"
+            entry = f"{head}: {escape_log_entry(event.text)}\n"
         elif isinstance(event, FactChange):
             arrow = "==>" if event.asserted else "<=="
             entry = (
-                f"D {self._format_time(event.time_us)} CLIPS ({to_record(event.env)}):"
-                f" {arrow} f-{event.index:<5d} {to_entry(event.text)}\n"
+                f"D {self._format_time(event.time_us)} CLIPS ({escape_record(event.env)}):"
+                f" {arrow} f-{event.index:<5d} {escape_log_entry(event.text)}\n"
             )
         elif isinstance(event, RuleFired):
             entry = (
-                f"D {self._format_time(event.time_us)} CLIPS ({to_record(event.env)}):"
-                f" FIRE {event.number:4d} {to_record(event.rule)}: {to_record(event.basis)}\n"
+                f"D {self._format_time(event.time_us)} CLIPS ({escape_record(event.env)}):"
+                f" FIRE {event.number:4d} {escape_record(event.rule)}: {escape_record(event.basis)}\n"
             )
         else:
             return

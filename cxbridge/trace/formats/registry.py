@@ -18,7 +18,7 @@ from typing import Any, Final
 import cxbridge.trace.formats
 from cxbridge.errors import TraceError
 from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.plugins import Row, Table, is_module, rows_of_modules
+from cxbridge.plugins import Row, Table, is_module, make_module_rows
 from cxbridge.trace.formats.base import HEAD_SIZE, CopyFormat, Format, Run
 from cxbridge.trace.formats.files import reading
 
@@ -26,7 +26,7 @@ FORMAT_MODULES: Final[Table[ModuleType]] = Table(
     "FORMATS",
     is_module,
     "a module with FORMATS or COPIES",
-    *rows_of_modules(cxbridge.trace.formats),
+    *make_module_rows(cxbridge.trace.formats),
 )
 """The modules of formats."""
 

@@ -20,7 +20,7 @@ from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, GoalTransition, PlanActionTransition, SkillStatus
 from cxbridge.history.transitions import TRANSITION_TYPES, Transition
 from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.printing import from_record, to_record
+from cxbridge.printing import escape_record, unescape_record
 from cxbridge.trace.formats.base import CopyFormat, Format, Run, StreamWriter
 from cxbridge.trace.formats.files import read_lines, writing
 
@@ -53,7 +53,7 @@ DEFAULT_DETAILS: Final = {"params": "()", "meta": "()", "priority": "0.0", "reso
 
 def format_transition(event: Transition) -> str:
     """Return the transition as one line of text, without line feeds and control characters."""
-    return to_record(_format_line(event))
+    return escape_record(_format_line(event))
 
 
 def _format_line(event: Transition) -> str:
@@ -73,7 +73,7 @@ def _format_line(event: Transition) -> str:
 
 
 def parse_transition(line: str, time_us: int = 0) -> Transition | None:
-    env, line = DEFAULT_ENV, from_record(line)
+    env, line = DEFAULT_ENV, unescape_record(line)
     if match := _ENVIRONMENT_PREFIX.fullmatch(line):
         env, line = match.groups()
     if match := _GOAL_LINE.fullmatch(line):
@@ -114,7 +114,7 @@ class TransitionsText(Run):
             # a time holds for all transitions up to the next time
             elif match := _TIME_LINE.fullmatch(line):
                 at_us = round(float(match.group(1)) * MICROSECONDS)
-            elif pending is not None and (match := _DETAIL_LINE.fullmatch(from_record(line))):
+            elif pending is not None and (match := _DETAIL_LINE.fullmatch(unescape_record(line))):
                 details.store(pending, match.group(1), match.group(2))
             elif line.strip():
                 raise TraceError(
@@ -168,7 +168,7 @@ class _LastDetails:
         self._by_subject[subject] = details
         for name in (*details, *(former.keys() - details.keys() - DEFAULT_DETAILS.keys())):
             if details.get(name, "") != former.get(name, ""):
-                yield to_record(f"  {name}={details.get(name, '')}")
+                yield escape_record(f"  {name}={details.get(name, '')}")
 
 
 class TransitionsWriter(StreamWriter):

@@ -20,7 +20,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, LogLine, RuleFired
 from cxbridge.file_access import file_errors
 from cxbridge.history.transitions import TRANSITION_TYPES
-from cxbridge.spawning import spawning
+from cxbridge.spawning import safe_spawn_context
 from cxbridge_explore.graph import ROOT, Edge, Graph
 from cxbridge_explore.playing import MakeRun
 from cxbridge_explore.worlds.points import USUAL, ChoicePoint, DivergedError
@@ -91,7 +91,7 @@ def _start_process(target: Callable[..., None], arguments: tuple[object, ...]) -
         process = multiprocessing.get_context("fork").Process(target=target, args=arguments, daemon=True)
         process.start()
         return process
-    with spawning() as context:
+    with safe_spawn_context() as context:
         process = context.Process(target=target, args=arguments, daemon=True)
         process.start()
     return process

@@ -24,7 +24,7 @@ from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_
 from rosbags.typesys.base import TypesysError
 
 from cxbridge.errors import Ros2Error
-from cxbridge.file_access import walk
+from cxbridge.file_access import walk_folders
 from cxbridge.suggestions import did_you_mean
 from cxbridge_ros2.builtin import BUILT_IN_DEFINITIONS
 from cxbridge_ros2.names import DEFINITION_KINDS, TypeName, parse_type
@@ -264,7 +264,7 @@ def _find_definition_files(folder: Path) -> dict[str, Path]:
     if not folder.is_dir():
         raise Ros2Error("there is no such folder with ROS packages", file=folder)
     definition_files: dict[str, Path] = {}
-    for directory_name, folders, files in walk(folder):
+    for directory_name, folders, files in walk_folders(folder):
         folders.sort()  # in place: the walk visits the folders in this order
         directory = Path(directory_name)
         if directory.name not in DEFINITION_KINDS:

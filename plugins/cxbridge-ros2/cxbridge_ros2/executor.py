@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Final, TypeVar
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import ConfigError
-from cxbridge.rights import EVERYTHING
+from cxbridge.rights import ALL_RIGHTS
 from cxbridge.skiller.board.executor import ExecutorContext, SkillExecutor, SkillFailedError
 from cxbridge_ros2.node import Node
 from cxbridge_ros2.settings import NODE_KEYS, NodeSettings, nest_settings
@@ -40,7 +40,7 @@ class RosExecutor(SkillExecutor):
     def join(self) -> Node:
         """Join the domain as a node, which :meth:`close` closes."""
         self._node = node = self.node_settings.join(
-            f"cxbridge_{self.agent}", self._definitions, self.log.warn, EVERYTHING
+            f"cxbridge_{self.agent}", self._definitions, self.log.warn, ALL_RIGHTS
         )
         return node
 

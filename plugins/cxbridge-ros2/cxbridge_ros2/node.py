@@ -18,7 +18,7 @@ from msgspec import Struct
 from cxbridge.blackboard.kit.complaints import Complaints
 from cxbridge.closing import Closing
 from cxbridge.errors import Ros2Error
-from cxbridge.rights import EVERYTHING, Right, Rights
+from cxbridge.rights import ALL_RIGHTS, Right, Rights
 from cxbridge_ros2.messages import Message
 from cxbridge_ros2.qos import PROFILES, QosProfile
 
@@ -133,7 +133,7 @@ class Node(Closing):
     :ivar rights: the rights of other nodes at this node.
     """
 
-    rights: Rights = EVERYTHING
+    rights: Rights = ALL_RIGHTS
 
     def __init__(self, report: ProblemCallback | None = None) -> None:
         self._complaints = Complaints(report or _warn)
@@ -240,7 +240,7 @@ class Node(Closing):
 
     def _report_refusal(self, name: str, right: Right) -> str:
         """Report that a node without the right has used a topic or service; return the text."""
-        reason = f"refused: {name}: {self.rights.why_not(right)}"
+        reason = f"refused: {name}: {self.rights.refusal_hint(right)}"
         self.complain(f"refused {name}", reason)
         return reason
 

@@ -16,7 +16,7 @@ from typing import Final
 from cxbridge.clock import Clock
 from cxbridge.config import Configuration
 from cxbridge.errors import Ros2Error
-from cxbridge.rights import EVERYTHING, Right
+from cxbridge.rights import ALL_RIGHTS, Right
 from cxbridge_ros2.messages import Message
 from cxbridge_ros2.node import Node
 from cxbridge_ros2.qos import PROFILES
@@ -44,7 +44,7 @@ def make_clock(config: Configuration, folder: Path) -> Clock:
     _, settings = read_node_section(config, _CLOCK_SECTION, (), folder, "the clock of ROS 2")
     # the node joins at the first query of the time: a command that only reads the configuration has no node
     return SimTimeClock(
-        lambda: settings.join("cxbridge_clock", settings.load_definitions(), None, EVERYTHING)
+        lambda: settings.join("cxbridge_clock", settings.load_definitions(), None, ALL_RIGHTS)
     )
 
 

@@ -114,7 +114,7 @@ class Api:
         right = endpoint.needed_right(rights)
         if not rights.allow(right):
             forbidden_action = "change anything" if not rights.control else "run programs"
-            raise ApiError(403, f"Clients may not {forbidden_action}: {rights.why_not(right)}")
+            raise ApiError(403, f"Clients may not {forbidden_action}: {rights.refusal_hint(right)}")
 
     def _find_thread_handler(self, endpoint: Endpoint) -> Handler | None:
         """Return the handler that runs in a thread; None for a handler that runs in the main loop."""

@@ -12,11 +12,11 @@ from collections.abc import Mapping
 from html import escape
 from typing import Any
 
-from cxbridge.printing import UNSAFE, escaped
+from cxbridge.printing import UNSAFE_CODE_POINTS, escape_code_point
 
 # The codes of the characters to escape: unsafe and invisible characters.
 _HIDDEN_CODES = (
-    *UNSAFE,
+    *UNSAFE_CODE_POINTS,
     0xAD,  # soft hyphen
     0x61C,  # Arabic letter mark
     *range(0x200B, 0x2010),  # zero-width characters and direction marks
@@ -27,7 +27,7 @@ _HIDDEN_CODES = (
 )
 
 _INVISIBLE_ESCAPES: Mapping[int, str] = {
-    code: escaped(code) if code < 0x10000 else f"\\U{code:08x}"  # noqa: PLR2004 - the BMP ends there
+    code: escape_code_point(code) if code < 0x10000 else f"\\U{code:08x}"  # noqa: PLR2004 - the BMP ends there
     for code in _HIDDEN_CODES
 }
 _JSON_ESCAPES: Mapping[int, str] = {

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 from starlette.datastructures import Headers
 from starlette.responses import PlainTextResponse, Response
 
-from cxbridge.listening import LOCAL_NAMES, is_allowed, is_named, is_own_page
+from cxbridge.listening import LOCAL_NAMES, has_host_name, is_allowed_origin, is_permitted_request
 from cxbridge_web.settings import WebSettings
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ class Guard:
             return  # a WebSocket, which the server does not offer: uvicorn answers with an error
         request_headers = Headers(scope=scope)
         origin = request_headers.get("origin", "")
-        is_shared = is_allowed(origin, self._origins)
+        is_shared = is_allowed_origin(origin, self._origins)
 
         async def send_with_headers(message: MutableMapping[str, Any]) -> None:
             if message["type"] == "http.response.start":
@@ -74,10 +74,10 @@ class Guard:
         """Return the reply to a rejected or a preflight request; None for an allowed request."""
         host = headers.get("host", "")
         # A server with a token may have further names: a page after DNS rebinding does not know the token.
-        if not self._token and not is_named(host, self._hosts):
+        if not self._token and not has_host_name(host, self._hosts):
             return PlainTextResponse("This server has no such name\n", 421)
         origin = headers.get("origin", "")
-        if not is_own_page(origin, scope["scheme"], host, self._origins):
+        if not is_permitted_request(origin, scope["scheme"], host, self._origins):
             return PlainTextResponse("Pages of other origins may not use this server\n", 403)
         # Browsers send no origin with the GET of another site's images and scripts, but Sec-Fetch-Site.
         if not origin and _is_of_another_site(scope, headers):

@@ -127,6 +127,6 @@ class WebHost(ABC):
             "clock": clock.name,
             "endpoints": list(endpoints),
             "error": error,
-            "loop": {"count": loop.loops, "period_us": loop.period_us},
+            "loop": {"count": loop.cycle_count, "period_us": loop.period_us},
             "components": components,
         }

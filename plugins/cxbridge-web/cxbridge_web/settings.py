@@ -8,7 +8,7 @@ from typing import ClassVar, Final, Self
 
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
-from cxbridge.listening import LOOPBACK, check_place, is_loopback
+from cxbridge.listening import LOOPBACK, check_server_address, is_loopback
 from cxbridge.run.plugin_settings import PluginSettings
 from cxbridge_web.tls import check_pair
 
@@ -81,10 +81,10 @@ class WebSettings(PluginSettings):
             raise ConfigError("TLS needs both: cxbridge/web/tls-cert and cxbridge/web/tls-key")
         if self.tls_cert is not None and self.tls_key is not None:
             check_pair(self.tls_cert, self.tls_key)
-        check_place(
+        check_server_address(
             "the web server",
             self.host,
-            private=self.is_local,
-            admitted=bool(self.token and self.tls_cert),
+            is_local=self.is_local,
+            is_restricted=bool(self.token and self.tls_cert),
             hint="cxbridge/web needs token, tls-cert and tls-key there; or host: 127.0.0.1",
         )

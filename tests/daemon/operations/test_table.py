@@ -18,7 +18,7 @@ from cxbridge.daemon.operations.operation import (
 from cxbridge.daemon.operations.table import operations, verbs
 from cxbridge.errors import CxbridgeError
 from cxbridge.plugins import PluginError
-from cxbridge.rights import EVERYTHING, Right
+from cxbridge.rights import ALL_RIGHTS, Right
 from tests.plugins import example, forget, install
 
 
@@ -93,7 +93,7 @@ def test_words_at_a_prompt_are_parameters_in_their_order() -> None:
 
 
 def test_without_an_executive_each_operation_on_it_says_so() -> None:
-    context = OperationContext(EVERYTHING, None)
+    context = OperationContext(ALL_RIGHTS, None)
     with pytest.raises(CxbridgeError, match="this daemon has no executive"):
         _ = context.executive
     assert environment_names(context) == ()

@@ -60,7 +60,7 @@ def record(folder: Path) -> Path:
 
         assembly.start()
         assembly.loop.add(Hook.ACT, move)
-        assembly.loop.run(lambda: assembly.is_over or assembly.loop.loops > 1000)
+        assembly.loop.run(lambda: assembly.is_over or assembly.loop.cycle_count > 1000)
         assembly.finalize()
         recorder.close()
     return folder / "run.mcap"

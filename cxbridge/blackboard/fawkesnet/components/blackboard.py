@@ -35,7 +35,7 @@ from cxbridge.errors import InterfaceError
 from cxbridge.events import Logger
 from cxbridge.interfaces.instance import STAMP, Interface
 from cxbridge.interfaces.known_hashes import accepts_hash
-from cxbridge.rights import EVERYTHING, RefusedError, Rights
+from cxbridge.rights import ALL_RIGHTS, RefusedError, Rights
 
 OWNER: Final = "remote"
 """The owner of clients' instances, as in Fawkes."""
@@ -72,7 +72,7 @@ class BlackBoardNetworkHandler(NetworkHandler, Observer):
         complaints: Complaints,
         *,
         echo: bool,
-        rights: Rights = EVERYTHING,
+        rights: Rights = ALL_RIGHTS,
     ) -> None:
         self._rights: Final = rights
         self._board: Final = board

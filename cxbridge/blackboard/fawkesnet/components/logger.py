@@ -9,7 +9,7 @@ from cxbridge.blackboard.fawkesnet.messages.logger import LogMessage, LogSubscri
 from cxbridge.blackboard.fawkesnet.session import FawkesSession, NetworkHandler
 from cxbridge.errors import BlackBoardError
 from cxbridge.events import Event, EventBus, LogLine
-from cxbridge.printing import indented, one_line
+from cxbridge.printing import indent_lines, one_line
 
 
 class NetworkLogger(NetworkHandler):
@@ -51,7 +51,7 @@ class NetworkLogger(NetworkHandler):
     def _forward(self, event: Event) -> None:
         assert isinstance(event, LogLine)
         # Fawkes' viewers print received lines unescaped to the terminal
-        text, component = indented(event.text), one_line(event.component)
+        text, component = indent_lines(event.text), one_line(event.component)
         frame = LogMessage(event.time_us, event.level, component, text).to_bytes()
         for session in self._subscribers:
             session.send(frame)

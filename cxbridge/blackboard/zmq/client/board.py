@@ -23,7 +23,7 @@ from cxbridge.blackboard.zmq.wire.sockets import choose_context
 from cxbridge.clock import Clock
 from cxbridge.events import EventBus
 from cxbridge.interfaces.instance import Interface
-from cxbridge.listening import is_private
+from cxbridge.listening import is_private_endpoint
 
 if TYPE_CHECKING:
     import zmq
@@ -185,6 +185,6 @@ def _make_silence_hint(reason: str, url: str, keys: CurveClient | None) -> str:
     if keys is not None:
         mismatch = f"it does not know our key, or its key is not {keys.server_key}"
         return f"{reason}; it does not answer either when {mismatch}"
-    if not is_private(url):
+    if not is_private_endpoint(url):
         return f"{reason}; it does not answer either when it wants CURVE keys"
     return reason

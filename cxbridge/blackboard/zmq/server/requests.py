@@ -42,7 +42,7 @@ from cxbridge.blackboard.zmq.wire.refusals import make_refusal
 from cxbridge.errors import CxbridgeError, InterfaceError
 from cxbridge.interfaces.instance import Interface, Message
 from cxbridge.interfaces.known_hashes import accepts_hash
-from cxbridge.rights import EVERYTHING, Rights
+from cxbridge.rights import ALL_RIGHTS, Rights
 
 _OUTCOMES: Final = {ResultCode.OK: QUEUED, ResultCode.DECLINED: HANDLED}
 
@@ -61,7 +61,7 @@ class RequestHandler:
         loop: ServerLoop,
         delivery_timeout: float,
         log: Callable[[str], None],
-        rights: Rights = EVERYTHING,
+        rights: Rights = ALL_RIGHTS,
     ) -> None:
         self._rights = rights
         self._board = board

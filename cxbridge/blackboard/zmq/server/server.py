@@ -49,7 +49,7 @@ from cxbridge.blackboard.zmq.wire.sockets import (
     raw_receive,
     skip_parts,
 )
-from cxbridge.rights import EVERYTHING, Rights
+from cxbridge.rights import ALL_RIGHTS, Rights
 
 MIN_HEARTBEAT_S: Final = 0.05
 """The shortest heartbeat in seconds."""
@@ -90,7 +90,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         insecure: bool = False,
         window: int = WINDOW,
         max_sessions: int = MAX_SESSIONS,
-        rights: Rights = EVERYTHING,
+        rights: Rights = ALL_RIGHTS,
         context: zmq.Context[zmq.Socket[bytes]] | None = None,
     ) -> None:
         for endpoint in endpoints:

@@ -11,7 +11,7 @@ from cxbridge.cli.console import ConsoleOptions, complain, say, say_json
 from cxbridge.cli.entry import handle_signals
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.daemon.services.options import RecordOptions
-from cxbridge.printing import terminal_of
+from cxbridge.printing import unfiltered_stream
 
 if TYPE_CHECKING:
     from cxbridge.daemon.services.record import RecordReport
@@ -47,7 +47,7 @@ def record(
     on_progress = _show_progress if shows_progress else do_nothing
     report = record_board(options, console=console.log(info=True), on_progress=on_progress)
     if shows_progress:
-        terminal_of(sys.stderr).write(_CLEAR_LINE)
+        unfiltered_stream(sys.stderr).write(_CLEAR_LINE)
     if as_json:
         say_json(report.to_json(), indent=2)
     else:
@@ -64,7 +64,7 @@ _CLEAR_LINE = "\r\x1b[K"
 def _show_progress(report: RecordReport) -> None:
     """Show the progress on one line of the terminal; the next log line replaces it."""
     count = sum(report.writes.values())
-    terminal_of(sys.stderr).write(
+    unfiltered_stream(sys.stderr).write(
         f"{_CLEAR_LINE}{report.seconds:.0f} s  {count} writes of {len(report.writes)} interfaces\r"
     )
     sys.stderr.flush()

@@ -12,7 +12,7 @@ from cxbridge.cli.command_lines import StepKeys
 from cxbridge.cli.console import ConsoleOptions, complain, say, say_json
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.daemon.services.options import ReplayOptions
-from cxbridge.printing import terminal_of
+from cxbridge.printing import unfiltered_stream
 
 if TYPE_CHECKING:
     from cxbridge.daemon.services.replay import ReplayReport
@@ -60,7 +60,7 @@ def replay(
             announce=_announce if options.step and not console.quiet else do_nothing,
         )
     if shows_progress:
-        terminal_of(sys.stderr).write(_CLEAR_LINE)
+        unfiltered_stream(sys.stderr).write(_CLEAR_LINE)
     for note in report.notes:
         say(f"{options.run}: {note}", err=True)
     if as_json:
@@ -79,7 +79,7 @@ def _show_progress(report: ReplayReport) -> None:
     done_count = sum(report.writes.values()) + report.messages + report.undelivered
     round_text = f", round {report.rounds}" if report.rounds > 1 else ""
     total = report.total * max(report.rounds, 1)
-    terminal_of(sys.stderr).write(
+    unfiltered_stream(sys.stderr).write(
         f"{_CLEAR_LINE}{report.position_s:.1f} of {report.last_s:.1f} s, {done_count} of {total}{round_text}"
     )
     sys.stderr.flush()

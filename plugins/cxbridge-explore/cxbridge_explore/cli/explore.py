@@ -16,7 +16,7 @@ from cxbridge.cli.connect import AsJson
 from cxbridge.cli.console import check_folders, complain, say, say_json
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.errors import CxbridgeError
-from cxbridge.printing import one_line, terminal_of
+from cxbridge.printing import one_line, unfiltered_stream
 from cxbridge.run.options import BrokenOptions, RunOptions, ScenarioOptions, SourceOptions
 from cxbridge_explore.bounds import Bounds, ExecutionOptions
 from cxbridge_explore.game.kinds import EXPLORED_GAMES, ExploredGame, chosen_game
@@ -225,7 +225,7 @@ def _with_counterexamples(
 
 def _show_line(text: str) -> None:
     """Overwrite the line of progress."""
-    terminal_of(sys.stderr).write(f"\r{one_line(text)}\x1b[K")
+    unfiltered_stream(sys.stderr).write(f"\r{one_line(text)}\x1b[K")
     sys.stderr.flush()
 
 

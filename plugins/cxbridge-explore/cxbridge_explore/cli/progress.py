@@ -6,7 +6,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from cxbridge.printing import terminal_of
+from cxbridge.printing import unfiltered_stream
 
 
 @contextmanager
@@ -19,6 +19,6 @@ def progress(name: str, total: int) -> Iterator[Callable[[], None]]:
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(file=terminal_of(sys.stderr)), transient=True) as progress:
+    with Progress(*columns, console=Console(file=unfiltered_stream(sys.stderr)), transient=True) as progress:
         task = progress.add_task(name, total=total)
         yield lambda: progress.advance(task)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.spawning import spawned_pool
+from cxbridge.spawning import safe_process_pool
 from cxbridge_explore.game.kinds import Game
 from cxbridge_explore.game.score import GameResult
 from cxbridge_explore.sweep.statistics import CONFIDENCE, Interval, mean_interval, quantiles
@@ -28,7 +28,7 @@ def play_games(
     :raises CxbridgeError: if a scenario is invalid, or a process dies.
     """
     results: dict[str, dict[int, GameResult]] = {name: {} for name in games}
-    with spawned_pool(processes) as pool:
+    with safe_process_pool(processes) as pool:
         pending = {
             pool.submit(game.play, seed): (name, seed) for seed in seeds for name, game in games.items()
         }

@@ -90,7 +90,7 @@ def play_game(
             timeline=timeline,
         )
         progress = "" if result.is_over else f"not over, in {score.phase} at {score.game_time:g} s; "
-        status = _INTERRUPTED if interrupt.received else ended.status
+        status = _INTERRUPTED if interrupt.is_signalled else ended.status
         recorder.describe(
             {"status": str(status), "reason": f"{progress}{ended.reason}; points: {score.points}"}
         )

@@ -11,7 +11,7 @@ from typing import Any, Final
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.extras import install_command
-from cxbridge.file_access import replacing
+from cxbridge.file_access import replaced_file
 from cxbridge.run.pages import write_document
 from cxbridge_explore.sweep.rows import RunRow
 from cxbridge_explore.sweep.summary import AgentComparison, SweepSummary
@@ -27,7 +27,7 @@ def write_csv(sweeps: Sweeps, file: Path) -> None:
 
     :raises CxbridgeError: if the file cannot be written.
     """
-    with replacing(file) as new_file, new_file.open("w", encoding="utf-8", newline="") as output:
+    with replaced_file(file) as new_file, new_file.open("w", encoding="utf-8", newline="") as output:
         writer = csv.DictWriter(output, COLUMNS, lineterminator="\n")
         writer.writeheader()
         writer.writerows(_records(sweeps))
@@ -46,7 +46,7 @@ def write_parquet(sweeps: Sweeps, file: Path) -> None:
             "Parquet needs the package 'pyarrow'",
             hint=f"{install_command('parquet', 'cxbridge-explore')}, or use --csv",
         ) from None
-    with replacing(file) as new_file:
+    with replaced_file(file) as new_file:
         parquet.write_table(pa.Table.from_pylist(_records(sweeps)), new_file)
 
 

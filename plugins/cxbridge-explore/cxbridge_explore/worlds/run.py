@@ -173,7 +173,7 @@ class WorldRun(Closing):
         """Load the agents once, without choices."""
         if not self._is_started:
             self._is_started = True
-            with self.assembly.loop.busy():
+            with self.assembly.loop.busy_section():
                 self.assembly.start()
 
     def play(self, is_cut: Callable[[], bool] = lambda: False) -> WorldResult:

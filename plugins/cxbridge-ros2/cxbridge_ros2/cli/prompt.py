@@ -15,7 +15,7 @@ from cxbridge.cli.console import complain, say_text
 from cxbridge.clock import RealClock
 from cxbridge.closing import Closing
 from cxbridge.errors import CxbridgeError
-from cxbridge.rights import EVERYTHING
+from cxbridge.rights import ALL_RIGHTS
 from cxbridge_ros2.experts.client import ExpertClient, ExpertRefusedError
 from cxbridge_ros2.experts.definitions import TYPE_DEFINITIONS
 from cxbridge_ros2.experts.nodes import NodeCodec
@@ -36,7 +36,7 @@ class Prompt(Closing):
     def __init__(self, settings: Mapping[str, Any]) -> None:
         node_settings = NodeSettings.parse(settings, Path(), "the terminal")
         self._node = node_settings.join(
-            "cxbridge_terminal", node_settings.load_definitions(TYPE_DEFINITIONS), _print_problem, EVERYTHING
+            "cxbridge_terminal", node_settings.load_definitions(TYPE_DEFINITIONS), _print_problem, ALL_RIGHTS
         )
         self._terminal = Terminal(
             ExpertClient(self._node, RealClock(), node_settings.namespace),

@@ -39,7 +39,7 @@ class Ros2Skiller(Component):
                 context.bus.logger("Ros2Skiller").warn,
                 context.rights,
             )
-        right = context.rights.of_message(*EXEC_SKILL_MESSAGE)
+        right = context.rights.message_right(*EXEC_SKILL_MESSAGE)
         self._server = ActionServer(
             self._node, action, EXEC_SKILL_TYPE, self._execute, context.clock, right=right
         )

@@ -135,7 +135,7 @@ class PublishedInterfaces(Closing):
         for schema in instance.SCHEMA.messages:
             enqueue = partial(self._enqueue_message, instance, schema.name, ros_field_names(schema.fields))
             type_name = ros_message_type(instance.type, schema.name)
-            right = self._node.rights.of_message(instance.type, schema.name)
+            right = self._node.rights.message_right(instance.type, schema.name)
             message_topic = f"{topic}/{schema.name.removesuffix(_MESSAGE_SUFFIX)}"
             self._close_functions.append(self._node.subscribe(message_topic, type_name, enqueue, right=right))
 

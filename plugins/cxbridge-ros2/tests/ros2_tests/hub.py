@@ -14,7 +14,7 @@ from cxbridge.clock import Clock, VirtualClock
 from cxbridge.config import Configuration
 from cxbridge.events import EventBus, LogLine
 from cxbridge.interfaces import InterfaceRegistry
-from cxbridge.rights import EVERYTHING
+from cxbridge.rights import ALL_RIGHTS
 from cxbridge.skiller.board import Progress, SkillCall, SkillExecutor, SkillFailedError, Steps
 from cxbridge.skiller.board.master import Master
 from cxbridge.skiller.board.service import SkillBoardService
@@ -89,7 +89,7 @@ class Side:
         for each in read_performer_settings(
             config, [agent.name for agent in settings.agents], Path()
         ).values():
-            node = each.node.join(each.name, each.node.load_definitions(), self.lines.append, EVERYTHING)
+            node = each.node.join(each.name, each.node.load_definitions(), self.lines.append, ALL_RIGHTS)
             self.nodes.append(node)
             log = self.bus.logger("performer")
             self.performers.append(HubPerformer(each, lambda: self.service.local_calls, node, clock, log))

@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 from cxbridge.clock import RealClock
-from cxbridge.rights import EVERYTHING
+from cxbridge.rights import ALL_RIGHTS
 from cxbridge_ros2.actions import AbortedError, ActionServer, Execution, GoalResponse, ServedGoal
 from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.node import Node
@@ -36,7 +36,7 @@ def node_of(transport: str = "dds", url: str = "") -> Node:
     """Make the peer's node."""
     settings = {"transport": transport, **({"url": url} if url else {})}
     types = Definitions([PACKAGES], environment={})
-    return NodeSettings.parse(settings, Path(), "peer").join("peer", types, None, EVERYTHING)
+    return NodeSettings.parse(settings, Path(), "peer").join("peer", types, None, ALL_RIGHTS)
 
 
 def main() -> None:

@@ -22,7 +22,7 @@ from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, InterfaceMessage
 from cxbridge.interfaces import InterfaceRegistry
-from cxbridge.rights import EXEC_SKILL, FRAMES, Right, right_of_frame
+from cxbridge.rights import EXEC_SKILL, FRAME_RIGHTS, Right, right_of_frame
 from cxbridge_ros2.actions import ActionClient, CancelCode
 from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.experts.client import ExpertClient
@@ -210,11 +210,15 @@ def _expert(ask: Asking, frame: str) -> bool:
 
 
 PROBES: dict[tuple[str, str], Callable[[Asking], bool]] = {
-    **{(name, each): partial(_lifecycle, frame=each) for name in ["ros2-lifecycle"] for each in FRAMES[name]},
+    **{
+        (name, each): partial(_lifecycle, frame=each)
+        for name in ["ros2-lifecycle"]
+        for each in FRAME_RIGHTS[name]
+    },
     **{
         (name, each): partial(_parameters, frame=each)
         for name in ["ros2-parameters"]
-        for each in FRAMES[name]
+        for each in FRAME_RIGHTS[name]
     },
     ("ros2-action", "cancel_goal"): _cancel,
     ("ros2-action", "get_result"): _get_result,
@@ -228,7 +232,9 @@ PROBES: dict[tuple[str, str], Callable[[Asking], bool]] = {
 
 
 def test_each_row_of_ros_is_probed():
-    rows = {(name, frame) for name, frames in FRAMES.items() if name.startswith("ros2-") for frame in frames}
+    rows = {
+        (name, frame) for name, frames in FRAME_RIGHTS.items() if name.startswith("ros2-") for frame in frames
+    }
     assert rows == set(PROBES)
 
 
@@ -259,7 +265,7 @@ def test_each_way_in_asks_the_table(name: str, domain: int, tmp_path: Path):
         for (protocol, frame), probe in PROBES.items():
             allowed = right_of_frame(protocol, frame) <= highest
             assert (protocol, frame, probe(ask)) == (protocol, frame, allowed)
-        of_skills = ask.daemon.settings.rights.of_message(*EXEC_SKILL)
+        of_skills = ask.daemon.settings.rights.message_right(*EXEC_SKILL)
         assert of_skills is Right.PROGRAMS
         assert _execute(ask) is (highest is Right.PROGRAMS)
         check_messages_as_topics(ask, highest)
@@ -283,7 +289,7 @@ def check_messages_as_topics(ask: Asking, highest: Right) -> None:
         message = f"{name}Message"
         place = f"/blackboard/{interface}/Skiller/{name}"
         sent = ask.publish(place, ros_message_type(interface, message), {}, lambda each=message: each in came)  # type: ignore[misc]
-        assert sent is (ask.daemon.settings.rights.of_message(interface, message) <= highest), name
+        assert sent is (ask.daemon.settings.rights.message_right(interface, message) <= highest), name
     ask.daemon.bus.unsubscribe(note)
 
 

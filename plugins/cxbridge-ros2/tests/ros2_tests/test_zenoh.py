@@ -19,7 +19,7 @@ pytest.importorskip("zenoh", reason="the extra zenoh is not installed")
 
 from cxbridge import extras
 from cxbridge.errors import ConfigError, Ros2Error
-from cxbridge.rights import EVERYTHING
+from cxbridge.rights import ALL_RIGHTS
 from cxbridge_ros2.actions import ActionClient
 from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.names import parse_type
@@ -302,7 +302,7 @@ def test_a_url_that_is_none(plain: int):
 def test_the_session_settings_a_configuration(plain: int):
     with a_router() as url:
         settings = NodeSettings.parse({"transport": "zenoh", "url": url, "domain": plain}, Path(), "it")
-        with settings.join("test", types(), None, EVERYTHING) as node:
+        with settings.join("test", types(), None, ALL_RIGHTS) as node:
             assert isinstance(node, ZenohNode)
     with pytest.raises(ConfigError, match="'reach' goes with"):
         NodeSettings.parse({"transport": "zenoh", "reach": "subnet"}, Path(), "it")
@@ -318,7 +318,7 @@ def test_a_file_of_the_user_configures_it(plain: int, monkeypatch: pytest.Monkey
 
 
 def test_the_extra_is_named_when_it_is_missing():
-    error = extras.missing_package(ModuleNotFoundError("no zenoh", name="zenoh"))
+    error = extras.missing_package_error(ModuleNotFoundError("no zenoh", name="zenoh"))
     assert error is not None
     assert "cxbridge-ros2[zenoh]" in (error.hint or "") or "eclipse-zenoh" in (error.hint or "")
 

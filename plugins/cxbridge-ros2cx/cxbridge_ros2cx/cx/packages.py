@@ -17,7 +17,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Final
 
-from cxbridge.file_access import walk
+from cxbridge.file_access import walk_folders
 from cxbridge_ros2cx.cx.cmake import CMakeCommand, find_installed_entries, read_commands
 
 _INDEX: Final = "share/ament_index/resource_index"
@@ -210,7 +210,7 @@ def _find_packages(root: Path) -> Iterator[tuple[str, Path]]:
 
     As in colcon, a file ``COLCON_IGNORE`` excludes a folder, and a package contains no further packages.
     """
-    for folder, subfolders, files in walk(root):
+    for folder, subfolders, files in walk_folders(root):
         if any(name in files for name in _IGNORE_FILES):
             subfolders.clear()
         elif "package.xml" in files:

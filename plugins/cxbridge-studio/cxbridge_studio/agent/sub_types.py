@@ -13,7 +13,7 @@ from types import MappingProxyType
 from typing import Final
 
 from cxbridge.clipstext.syntax import definitions, without_module
-from cxbridge.suggestions import nearest
+from cxbridge.suggestions import nearest_names
 from cxbridge_studio.agent.condition import CE, GroupCE, PatternCE, parse_condition
 
 SUB_TYPE_SLOT: Final = "sub-type"
@@ -67,7 +67,7 @@ def make_hint(sub_type: str, handled_sub_types: Collection[str], files: Mapping[
     """
     if sub_type in files:
         return _make_addition_hint(files[sub_type])
-    similar = nearest(sub_type, {*handled_sub_types, *files})
+    similar = nearest_names(sub_type, {*handled_sub_types, *files})
     if not similar:
         return ""
     addition = "" if similar[0] in handled_sub_types else f" Then {_make_addition_hint(files[similar[0]])}"

@@ -94,7 +94,7 @@ class _SpaceReader:
         text, _ = self._modules.read(module)
         path = self._modules.find(module)
         # Modules are read as Latin-1, which maps each byte of a Lua string to one character.
-        if (problem := self._compiler.problem_of_file(text.encode("latin-1"))) is not None:
+        if (problem := self._compiler.find_file_error(text.encode("latin-1"))) is not None:
             line, message = problem
             raise SkillError(message, file=path, line=line or None)
         return path, text

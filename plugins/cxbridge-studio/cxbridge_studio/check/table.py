@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from types import ModuleType
 from typing import Final
 
-from cxbridge.plugins import Table, rows_of_modules
+from cxbridge.plugins import Table, make_module_rows
 from cxbridge_studio.check import checks
 from cxbridge_studio.check.agent import Agent
 from cxbridge_studio.check.findings import INPUT, PROGRAM, Code, Finding, Severity
@@ -16,7 +16,7 @@ CHECKS: Final[Table[ModuleType]] = Table(
     "CHECKS",
     lambda loaded: hasattr(loaded, "CODES") and hasattr(loaded, "check"),
     "a module with CODES and check(agent)",
-    *rows_of_modules(checks),
+    *make_module_rows(checks),
 )
 
 _PORTABLE: Final = ".portable"  # the end of the name of the module that runs only with `--portable`

@@ -15,7 +15,7 @@ from math import inf
 from typing import Final
 
 from cxbridge.clipstext.syntax import SyntaxNode, literal, read, without_module
-from cxbridge.suggestions import nearest
+from cxbridge.suggestions import nearest_names
 from cxbridge_studio.agent.condition import CE, OBJECT, PatternCE, needed, parse_condition, sides
 from cxbridge_studio.agent.model import AgentModel
 from cxbridge_studio.agent.names import Name, NameKind, PlacedPiece, SourceFile, Use
@@ -284,6 +284,6 @@ class Usage:
             return False
         # The expression matches prefixes, but (skill-statu ...) is a misspelling, not a fact of cxbridge.
         known_templates = self.core_templates | self.asserted_facts.keys()
-        return template in self.core_templates or not nearest(
+        return template in self.core_templates or not nearest_names(
             template, known_templates, _MIN_MISSPELT_LIKENESS
         )

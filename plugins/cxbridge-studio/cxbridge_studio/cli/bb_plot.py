@@ -15,7 +15,7 @@ import typer
 
 from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, Connect, InterfaceDirs, Uid, connect
 from cxbridge.cli.console import say
-from cxbridge.printing import one_line, terminal_of
+from cxbridge.printing import one_line, unfiltered_stream
 from cxbridge_studio.terminal.metering import OWNER, drawing
 
 if TYPE_CHECKING:
@@ -148,7 +148,7 @@ def _draw(
 ) -> int:
     """Draw a plot for each field, one below the other, and return the number of writes."""
     points: dict[str, deque[tuple[float, float]]] = {name: deque(maxlen=_MAX_POINTS) for name in fields}
-    terminal, write_count, drawn_s = terminal_of(sys.stdout), 0, -_FRAME_S
+    terminal, write_count, drawn_s = unfiltered_stream(sys.stdout), 0, -_FRAME_S
     terminal.write(_BEGIN)
     try:
         for seconds, values in writes:

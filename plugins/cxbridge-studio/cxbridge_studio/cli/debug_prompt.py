@@ -16,8 +16,8 @@ from cxbridge.errors import CxbridgeError, ExecutiveError
 from cxbridge.events import InterfaceWrite, LogLine, PlannerCall
 from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.history.tree import goal_lines
-from cxbridge.printing import indented
-from cxbridge.rights import EVERYTHING
+from cxbridge.printing import indent_lines
+from cxbridge.rights import ALL_RIGHTS
 from cxbridge.run.servers import RunServer
 from cxbridge_studio.debugger.breakpoints import Breakpoint, Stop, parse_breakpoint
 from cxbridge_studio.debugger.debugger import STEPS, debugger_of
@@ -139,7 +139,7 @@ class DebugPrompt(RunServer):
 
     def _say(self, *lines: str) -> None:
         for line in lines:
-            self._out.write(indented(line) + "\n")
+            self._out.write(indent_lines(line) + "\n")
 
 
 class _Agent:
@@ -152,7 +152,7 @@ class _Agent:
     def __init__(self, assembly: Run, say: Callable[..., None]) -> None:
         self.assembly = assembly
         self.debugger = debugger_of(assembly.executive)
-        self._context = OperationContext(EVERYTHING, lambda: assembly.executive)
+        self._context = OperationContext(ALL_RIGHTS, lambda: assembly.executive)
         self._say = say
         self._start_us = assembly.clock.now_us()
         self._with_name = False

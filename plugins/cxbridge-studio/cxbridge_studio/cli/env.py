@@ -11,7 +11,7 @@ import typer
 from cxbridge.cli.connect import DEFAULT_URL, AsJson, Connect, ask_daemon
 from cxbridge.cli.console import say, say_json, say_text
 from cxbridge.executive.host.loggers import ADDED_LOGGER_PRIORITY
-from cxbridge.printing import indented
+from cxbridge.printing import indent_lines
 from cxbridge_studio.debugger.fact_words import number_of
 
 app = typer.Typer(name="env", help="The CLIPS environments of a daemon.", no_args_is_help=True)
@@ -197,7 +197,7 @@ def load(
     for file in files:
         mistakes += ask_daemon(url, "env-load", env=env, file=str(file.absolute()), batch=batch)
     for text in mistakes:
-        say_text(indented(text), err=True)
+        say_text(indent_lines(text), err=True)
     return 1 if mistakes else 0
 
 

@@ -36,7 +36,7 @@ def monitor(
 
     with Interrupt() as interrupt:
         screen = monitor_app(_source(run, url, interface_dir))
-        screen.is_end_requested = lambda: interrupt.received
+        screen.is_end_requested = lambda: interrupt.is_signalled
         interrupt.check()
         screen.run()
         interrupt.check()

@@ -15,7 +15,7 @@ from cxbridge.daemon.operations.table import carry_out
 from cxbridge.events import Event, FactChange, RuleFired
 from cxbridge.executive.host.capi import EXTRA_FUNCTIONS, NULL, decode, encode
 from cxbridge.executive.host.facts.copying import FactTemplate, template_of
-from cxbridge.rights import EVERYTHING
+from cxbridge.rights import ALL_RIGHTS
 from cxbridge_studio.dap.expressions import expand_known
 from cxbridge_studio.dap.probes import Probes
 from cxbridge_studio.dap.target import FileLine, Firing, StoppedEnvironment
@@ -50,7 +50,7 @@ class DebuggedAgent:
         self._groups: dict[str, list[int]] = {}
         self.fired: RuleFired | None = None
         self.retracted: dict[int, FactChange] = {}  # the facts that the firing rule has retracted, by index
-        self._context = OperationContext(EVERYTHING, lambda: run.executive)
+        self._context = OperationContext(ALL_RIGHTS, lambda: run.executive)
         self._positions: dict[str, FileLine] = {}
         self._read_file_count = 0
         run.bus.subscribe(self._record, RuleFired, FactChange)

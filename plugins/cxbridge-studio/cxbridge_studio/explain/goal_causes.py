@@ -14,7 +14,7 @@ from typing import Final
 
 from cxbridge.errors import ClipsError, CxbridgeError
 from cxbridge.history.model import PLAN_ACTION, GoalRecord, PlanActionRecord
-from cxbridge.suggestions import nearest, or_similar
+from cxbridge.suggestions import nearest_names, or_similar
 from cxbridge_studio.agent.condition import patterns
 from cxbridge_studio.agent.rule import parse_rule
 from cxbridge_studio.explain.action_diagnosis import FAILED_STATES, ActionDiagnosis, diagnose_action
@@ -197,7 +197,7 @@ def _find_rule_for_similar_action(
     A name that the domain defines is not a misspelling.
     """
     for rule, names in rules.items():
-        similar = nearest(diagnosis.name, [name for name in names if name not in diagnosis.operators])
+        similar = nearest_names(diagnosis.name, [name for name in names if name not in diagnosis.operators])
         if diagnosis.name not in names and similar:
             return rule, similar[0]
     return None

@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from cxbridge.suggestions import nearest
+from cxbridge.suggestions import nearest_names
 from cxbridge_studio.agent.model import AgentModel, FileMention
 from cxbridge_studio.agent.names import Name, NameKind, Use
 
@@ -62,7 +62,7 @@ class SourcePlaces:
         unmatched = self._model.names(NameKind.TEMPLATE, Use.ASSERTED) - self._model.names(
             NameKind.TEMPLATE, Use.MATCHED
         )
-        for name in nearest(template, unmatched):
+        for name in nearest_names(template, unmatched):
             position = _first_position(self._model.mentions(Name(NameKind.TEMPLATE, name), Use.ASSERTED))
             return f"did you mean ({name}), which {position} asserts?"
         return ""

@@ -120,7 +120,11 @@ def _find_agent(run: Run | Team, env: str | None) -> Run:
 
 def _is_done(run: Run | Team, interrupt: Interrupt, end_us: int) -> bool:
     """Whether the run is over, was interrupted, or has reached the end of the time."""
-    if interrupt.received or run.is_over or all(agent.executive.env.quit_requested for agent in run.agents):
+    if (
+        interrupt.is_signalled
+        or run.is_over
+        or all(agent.executive.env.quit_requested for agent in run.agents)
+    ):
         return True
     # True if the next loop would begin after the end.
     return run.clock.now_us() + run.loop.period_us > end_us

@@ -21,7 +21,7 @@ from textual.widgets.tree import TreeNode
 
 from cxbridge.history.outcome import OutcomeKind, action_outcome, skill_outcome
 from cxbridge.history.tree import goal_line, goal_title
-from cxbridge.printing import indented, one_line
+from cxbridge.printing import indent_lines, one_line
 from cxbridge_studio.monitor.filtering import goal_forest
 from cxbridge_studio.monitor.snapshot import GoalRow, LogRow, MonitorSnapshot, Table
 
@@ -210,7 +210,7 @@ class LogLines(RichLog):
             self.clear()
         self._last = last
         for row in rows[last_index + 1 :]:
-            self.write(Text(indented(row.text), style=_LEVEL_STYLES.get(row.level, "")))
+            self.write(Text(indent_lines(row.text), style=_LEVEL_STYLES.get(row.level, "")))
 
 
 class KeyLine(Footer):

@@ -15,7 +15,7 @@ from functools import partial
 from pathlib import Path
 
 from cxbridge.errors import TraceError
-from cxbridge.file_access import replacing
+from cxbridge.file_access import replaced_file
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.bblogger.header import COUNT_OFFSET, FLAG_OFFSET, HEADER_SIZE, Header, pack_count
 from cxbridge.trace.formats.bblogger.reader import BBLoggerFile
@@ -44,7 +44,7 @@ class Repair:
 
         :raises CxbridgeError: if the file cannot be written.
         """
-        with replacing(target) as fresh:
+        with replaced_file(target) as fresh:
             self.write(fresh)
             # a recording may be read-only, but its repaired copy is opened for writing
             fresh.chmod(self.path.stat().st_mode | stat.S_IWUSR)

@@ -11,7 +11,7 @@ from cxbridge.blackboard import BlackBoard
 from cxbridge.blackboard.following import Deadline, Feed, InterfaceChange
 from cxbridge.errors import CxbridgeError
 from cxbridge.interfaces.assignments import json_value
-from cxbridge.printing import terminal_of, visible
+from cxbridge.printing import unfiltered_stream, visible
 from cxbridge.skiller.calls import OWNER
 from cxbridge.skiller.calls import TYPE as SKILLER_TYPE
 from cxbridge_studio.terminal.drawing import machine_transitions, view
@@ -29,7 +29,7 @@ def show(
     :param console: the terminal; None for stdout.
     """
     uses = _fetch_uses(board, skiller)
-    console = console or Console(file=terminal_of(sys.stdout))
+    console = console or Console(file=unfiltered_stream(sys.stdout))
     with Feed(board, OWNER) as feed, Live(console=console, auto_refresh=False) as live:
         values = _values_of(feed.now(feed.open(SKILLER_TYPE, skiller)))
         graph = _graph_of(feed.now(feed.open(TYPE, skiller)))

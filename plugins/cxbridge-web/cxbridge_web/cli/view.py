@@ -57,7 +57,7 @@ def view(
         try:
             server.start(Guard(recordings, settings))
             browser.announce(f"{server.url}{recordings.start_path}")
-            while not interrupt.received:
+            while not interrupt.is_signalled:
                 time.sleep(_PERIOD_S)
         finally:
             server.stop()

@@ -16,7 +16,7 @@ from typing import Any, Final
 
 from cxbridge.blackboard.kit.event_loop import LoopThread
 from cxbridge.closing import Closing
-from cxbridge.listening import LOCAL_NAMES, LOOPBACK, is_loopback, is_named, is_own_page
+from cxbridge.listening import LOCAL_NAMES, LOOPBACK, has_host_name, is_loopback, is_permitted_request
 from cxbridge_web.foxglove.settings import FoxgloveSettings
 
 MAX_CONNECTIONS: Final = 64  # limit of simultaneous connections
@@ -99,9 +99,9 @@ class FoxgloveProxy(Closing):
         hosts, origins = _header_values(head, "host"), _header_values(head, "origin")
         if len(hosts) != 1 or len(origins) > 1:
             return "400 The request needs one Host and at most one Origin"
-        if self._names is not None and not is_named(hosts[0], self._names):
+        if self._names is not None and not has_host_name(hosts[0], self._names):
             return "421 This server has no such name"
-        if not is_own_page("".join(origins), "http", hosts[0], self._origins):
+        if not is_permitted_request("".join(origins), "http", hosts[0], self._origins):
             return "403 Pages of other origins may not use this server"
         return ""
 

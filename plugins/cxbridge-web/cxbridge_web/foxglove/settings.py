@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Final, Self
 
 from cxbridge.config import Configuration
-from cxbridge.listening import LOOPBACK, check_place, is_loopback
+from cxbridge.listening import LOOPBACK, check_server_address, is_loopback
 from cxbridge.run.plugin_settings import PluginSettings
 from cxbridge_web import FOXGLOVE_PORT
 
@@ -61,10 +61,10 @@ class FoxgloveSettings(PluginSettings):
 
     def check(self) -> None:
         """Raise :class:`ConfigError` if the host is public without ``insecure``."""
-        check_place(
+        check_server_address(
             "the Foxglove server",
             self.host,
-            private=is_loopback(self.host),
-            admitted=self.insecure,
+            is_local=is_loopback(self.host),
+            is_restricted=self.insecure,
             hint="use host: 127.0.0.1 and a tunnel (ssh -L), or set cxbridge/foxglove/insecure: true",
         )

@@ -146,7 +146,7 @@ class RunPage(RunServer):
             def attend() -> None:
                 self.attend()
                 # A paused run stays between two loops, where the page still gets answers.
-                while host.paused and not run.loop.stopping:
+                while host.paused and not run.loop.is_stopping:
                     time.sleep(REST_S)
                     self.attend()
 

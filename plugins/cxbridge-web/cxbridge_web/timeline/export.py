@@ -15,7 +15,7 @@ from operator import itemgetter
 from pathlib import Path
 from typing import Any, Final
 
-from cxbridge.file_access import replacing
+from cxbridge.file_access import replaced_file
 from cxbridge.history.builder import ENDED, RUNNING
 from cxbridge.history.linking import links
 from cxbridge.history.model import SkillExecution
@@ -38,7 +38,7 @@ def write_timeline(run: Run, output: Path) -> tuple[int, list[str]]:
     data = read_timeline(run)
     count = 0
     with (
-        replacing(output) as new_file,
+        replaced_file(output) as new_file,
         new_file.open("w", encoding="utf-8", errors="backslashreplace") as file,
     ):
         metadata = _encode_json({**run.metadata(), "run": run.path.name, "notes": data.notes})

@@ -80,8 +80,8 @@ def test_interfaces_facts_and_rules_are_followed_while_somebody_wants_them(scena
                 if {"fact", "rule", "interface"} <= seen:
                     break
         client.until("/api/cxbridge/status", lambda status: status["web"]["clients"] == 0)
-        loops, pause = daemon.loop.loops, threading.Event()
-        while daemon.loop.loops < loops + 2:
+        loops, pause = daemon.loop.cycle_count, threading.Event()
+        while daemon.loop.cycle_count < loops + 2:
             pause.wait(0.01)
         env = daemon.node.env
         assert not env.watcher.rules

@@ -96,7 +96,7 @@ def test_the_loop_goes_on_though_a_client_does_not_read():
         with client.open("GET", "/api/cxbridge/events?kinds=log") as stream:
             events = read_events(stream)
             next(events)
-            loops = daemon.loop.loops
+            loops = daemon.loop.cycle_count
             for _ in range(20):
                 for _ in range(1000):
                     log.debug("y" * 1000)
@@ -105,7 +105,7 @@ def test_the_loop_goes_on_though_a_client_does_not_read():
             for _, _, data in events:
                 if data.get("text") == "the end":
                     break
-            assert daemon.loop.loops > loops
+            assert daemon.loop.cycle_count > loops
             status = client.get("/api/cxbridge/status").json
             assert status["web"]["clients"] == 2
         asleep.close()

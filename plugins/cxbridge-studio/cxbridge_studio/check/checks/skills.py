@@ -95,7 +95,7 @@ def _check_files(agent: Agent, reported_file: str = "") -> Iterator[Finding]:
     compiler = LuaCompiler()
     for folder in agent.context.paths.skill_dirs:
         for path in sorted(folder.rglob("*.lua")):
-            problem = None if str(path) == reported_file else compiler.problem_of_file(path.read_bytes())
+            problem = None if str(path) == reported_file else compiler.find_file_error(path.read_bytes())
             if problem is not None:
                 line, message = problem
                 yield Finding(COMPILES, SourcePlace(str(path), line), message)

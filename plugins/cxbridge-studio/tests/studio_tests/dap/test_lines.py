@@ -96,7 +96,7 @@ def test_a_variable_of_one_branch_of_or_has_no_value_for_sure():
     assert rule.actions[0].names == ("x",)
 
 
-EVERYTHING = """
+ALL_RIGHTS = """
 (deftemplate goal (slot id) (multislot params))
 (defrule all
   ?go <- (go $?rest)
@@ -139,7 +139,7 @@ def results(env):
 def test_rules_do_the_same_with_the_calls_in_them(tmp_path):
     found = []
     for probes in (False, True):
-        env, _, _ = environment(EVERYTHING, tmp_path, probes=probes)
+        env, _, _ = environment(ALL_RIGHTS, tmp_path, probes=probes)
         assert [str(each) for each in env.loader.diagnostics] == []
         found.append(results(env))
         env.destroy()
@@ -147,7 +147,7 @@ def test_rules_do_the_same_with_the_calls_in_them(tmp_path):
 
 
 def test_it_stops_at_every_action_with_the_variables_there(tmp_path):
-    env, debugger, probes = environment(EVERYTHING, tmp_path, probes=True)
+    env, debugger, probes = environment(ALL_RIGHTS, tmp_path, probes=True)
     seen = []
 
     def note(stop):
@@ -195,7 +195,7 @@ def test_no_line_of_any_file_moves(tmp_path):
 
 
 def test_an_error_while_it_is_stopped_ends_the_run_and_is_kept(tmp_path):
-    env, debugger, probes = environment(EVERYTHING, tmp_path, probes=True)
+    env, debugger, probes = environment(ALL_RIGHTS, tmp_path, probes=True)
 
     def fail(_stop):
         raise KeyboardInterrupt

@@ -54,8 +54,8 @@ def test_it_stops_at_a_breakpoint_while_the_rest_goes_on(daemon, board, ask):
     assert until(lambda: ask("where") is not None)
     where = ask("where")
     assert (where["reason"], where["rule"], where["next_rule"]) == ("before rule pong", "ping", "pong")
-    loops = daemon.loop.loops
-    assert until(lambda: daemon.loop.loops > loops + 2)
+    loops = daemon.loop.cycle_count
+    assert until(lambda: daemon.loop.cycle_count > loops + 2)
     assert relations(ask, "done") == []
     assert read_status(board)["state"] == "RUNNING"
     index = ask("facts", env="executive", template="pong")[0][0]
