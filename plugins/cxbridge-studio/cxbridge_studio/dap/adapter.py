@@ -1,8 +1,8 @@
-"""The debug adapter: serves the requests of one client and sends it events.
+"""The debug adapter: executes the requests of one client, an editor, and sends events to the client.
 
-A thread reads the requests into a queue. The main thread carries them out: before the run, between its loops
-(:meth:`Adapter.pump`) and while it is stopped (:meth:`Adapter.serve_stop`), so that rules and requests never
-use CLIPS at the same time.
+A thread reads the requests into a queue. The main thread executes them: before the run, between its loops
+(:meth:`Adapter.handle_queued_requests`) and while it is stopped (:meth:`Adapter.serve_stop`), so that rules
+and requests never use CLIPS at the same time.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ import msgspec
 
 from cxbridge.errors import CxbridgeError
 from cxbridge_studio.dap import phases, protocol
-from cxbridge_studio.dap.breaking import FILTERS, Breakpoints
+from cxbridge_studio.dap.breakpoints import FILTERS, Breakpoints
 from cxbridge_studio.dap.launching import make_target
 from cxbridge_studio.dap.phases import SessionPhase, check_phase
-from cxbridge_studio.dap.stops import Sources, StopView
-from cxbridge_studio.dap.target import FileLine, Stopped, Target
+from cxbridge_studio.dap.stops import SourceNames, StopView
+from cxbridge_studio.dap.target import FileLine, Target, TargetStop
 from cxbridge_studio.dap.wire import Wire, WireError
 
 CAPABILITIES: Final = {
@@ -41,8 +41,8 @@ CAPABILITIES: Final = {
     "exceptionBreakpointFilters": [{"filter": name, "label": title} for name, (title, _) in FILTERS.items()],
 }
 
-_POLL_S: Final = 0.2  # the seconds between two looks whether the stop is over
-# The targets of `stepIn`, by the number that the client names: the unit of the step, and its title.
+_POLL_S: Final = 0.2  # the time between two checks whether the stop is over
+# the targets of the request `stepIn`: the unit of the step and its title, by the number that the client sends
 _STEP_TARGETS: Final = {
     1: ("rule", "the next rule"),
     2: ("line", "the next action of a right-hand side"),
@@ -58,61 +58,69 @@ class Adapter:
 
     def __init__(self, wire: Wire) -> None:
         self._wire = wire
-        self._inbox: queue.SimpleQueue[protocol.Request | None] = queue.SimpleQueue()
-        self._sources = Sources()
+        self._requests: queue.SimpleQueue[protocol.Request | None] = queue.SimpleQueue()
+        self._sources = SourceNames()
         self._breakpoints = Breakpoints(self._sources)
         self._target: Target | None = None
-        self._stop: StopView | None = None
+        self._stop_view: StopView | None = None
         self._run_phase = SessionPhase.LAUNCHED
         self._is_initialized = self._is_over = self._is_checked = False
         self._sends_invalidated = False
         self.problem = ""
-        any_time, launched, stopped = phases.KNOWN, phases.LAUNCHED, SessionPhase.STOPPED
+        after_initialize, after_launch, target_stop = (
+            phases.AFTER_INITIALIZE,
+            phases.LAUNCHED,
+            SessionPhase.STOPPED,
+        )
         thread, frame, nothing = protocol.ThreadArguments, protocol.FrameArguments, protocol.Nothing
-        # By request: the type of its arguments, its handler, and the phases in which it is valid.
+        # by request: the type of its arguments, its handler, and the phases in which the request is valid
         self._handlers: Mapping[str, tuple[type[Any], Callable[[Any], Any], SessionPhase]] = {
             "initialize": (protocol.InitializeArguments, self._initialize, SessionPhase.NEW),
             "launch": (dict[str, Any], self._launch, SessionPhase.READY),
             "configurationDone": (nothing, self._configuration_done, SessionPhase.LAUNCHED),
-            "setBreakpoints": (protocol.SetBreakpointsArguments, self._set_lines, any_time),
+            "setBreakpoints": (
+                protocol.SetBreakpointsArguments,
+                self._set_line_breakpoints,
+                after_initialize,
+            ),
             "setFunctionBreakpoints": (
                 protocol.FunctionBreakpointsArguments,
-                self._set_functions,
-                any_time,
+                self._set_function_breakpoints,
+                after_initialize,
             ),
             "setExceptionBreakpoints": (
                 protocol.ExceptionBreakpointsArguments,
-                self._set_filters,
-                any_time,
+                self._set_exception_filters,
+                after_initialize,
             ),
             "breakpointLocations": (
                 protocol.BreakpointLocationsArguments,
-                self._breakpoint_locations,
-                any_time,
+                self._list_breakpoint_lines,
+                after_initialize,
             ),
-            "threads": (nothing, self._threads, launched),
-            "stackTrace": (protocol.StackTraceArguments, self._stack_trace, stopped),
-            "scopes": (frame, self._scopes, stopped),
-            "variables": (protocol.VariablesArguments, self._variables, stopped),
-            "setVariable": (protocol.SetVariableArguments, self._set_variable, stopped),
-            "evaluate": (protocol.EvaluateArguments, self._evaluate, stopped),
-            "source": (protocol.SourceArguments, self._source, any_time),
-            "loadedSources": (nothing, self._loaded_sources, launched),
-            "stepInTargets": (frame, self._step_targets, stopped),
-            "continue": (thread, self._continue, stopped),
-            "stepIn": (protocol.StepInArguments, self._step_in, stopped),
-            "next": (thread, lambda arguments: self._step(arguments, "transition"), stopped),
-            "stepOut": (thread, lambda arguments: self._step(arguments, "loop"), stopped),
-            "stepBack": (thread, lambda arguments: self._go_back(arguments, "rule"), stopped),
-            "reverseContinue": (thread, lambda arguments: self._go_back(arguments, ""), stopped),
+            "threads": (nothing, self._list_threads, after_launch),
+            "stackTrace": (protocol.StackTraceArguments, self._get_stack_trace, target_stop),
+            "scopes": (frame, self._list_scopes, target_stop),
+            "variables": (protocol.VariablesArguments, self._list_variables, target_stop),
+            "setVariable": (protocol.SetVariableArguments, self._set_variable, target_stop),
+            "evaluate": (protocol.EvaluateArguments, self._evaluate, target_stop),
+            "source": (protocol.SourceArguments, self._get_source, after_initialize),
+            "loadedSources": (nothing, self._list_loaded_sources, after_launch),
+            "stepInTargets": (frame, self._list_step_targets, target_stop),
+            "continue": (thread, self._continue, target_stop),
+            "stepIn": (protocol.StepInArguments, self._step_in, target_stop),
+            "next": (thread, lambda arguments: self._step(arguments, "transition"), target_stop),
+            "stepOut": (thread, lambda arguments: self._step(arguments, "loop"), target_stop),
+            "stepBack": (thread, lambda arguments: self._go_back(arguments, "rule"), target_stop),
+            "reverseContinue": (thread, lambda arguments: self._go_back(arguments, ""), target_stop),
             "pause": (thread, self._pause, SessionPhase.RUNNING),
-            "terminate": (nothing, self._terminate, launched),
-            "disconnect": (nothing, self._disconnect, phases.ANY),
+            "terminate": (nothing, self._terminate, after_launch),
+            "disconnect": (nothing, self._disconnect, phases.ANY_PHASE),
         }
 
     @property
     def _phase(self) -> SessionPhase:
-        if self._stop is not None:
+        if self._stop_view is not None:
             return SessionPhase.STOPPED
         if self._target is not None:
             return self._run_phase
@@ -120,19 +128,20 @@ class Adapter:
 
     def serve(self) -> None:
         """Serve until the client disconnects, or :attr:`problem` describes its protocol error."""
-        threading.Thread(target=self._read, name="dap", daemon=True).start()
+        threading.Thread(target=self._read_requests, name="dap", daemon=True).start()
         while not self._is_over:
-            self._answer(self._inbox.get())
+            self._handle_request(self._requests.get())
             if self._phase is SessionPhase.RUNNING:
-                self._run()
+                self._run_target()
 
-    def _read(self) -> None:
+    def _read_requests(self) -> None:
         """Read the client's messages, in a separate thread."""
         try:
             while (request := self._wire.read()) is not None:
                 if request.command in _ENDING_REQUESTS and self._target is not None:
-                    self._target.interrupt()  # the rules may fire without end
-                self._inbox.put(request)
+                    # at once, not from the queue: the main thread may run rules that fire without end
+                    self._target.interrupt()
+                self._requests.put(request)
         except (WireError, OSError) as error:
             self.problem = str(error)
         finally:
@@ -140,11 +149,11 @@ class Adapter:
 
     def end(self) -> None:
         """End the session as soon as possible. Any thread may call this."""
-        self._inbox.put(None)
+        self._requests.put(None)
         if self._target is not None:
             self._target.interrupt()
 
-    def _run(self) -> None:
+    def _run_target(self) -> None:
         """Run the target to its end and send its exit status."""
         status = 0
         try:
@@ -156,8 +165,8 @@ class Adapter:
         self.send_event("exited", {"exitCode": status})
         self.send_event("terminated")
 
-    def _answer(self, request: protocol.Request | None) -> None:
-        """Carry out a request and send the response.
+    def _handle_request(self, request: protocol.Request | None) -> None:
+        """Execute a request, and send the response.
 
         :param request: None ends the session.
         """
@@ -166,7 +175,7 @@ class Adapter:
             return
         response = protocol.Response(request.seq, request.command, success=False)
         try:
-            response.body = self._carry_out(request)
+            response.body = self._execute_request(request)
             response.success = True
         except CxbridgeError as error:
             response.message = str(error)
@@ -182,48 +191,52 @@ class Adapter:
         if response.success and request.command == "launch":
             self.send_event("initialized")
 
-    def _carry_out(self, request: protocol.Request) -> Any:
+    def _execute_request(self, request: protocol.Request) -> Any:
         """Return the body of the response."""
         if request.command not in self._handlers:
             raise CxbridgeError(f"there is no request '{request.command}' here")
         arguments_type, handler, allowed_phases = self._handlers[request.command]
-        arguments = protocol.arguments_of(request, arguments_type)
+        arguments = protocol.parse_arguments(request, arguments_type)
         check_phase(request.command, allowed_phases, self._phase)
         return handler(arguments)
 
     # -- callbacks of targets
 
-    def pump(self) -> None:
-        """Carry out the queued requests."""
-        while not self._inbox.empty():
-            self._answer(self._inbox.get())
+    def handle_queued_requests(self) -> None:
+        """Execute the queued requests, and report breakpoints whose state has changed."""
+        while not self._requests.empty():
+            self._handle_request(self._requests.get())
         if not self._is_checked and self._current_target.is_loaded:
             self._is_checked = True
-            for state in self._breakpoints.check():
+            for state in self._breakpoints.update_states():
                 self.send_event("breakpoint", {"reason": "changed", "breakpoint": state})
 
-    def serve_stop(self, stopped: Stopped, is_over: Callable[[], bool]) -> None:
-        """Carry out requests until one resumes the run."""
-        self._stop = StopView(stopped, self._sources.of)
-        reason = "exception" if self._breakpoints.is_filter(stopped.breakpoint) else stopped.reason
-        numbers = [stopped.breakpoint] if stopped.breakpoint else []
+    def serve_stop(self, target_stop: TargetStop, is_over: Callable[[], bool]) -> None:
+        """Execute requests until a request resumes the run."""
+        self._stop_view = StopView(target_stop, self._sources.make_source)
+        reason = (
+            "exception"
+            if self._breakpoints.is_exception_filter(target_stop.breakpoint)
+            else target_stop.reason
+        )
+        numbers = [target_stop.breakpoint] if target_stop.breakpoint else []
         self.send_event(
             "stopped",
             protocol.StoppedBody(
                 reason,
-                stopped.description,
-                stopped.agent,
+                target_stop.description,
+                target_stop.agent,
                 all_threads_stopped=True,
                 hit_breakpoint_ids=numbers,
-                text=stopped.description if reason == "exception" else "",
+                text=target_stop.description if reason == "exception" else "",
             ),
         )
         try:
             while not is_over() and not self._is_over:
                 with suppress(queue.Empty):
-                    self._answer(self._inbox.get(timeout=_POLL_S))
+                    self._handle_request(self._requests.get(timeout=_POLL_S))
         finally:
-            self._stop = None
+            self._stop_view = None
 
     def send_event(
         self, name: str, body: Mapping[str, object] | protocol.ProtocolObject | None = None
@@ -234,13 +247,13 @@ class Adapter:
 
     @property
     def _current_target(self) -> Target:
-        assert self._target is not None, "requests that need it come later"
+        assert self._target is not None, "the handlers that need a target are valid after `launch`"
         return self._target
 
     @property
     def _current_stop(self) -> StopView:
-        assert self._stop is not None, "requests that need it come while it is stopped"
-        return self._stop
+        assert self._stop_view is not None, "the handlers that need a stop are valid while the run is stopped"
+        return self._stop_view
 
     def _initialize(self, arguments: protocol.InitializeArguments) -> Mapping[str, Any]:
         if not arguments.lines_start_at1 or not arguments.columns_start_at1:
@@ -262,7 +275,7 @@ class Adapter:
         self._run_phase = SessionPhase.RUNNING
 
     def _terminate(self, _arguments: protocol.Nothing) -> None:
-        if self._phase is SessionPhase.LAUNCHED:  # nothing runs yet that could end by itself
+        if self._phase is SessionPhase.LAUNCHED:  # before the run, whose end would send this event
             self._run_phase = SessionPhase.OVER
             self.send_event("terminated")
 
@@ -271,16 +284,18 @@ class Adapter:
 
     # -- setting breakpoints
 
-    def _set_lines(self, arguments: protocol.SetBreakpointsArguments) -> Mapping[str, Any]:
-        return {"breakpoints": self._breakpoints.set_lines(arguments)}
+    def _set_line_breakpoints(self, arguments: protocol.SetBreakpointsArguments) -> Mapping[str, Any]:
+        return {"breakpoints": self._breakpoints.set_line_breakpoints(arguments)}
 
-    def _set_functions(self, arguments: protocol.FunctionBreakpointsArguments) -> Mapping[str, Any]:
-        return {"breakpoints": self._breakpoints.set_functions(arguments.breakpoints)}
+    def _set_function_breakpoints(
+        self, arguments: protocol.FunctionBreakpointsArguments
+    ) -> Mapping[str, Any]:
+        return {"breakpoints": self._breakpoints.set_function_breakpoints(arguments.breakpoints)}
 
-    def _set_filters(self, arguments: protocol.ExceptionBreakpointsArguments) -> Mapping[str, Any]:
-        return {"breakpoints": self._breakpoints.set_filters(arguments)}
+    def _set_exception_filters(self, arguments: protocol.ExceptionBreakpointsArguments) -> Mapping[str, Any]:
+        return {"breakpoints": self._breakpoints.set_exception_filters(arguments)}
 
-    def _breakpoint_locations(self, arguments: protocol.BreakpointLocationsArguments) -> Mapping[str, Any]:
+    def _list_breakpoint_lines(self, arguments: protocol.BreakpointLocationsArguments) -> Mapping[str, Any]:
         return {"breakpoints": [{"line": line} for line in self._breakpoints.lines_between(arguments)]}
 
     # -- inspection
@@ -291,27 +306,27 @@ class Adapter:
             threads = ", ".join(f"{thread} ({name})" for thread, name in enumerate(agents, start=1))
             raise CxbridgeError(f"there is no thread {number}", hint=f"there are: {threads or 'none'}")
 
-    def _threads(self, _arguments: protocol.Nothing) -> Mapping[str, Any]:
+    def _list_threads(self, _arguments: protocol.Nothing) -> Mapping[str, Any]:
         agents = () if self._phase is SessionPhase.OVER else self._current_target.agents
         return {"threads": [{"id": number, "name": name} for number, name in enumerate(agents, start=1)]}
 
-    def _stack_trace(self, arguments: protocol.StackTraceArguments) -> Mapping[str, Any]:
+    def _get_stack_trace(self, arguments: protocol.StackTraceArguments) -> Mapping[str, Any]:
         self._check_thread(arguments.thread_id)
-        if arguments.thread_id != self._current_stop.stopped.agent:
+        if arguments.thread_id != self._current_stop.target_stop.agent:
             return {"stackFrames": [], "totalFrames": 0}
         return self._current_stop.frames(arguments.start_frame, arguments.levels)
 
-    def _scopes(self, arguments: protocol.FrameArguments) -> Mapping[str, Any]:
+    def _list_scopes(self, arguments: protocol.FrameArguments) -> Mapping[str, Any]:
         return {"scopes": self._current_stop.scopes(arguments.frame_id)}
 
-    def _variables(self, arguments: protocol.VariablesArguments) -> Mapping[str, Any]:
+    def _list_variables(self, arguments: protocol.VariablesArguments) -> Mapping[str, Any]:
         reference, start, count = arguments.variables_reference, arguments.start, arguments.count
         variables = self._current_stop.variables(reference, start, count)
-        # All our variables have names: a client that asks for indexed variables gets none.
+        # all variables here have names: a request for indexed variables gets none
         return {"variables": [] if arguments.filter == "indexed" else variables}
 
     def _set_variable(self, arguments: protocol.SetVariableArguments) -> Mapping[str, Any]:
-        value = self._current_stop.change(arguments.variables_reference, arguments.name, arguments.value)
+        value = self._current_stop.set_value(arguments.variables_reference, arguments.name, arguments.value)
         self._send_invalidated()
         return {"value": value}
 
@@ -329,17 +344,19 @@ class Adapter:
         if self._sends_invalidated:
             self.send_event("invalidated", {"areas": ["stacks", "variables"]})
 
-    def _source(self, arguments: protocol.SourceArguments) -> Mapping[str, Any]:
+    def _get_source(self, arguments: protocol.SourceArguments) -> Mapping[str, Any]:
         source = arguments.source or protocol.Source(source_reference=arguments.source_reference)
-        _, text = self._sources.named(source)
+        _, text = self._sources.find_text(source)
         return {"content": text, "mimeType": "text/x-clips"}
 
-    def _loaded_sources(self, _arguments: protocol.Nothing) -> Mapping[str, Any]:
-        return {"sources": [self._sources.of(FileLine(file, 1)) for file in self._current_target.files()]}
+    def _list_loaded_sources(self, _arguments: protocol.Nothing) -> Mapping[str, Any]:
+        return {
+            "sources": [self._sources.make_source(FileLine(file, 1)) for file in self._current_target.files()]
+        }
 
     # -- stepping
 
-    def _step_targets(self, arguments: protocol.FrameArguments) -> Mapping[str, Any]:
+    def _list_step_targets(self, arguments: protocol.FrameArguments) -> Mapping[str, Any]:
         self._current_stop.check_frame(arguments.frame_id)
         return {
             "targets": [
@@ -348,7 +365,7 @@ class Adapter:
         }
 
     def _possible_steps(self) -> dict[int, tuple[str, str]]:
-        """Return the step targets that the target supports: only some can stop within right-hand sides."""
+        """Return the targets of `stepIn` that the debugged target supports."""
         has_lines = self._current_target.can_stop_at_actions
         return {
             number: (unit, title)

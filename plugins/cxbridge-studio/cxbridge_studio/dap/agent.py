@@ -1,4 +1,4 @@
-"""An agent of a debugged run, and its state while its rules are stopped."""
+"""An agent of a debugged run: its debugger, its breakpoints, and its state while its rules are stopped."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from cxbridge.events import Event, FactChange, RuleFired
 from cxbridge.executive.host.capi import EXTRA_FUNCTIONS, NULL, decode, encode
 from cxbridge.executive.host.facts.copying import FactTemplate, template_of
 from cxbridge.rights import ALL_RIGHTS
-from cxbridge_studio.dap.expressions import expand_known
+from cxbridge_studio.dap.expressions import expand_known_variables
 from cxbridge_studio.dap.probes import Probes
 from cxbridge_studio.dap.target import FileLine, Firing, StoppedEnvironment
 from cxbridge_studio.debugger.agenda import activations
@@ -36,28 +36,32 @@ if TYPE_CHECKING:
 class DebuggedAgent:
     """An agent of the run.
 
-    :param actions: whether the agent can stop within right-hand sides.
+    :param stops_at_actions: whether the agent can stop within right-hand sides.
     """
 
-    def __init__(self, run: Run, *, actions: bool) -> None:
+    def __init__(self, run: Run, *, stops_at_actions: bool) -> None:
         self.run = run
         self.debugger = debugger_of(run.executive)
         self.service = EnvironmentService(run.manager)
         self.env: ClipsEnvironment = run.executive.env
-        self.probes = Probes(self.env, self.debugger) if actions else None
-        self.debugger.expand = self._expand
-        self.ids: dict[int, int] = {}  # the client's breakpoint numbers by the debugger's
-        self._groups: dict[str, list[int]] = {}
-        self.fired: RuleFired | None = None
-        self.retracted: dict[int, FactChange] = {}  # the facts that the firing rule has retracted, by index
+        self.probes = Probes(self.env, self.debugger) if stops_at_actions else None
+        self.debugger.expand = self._expand_variables
+        self.client_numbers: dict[
+            int, int
+        ] = {}  # the client's numbers of breakpoints by the debugger's numbers
+        self._breakpoint_groups: dict[str, list[int]] = {}
+        self.last_firing: RuleFired | None = None
+        self.retracted_facts: dict[
+            int, FactChange
+        ] = {}  # the facts that the firing rule has retracted, by index
         self._context = OperationContext(ALL_RIGHTS, lambda: run.executive)
         self._positions: dict[str, FileLine] = {}
         self._read_file_count = 0
         run.bus.subscribe(self._record, RuleFired, FactChange)
         self._is_watch_renewed = False
-        self._watch()
+        self._watch_rules_and_facts()
 
-    def _watch(self) -> None:
+    def _watch_rules_and_facts(self) -> None:
         self.env.watcher.rules.set((), on=True)
         self.env.watcher.facts.set((), on=True)
 
@@ -65,7 +69,7 @@ class DebuggedAgent:
         """Watch rules and facts again, once: the agent's configuration may have turned them off."""
         if not self._is_watch_renewed:
             self._is_watch_renewed = True
-            self._watch()
+            self._watch_rules_and_facts()
 
     def raise_error(self) -> None:
         """Raise the error that occurred while a right-hand side was stopped, if any."""
@@ -73,34 +77,34 @@ class DebuggedAgent:
             raise self.probes.error
 
     def set_breakpoints(self, group: str, breakpoints: Mapping[int, Breakpoint]) -> None:
-        for previous in self._groups.pop(group, ()):
+        for previous in self._breakpoint_groups.pop(group, ()):
             self.debugger.remove(previous)
-            self.ids.pop(previous)
-        # Unchecked: the adapter shows an unreachable breakpoint as not verified, which is no error.
+            self.client_numbers.pop(previous)
+        # unchecked, since an unreachable breakpoint is no error: the adapter shows it as not verified
         numbers = {
             self.debugger.add(item, checked=False).number: number for number, item in breakpoints.items()
         }
-        self.ids |= numbers
-        self._groups[group] = list(numbers)
+        self.client_numbers |= numbers
+        self._breakpoint_groups[group] = list(numbers)
 
     def _record(self, event: Event) -> None:
         """Record the rule that fires, and the facts that it retracts."""
         if isinstance(event, RuleFired) and event.env == self.env.name:
-            self.fired = event
-            self.retracted.clear()
+            self.last_firing = event
+            self.retracted_facts.clear()
         elif isinstance(event, FactChange) and event.env == self.env.name and not event.asserted:
-            self.retracted[event.index] = event
+            self.retracted_facts[event.index] = event
 
     def carry_out_operation(self, name: str, **arguments: Any) -> Any:
-        """Carry out an operation on the executive's environment."""
+        """Execute an operation on the executive's environment."""
         return carry_out(self._context, name, env=self.env.name, **arguments)
 
-    def _expand(self, text: str, stop: Stop) -> str:
-        return expand_known(text, LiveMoment(self, stop)) if "?" in text else text
+    def _expand_variables(self, text: str, stop: Stop) -> str:
+        return expand_known_variables(text, LiveStoppedEnvironment(self, stop)) if "?" in text else text
 
-    def place(self, rule: str) -> FileLine | None:
+    def rule_position(self, rule: str) -> FileLine | None:
         """Return the position of a rule, in the last loaded file that defines it."""
-        # Only files loaded since the last call are read.
+        # reads only the files that have been loaded since the last call
         files = self.env.loader.files
         for file in files[self._read_file_count :]:
             with suppress(OSError):
@@ -110,14 +114,14 @@ class DebuggedAgent:
         return self._positions.get(rule)
 
 
-class LiveMoment(StoppedEnvironment):
-    """An agent with stopped rules."""
+class LiveStoppedEnvironment(StoppedEnvironment):
+    """The environment of an agent whose rules are stopped."""
 
     def __init__(self, agent: DebuggedAgent, stop: Stop) -> None:
-        fired, next_activation = agent.fired, next(activations(agent.env), None)
-        # A stop before a rule concerns the next rule, other stops concern the rule that has fired.
+        last_firing, next_activation = agent.last_firing, next(activations(agent.env), None)
+        # a stop before a rule is about the next rule, any other stop about the rule that has fired
         if stop.line or stop.kind in ("transition", "after") or next_activation is None:
-            firing = None if fired is None else Firing(fired.rule, fired.basis, stop.line)
+            firing = None if last_firing is None else Firing(last_firing.rule, last_firing.basis, stop.line)
         else:
             _, rule, basis = next_activation
             firing = Firing(rule, basis)
@@ -126,16 +130,16 @@ class LiveMoment(StoppedEnvironment):
         self._env = agent.env
         self._is_within_rule = bool(stop.line)
 
-    def place(self, rule: str) -> FileLine | None:
-        return self._agent.place(rule)
+    def rule_position(self, rule: str) -> FileLine | None:
+        return self._agent.rule_position(rule)
 
     def rule_without_facts(self, rule: str) -> Snapshot:
         return take_snapshot(self._env, rule, max_facts=0)
 
-    def templates(self) -> Mapping[str, int]:
+    def fact_counts(self) -> Mapping[str, int]:
         return Counter(name for _, name, _ in self._env.facts())
 
-    def template(self, name: str) -> FactTemplate | None:
+    def find_template(self, name: str) -> FactTemplate | None:
         pointer = lib.FindDeftemplate(self._env.env, encode(name))
         return None if pointer == NULL else template_of(pointer)
 
@@ -148,7 +152,7 @@ class LiveMoment(StoppedEnvironment):
     def fact(self, index: int) -> FactChange | None:
         pointer = self._env.maker.find(index)
         if pointer == NULL:
-            return self._agent.retracted.get(index)
+            return self._agent.retracted_facts.get(index)
         template = decode(lib.DeftemplateName(lib.FactDeftemplate(pointer)))
         text = self._env.watcher.fact_text(pointer)
         return FactChange(0, self._env.name, asserted=True, index=index, template=template, text=text)
@@ -159,11 +163,11 @@ class LiveMoment(StoppedEnvironment):
             for salience, rule, basis in self._agent.carry_out_operation("agenda")
         ]
 
-    def locals(self) -> Mapping[str, Value] | None:
+    def local_variables(self) -> Mapping[str, Value] | None:
         probes = self._agent.probes
         return None if probes is None or not self._is_within_rule else probes.values()
 
-    def is_function(self, name: str) -> bool:
+    def has_function(self, name: str) -> bool:
         function = EXTRA_FUNCTIONS.FindFunction(self._env.env, encode(name))
         return bool(function != NULL) or self._env.loader.has_function(name)
 

@@ -1,7 +1,7 @@
-"""Finds the variables of a fired rule's condition by matching its facts again with CLIPS.
+"""Finds the variables of a fired rule's condition by matching its facts again.
 
-CLIPS has no interface to the variables of a rule that fires. The basis of the firing names the facts, so an
-isolated environment with these facts alone binds the same variables.
+CLIPS has no interface to the variables of a rule that fires. The basis of a firing names the facts that match
+the condition. A separate CLIPS environment with only these facts binds the variables to the same values.
 """
 
 from __future__ import annotations
@@ -22,18 +22,24 @@ if TYPE_CHECKING:
     from cxbridge.events import FactChange
     from cxbridge_studio.explain.rules.snapshot import Snapshot
 
-_FACT: Final = "cx-dap-fact-"  # the start of our names for facts that the condition does not name
-_MAX_BRANCHES: Final = 64  # limit of the alternatives of nested (or ...), which multiply
-_MAX_MATCHES: Final = 1000  # limit of the matches of a rule that are compared with the firing
+_FACT_VARIABLE_PREFIX: Final = (
+    "cx-dap-fact-"  # the start of the variables for the facts that the condition does not name
+)
+_MAX_BRANCHES: Final = 64  # alternatives of nested (or ...), whose number multiplies, that are tried
+_MAX_MATCHES: Final = 1000  # matches of a rule that are compared with the firing
 
 
-def indices_in(basis: str) -> list[int]:
+def parse_basis(basis: str) -> list[int]:
     """Return the indices of the facts in a basis such as ``f-1,*,f-3``."""
     items = (item.strip().removeprefix("f-") for item in basis.split(","))
-    return [int(item) for item in items if item.isdecimal()]  # `*` stands for a CE without a fact
+    return [
+        int(item) for item in items if item.isdecimal()
+    ]  # `*` stands for a conditional element without a fact, e.g. `not`
 
 
-def bindings(snapshot: Snapshot, basis: str, fact: Callable[[int], FactChange | None]) -> dict[str, Value]:
+def find_bindings(
+    snapshot: Snapshot, basis: str, fact: Callable[[int], FactChange | None]
+) -> dict[str, Value]:
     """Return the values of the variables in a rule's condition, by name without ``?``.
 
     :param snapshot: the rule, without facts.
@@ -42,7 +48,7 @@ def bindings(snapshot: Snapshot, basis: str, fact: Callable[[int], FactChange | 
     :raises ClipsError: if a fact is unknown, or the condition cannot be matched here.
     """
     condition = parse_rule(snapshot.text)
-    indices = indices_in(basis)
+    indices = parse_basis(basis)
     changes = [change for index in dict.fromkeys(indices) if (change := fact(index)) is not None]
     if len(changes) < len(set(indices)):
         raise ClipsError("a fact that the rule fired for is not known any more")
@@ -51,47 +57,49 @@ def bindings(snapshot: Snapshot, basis: str, fact: Callable[[int], FactChange | 
     templates, rows = parse_rows(changes, templates_of_rule)
     with Matcher(replace(snapshot, templates=templates, facts=tuple(rows), needs_all_facts=False)) as matcher:
         failure = ClipsError("the facts do not match the condition any more")
-        for ces in islice(_branches(condition.ces), _MAX_BRANCHES):
+        for ces in islice(_expand_alternatives(condition.ces), _MAX_BRANCHES):
             fact_patterns = [ce for ce in ces if isinstance(ce, PatternCE)]
             if len(fact_patterns) != len(indices):
                 continue  # the rule fired for another alternative
-            # Without tests, a condition also matches after the rule has changed its facts.
-            for is_loose in (False, True):
+            # without tests, a condition also matches facts that the rule has changed since
+            for without_tests in (False, True):
                 try:
-                    bound_values = _bound_variables(matcher, ces, fact_patterns, indices, is_loose=is_loose)
+                    bound_values = _match_variables(
+                        matcher, ces, fact_patterns, indices, without_tests=without_tests
+                    )
                 except ClipsError as error:
-                    failure = error  # such as a function that only the run has
+                    failure = error  # e.g. about a function that only the run has
                     continue
                 if bound_values is not None:
                     return bound_values
     raise failure
 
 
-def _branches(ces: Sequence[CE]) -> Iterator[list[PatternCE | TestCE]]:
-    """Yield the patterns and tests of each alternative of the ``or`` CEs."""
+def _expand_alternatives(ces: Sequence[CE]) -> Iterator[list[PatternCE | TestCE]]:
+    """Yield the patterns and tests for each combination of alternatives of the ``or`` elements."""
     choices: list[list[list[PatternCE | TestCE]]] = []
     for ce in ces:
         if not isinstance(ce, GroupCE):
             choices.append([[ce]])
         elif ce.kind == "and":
-            choices.append(list(islice(_branches(ce.items), _MAX_BRANCHES)))
+            choices.append(list(islice(_expand_alternatives(ce.items), _MAX_BRANCHES)))
         elif ce.kind == "or":
-            alternatives = (ces for branch in ce.items for ces in _branches((branch,)))
+            alternatives = (ces for branch in ce.items for ces in _expand_alternatives((branch,)))
             choices.append(list(islice(alternatives, _MAX_BRANCHES)))
-        # `not`, `exists` and `forall` bind no variable.
+        # `not`, `exists` and `forall` bind no variable
     for alternative in product(*choices):
         yield [ce for choice in alternative for ce in choice]
 
 
-def _bound_variables(
+def _match_variables(
     matcher: Matcher,
     ces: Sequence[PatternCE | TestCE],
     fact_patterns: Sequence[PatternCE],
     indices: Sequence[int],
     *,
-    is_loose: bool,
+    without_tests: bool,
 ) -> dict[str, Value] | None:
-    """Return the variables of the match with these facts in this order, or None.
+    """Return the variables of the match with these facts in this order; None if there is none.
 
     :param is_loose: whether to leave out the tests and the constraints of the slots.
     """
@@ -102,10 +110,12 @@ def _bound_variables(
     names: dict[str, None] = {}  # in the order of the condition, as the editor shows them
     for ce in ces:
         if isinstance(ce, TestCE):
-            texts += [] if is_loose else [ce.text]
+            texts += [] if without_tests else [ce.text]
             continue
-        variable = ce.variable or f"{_FACT}{len(facts)}"
-        texts.append(f"?{variable} <- {_without_constraints(ce) if is_loose else ce.text_without_variable()}")
+        variable = ce.variable or f"{_FACT_VARIABLE_PREFIX}{len(facts)}"
+        texts.append(
+            f"?{variable} <- {_strip_constraints(ce) if without_tests else ce.text_without_variable()}"
+        )
         facts.append(variable)
         names |= dict.fromkeys((variable,))
         names |= dict.fromkeys(field.name for part in ce.parts for field in part.fields if field.name)
@@ -113,11 +123,15 @@ def _bound_variables(
     for values in matcher.match_values(texts, list(names), _MAX_MATCHES):
         bound_values = dict(zip(names, values, strict=True))
         if [bound_values[variable] for variable in facts] == fact_refs:
-            return {name: value for name, value in bound_values.items() if not name.startswith(_FACT)}
+            return {
+                name: value
+                for name, value in bound_values.items()
+                if not name.startswith(_FACT_VARIABLE_PREFIX)
+            }
     return None
 
 
-def _without_constraints(ce: PatternCE) -> str:
+def _strip_constraints(ce: PatternCE) -> str:
     """Return a pattern that binds the same variables without any constraint."""
     constraints = [
         constraint.join_fields(
@@ -128,9 +142,7 @@ def _without_constraints(ce: PatternCE) -> str:
     return f"({' '.join((ce.template, *constraints))})"
 
 
-def indices_of_matches(
-    snapshot: Snapshot, pattern: str, facts: Mapping[str, Sequence[FactChange]]
-) -> list[int]:
+def match_pattern(snapshot: Snapshot, pattern: str, facts: Mapping[str, Sequence[FactChange]]) -> list[int]:
     """Return the indices of the facts that match a pattern.
 
     :param snapshot: a snapshot with the deftemplate.
@@ -140,5 +152,7 @@ def indices_of_matches(
     changes = [change for group in facts.values() for change in group]
     templates, rows = parse_rows(changes, snapshot.templates)
     with Matcher(replace(snapshot, templates=templates, facts=tuple(rows))) as matcher:
-        matches = matcher.match_values([f"?{_FACT}0 <- {pattern}"], [f"{_FACT}0"], len(changes) + 1)
+        matches = matcher.match_values(
+            [f"?{_FACT_VARIABLE_PREFIX}0 <- {pattern}"], [f"{_FACT_VARIABLE_PREFIX}0"], len(changes) + 1
+        )
     return list(dict.fromkeys(fact.index for (fact,) in matches))

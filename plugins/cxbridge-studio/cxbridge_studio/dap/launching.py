@@ -1,4 +1,4 @@
-"""Makes a target from an editor's launch configuration."""
+"""Makes a target from the launch configuration that an editor sends."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any, Final
 from cxbridge.errors import CxbridgeError
 from cxbridge_studio.dap.target import Target
 
-# The keys of a launch configuration that the editors themselves use.
+# the keys of a launch configuration that are for the editors themselves
 _EDITOR_KEYS: Final = frozenset(
     {
         *("type", "request", "name", "console", "debugServer", "internalConsoleOptions", "noDebug"),
@@ -19,7 +19,7 @@ _EDITOR_KEYS: Final = frozenset(
     }
 )
 
-_FORBIDDEN: Final = ("replay",)  # options of `cxbridge run` that the debugger does not support
+_UNSUPPORTED_OPTIONS: Final = ("replay",)  # options of `cxbridge run` that the debugger does not support
 
 
 def make_target(arguments: Mapping[str, Any]) -> Target:
@@ -34,38 +34,40 @@ def make_target(arguments: Mapping[str, Any]) -> Target:
         for name, value in arguments.items()
         if name not in _EDITOR_KEYS and not name.startswith("__") and value is not None
     }
-    _enter_folder(_text(run_arguments, "cwd"))
-    without_stops = _flag(dict(arguments), "noDebug", default=False)
-    recording, env = _text(run_arguments, "recording"), _text(run_arguments, "env")
-    stop_on_entry = _flag(run_arguments, "stopOnEntry", default=False) and not without_stops
-    actions = _flag(run_arguments, "stopInRules", default=True) and not without_stops
+    _enter_folder(_take_text(run_arguments, "cwd"))
+    without_stops = _take_flag(dict(arguments), "noDebug", default=False)
+    recording, env = _take_text(run_arguments, "recording"), _take_text(run_arguments, "env")
+    stop_on_entry = _take_flag(run_arguments, "stopOnEntry", default=False) and not without_stops
+    stops_at_actions = _take_flag(run_arguments, "stopInRules", default=True) and not without_stops
     if recording:
         if run_arguments:
             raise CxbridgeError(f"'{next(iter(run_arguments))}' does not go with a recording")
-        # A session with a run does not need these modules.
+        # imported here, since a session with a run does not need these modules
         from cxbridge.trace.formats.registry import open_run  # noqa: PLC0415
         from cxbridge_studio.dap.recorded import RecordedRun  # noqa: PLC0415
 
         return RecordedRun(open_run(recording), env or None)
     if env:
         raise CxbridgeError("'env' goes with a recording")
-    # A session with a recording does not need these modules.
+    # imported here, since a session with a recording does not need these modules
     from cxbridge.run.program.plain_options import plain_options  # noqa: PLC0415
     from cxbridge_studio.dap.live import LiveRun  # noqa: PLC0415
 
-    if any(name in run_arguments for name in _FORBIDDEN):
+    if any(name in run_arguments for name in _UNSUPPORTED_OPTIONS):
         raise CxbridgeError("a replay is not debugged", hint="name the recording with 'recording'")
-    return LiveRun(plain_options(run_arguments), stop_on_entry=stop_on_entry, actions=actions)
+    return LiveRun(
+        plain_options(run_arguments), stop_on_entry=stop_on_entry, stops_at_actions=stops_at_actions
+    )
 
 
-def _text(arguments: dict[str, Any], name: str) -> str:
+def _take_text(arguments: dict[str, Any], name: str) -> str:
     value = arguments.pop(name, "")
     if not isinstance(value, str):
         raise CxbridgeError(f"'{name}' must be a text")
     return value
 
 
-def _flag(arguments: dict[str, Any], name: str, *, default: bool) -> bool:
+def _take_flag(arguments: dict[str, Any], name: str, *, default: bool) -> bool:
     value = arguments.pop(name, default)
     if not isinstance(value, bool):
         raise CxbridgeError(f"'{name}' must be true or false")
@@ -73,7 +75,7 @@ def _flag(arguments: dict[str, Any], name: str, *, default: bool) -> bool:
 
 
 def _enter_folder(folder: str) -> None:
-    """Change the working directory: paths of a launch configuration are relative to it."""
+    """Change the working directory, to which the paths of a launch configuration are relative."""
     if folder:
         try:
             os.chdir(Path(folder))

@@ -1,4 +1,4 @@
-"""A debugged run. It runs like ``cxbridge run``, in the thread that serves the client's requests."""
+"""A debugged run: ``cxbridge run`` in the thread that executes the client's requests."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, Level, LogLine
 from cxbridge.mainloop import Hook
 from cxbridge.run.run import run_scenario
-from cxbridge_studio.dap.agent import DebuggedAgent, LiveMoment
-from cxbridge_studio.dap.target import DebugClient, Stopped, Target
+from cxbridge_studio.dap.agent import DebuggedAgent, LiveStoppedEnvironment
+from cxbridge_studio.dap.target import DebugClient, Target, TargetStop
 from cxbridge_studio.explain.rules.environment import rulebook
 from cxbridge_studio.explain.rules.missing import explain_missing_rule
 
@@ -20,27 +20,29 @@ if TYPE_CHECKING:
     from cxbridge.run.options import RunOptions
     from cxbridge_studio.debugger.breakpoints import Breakpoint, Stop
 
-_REASONS: Final = {"step": "step", "asked": "pause", "transition": "function breakpoint"}
-_INTERRUPTED: Final = 130  # the exit status of shells for SIGINT: 128 + 2
-_CATEGORIES: Final = {Level.ERROR: "stderr", Level.WARN: "stderr"}
+_STOP_REASONS: Final = {"step": "step", "asked": "pause", "transition": "function breakpoint"}
+_INTERRUPTED_STATUS: Final = 130  # the exit status of shells for SIGINT: 128 + 2
+_OUTPUT_CATEGORIES: Final = {Level.ERROR: "stderr", Level.WARN: "stderr"}
 
 
 class LiveRun(Target):
     """A debugged run.
 
     :param stop_on_entry: whether to stop before the first rule.
-    :param actions: whether the run can stop within right-hand sides.
+    :param stops_at_actions: whether the run can stop within right-hand sides.
     """
 
-    def __init__(self, options: RunOptions, *, stop_on_entry: bool = False, actions: bool = True) -> None:
+    def __init__(
+        self, options: RunOptions, *, stop_on_entry: bool = False, stops_at_actions: bool = True
+    ) -> None:
         options.check()
         self._options = options
         self._stop_on_entry = stop_on_entry
-        self.can_stop_at_actions = actions
+        self.can_stop_at_actions = stops_at_actions
         self._agents: list[DebuggedAgent] = []
-        self._groups: dict[str, Mapping[int, Breakpoint]] = {}
-        self._interrupted = False
-        self._step = ""
+        self._breakpoint_groups: dict[str, Mapping[int, Breakpoint]] = {}
+        self._is_interrupted = False
+        self._step_unit = ""
 
     @property
     def agents(self) -> Sequence[str]:
@@ -51,7 +53,7 @@ class LiveRun(Target):
 
         def send_line(event: Event) -> None:
             if isinstance(event, LogLine):
-                category = _CATEGORIES.get(event.level, "stdout")
+                category = _OUTPUT_CATEGORIES.get(event.level, "stdout")
                 client.send_event(
                     "output", {"category": category, "output": f"{event.component}: {event.text}\n"}
                 )
@@ -61,61 +63,67 @@ class LiveRun(Target):
         )
         for agent in self._agents:
             agent.raise_error()
-        reason = "ended by the client" if self._interrupted else result.reason
+        reason = "ended by the client" if self._is_interrupted else result.reason
         client.send_event("output", {"category": "console", "output": f"{reason}\n"})
-        return _INTERRUPTED if self._interrupted else result.status
+        return _INTERRUPTED_STATUS if self._is_interrupted else result.status
 
     def _attach(self, run: Run, client: DebugClient) -> None:
-        """Debug an agent that is made but not started."""
-        agent = DebuggedAgent(run, actions=self.can_stop_at_actions)
+        """Debug an agent before its start."""
+        agent = DebuggedAgent(run, stops_at_actions=self.can_stop_at_actions)
         self._agents.append(agent)
         number = len(self._agents)
-        for group, breakpoints in self._groups.items():
+        for group, breakpoints in self._breakpoint_groups.items():
             agent.set_breakpoints(group, breakpoints)
         agent.debugger.on_stop = lambda stop: self._serve_stop(client, number, stop)
 
-        def pump() -> None:
+        def handle_queued_requests() -> None:
             agent.renew_watch()
-            client.pump()
-            if self._interrupted:  # the interrupt came while the agent had no loop to stop
+            client.handle_queued_requests()
+            if self._is_interrupted:  # by an interrupt before the start of the loop
                 run.loop.stop()
 
-        run.loop.add(Hook.PRE_LOOP, pump)
+        run.loop.add(Hook.PRE_LOOP, handle_queued_requests)
         client.send_event("thread", {"reason": "started", "threadId": number})
         if self._stop_on_entry:
             agent.debugger.stop()
-        if self._interrupted:
+        if self._is_interrupted:
             run.interrupt()
 
     def _serve_stop(self, client: DebugClient, number: int, stop: Stop) -> None:
         agent = self._agents[number - 1]
-        reason = _REASONS.get(stop.kind, "breakpoint")
-        # The stop on entry is made like a pause.
+        reason = _STOP_REASONS.get(stop.kind, "breakpoint")
+        # a stop on entry is made like a pause: only its position is special
         if reason == "pause" and self._stop_on_entry and stop.loop == 1 and stop.fired == 0:
             reason = "entry"
         self._end_steps()
-        moment = LiveMoment(agent, stop)
-        stopped = Stopped(number, reason, f"Stopped {stop.reason}", moment, agent.ids.get(stop.breakpoint, 0))
+        stopped_env = LiveStoppedEnvironment(agent, stop)
+        stopped = TargetStop(
+            number,
+            reason,
+            f"Stopped {stop.reason}",
+            stopped_env,
+            agent.client_numbers.get(stop.breakpoint, 0),
+        )
         client.serve_stop(stopped, lambda: agent.debugger.stopped is None or agent.env.is_ended)
         if agent.debugger.stopped is not None:
             agent.debugger.go_on()
 
     def _end_steps(self) -> None:
-        """End the step of the other agents after one agent has stopped."""
-        if self._step:
+        """End the steps of further agents after an agent has stopped."""
+        if self._step_unit:
             for agent in self._agents:
                 if agent.debugger.stopped is None:
                     agent.debugger.go_on()
-        self._step = ""
+        self._step_unit = ""
 
     def interrupt(self) -> None:
-        self._interrupted = True
+        self._is_interrupted = True
         for agent in self._agents:
             agent.run.loop.stop()
             agent.run.interrupt()
 
     def set_breakpoints(self, group: str, breakpoints: Mapping[int, Breakpoint]) -> None:
-        self._groups[group] = breakpoints  # for agents that are made later
+        self._breakpoint_groups[group] = breakpoints  # for agents that are made later
         for agent in self._agents:
             agent.set_breakpoints(group, breakpoints)
 
@@ -125,7 +133,7 @@ class LiveRun(Target):
 
     def step(self, unit: str) -> None:
         """Resume until a ``rule``, ``loop``, ``transition`` or ``line`` of any agent."""
-        self._step = unit
+        self._step_unit = unit
         for agent in self._agents:
             agent.debugger.step(unit)
 
@@ -137,30 +145,30 @@ class LiveRun(Target):
     def is_loaded(self) -> bool:
         return bool(self._agents) and all(agent.run.executive.initialized for agent in self._agents)
 
-    def why_no_stop(self, rule: str, file: Path) -> str:
+    def explain_no_stop(self, rule: str, file: Path) -> str:
         """Return why a rule of a file cannot stop; empty if any agent can stop there."""
-        reasons = [self._why_missing(agent, rule, file) for agent in self._agents]
+        reasons = [self._explain_missing(agent, rule, file) for agent in self._agents]
         return reasons[0] if all(reasons) else ""
 
     @staticmethod
-    def _why_missing(agent: DebuggedAgent, rule: str, file: Path) -> str:
-        place = agent.place(rule)
-        if place is not None and place.file != file:
-            return f"the rule {rule} that was loaded is that of {place.file}:{place.line}"
+    def _explain_missing(agent: DebuggedAgent, rule: str, file: Path) -> str:
+        rule_position = agent.rule_position(rule)
+        if rule_position is not None and rule_position.file != file:
+            return f"the rule {rule} that was loaded is that of {rule_position.file}:{rule_position.line}"
         book = rulebook(agent.env, agent.run.paths.clips_dirs)
         if rule in book.rules:
             return ""
         return explain_missing_rule(rule, book) or f"the spec does not load {file.name}"
 
-    def why_unreachable(self, item: Breakpoint) -> str:
-        reasons = [_why_unreachable(agent, item) for agent in self._agents]
+    def explain_unreachable(self, item: Breakpoint) -> str:
+        reasons = [_explain_unreachable(agent, item) for agent in self._agents]
         return reasons[0] if all(reasons) else ""
 
     def files(self) -> Iterator[Path]:
         yield from dict.fromkeys(file.resolve() for agent in self._agents for file in agent.env.loader.files)
 
 
-def _why_unreachable(agent: DebuggedAgent, item: Breakpoint) -> str:
+def _explain_unreachable(agent: DebuggedAgent, item: Breakpoint) -> str:
     try:
         agent.debugger.names.check(item)
     except CxbridgeError as error:

@@ -17,12 +17,12 @@ class SessionPhase(Flag):
     OVER = auto()
 
 
-ANY: Final = ~SessionPhase(0)
-KNOWN: Final = ANY & ~SessionPhase.NEW  # any phase after `initialize`
-LAUNCHED: Final = KNOWN & ~SessionPhase.READY  # any phase after `launch`
+ANY_PHASE: Final = ~SessionPhase(0)
+AFTER_INITIALIZE: Final = ANY_PHASE & ~SessionPhase.NEW  # any phase after `initialize`
+LAUNCHED: Final = AFTER_INITIALIZE & ~SessionPhase.READY  # any phase after `launch`
 
-# The reasons why a request is invalid, by the current phase.
-_WHY_NOT: Final = {
+# the errors about invalid requests, by the current phase
+_PHASE_ERRORS: Final = {
     SessionPhase.NEW: "nothing has been launched: a session begins with the request 'initialize'",
     SessionPhase.READY: "nothing has been launched",
     SessionPhase.LAUNCHED: "nothing is stopped now: nothing runs before the request 'configurationDone'",
@@ -30,24 +30,25 @@ _WHY_NOT: Final = {
     SessionPhase.STOPPED: "it is stopped already",
     SessionPhase.OVER: "the run is over",
 }
-# The errors of requests that a session has only once.
-_ONCE: Final = {
+# the errors about a repetition of requests that a session may have only once
+_REPETITION_ERRORS: Final = {
     "initialize": "the session is initialized already",
     "launch": "something has been launched already",
     "configurationDone": "it runs already",
 }
 
 
-def check_phase(command: str, allowed: SessionPhase, now: SessionPhase) -> None:
+def check_phase(command: str, allowed: SessionPhase, current: SessionPhase) -> None:
     """Check that a request is valid in the current phase.
 
     :param allowed: the phases in which the request is valid.
     :raises CxbridgeError: if the request is invalid now.
     """
-    if now in allowed:
+    if current in allowed:
         return
-    # The values of the flags are in the order of a session: compare with the first allowed phase.
-    is_too_early = now.value < allowed.value & -allowed.value
-    if command in _ONCE and not is_too_early:
-        raise CxbridgeError(_ONCE[command])
-    raise CxbridgeError(_WHY_NOT[now])
+    # The values of the flags grow in the order of a session. `x & -x` is the smallest flag in x: the first
+    # phase in which the request is allowed.
+    is_too_early = current.value < allowed.value & -allowed.value
+    if command in _REPETITION_ERRORS and not is_too_early:
+        raise CxbridgeError(_REPETITION_ERRORS[command])
+    raise CxbridgeError(_PHASE_ERRORS[current])

@@ -1,8 +1,9 @@
-"""Probe calls in right-hand sides, so that the debugger can stop before each action.
+"""Inserts probes into right-hand sides, so that the debugger can stop before each action.
 
-CLIPS cannot stop within a right-hand side, but a called function may block. Therefore each file is loaded
-with ``(cx-debug-at NUMBER ?x ...)`` before each action, on the same line to keep line numbers. CLIPS
-evaluates the variables only when the function asks for them. Recordings and file texts do not show the calls.
+CLIPS cannot stop within a right-hand side, but a function that a right-hand side calls may block. A probe is
+such a call, ``(cx-debug-at NUMBER ?x ...)``, before each action of a loaded file, on the same line to keep
+the line numbers. CLIPS evaluates the variables only when the function requests them. Recordings do not show
+the probes.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from cxbridge.clipstext.values import Value
 from cxbridge.executive.host.capi import CData, callback
 from cxbridge.executive.host.udf import UNBOUNDED
 from cxbridge.executive.host.values import to_python
-from cxbridge_studio.dap.rule_lines import RuleAction, rules_of
+from cxbridge_studio.dap.rule_lines import RuleAction, find_rules
 from cxbridge_studio.explain.rules.environment import detach_value
 
 if TYPE_CHECKING:
@@ -29,9 +30,9 @@ _ANY_TYPE: Final = 0x3FF  # CLIPS' ANY_TYPE_BITS, a macro that cffi does not see
 
 
 class Probes:
-    """The probe calls in the files of an environment. Create this object before loading files.
+    """The probes in the files of an environment. Create this object before the environment loads files.
 
-    :ivar error: the error during a stop; it is kept because an exception cannot pass through CLIPS.
+    :ivar error: the error during a stop, kept here since an exception cannot pass through CLIPS.
     """
 
     def __init__(self, env: ClipsEnvironment, debugger: Debugger) -> None:
@@ -49,7 +50,7 @@ class Probes:
         """Return the text of a file with probe calls inserted."""
         pieces: list[str] = []
         position = 0
-        for rule in rules_of(text):
+        for rule in find_rules(text):
             for action in rule.actions:
                 names = "".join(f" ?{name}" for name in action.names)
                 call = f"({PROBE_FUNCTION} {len(self._actions)}{names}) "
@@ -59,22 +60,22 @@ class Probes:
         return "".join((*pieces, text[position:]))
 
     def values(self) -> Mapping[str, Value] | None:
-        """Return the variables of the stopped right-hand side, or None."""
+        """Return the variables of the stopped right-hand side; None if no right-hand side is stopped."""
         return None if self._context is None else self._values
 
     def _handle_probe(self, env: CData, context: CData, result: CData) -> None:
-        """Stop at an action if the debugger requires it. CLIPS calls this before each action of each rule."""
+        """Stop at an action if the debugger requires that. CLIPS calls this method before each action."""
         result.lexemeValue = lib.FalseSymbol(env)
         if not self._debugger.watches_lines:
             return
         try:
-            self._stop(context)
+            self._stop_at_action(context)
         except BaseException as error:  # noqa: BLE001 - raised again after CLIPS has returned
             self.error = error
             self._env.interrupt()
 
-    def _stop(self, context: CData) -> None:
-        # CLIPS evaluates arguments one after another: the variables only if the debugger may stop.
+    def _stop_at_action(self, context: CData) -> None:
+        # The number is evaluated first, the variables only if the debugger may stop at this action.
         value = ffi.new("UDFValue *")
         lib.UDFFirstArgument(context, lib.INTEGER_BIT, value)
         rule, action = self._actions[int(value.integerValue.contents)]

@@ -1,7 +1,7 @@
-"""The implemented part of the Debug Adapter Protocol: messages, arguments, bodies.
+"""The implemented part of the Debug Adapter Protocol: messages, their arguments and their bodies.
 
-Names follow the specification of the protocol, version 1.68. Arguments that the adapter does not read have no
-field; msgspec ignores them.
+The names are those of the specification, version 1.68. Arguments that the adapter does not read have no field
+here, so msgspec ignores them.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from typing import Annotated, Any, Final, Literal, TypeVar
 
 import msgspec
 
-EMPTY: Final = msgspec.Raw(b"{}")
+EMPTY_ARGUMENTS: Final = msgspec.Raw(b"{}")
 
 Count = Annotated[int, msgspec.Meta(ge=0)]
 Number = Annotated[int, msgspec.Meta(ge=1)]  # a line or column, counted from 1
@@ -21,7 +21,7 @@ _T = TypeVar("_T")
 class Request(msgspec.Struct):
     command: str
     seq: int = 0
-    arguments: msgspec.Raw = EMPTY
+    arguments: msgspec.Raw = EMPTY_ARGUMENTS
 
 
 class Response(msgspec.Struct, tag_field="type", tag="response", omit_defaults=True):
@@ -47,19 +47,20 @@ class Nothing(ProtocolObject):
     """Arguments that are ignored."""
 
 
-def arguments_of(request: Request, kind: type[_T]) -> _T:
-    """Return the arguments of a request. Some clients write null for a missing value.
+def parse_arguments(request: Request, arguments_type: type[_T]) -> _T:
+    """Return the arguments of a request.
 
     :raises msgspec.DecodeError: if the arguments have another structure.
     """
+    # without nulls, since some clients send null for a missing value
     values = msgspec.json.decode(request.arguments)
-    return msgspec.convert({} if values is None else _without_nulls(values), type=kind)
+    return msgspec.convert({} if values is None else _remove_nulls(values), type=arguments_type)
 
 
-def _without_nulls(value: Any) -> Any:
+def _remove_nulls(value: Any) -> Any:
     if isinstance(value, dict):
-        return {name: _without_nulls(item) for name, item in value.items() if item is not None}
-    return [_without_nulls(item) for item in value] if isinstance(value, list) else value
+        return {name: _remove_nulls(item) for name, item in value.items() if item is not None}
+    return [_remove_nulls(item) for item in value] if isinstance(value, list) else value
 
 
 class InitializeArguments(ProtocolObject):
@@ -92,8 +93,8 @@ class SetBreakpointsArguments(ProtocolObject):
     lines: list[int] = []
 
     @property
-    def requested(self) -> list[SourceBreakpoint]:
-        """The requested breakpoints. Old clients send only line numbers."""
+    def requested_breakpoints(self) -> list[SourceBreakpoint]:
+        """The requested breakpoints; clients of early versions of the protocol send only line numbers."""
         return (
             [SourceBreakpoint(line) for line in self.lines] if self.breakpoints is None else self.breakpoints
         )
@@ -117,7 +118,7 @@ class ExceptionFilterOptions(ProtocolObject):
 class ExceptionBreakpointsArguments(ProtocolObject):
     filters: list[str]
     filter_options: list[ExceptionFilterOptions] = []
-    exception_options: list[Any] = []  # a tree of exceptions: the adapter has none
+    exception_options: list[Any] = []  # rejected by the adapter, which has no exceptions
 
 
 class BreakpointLocationsArguments(ProtocolObject):

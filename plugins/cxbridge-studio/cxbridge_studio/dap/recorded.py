@@ -1,4 +1,4 @@
-"""A debugged recording. It can be stepped forwards and backwards, and is read-only."""
+"""A debugged recording, which is read-only and can be stepped forwards and backwards."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from cxbridge.errors import ClipsError, CxbridgeError
 from cxbridge.events import Event, FactChange, RuleFired
 from cxbridge.history.transitions import TRANSITION_TYPES, Transition
 from cxbridge.suggestions import or_similar
-from cxbridge_studio.dap.expressions import expand_known
-from cxbridge_studio.dap.target import DebugClient, FileLine, Firing, Stopped, StoppedEnvironment, Target
+from cxbridge_studio.dap.expressions import expand_known_variables
+from cxbridge_studio.dap.target import DebugClient, FileLine, Firing, StoppedEnvironment, Target, TargetStop
 from cxbridge_studio.debugger.breakpoints import Breakpoint, describe
 from cxbridge_studio.debugger.evaluating import Evaluation
 from cxbridge_studio.debugger.names import MetNames
@@ -33,13 +33,13 @@ if TYPE_CHECKING:
     from cxbridge.trace.formats.base import Run
     from cxbridge_studio.recorded_state import RunState
 
-_UNLIMITED_S: Final = 1e9  # a recording is read to its end before the first stop
+_UNLIMITED_S: Final = 1e9  # no limit in practice: the recording is read to its end before the first stop
 _CONSTRUCT_ROLES: Final = ("clips", "construct")  # the roles of recorded sources that have constructs
 _STOP_TYPES: Final = (*TRANSITION_TYPES, RuleFired)  # events at which a recording can stop
 
 
 @dataclass(frozen=True, slots=True)
-class _Sources:
+class _RecordedSources:
     """The sources of an environment.
 
     :param constructs: the constructs of the files.
@@ -50,13 +50,13 @@ class _Sources:
     texts: Mapping[str, str]
 
     @classmethod
-    def of(cls, run: Run, env: str) -> _Sources:
+    def from_run(cls, run: Run, env: str) -> _RecordedSources:
         """Read the sources of a recording."""
         steps = (step for step in building_steps(run, env) if step.role in _CONSTRUCT_ROLES)
         texts = {step.name: (step.data or b"").decode("utf-8", "surrogateescape") for step in steps}
         return cls(Constructs(TextFile(name, text) for name, text in texts.items()), texts)
 
-    def place(self, rule: str) -> FileLine | None:
+    def rule_position(self, rule: str) -> FileLine | None:
         """Return the position of a rule, with the recorded text if the file has changed since."""
         name, line = self.constructs.rulebook().positions.get(rule, ("", 0))
         if not name:
@@ -69,10 +69,10 @@ class _Sources:
         return FileLine(path.resolve(), line, None if is_unchanged else text)
 
 
-class RecordedMoment(StoppedEnvironment):
-    """A recording at one moment.
+class RecordedStoppedEnvironment(StoppedEnvironment):
+    """The environment at a stop within a recording.
 
-    :param retracted: the facts that the last rule has retracted.
+    :param retracted_facts: the facts that the last rule has retracted, by index.
     """
 
     def __init__(
@@ -81,24 +81,24 @@ class RecordedMoment(StoppedEnvironment):
         firing: Firing | None,
         event: Transition | None,
         state: RunState,
-        retracted: Mapping[int, FactChange],
-        sources: _Sources,
+        retracted_facts: Mapping[int, FactChange],
+        sources: _RecordedSources,
     ) -> None:
         super().__init__(env, firing, event)
         self._facts = state.facts.by_env.get(env, {})
-        self._retracted = retracted
+        self._retracted = retracted_facts
         self._sources = sources
 
-    def place(self, rule: str) -> FileLine | None:
-        return self._sources.place(rule)
+    def rule_position(self, rule: str) -> FileLine | None:
+        return self._sources.rule_position(rule)
 
     def rule_without_facts(self, rule: str) -> Snapshot:
         return self._sources.constructs.snapshot(rule, self.agent, 0)
 
-    def templates(self) -> Mapping[str, int]:
+    def fact_counts(self) -> Mapping[str, int]:
         return Counter(fact.template for fact in self._facts.values())
 
-    def template(self, name: str) -> FactTemplate | None:
+    def find_template(self, name: str) -> FactTemplate | None:
         """Return a deftemplate, derived from its facts if the sources lack it."""
         templates = self._sources.constructs.templates
         return templates.get(name) or parse_rows(self.facts(name), templates)[0].get(name)
@@ -109,15 +109,15 @@ class RecordedMoment(StoppedEnvironment):
     def fact(self, index: int) -> FactChange | None:
         return self._facts.get(index) or self._retracted.get(index)
 
-    def is_function(self, name: str) -> bool:
-        """Return whether a recorded file defines the function; recordings lack other functions."""
+    def has_function(self, name: str) -> bool:
+        """Return whether a recorded file defines a function: a recording has no further functions."""
         return self._sources.constructs.has_function(name)
 
     def fact_expression(self, index: int) -> str:
         return f"({FACT_FUNCTION} {index})"
 
     def evaluate(self, expression: str) -> Evaluation:
-        """Evaluate an expression on the facts of the moment, in a separate environment."""
+        """Evaluate an expression on the facts of this stop, in a separate environment."""
         if len(self._facts) > MAX_FACTS:
             raise ClipsError(f"there are more than {MAX_FACTS} facts")
         templates, rows = parse_rows(self._facts.values(), self._sources.constructs.templates)
@@ -145,9 +145,9 @@ class RecordedRun(Target):
                 hint=f"there are environments: {', '.join(names) or 'none'}",
             )
         self._env = env or names[0]
-        self._sources = _Sources.of(run, self._env)
+        self._sources = _RecordedSources.from_run(run, self._env)
         self._has_rules = any(isinstance(event, RuleFired) for event in scrubber.events)
-        self._groups: dict[str, Mapping[int, Breakpoint]] = {}
+        self._breakpoint_groups: dict[str, Mapping[int, Breakpoint]] = {}
         self._hit_counts: Counter[int] = Counter()
         self._next_move = ""  # the requested step, `continue`, or empty while stopped
         self._is_backwards = False
@@ -158,23 +158,23 @@ class RecordedRun(Target):
         return [self._env]
 
     def run(self, client: DebugClient) -> int:
-        """Step through the recording on the client's requests, and return 0."""
+        """Step through the recording as the client requests; return the exit status 0."""
         for note in self._scrubber.notes:
             client.send_event("output", {"category": "console", "output": f"{note}\n"})
         client.send_event("thread", {"reason": "started", "threadId": 1})
         self._next_move = "entry"
         while not self._is_over.is_set():
-            if (stopped := self._move(client)) is None:
+            if (target_stop := self._move_to_stop(client)) is None:
                 break
             self._next_move = ""
-            client.serve_stop(stopped, lambda: bool(self._next_move) or self._is_over.is_set())
+            client.serve_stop(target_stop, lambda: bool(self._next_move) or self._is_over.is_set())
         return 0
 
     def interrupt(self) -> None:
         self._is_over.set()
 
     def set_breakpoints(self, group: str, breakpoints: Mapping[int, Breakpoint]) -> None:
-        self._groups[group] = breakpoints
+        self._breakpoint_groups[group] = breakpoints
 
     def go_on(self) -> None:
         self._next_move, self._is_backwards = "continue", False
@@ -191,24 +191,24 @@ class RecordedRun(Target):
 
     is_loaded = True
 
-    def why_no_stop(self, rule: str, file: Path) -> str:
+    def explain_no_stop(self, rule: str, file: Path) -> str:
         if not self._has_rules:
             return "no rules were recorded: record with --trace-level rules"
         if rule not in self._sources.constructs.rule_texts() and self._sources.texts:
             return f"the run had no rule {rule} of {file.name}"
         return ""
 
-    def why_unreachable(self, item: Breakpoint) -> str:
+    def explain_unreachable(self, item: Breakpoint) -> str:
         met_names = MetNames()
         for event in filter(self._is_stop_event, self._scrubber.events):
-            if _matches(item, event):
+            if _is_hit(item, event):
                 return ""
             met_names.take(event)
         rules = self._sources.constructs.rule_texts()
         if not item.is_of_rules:
             return met_names.lacks(item) or f"nothing in the recording reaches {item}"
         if any(map(item.has_rule, rules)):
-            return ""  # the rule exists but has not fired
+            return ""  # the recording has the rule, which never fires
         return f"there is no rule '{item.name}' in the recording{or_similar(item.name, rules)}"
 
     def files(self) -> Iterator[Path]:
@@ -216,12 +216,12 @@ class RecordedRun(Target):
 
     # -- execution
 
-    def _move(self, client: DebugClient) -> Stopped | None:
-        """Move as requested and return the stop; None after the end of the recording."""
+    def _move_to_stop(self, client: DebugClient) -> TargetStop | None:
+        """Move as the client requests, and return the next stop; None after the end of the recording."""
         if self._next_move == "entry":
             return self._stop_at_entry()
         events, direction = self._scrubber.events, -1 if self._is_backwards else 1
-        # A stop at an event is the moment after the event, so the scrubber is one event ahead.
+        # At a stop, the scrubber is behind the event of the stop: its number is one less.
         number = self._scrubber.at - 1 + direction
         while 0 <= number < len(events) and not self._is_over.is_set():
             if self._is_stop_event(events[number]) and (stop := self._stop_at(number, client)):
@@ -234,42 +234,43 @@ class RecordedRun(Target):
         self._scrubber.go(len(events))
         return self._stop_here("step", "at the end of the recording", None)
 
-    def _stop_at_entry(self) -> Stopped:
+    def _stop_at_entry(self) -> TargetStop:
         events = self._scrubber.events
         number = next((index for index, event in enumerate(events) if self._is_stop_event(event)), 0)
         self._scrubber.go(number + 1)
-        return self._stop_here("entry", self._description(events[number]), events[number])
+        return self._stop_here("entry", self._describe_event(events[number]), events[number])
 
     def _is_stop_event(self, event: Event) -> bool:
         return isinstance(event, _STOP_TYPES) and event.env == self._env
 
-    def _stop_at(self, number: int, client: DebugClient) -> Stopped | None:
-        """Return the stop at an event, or None if the run does not stop there."""
+    def _stop_at(self, number: int, client: DebugClient) -> TargetStop | None:
+        """Return the stop at an event; None if the recording does not stop there."""
         event = self._scrubber.events[number]
         is_change = isinstance(event, RuleFired) or self._is_change(number)
-        for breakpoints in self._groups.values() if is_change else ():
+        for breakpoints in self._breakpoint_groups.values() if is_change else ():
             for client_number, item in breakpoints.items():
-                if _matches(item, event) and (stop := self._count_hit(client_number, item, number, client)):
+                if _is_hit(item, event) and (stop := self._count_hit(client_number, item, number, client)):
                     return stop
-        if self._is_step(event, number):
+        if self._ends_step(event, number):
             self._scrubber.go(number + 1)
-            return self._stop_here("step", self._description(event), event)
+            return self._stop_here("step", self._describe_event(event), event)
         return None
 
     def _is_change(self, number: int) -> bool:
-        """Return whether a transition changes a state, rather than a Skiller repeating its status."""
+        """Return whether a transition changes a state: a Skiller also repeats its status."""
         steps = self._scrubber.transitions
         index = bisect_left(steps, number + 1)
         return index < len(steps) and steps[index] == number + 1
 
-    def _is_step(self, event: Event, number: int) -> bool:
+    def _ends_step(self, event: Event, number: int) -> bool:
         if self._next_move == "rule":
             return isinstance(event, RuleFired) or not self._has_rules
         if self._next_move == "transition":
             return isinstance(event, TRANSITION_TYPES) and self._is_change(number)
         if self._next_move != "loop":
             return False
-        # A loop begins with the first firing of a run of rules; without recorded rules, with the next time.
+        # A loop begins with the first firing of a run of the rules; in a recording without firings, when the
+        # time changes.
         if isinstance(event, RuleFired) or self._has_rules:
             return isinstance(event, RuleFired) and event.number == 1
         times = self._scrubber.times
@@ -277,8 +278,8 @@ class RecordedRun(Target):
 
     def _count_hit(
         self, client_number: int, item: Breakpoint, number: int, client: DebugClient
-    ) -> Stopped | None:
-        """Return the stop at a breakpoint; None if its condition, hit count or log prevents it.
+    ) -> TargetStop | None:
+        """Return the stop at a breakpoint; None if its condition, hit count or log message prevents the stop.
 
         :param client_number: the client's number of the breakpoint.
         :param number: the number of the event.
@@ -286,48 +287,54 @@ class RecordedRun(Target):
         self._scrubber.go(number + 1)
         event = self._scrubber.events[number]
         reason = "breakpoint" if item.is_of_rules else "function breakpoint"
-        stopped = replace(self._stop_here(reason, self._description(event), event), breakpoint=client_number)
+        target_stop = replace(
+            self._stop_here(reason, self._describe_event(event), event), breakpoint=client_number
+        )
         if item.condition:
             try:
-                if self._evaluate_text(stopped.moment, item.condition) == "FALSE":
+                if self._evaluate_text(target_stop.stopped_env, item.condition) == "FALSE":
                     return None
             except CxbridgeError as error:
-                text = f"{stopped.description} (the condition fails: {error.message})"
-                stopped = replace(stopped, description=text)
+                text = f"{target_stop.description} (the condition fails: {error.message})"
+                target_stop = replace(target_stop, description=text)
         self._hit_counts[client_number] += 1
         if not item.is_due(self._hit_counts[client_number]):
             return None
         if item.log:
-            text = item.log_text(lambda expression: self._evaluate_or_error(stopped.moment, expression))
+            text = item.log_text(
+                lambda expression: self._evaluate_or_error(target_stop.stopped_env, expression)
+            )
             client.send_event("output", {"category": "console", "output": f"{text}\n"})
             return None
-        return stopped
+        return target_stop
 
     @staticmethod
-    def _evaluate_text(moment: StoppedEnvironment, expression: str) -> str:
-        return moment.evaluate(expand_known(expression, moment)).text
+    def _evaluate_text(stopped_env: StoppedEnvironment, expression: str) -> str:
+        return stopped_env.evaluate(expand_known_variables(expression, stopped_env)).text
 
-    def _evaluate_or_error(self, moment: StoppedEnvironment, expression: str) -> str:
+    def _evaluate_or_error(self, stopped_env: StoppedEnvironment, expression: str) -> str:
         try:
-            return self._evaluate_text(moment, expression)
+            return self._evaluate_text(stopped_env, expression)
         except CxbridgeError as error:
             return f"{{{expression}: {error.message}}}"
 
     @staticmethod
-    def _description(event: Event) -> str:
+    def _describe_event(event: Event) -> str:
         if isinstance(event, RuleFired):
             return f"before rule {event.rule}"
         return f"at {describe(event)}" if isinstance(event, TRANSITION_TYPES) else ""
 
-    def _stop_here(self, reason: str, description: str, event: Event | None) -> Stopped:
-        """Return the stop at the moment of the scrubber."""
+    def _stop_here(self, reason: str, description: str, event: Event | None) -> TargetStop:
+        """Return a stop at the position of the scrubber."""
         scrubber = self._scrubber
         state, seconds = scrubber.state, scrubber.now_us / MICROSECONDS
         fired = state.rule if state.rule is not None and state.rule.env == self._env else None
         firing = None if fired is None else Firing(fired.rule, fired.basis)
         transition = event if isinstance(event, TRANSITION_TYPES) else None
-        moment = RecordedMoment(self._env, firing, transition, state, self._retracted_facts(), self._sources)
-        return Stopped(1, reason, f"Stopped {description} ({seconds:.3f} s)", moment)
+        stopped_env = RecordedStoppedEnvironment(
+            self._env, firing, transition, state, self._retracted_facts(), self._sources
+        )
+        return TargetStop(1, reason, f"Stopped {description} ({seconds:.3f} s)", stopped_env)
 
     def _retracted_facts(self) -> dict[int, FactChange]:
         """Return the facts that the current rule has retracted so far."""
@@ -341,7 +348,7 @@ class RecordedRun(Target):
         return retracted_facts
 
 
-def _matches(item: Breakpoint, event: Event) -> bool:
+def _is_hit(item: Breakpoint, event: Event) -> bool:
     if isinstance(event, RuleFired):
         return item.is_of_rules and item.has_rule(event.rule)
     return isinstance(event, TRANSITION_TYPES) and item.is_of_transitions and item.has_transition(event)

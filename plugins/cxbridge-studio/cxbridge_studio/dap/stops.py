@@ -1,4 +1,7 @@
-"""The client's view of a stop: frames, scopes and variables, by numbers that are valid until it resumes."""
+"""The client's view of a stop: frames, scopes and variables, each with a number.
+
+The numbers are valid until the target resumes.
+"""
 
 from __future__ import annotations
 
@@ -8,27 +11,28 @@ from pathlib import Path
 from cxbridge.errors import CxbridgeError
 from cxbridge_studio.dap import protocol
 from cxbridge_studio.dap.expressions import evaluate
-from cxbridge_studio.dap.frames import CallFrame, frames_of
-from cxbridge_studio.dap.nodes import VariableNode, fact_node, groups_of
-from cxbridge_studio.dap.target import FileLine, Stopped
+from cxbridge_studio.dap.frames import CallFrame, make_frames
+from cxbridge_studio.dap.nodes import VariableNode, make_fact_node, make_scopes
+from cxbridge_studio.dap.target import FileLine, TargetStop
 
 
 class StopView:
     """A stop as the client sees it.
 
-    :param stopped: the stop of the target.
+    :param target_stop: the stop of the target.
     :param source_of: returns the client's name for the file of a position.
     """
 
-    def __init__(self, stopped: Stopped, source_of: Callable[[FileLine], protocol.Source]) -> None:
-        self.stopped = stopped
+    def __init__(self, target_stop: TargetStop, source_of: Callable[[FileLine], protocol.Source]) -> None:
+        self.target_stop = target_stop
         self._source_of = source_of
         self._frames: list[CallFrame] | None = None
-        # References are indices into this list, from 1: they stay valid after a change.
-        self._lists: list[Callable[[], Sequence[VariableNode]]] = []
+        # The functions that make the children of a variable. A reference is an index of this list, from 1.
+        # The list only grows, so references stay valid after a change.
+        self._child_makers: list[Callable[[], Sequence[VariableNode]]] = []
         self._nodes_by_reference: dict[int, list[VariableNode]] = {}
 
-    def forget(self) -> None:
+    def discard_cache(self) -> None:
         """Discard the cached frames and variables after a change."""
         self._frames = None
         self._nodes_by_reference.clear()
@@ -36,7 +40,7 @@ class StopView:
     @property
     def _stack(self) -> list[CallFrame]:
         if self._frames is None:
-            self._frames = frames_of(self.stopped.moment)
+            self._frames = make_frames(self.target_stop.stopped_env)
         return self._frames
 
     def frames(self, start: int, levels: int) -> dict[str, object]:
@@ -46,10 +50,12 @@ class StopView:
         return {"stackFrames": frames[start:end], "totalFrames": len(frames)}
 
     def _frame(self, number: int, frame: CallFrame) -> protocol.StackFrame:
-        if frame.place is None:
-            # The protocol's line of a frame without a source is 0.
+        if frame.position is None:
+            # in the protocol, a frame without a source has the line 0
             return protocol.StackFrame(number, frame.name, 0, 0, None, "subtle")
-        return protocol.StackFrame(number, frame.name, frame.place.line, 1, self._source_of(frame.place))
+        return protocol.StackFrame(
+            number, frame.name, frame.position.line, 1, self._source_of(frame.position)
+        )
 
     def check_frame(self, frame: int) -> None:
         """Check a frame number.
@@ -65,7 +71,7 @@ class StopView:
         :raises CxbridgeError: if there is no such frame.
         """
         self.check_frame(frame)
-        groups = groups_of(self.stopped.moment, self._stack[frame - 1])
+        groups = make_scopes(self.target_stop.stopped_env, self._stack[frame - 1])
         return [
             protocol.Scope(group.name, self._new_reference(group.children), group.expensive, group.hint)
             for group in groups
@@ -73,14 +79,14 @@ class StopView:
 
     def _new_reference(self, children: Callable[[], Sequence[VariableNode]]) -> int:
         """Return a new reference to a list of nodes."""
-        self._lists.append(children)
-        return len(self._lists)
+        self._child_makers.append(children)
+        return len(self._child_makers)
 
     def _nodes(self, reference: int) -> list[VariableNode]:
-        if not 0 < reference <= len(self._lists):
+        if not 0 < reference <= len(self._child_makers):
             raise CxbridgeError(f"there are no variables {reference} now")
         if reference not in self._nodes_by_reference:
-            self._nodes_by_reference[reference] = list(self._lists[reference - 1]())
+            self._nodes_by_reference[reference] = list(self._child_makers[reference - 1]())
         return self._nodes_by_reference[reference]
 
     def variables(self, reference: int, start: int, count: int) -> list[protocol.Variable]:
@@ -93,8 +99,8 @@ class StopView:
 
     def _variable(self, node: VariableNode) -> protocol.Variable:
         reference = 0 if node.children is None else self._new_reference(node.children)
-        # A compound value is read-only; its parts can be changed.
-        hint = {} if node.change is not None else {"attributes": ["readOnly"]}
+        # a compound value is read-only; the client changes the children
+        hint = {} if node.set_value is not None else {"attributes": ["readOnly"]}
         return protocol.Variable(
             node.name,
             node.value,
@@ -104,37 +110,39 @@ class StopView:
             presentation_hint=hint,
         )
 
-    def change(self, reference: int, name: str, text: str) -> str:
+    def set_value(self, reference: int, name: str, text: str) -> str:
         """Set a variable and return the new value.
 
         :raises CxbridgeError: if the variable is read-only or the value invalid.
         """
         node = next((node for node in self._nodes(reference) if node.name == name), None)
-        if node is None or node.change is None:
+        if node is None or node.set_value is None:
             raise CxbridgeError(f"{name} cannot be changed: slots of facts can")
-        value = node.change(text)
-        self.forget()
+        value = node.set_value(text)
+        self.discard_cache()
         return value
 
     def evaluate(self, expression: str) -> tuple[protocol.EvaluateBody, tuple[str, ...]]:
         """Evaluate an expression or a pattern; return the result and the printed lines."""
-        moment = self.stopped.moment
-        result = evaluate(moment, expression)
-        self.forget()
+        stopped_env = self.target_stop.stopped_env
+        result = evaluate(stopped_env, expression)
+        self.discard_cache()
         reference = 0
         if result.facts:
-            reference = self._new_reference(lambda: [fact_node(moment, fact) for fact in result.facts])
+            reference = self._new_reference(
+                lambda: [make_fact_node(stopped_env, fact) for fact in result.facts]
+            )
         return protocol.EvaluateBody(result.text, reference), result.output
 
 
-class Sources:
-    """The names of files for the client: a path, or a number for text that only a recording has."""
+class SourceNames:
+    """The names of sources for the client: the path of a file, or a number for text in a recording."""
 
     def __init__(self) -> None:
         self._texts: list[tuple[Path, str]] = []
 
-    def of(self, place: FileLine) -> protocol.Source:
-        """Return the client's name for the file of a position."""
+    def make_source(self, place: FileLine) -> protocol.Source:
+        """Return the name for the file of a position."""
         if place.text is None:
             return protocol.Source(place.file.name, str(place.file))
         source = (place.file, place.text)
@@ -142,8 +150,8 @@ class Sources:
             self._texts.append(source)
         return protocol.Source(place.file.name, source_reference=self._texts.index(source) + 1)
 
-    def named(self, source: protocol.Source) -> tuple[Path, str]:
-        """Return the path and the text of a file that the client names.
+    def find_text(self, source: protocol.Source) -> tuple[Path, str]:
+        """Return the path and the text of a source that the client names.
 
         :raises CxbridgeError: if the reference is unknown, or the file cannot be read.
         """

@@ -1,4 +1,4 @@
-"""The interface of debug targets: a run or a recording, and its state while stopped."""
+"""The interface of debug targets, which are runs and recordings, and of their state during a stop."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class FileLine:
     """A line of a file.
 
     :param line: the number of the line, from 1.
-    :param text: the recorded text of the file, if it differs from that on the disk; else None.
+    :param text: the recorded text of the file if the file has changed since the recording; else None.
     """
 
     file: Path
@@ -38,7 +38,7 @@ class FileLine:
 class Firing:
     """A rule that fires next, fires now, or has fired last.
 
-    :param basis: the facts of the rule in the agenda's notation: ``f-1,*``.
+    :param basis: the facts that match the rule's condition, in the notation of the agenda: ``f-1,*``.
     :param line: the line of the next action; 0 outside of the right-hand side.
     """
 
@@ -51,55 +51,55 @@ class StoppedEnvironment(ABC):
     """A stopped CLIPS environment.
 
     :param agent: the name of the agent.
-    :param firing: the current rule, or None.
-    :param event: the transition that caused the stop, or None.
+    :param firing: the current rule; None if there is none.
+    :param event: the transition that caused the stop; None if the stop has another cause.
     """
 
     def __init__(self, agent: str, firing: Firing | None, event: Transition | None) -> None:
         self.agent = agent
         self.firing = firing
         self.event = event
-        # The new indices of the facts that were changed during the stop, by their old indices.
-        self.changed: dict[int, int] = {}
+        # the new indices of the facts that the client has changed during the stop, by their previous indices
+        self.changed_indices: dict[int, int] = {}
 
     @abstractmethod
-    def place(self, rule: str) -> FileLine | None:
-        """Return the source position of a rule, or None if it is unknown."""
+    def rule_position(self, rule: str) -> FileLine | None:
+        """Return the position of a rule in a file; None if the position is unknown."""
 
     @abstractmethod
     def rule_without_facts(self, rule: str) -> Snapshot: ...
 
     @abstractmethod
-    def templates(self) -> Mapping[str, int]:
+    def fact_counts(self) -> Mapping[str, int]:
         """Return the number of facts by deftemplate."""
 
     @abstractmethod
-    def template(self, name: str) -> FactTemplate | None:
-        """Return a deftemplate, or None if it is unknown."""
+    def find_template(self, name: str) -> FactTemplate | None:
+        """Return a deftemplate; None if there is none of this name."""
 
     @abstractmethod
     def facts(self, template: str) -> Sequence[FactChange]: ...
 
     @abstractmethod
     def fact(self, index: int) -> FactChange | None:
-        """Return a fact, including facts that the current rule has retracted; None if unknown."""
+        """Return a fact, or a fact that the current rule has retracted; None if neither has the index."""
 
     def agenda(self) -> Sequence[tuple[int, str, str]] | None:
-        """Return the salience, rule and facts of each activation, in order; None if unknown."""
+        """Return the salience, rule and facts of each activation in order; None if the agenda is unknown."""
         return None
 
-    def locals(self) -> Mapping[str, Value] | None:
+    def local_variables(self) -> Mapping[str, Value] | None:
         """Return the variables of the stopped right-hand side; None outside of right-hand sides."""
         return None
 
     @abstractmethod
-    def is_function(self, name: str) -> bool: ...
+    def has_function(self, name: str) -> bool: ...
 
     @abstractmethod
     def evaluate(self, expression: str) -> Evaluation: ...
 
     def fact_expression(self, index: int) -> str:
-        """Return the expression that :meth:`evaluate` needs for a fact: CLIPS accepts the index."""
+        """Return the expression for a fact in :meth:`evaluate`. CLIPS accepts the index as a fact."""
         return str(index)
 
     def modify(self, index: int, slot: str, text: str) -> int:
@@ -111,7 +111,7 @@ class StoppedEnvironment(ABC):
 
 
 @dataclass(frozen=True, slots=True)
-class Stopped:
+class TargetStop:
     """A stop of a target.
 
     :param agent: the number of the agent, from 1.
@@ -123,20 +123,20 @@ class Stopped:
     agent: int
     reason: str
     description: str
-    moment: StoppedEnvironment
+    stopped_env: StoppedEnvironment
     breakpoint: int = 0
 
 
 class DebugClient(Protocol):
-    """The client, as seen by a target."""
+    """The client as a target uses it."""
 
-    def pump(self) -> None:
-        """Carry out the queued requests."""
+    def handle_queued_requests(self) -> None:
+        """Execute the queued requests."""
 
-    def serve_stop(self, stopped: Stopped, is_over: Callable[[], bool]) -> None:
-        """Carry out requests until one resumes the run.
+    def serve_stop(self, stopped: TargetStop, is_over: Callable[[], bool]) -> None:
+        """Execute requests until a request resumes the run.
 
-        :param is_over: returns whether to stop waiting.
+        :param is_over: returns whether the stop is over.
         """
 
     def send_event(self, name: str, body: Mapping[str, object] | ProtocolObject | None = None) -> None: ...
@@ -194,11 +194,11 @@ class Target(ABC):
         """Whether the rules of the target are known."""
 
     @abstractmethod
-    def why_no_stop(self, rule: str, file: Path) -> str:
-        """Return why the target cannot stop at a rule of a file; empty if it can."""
+    def explain_no_stop(self, rule: str, file: Path) -> str:
+        """Return why the target cannot stop at a rule of a file; empty if the target can stop there."""
 
     @abstractmethod
-    def why_unreachable(self, item: Breakpoint) -> str:
+    def explain_unreachable(self, item: Breakpoint) -> str:
         """Return why no loaded rule can reach a breakpoint; empty if a rule can."""
 
     @abstractmethod

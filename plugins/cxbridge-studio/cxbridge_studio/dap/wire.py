@@ -11,11 +11,11 @@ import msgspec
 from cxbridge.errors import CxbridgeError
 from cxbridge_studio.dap.protocol import Event, Request, Response
 
-MAX_BYTES: Final = 16 * 1024 * 1024  # the limit of a message, in bytes
-
-_MAX_HEADERS: Final = 32  # the limit of the headers of a message
+# limits of what a client may send, so that a faulty client cannot exhaust the memory
+MAX_MESSAGE_BYTES: Final = 16 * 1024 * 1024
+_MAX_HEADERS: Final = 32
 _MAX_LINE_BYTES: Final = 4096
-_LENGTH: Final = b"content-length"
+_LENGTH_HEADER: Final = b"content-length"
 
 
 class WireError(CxbridgeError):
@@ -25,20 +25,20 @@ class WireError(CxbridgeError):
 class Wire:
     """Reads requests from one stream and writes responses and events to another, from any thread.
 
-    :param source: the stream of the client's messages, preferably unbuffered:
-        a thread that blocks in a buffered stream holds its lock until exit.
+    :param source: the stream of the client's messages. An unbuffered stream is better: a thread that waits in
+        a buffered stream holds the stream's lock, at which Python's exit would wait.
     """
 
     def __init__(self, source: RawIOBase | BinaryIO, sink: BinaryIO) -> None:
         self._source = source
         self._sink = sink
         self._lock = threading.Lock()
-        self._last = 0
+        self._last_number = 0
         self._encoder = msgspec.json.Encoder()
         self._decoder = msgspec.json.Decoder(Request)
 
     def read(self) -> Request | None:
-        """Return the next request, or None at the end of the stream.
+        """Return the next request; None at the end of the stream.
 
         :raises WireError: if the bytes are not a request.
         """
@@ -54,7 +54,7 @@ class Wire:
             raise WireError(f"this is not a request of the debug adapter protocol: {error}") from error
 
     def _read_exactly(self, length: int) -> bytes | None:
-        """Return the next ``length`` bytes, or None if the stream ends before them."""
+        """Return the next ``length`` bytes; None if the stream ends before."""
         parts: list[bytes] = []
         while length > 0:
             part = self._source.read(length)
@@ -65,7 +65,7 @@ class Wire:
         return b"".join(parts)
 
     def _read_length(self) -> int | None:
-        """Read a header and return the length of the message, or None at the end of the stream."""
+        """Read a header, and return the length of the message; None at the end of the stream."""
         length = None
         for _ in range(_MAX_HEADERS):
             line = self._source.readline(_MAX_LINE_BYTES)
@@ -76,18 +76,22 @@ class Wire:
                 if length is None:
                     raise WireError("a message without Content-Length")
                 return length
-            if colon and name.strip().lower() == _LENGTH:
+            if colon and name.strip().lower() == _LENGTH_HEADER:
                 text = value.strip()
-                if not text.isdigit() or len(text) > len(str(MAX_BYTES)) or int(text) > MAX_BYTES:
+                if (
+                    not text.isdigit()
+                    or len(text) > len(str(MAX_MESSAGE_BYTES))
+                    or int(text) > MAX_MESSAGE_BYTES
+                ):
                     raise WireError(f"a message cannot have the length {text.decode('ascii', 'replace')}")
                 length = int(text)
         raise WireError("a message with too many headers")
 
     def write(self, message: Response | Event) -> None:
-        """Send a message with the next sequence number. Does nothing if the client is gone."""
+        """Send a message with the next sequence number; do nothing if the client has closed the stream."""
         with self._lock:
-            self._last += 1
-            message.seq = self._last
+            self._last_number += 1
+            message.seq = self._last_number
             body = self._encoder.encode(message)
             try:
                 self._sink.write(b"Content-Length: %d\r\n\r\n" % len(body) + body)

@@ -9,8 +9,8 @@ from cxbridge.clock import VirtualClock
 from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus, FactChange
 from cxbridge.executive.host.environment import ClipsEnvironment
-from cxbridge_studio.dap.bindings import bindings
-from cxbridge_studio.dap.expressions import expand
+from cxbridge_studio.dap.bindings import find_bindings
+from cxbridge_studio.dap.expressions import expand_variables
 from cxbridge_studio.debugger.agenda import activations
 from cxbridge_studio.explain.rules.environment import take_snapshot
 
@@ -43,7 +43,9 @@ def bound(env, rule, *facts):
     found = []
     for _, name, basis in activations(env):
         assert name == "r"
-        found.append(bindings(take_snapshot(env, "r", max_facts=0), basis, lambda index: fact(env, index)))
+        found.append(
+            find_bindings(take_snapshot(env, "r", max_facts=0), basis, lambda index: fact(env, index))
+        )
     return found
 
 
@@ -82,7 +84,7 @@ def test_a_fact_that_is_not_known_any_more(env):
     env.build("(defrule r (level ?n) =>)")
     bare = take_snapshot(env, "r", max_facts=0)
     with pytest.raises(ClipsError, match="is not known any more"):
-        bindings(bare, "f-1", lambda _index: None)
+        find_bindings(bare, "f-1", lambda _index: None)
 
 
 KNOWN = {
@@ -115,4 +117,4 @@ KNOWN = {
     ],
 )
 def test_variables_in_expressions(text, expected):
-    assert expand(text, KNOWN) == expected
+    assert expand_variables(text, KNOWN) == expected

@@ -9,7 +9,7 @@ from cxbridge.clock import VirtualClock
 from cxbridge.events import EventBus
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge_studio.dap.probes import Probes
-from cxbridge_studio.dap.rule_lines import FileLines, rules_of
+from cxbridge_studio.dap.rule_lines import BreakpointLines, find_rules
 from cxbridge_studio.debugger.debugger import Debugger
 from tests.support import FAWKES_DIR, ROOT
 
@@ -37,7 +37,7 @@ TEXT = """\
 
 
 def lines():
-    return FileLines(TEXT, actions=True)
+    return BreakpointLines(TEXT, actions=True)
 
 
 @pytest.mark.parametrize(
@@ -61,29 +61,29 @@ def lines():
     ],
 )
 def test_what_a_line_stands_for(line, rule, moved, action):
-    place = lines().at(line)
-    assert place is not None
-    assert (place.rule, place.line, place.action) == (rule, moved, action)
+    rule_position = lines().at(line)
+    assert rule_position is not None
+    assert (rule_position.rule, rule_position.line, rule_position.action) == (rule, moved, action)
 
 
 def test_behind_the_last_rule_is_nothing():
     assert lines().at(20) is None
-    assert FileLines("(deffunction f () 3)\n", actions=True).at(1) is None
+    assert BreakpointLines("(deffunction f () 3)\n", actions=True).at(1) is None
 
 
 def test_without_actions_a_line_is_its_rule():
-    place = FileLines(TEXT, actions=False).at(11)
-    assert place is not None
-    assert (place.rule, place.line, place.action) == ("first", 4, False)
+    rule_position = BreakpointLines(TEXT, actions=False).at(11)
+    assert rule_position is not None
+    assert (rule_position.rule, rule_position.line, rule_position.action) == ("first", 4, False)
 
 
 def test_the_lines_to_stop_at():
-    assert lines().between(1, 100) == [4, 8, 9, 11, 13, 14, 15, 19]
-    assert FileLines(TEXT, actions=False).between(1, 100) == [4, 19]
+    assert lines().possible_lines(1, 100) == [4, 8, 9, 11, 13, 14, 15, 19]
+    assert BreakpointLines(TEXT, actions=False).possible_lines(1, 100) == [4, 19]
 
 
 def test_only_variables_that_have_a_value_for_sure():
-    first = next(rules_of(TEXT))
+    first = next(find_rules(TEXT))
     names = {action.line: action.names for action in first.actions}
     assert names[8] == ("a", "x")
     assert names[11] == ("a", "x", "y")  # not ?gone, which is of the not
@@ -92,7 +92,7 @@ def test_only_variables_that_have_a_value_for_sure():
 
 
 def test_a_variable_of_one_branch_of_or_has_no_value_for_sure():
-    rule = next(rules_of("(defrule r (or (a ?x ?y) (b ?x)) (exists (c ?z)) => (f))"))
+    rule = next(find_rules("(defrule r (or (a ?x ?y) (b ?x)) (exists (c ?z)) => (f))"))
     assert rule.actions[0].names == ("x",)
 
 

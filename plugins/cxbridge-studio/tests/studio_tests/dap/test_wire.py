@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cxbridge_studio.dap.protocol import Event
-from cxbridge_studio.dap.wire import MAX_BYTES, Wire, WireError
+from cxbridge_studio.dap.wire import MAX_MESSAGE_BYTES, Wire, WireError
 
 
 def frame(body: bytes, more: bytes = b"") -> bytes:
@@ -59,7 +59,7 @@ def test_a_message_that_is_cut_off_is_the_end():
         b"hello\r\n\r\n",
         b"Content-Length: -1\r\n\r\n",
         b"Content-Length: x\r\n\r\n",
-        b"Content-Length: %d\r\n\r\n" % (MAX_BYTES + 1),
+        b"Content-Length: %d\r\n\r\n" % (MAX_MESSAGE_BYTES + 1),
         b"Content-Length: " + b"9" * 5000 + b"\r\n\r\n",
         b"A: b\r\n" * 100,
         frame(b"[]"),

@@ -56,9 +56,9 @@ def code_server(code: Path, folder: Path, settings: Mapping[str, object]) -> Ite
     agent = folder / "agent"
     shutil.copytree(ROOT / "scenarios" / "test-scenario", agent)
     data = folder / "data"
-    for place in ("User", "Machine"):  # programs are settings of the machine
-        (data / place).mkdir(parents=True)
-        (data / place / "settings.json").write_text(json.dumps({**_SETTINGS, **changed}))
+    for rule_position in ("User", "Machine"):  # programs are settings of the machine
+        (data / rule_position).mkdir(parents=True)
+        (data / rule_position / "settings.json").write_text(json.dumps({**_SETTINGS, **changed}))
     command = [*([shutil.which("node") or "node"] if code.suffix == ".js" else []), str(code)]
     command += ["--config", str(folder / "config.yaml"), "--user-data-dir", str(data)]
     command += ["--extensions-dir", str(folder / "extensions")]

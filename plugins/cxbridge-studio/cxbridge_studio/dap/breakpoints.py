@@ -1,7 +1,8 @@
 """The breakpoints of a client, and their verification.
 
-A client sets breakpoints in groups that it replaces as a whole: those of a file, those on names, and the
-exception filters. It may set them before the rules are loaded: they are verified again then.
+A client sets breakpoints in groups: the breakpoints of a file, the breakpoints on names, and the exception
+filters. Each request replaces a whole group. A client may set breakpoints before the rules are loaded; they
+are verified again when the rules are loaded.
 """
 
 from __future__ import annotations
@@ -13,25 +14,25 @@ from typing import Final
 
 from cxbridge.errors import CxbridgeError
 from cxbridge_studio.dap import protocol
-from cxbridge_studio.dap.rule_lines import FileLines, RulePosition
-from cxbridge_studio.dap.stops import Sources
+from cxbridge_studio.dap.rule_lines import BreakpointLines, RulePosition
+from cxbridge_studio.dap.stops import SourceNames
 from cxbridge_studio.dap.target import Target
 from cxbridge_studio.debugger.breakpoints import Breakpoint, check_hits, parse_breakpoint
 
-# The exception filters that editors offer, each with its title and its breakpoint.
+# the exception filters that editors show to the user, each with its title and its breakpoint
 FILTERS: Final = {
     "goal-failed": ("A goal fails", "goal:*:FINISHED:FAILED"),
     "action-failed": ("A plan-action fails", "action:*:FAILED"),
     "skill-failed": ("A skill fails", "skill:*:S_FAILED"),
 }
 
-_FUNCTIONS: Final = "functions"
-_FILTERS: Final = "filters"
+_FUNCTIONS_GROUP: Final = "functions"
+_FILTERS_GROUP: Final = "filters"
 
 
 @dataclass(frozen=True, slots=True)
 class _LineBreakpoint:
-    """A breakpoint on a line, with its state as the client knows it."""
+    """A breakpoint on a line, with the state that the client has received."""
 
     rule: str
     file: Path
@@ -41,22 +42,22 @@ class _LineBreakpoint:
 class Breakpoints:
     """The breakpoints of a client. They may change while the target runs."""
 
-    def __init__(self, sources: Sources) -> None:
+    def __init__(self, sources: SourceNames) -> None:
         self._sources = sources
         self._last_number = 0
-        self._groups: dict[str, dict[int, Breakpoint]] = {}
+        self._breakpoint_groups: dict[str, dict[int, Breakpoint]] = {}
         self._line_breakpoints: dict[str, list[_LineBreakpoint]] = {}
         self._functions: dict[int, protocol.Breakpoint] = {}
         self._target: Target | None = None
 
     def attach(self, target: Target) -> None:
-        """Set all breakpoints on a target, which then gets each change."""
+        """Set all breakpoints on a target, and from now on each change of breakpoints."""
         self._target = target
-        for group, breakpoints in self._groups.items():
+        for group, breakpoints in self._breakpoint_groups.items():
             target.set_breakpoints(group, breakpoints)
 
     def _replace(self, group: str, breakpoints: dict[int, Breakpoint]) -> None:
-        self._groups[group] = breakpoints
+        self._breakpoint_groups[group] = breakpoints
         if self._target is not None:
             self._target.set_breakpoints(group, breakpoints)
 
@@ -64,22 +65,22 @@ class Breakpoints:
         self._last_number += 1
         return self._last_number
 
-    def _open_source(self, source: protocol.Source) -> tuple[Path, FileLines]:
-        file, text = self._sources.named(source)
-        return file, FileLines(text, actions=self._target is None or self._target.can_stop_at_actions)
+    def _open_source(self, source: protocol.Source) -> tuple[Path, BreakpointLines]:
+        file, text = self._sources.find_text(source)
+        return file, BreakpointLines(text, actions=self._target is None or self._target.can_stop_at_actions)
 
     # -- breakpoints on lines
 
-    def set_lines(self, arguments: protocol.SetBreakpointsArguments) -> list[protocol.Breakpoint]:
+    def set_line_breakpoints(self, arguments: protocol.SetBreakpointsArguments) -> list[protocol.Breakpoint]:
         """Replace the breakpoints of a file and return their states."""
         file, lines = self._open_source(arguments.source)
         breakpoints: dict[int, Breakpoint] = {}
         states: list[protocol.Breakpoint] = []
-        on_lines: list[_LineBreakpoint] = []
-        for requested in arguments.requested:
+        line_breakpoints: list[_LineBreakpoint] = []
+        for requested in arguments.requested_breakpoints:
             number = self._new_number()
             position = lines.at(requested.line) if requested.line > 0 else None
-            problem = _why_impossible(requested, position)
+            problem = _find_problem(requested, position)
             if position is None or problem:
                 line = requested.line if position is None else position.line
                 states.append(protocol.Breakpoint(number, verified=False, message=problem, line=line))
@@ -87,45 +88,50 @@ class Breakpoints:
             breakpoints[number] = position.breakpoint(
                 requested.condition, requested.hit_condition, requested.log_message
             )
-            where = f"within the right-hand side of rule {position.rule}"
-            message = where if position.action else f"before rule {position.rule} fires"
+            message = (
+                f"within the right-hand side of rule {position.rule}"
+                if position.action
+                else f"before rule {position.rule} fires"
+            )
             state = protocol.Breakpoint(number, verified=True, message=message, line=position.line)
-            state = self._line_state(_LineBreakpoint(position.rule, file, state))
-            on_lines.append(_LineBreakpoint(position.rule, file, state))
+            state = self._verify_line(_LineBreakpoint(position.rule, file, state))
+            line_breakpoints.append(_LineBreakpoint(position.rule, file, state))
             states.append(state)
-        self._line_breakpoints[str(file)] = on_lines
+        self._line_breakpoints[str(file)] = line_breakpoints
         self._replace(f"file:{file}", breakpoints)
         return states
 
-    def _line_state(self, item: _LineBreakpoint) -> protocol.Breakpoint:
-        """Return the state of a breakpoint, as far as the rules are known."""
+    def _verify_line(self, item: _LineBreakpoint) -> protocol.Breakpoint:
+        """Return the state of a breakpoint; before rules are loaded, the state by the text of its file."""
         is_loaded = self._target is not None and self._target.is_loaded
-        reason = self._target.why_no_stop(item.rule, item.file) if self._target and is_loaded else ""
+        reason = self._target.explain_no_stop(item.rule, item.file) if self._target and is_loaded else ""
         if not reason:
             return item.state
         return protocol.Breakpoint(item.state.id, verified=False, message=reason, line=item.state.line)
 
-    def check(self) -> list[protocol.Breakpoint]:
+    def update_states(self) -> list[protocol.Breakpoint]:
         """Return the breakpoints whose state the loaded rules have changed."""
         pairs = [
-            (self._line_state(item), item.state)
+            (self._verify_line(item), item.state)
             for items in self._line_breakpoints.values()
             for item in items
         ]
         pairs += [
-            (self._name_state(number, item), self._functions[number])
-            for number, item in self._groups.get(_FUNCTIONS, {}).items()
+            (self._verify_name(number, item), self._functions[number])
+            for number, item in self._breakpoint_groups.get(_FUNCTIONS_GROUP, {}).items()
         ]
         return [state for state, previous in pairs if state.verified != previous.verified]
 
     def lines_between(self, arguments: protocol.BreakpointLocationsArguments) -> list[int]:
         """Return the lines of a range where a breakpoint is possible."""
         _, lines = self._open_source(arguments.source)
-        return lines.between(arguments.line, arguments.end_line or arguments.line)
+        return lines.possible_lines(arguments.line, arguments.end_line or arguments.line)
 
     # -- breakpoints on names
 
-    def set_functions(self, requested: Sequence[protocol.FunctionBreakpoint]) -> list[protocol.Breakpoint]:
+    def set_function_breakpoints(
+        self, requested: Sequence[protocol.FunctionBreakpoint]
+    ) -> list[protocol.Breakpoint]:
         """Replace the breakpoints on goals, plan-actions, skills and rules, and return their states."""
         breakpoints: dict[int, Breakpoint] = {}
         self._functions.clear()
@@ -137,20 +143,22 @@ class Breakpoints:
             except CxbridgeError as error:
                 self._functions[number] = protocol.Breakpoint(number, verified=False, message=str(error))
                 continue
-            # The name may have a condition and a count in the notation of `cxbridge run --break`, too.
+            # as in `cxbridge run --break`, the name may include a condition and a hit count
             condition, hits = function.condition or item.condition, function.hit_condition or item.hits
             breakpoints[number] = replace(item, condition=condition, hits=hits)
-            self._functions[number] = self._name_state(number, breakpoints[number])
-        self._replace(_FUNCTIONS, breakpoints)
+            self._functions[number] = self._verify_name(number, breakpoints[number])
+        self._replace(_FUNCTIONS_GROUP, breakpoints)
         return list(self._functions.values())
 
-    def _name_state(self, number: int, item: Breakpoint) -> protocol.Breakpoint:
-        """Return the state of a named breakpoint, as far as names are known."""
+    def _verify_name(self, number: int, item: Breakpoint) -> protocol.Breakpoint:
+        """Return the state of a breakpoint on a name; before the rules are loaded, each is verified."""
         is_loaded = self._target is not None and self._target.is_loaded
-        reason = self._target.why_unreachable(item) if self._target and is_loaded else ""
+        reason = self._target.explain_unreachable(item) if self._target and is_loaded else ""
         return protocol.Breakpoint(number, verified=not reason, message=reason)
 
-    def set_filters(self, arguments: protocol.ExceptionBreakpointsArguments) -> list[protocol.Breakpoint]:
+    def set_exception_filters(
+        self, arguments: protocol.ExceptionBreakpointsArguments
+    ) -> list[protocol.Breakpoint]:
         """Replace the breakpoints on failures and return their states."""
         if arguments.exception_options or any(option.condition for option in arguments.filter_options):
             raise CxbridgeError("exception filters have no conditions and options here")
@@ -161,19 +169,19 @@ class Breakpoints:
         breakpoints = {
             self._new_number(): parse_breakpoint(spec) for _, spec in map(FILTERS.__getitem__, names)
         }
-        self._replace(_FILTERS, breakpoints)
+        self._replace(_FILTERS_GROUP, breakpoints)
         return [protocol.Breakpoint(number, verified=True) for number in breakpoints]
 
-    def is_filter(self, number: int) -> bool:
+    def is_exception_filter(self, number: int) -> bool:
         """Return whether a breakpoint belongs to an exception filter."""
-        return number in self._groups.get(_FILTERS, {})
+        return number in self._breakpoint_groups.get(_FILTERS_GROUP, {})
 
 
-def _why_impossible(requested: protocol.SourceBreakpoint, position: RulePosition | None) -> str:
+def _find_problem(requested: protocol.SourceBreakpoint, position: RulePosition | None) -> str:
     """Return why a breakpoint on a line is impossible; empty if it is possible."""
     if position is None:
-        below = "no rule begins at this line or below"
-        return below if requested.line > 0 else "lines are counted from 1"
+        no_rule = "no rule begins at this line or below"
+        return no_rule if requested.line > 0 else "lines are counted from 1"
     try:
         check_hits(requested.hit_condition)
     except CxbridgeError as error:
