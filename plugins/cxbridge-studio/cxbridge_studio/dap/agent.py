@@ -46,14 +46,12 @@ class DebuggedAgent:
         self.env: ClipsEnvironment = run.executive.env
         self.probes = Probes(self.env, self.debugger) if stops_at_actions else None
         self.debugger.expand = self._expand_variables
-        self.client_numbers: dict[
-            int, int
-        ] = {}  # the client's numbers of breakpoints by the debugger's numbers
+        # the client's numbers of breakpoints, by the debugger's numbers
+        self.client_numbers: dict[int, int] = {}
         self._breakpoint_groups: dict[str, list[int]] = {}
         self.last_firing: RuleFired | None = None
-        self.retracted_facts: dict[
-            int, FactChange
-        ] = {}  # the facts that the firing rule has retracted, by index
+        # the facts that the firing rule has retracted, by index
+        self.retracted_facts: dict[int, FactChange] = {}
         self._context = OperationContext(ALL_RIGHTS, lambda: run.executive)
         self._positions: dict[str, FileLine] = {}
         self._read_file_count = 0
