@@ -28,7 +28,7 @@ from cxbridge.executive.planning import PlanningService, PlanRequest
 from cxbridge.executive.planning.registry import choose_planners
 from cxbridge.plugins import HOOKS, PluginError, Row, Table, installed_plugins, is_module, known_packages
 from cxbridge.run import Run, RunOptions, run_scenario
-from cxbridge.run.agents import clock_of
+from cxbridge.run.agents import make_configured_clock
 from cxbridge.run.explainers import with_explanations
 from cxbridge.run.pages import VIEWS
 from cxbridge.run.program.finished import open_run as read_run
@@ -345,7 +345,7 @@ def test_its_settings(greeter):
 
 
 def test_its_clock(greeter, tmp_path):
-    assert isinstance(clock_of("quick", Configuration(), tmp_path), ScaledClock)
+    assert isinstance(make_configured_clock("quick", Configuration(), tmp_path), ScaledClock)
     assert run_scenario(RunOptions(scenario=write_scenario(tmp_path / "s"), clock="quick")).status == 0
 
 

@@ -11,7 +11,7 @@ from cxbridge.daemon.settings import DaemonSettings, read_core
 from cxbridge.errors import ConfigError
 from cxbridge.events import EventBus
 from cxbridge.run.agent import RunBase
-from cxbridge.run.agents import agent_names, choose_agent, clock_of, make_main_loop
+from cxbridge.run.agents import agent_names, choose_agent, make_configured_clock, make_main_loop
 from cxbridge.run.options import RunOptions, SourceOptions
 from cxbridge.run.source import source_of
 
@@ -26,7 +26,7 @@ def make_daemon_base(options: DaemonOptions) -> tuple[RunBase, DaemonSettings]:
     """
     config, file = read_configuration(options)
     settings = DaemonSettings.from_config(config)
-    clock = clock_of(settings.clock, config, file.parent)
+    clock = make_configured_clock(settings.clock, config, file.parent)
     bus = EventBus(clock)
     loop = make_main_loop(source_of(_source_options(options)).loop_period_us(config), bus)
     return RunBase("", config, file, clock, bus, loop), settings

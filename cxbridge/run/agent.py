@@ -26,16 +26,16 @@ from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.mainloop import Hook, MainLoop
 from cxbridge.plugins import installed_plugins, unused_section_warnings
 from cxbridge.rights import Rights
-from cxbridge.run.agents import agent_names, choose_agent, clock_of, make_main_loop
+from cxbridge.run.agents import agent_names, choose_agent, make_configured_clock, make_main_loop
 from cxbridge.run.components.component import Component, ThinkingComponent
 from cxbridge.run.components.manager import ComponentManager, ManagedNode, Policy
 from cxbridge.run.components.table import COMPONENTS, EXECUTIVE, needed_components
 from cxbridge.run.options import RunOptions
-from cxbridge.run.paths import RunPaths, find_missing
+from cxbridge.run.paths import RunPaths
 from cxbridge.run.program.additions import NOTHING, Additions
 from cxbridge.run.rights import read_rights
 from cxbridge.run.source import skill_board_settings, source_of
-from cxbridge.run.specs import check_spec, choose_spec, mistaken_keys
+from cxbridge.run.specs import check_spec, choose_spec, find_key_mistakes, find_missing_files
 from cxbridge.trace.sourcing import EarlySources
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ class RunBase:
 
     :param name: the name of the CLIPS environment.
     :param early: the files that were read before the recording begins; None in a run without recording.
-    :param embedded: makes the embedded robot memory of an agent in a team.
+    :param embedded: makes the embedded robot memory of an agent in a team; None: each agent has its own.
     """
 
     name: str
@@ -87,7 +87,7 @@ def make_base(options: RunOptions, clock: Clock | None = None, *, recorded: bool
     name = options.agent or ENVIRONMENT
     if options.agent is not None:
         config = choose_agent(config, options.agent)
-    clock = clock or clock_of(options.clock_name, config, config_file.parent)
+    clock = clock or make_configured_clock(options.clock_name, config, config_file.parent)
     bus = EventBus(clock)
     early = EarlySources(bus) if (options.trace or recorded) and options.trace_files else None
     loop = make_main_loop(source.loop_period_us(config), bus)
@@ -114,7 +114,7 @@ class Player(Protocol):
     @property
     def board_class(self) -> type[LocalBlackBoard]: ...
 
-    def of_agent(self, name: str) -> Player:
+    def agent_player(self, name: str) -> Player:
         """Return the player of one agent of a team."""
 
     def make_planning(self, env: str) -> Any:
@@ -134,7 +134,7 @@ class Run(Closing):
     :param replay: the recorded environment, which replaces Skillers and local executors.
     :param additions: features, skills and writers of a program.
     :param components: make components that start before the components of the configuration.
-    :param is_look: whether the agent is only inspected: no component starts, no configured module is
+    :param is_inspection: whether the agent is only inspected: no component starts, no configured module is
         imported.
     :raises CxbridgeError: if a named file or setting is missing or wrong.
     """
@@ -153,7 +153,7 @@ class Run(Closing):
         additions: Additions = NOTHING,
         components: Sequence[MakeComponent] = (),
         *,
-        is_look: bool = False,
+        is_inspection: bool = False,
     ) -> None:
         base = base or make_only_base(options)
         self.name, self.config, self.early = base.name, base.config, base.early
@@ -161,7 +161,7 @@ class Run(Closing):
         self.source = source_of(options)
         # without actions that use a Skiller, its start would only cost time
         self.options = options if self.source.needs_skiller else replace(options, skiller="none")
-        self.additions, self.is_look, self._replay = additions, is_look, replay
+        self.additions, self.is_inspection, self._replay = additions, is_inspection, replay
         self._first_components = components
         # logged by start(): consoles and recorders do not listen yet
         self.warnings = [str(plugin.error) for plugin in installed_plugins() if plugin.error is not None]
@@ -169,10 +169,10 @@ class Run(Closing):
         self.spec = self._choose_spec(base) if self.has_executive else ""
         self.paths: RunPaths = self.source.find_paths(self.config, base.config_file)
         self.warnings += self.source.find_oddities(self.config, self.spec) if self.spec else ()
-        self.missing: list[ConfigError] = (
-            find_missing(self.config, self.spec, self.paths) if self.spec else []
+        self.missing_files: list[ConfigError] = (
+            find_missing_files(self.config, self.spec, self.paths.rule_dirs) if self.spec else []
         )
-        """The missing files of the spec, each with its place in the configuration."""
+        """An error for each missing file of the spec, with its place in the configuration."""
         self.skill_board: BoardSettings | None = self.source.board_settings(
             skill_board_settings(self.config, self.paths, additions.executors), self.config
         )
@@ -187,7 +187,7 @@ class Run(Closing):
         self.pddl_parser = PddlParserFeature(as_fawkes=reads_as_fawkes(self.config))
         self.registry = InterfaceRegistry(self.paths.interface_dirs)
         board_class = LocalBlackBoard if replay is None else replay.board_class
-        self.board = board_class(self.registry, self.clock, self.bus, serials=_serials(self.clock))
+        self.board = board_class(self.registry, self.clock, self.bus, serials=_serial_generator(self.clock))
         self.memory = RobotMemory(self.config, self.clock, self.bus, self.board, embedded=base.embedded)
         # before Hook.THINK: rules see the changes of other agents in the same cycle
         self.loop.add(Hook.WORLDSTATE, self.memory.attend)
@@ -196,20 +196,20 @@ class Run(Closing):
         self.lifecycle = ComponentManager((), self.clock, policy=Policy.RAISE)
         self._shared: dict[Callable[[Self], Any], Any] = {}
         self._graph: NavGraph | None = None
-        if not is_look:
+        if not is_inspection:
             self._make_nodes()
 
     def _choose_spec(self, base: RunBase) -> str:
         """Return the spec and add warnings about the configuration."""
         config, source = self.config, self.source
         spec = choose_spec(config, self.options.spec, base.config_file)
-        mistaken = mistaken_keys(config, spec)
-        if mistaken and not source.is_lenient:
-            raise mistaken[0]
+        key_mistakes = find_key_mistakes(config, spec)
+        if key_mistakes and not source.is_lenient:
+            raise key_mistakes[0]
         self.warnings += map(str, check_spec(config, spec))
         # a misspelt key of a spec is unread, too, and one warning suffices
         reported = "\n".join(self.warnings)
-        self.warnings += [str(mistake) for mistake in mistaken if mistake.location not in reported]
+        self.warnings += [str(mistake) for mistake in key_mistakes if mistake.location not in reported]
         return spec
 
     def _make_nodes(self) -> None:
@@ -219,11 +219,12 @@ class Run(Closing):
 
     @property
     def thinking(self) -> ThinkingComponent | None:
-        """The component of the executive, once made."""
+        """The component with the executive; None before it is made, and in a daemon without an executive."""
         return None if self.thinking_node is None else self.thinking_node.component
 
     @property
     def executive(self) -> Executive:
+        """The executive of the agent."""
         assert self.thinking is not None
         return self.thinking.executive
 
@@ -235,7 +236,7 @@ class Run(Closing):
 
     @property
     def components(self) -> list[Component]:
-        """The existing components."""
+        """The components that have been made and not yet closed."""
         return [node.component for node in self.lifecycle.nodes if node.component is not None]
 
     @property
@@ -253,7 +254,7 @@ class Run(Closing):
         return self._graph
 
     def one_of(self, make: Callable[[Self], T]) -> T:
-        """Return the shared object of a plug-in; the first call makes it."""
+        """Return the object that a plug-in shares within the run; the first call makes the object."""
         if make not in self._shared:
             self._shared[make] = make(self)
         shared: T = self._shared[make]
@@ -286,8 +287,8 @@ class Run(Closing):
         for warning in self.warnings:
             self.bus.logger("Config").warn(warning)
         if not self.executive.env.loader.quiet:
-            for missing in self.missing:
-                self.bus.logger("Config").warn(f"{missing.location}: {missing.message}")
+            for error in self.missing_files:
+                self.bus.logger("Config").warn(f"{error.location}: {error.message}")
         thinking.watch()
         # the executive starts last, because its rules open interfaces and call features of all others
         if self._replay is not None:
@@ -299,20 +300,20 @@ class Run(Closing):
             if row.name != EXECUTIVE:
                 self._start_component(COMPONENTS.load(row)(self), row.name)
         self.lifecycle.start(node)
-        self._join(thinking)
+        self._enter_hooks(thinking)
 
     def _start_component(self, component: Component, name: str = "") -> None:
         node = ManagedNode(name or type(component).__name__, lambda: component, type(component), component)
         self.lifecycle.add(node)
         self.lifecycle.start(node)
-        self._join(component)
+        self._enter_hooks(component)
 
-    def _join(self, component: Component) -> None:
+    def _enter_hooks(self, component: Component) -> None:
         for hook in component.hooks:
             self.loop.add(hook, component.loop)
 
     def attend(self) -> None:
-        """Call the steady components while the main loop is paused."""
+        """Call the steady components, which also work while the main loop is paused."""
         for component in self.components:
             if component.steady:
                 component.loop()
@@ -328,7 +329,7 @@ class Run(Closing):
         """Add the steps to the main loop again, after the steps of all other agents."""
         self.loop.add(Hook.WORLDSTATE, self.memory.attend)
         for component in self.components:
-            self._join(component)
+            self._enter_hooks(component)
 
     @property
     def agents(self) -> tuple[Run, ...]:
@@ -348,10 +349,10 @@ class Run(Closing):
         the recording.
         """
         # a skill may run longer than the goal that started the skill
-        over = self.executive.is_over and not any(component.running for component in self.components)
+        is_over = self.executive.is_over and not any(component.running for component in self.components)
         if self._replay is None:
-            return over
-        return self._replay.is_over(self.clock.now_us(), run_is_over=over)
+            return is_over
+        return self._replay.is_over(self.clock.now_us(), run_is_over=is_over)
 
     @property
     def is_quiet(self) -> bool:
@@ -403,8 +404,8 @@ class Run(Closing):
         self.board.shutdown()
 
 
-def _serials(clock: Clock) -> Callable[[], UUID]:
-    """Return the generator of interface serials."""
+def _serial_generator(clock: Clock) -> Callable[[], UUID]:
+    """Return the function that makes the serial of each interface instance."""
     if not clock.is_virtual:
         return uuid4
     # random serials would make two runs on a virtual clock differ

@@ -22,8 +22,8 @@ AGENTS = "/cxbridge/agents"
 AGENT_NAME = "/fawkes/agent/name"
 """The name of an agent in a team; rules read it as wm-fact ``/config/agent/name``."""
 
-_NAME = re.compile(r"[A-Za-z0-9_-]+")
-_KEYS = ("config", "spec")
+_AGENT_NAME = re.compile(r"[A-Za-z0-9_-]+")
+_AGENT_KEYS = ("config", "spec")
 
 
 CLOCKS: Final[Table[Callable[[Configuration, Path], Clock]]] = Table(
@@ -32,7 +32,7 @@ CLOCKS: Final[Table[Callable[[Configuration, Path], Clock]]] = Table(
 """The clocks of plug-ins, by their name for ``--clock``."""
 
 
-def clock_of(name: str, config: Configuration, folder: Path) -> Clock:
+def make_configured_clock(name: str, config: Configuration, folder: Path) -> Clock:
     """Make a clock: ``virtual``, ``real``, ``scaled:N``, or the clock of a plug-in.
 
     :param config: the settings for clocks of plug-ins.
@@ -62,18 +62,18 @@ def _report_durations(loop: MainLoop, bus: EventBus) -> None:
     """Emit :class:`LoopTime` for each cycle while the event has a subscriber."""
     start_ns = 0
 
-    def start() -> None:
+    def record_start() -> None:
         nonlocal start_ns
         start_ns = time.perf_counter_ns() if bus.wants(LoopTime) else 0
 
-    def end() -> None:
+    def emit_duration() -> None:
         if start_ns:
             duration_us = (time.perf_counter_ns() - start_ns) // 1000
             bus.emit(LoopTime(bus.clock.now_us(), loop.cycle_count + 1, duration_us))
 
-    # added first, so the measurement includes all steps but the later ones of POST_LOOP
-    loop.add(Hook.PRE_LOOP, start)
-    loop.add(Hook.POST_LOOP, end)
+    # added before all other steps: the measurement lacks only the other steps of POST_LOOP
+    loop.add(Hook.PRE_LOOP, record_start)
+    loop.add(Hook.POST_LOOP, emit_duration)
 
 
 def agent_names(config: Configuration) -> list[str]:
@@ -87,15 +87,15 @@ def agent_names(config: Configuration) -> list[str]:
     for name in names:
         path = f"{AGENTS}/{name}"
         # the name also names the CLIPS environment, and is part of interface ids and file names
-        if not _NAME.fullmatch(name) or name == ENVIRONMENT:
+        if not _AGENT_NAME.fullmatch(name) or name == ENVIRONMENT:
             hint = f"use letters, digits, _ and -; '{ENVIRONMENT}' is the environment of an unnamed agent"
             raise config.error(path, f"{path} is not a name of an agent", hint)
         if _is_value(config, path):
-            raise config.error(path, f"{path} must be a map", f"with: {', '.join(_KEYS)}")
+            raise config.error(path, f"{path} must be a map", f"with: {', '.join(_AGENT_KEYS)}")
         for key in config.keys(path):
-            if key not in _KEYS:
+            if key not in _AGENT_KEYS:
                 message = f"{path}/{key} means nothing"
-                raise config.error(f"{path}/{key}", message, f"use: {', '.join(_KEYS)}")
+                raise config.error(f"{path}/{key}", message, f"use: {', '.join(_AGENT_KEYS)}")
         if _is_value(config, f"{path}/config"):
             hint = "it is laid over the configuration for this agent"
             raise config.error(f"{path}/config", f"{path}/config must be a map", hint)

@@ -1,4 +1,8 @@
-"""Explainers of plug-ins: reasons of failed goals, mistakes of agents, missing events of stuck runs."""
+"""Calls of explainers: modules of plug-ins that explain runs and mistakes of agents.
+
+An explainer module has one or several functions, which docs/plugins.md lists. A function of this module calls
+the function of the first explainer that has it. The modules are imported at the first call.
+"""
 
 from __future__ import annotations
 
@@ -37,13 +41,13 @@ class Explainer(Protocol):
 
 
 def _functions(name: str) -> Iterator[Callable[..., Any]]:
-    """Yield the functions with a name of all explainer modules that have the function."""
+    """Yield a function of each explainer module that has a function of this name."""
     modules = map(EXPLAINERS.load, EXPLAINERS.rows)
     return (getattr(module, name) for module in modules if hasattr(module, name))
 
 
 def has_explainer(function: str) -> bool:
-    """Return whether an explainer has a function."""
+    """Return whether a plug-in's explainer has a function, e.g. ``missing_events``."""
     return next(_functions(function), None) is not None
 
 
@@ -78,7 +82,7 @@ def why(run: RecordedRun, name: str) -> Sequence[str]:
     :param name: a goal id, a goal class or a rule.
     :raises CxbridgeError: if the run lacks the name, or no plug-in explains runs.
     """
-    lines: Sequence[str] = next(_functions("why"), _refuse)(run, name)
+    lines: Sequence[str] = next(_functions("why"), _raise_no_explainer)(run, name)
     return lines
 
 
@@ -89,11 +93,12 @@ def explainer(run: RecordedRun, at_s: float | None = None, env: str | None = Non
     :param env: the CLIPS environment; None: the executive's, or the only one.
     :raises CxbridgeError: if the run cannot be read, or no plug-in explains runs.
     """
-    made: Explainer = next(_functions("explainer"), _refuse)(run, at_s, env)
-    return made
+    explain_question: Explainer = next(_functions("explainer"), _raise_no_explainer)(run, at_s, env)
+    return explain_question
 
 
-def _refuse(*_arguments: object) -> NoReturn:
+def _raise_no_explainer(*_arguments: object) -> NoReturn:
+    """Raise the error that names the package with explainers; in place of an explainer's function."""
     raise PluginError("no installed package explains runs", hint=package_hint("why"))
 
 

@@ -99,18 +99,22 @@ def run_features(context: Run) -> list[Feature | LazyFeature]:
 
     :raises CxbridgeError: if two features have the same name or an early feature's configuration is wrong.
     """
-    replaced = context.source.features(context)
-    if replaced is not None:
-        return [*replaced, *(_lazy(row, context) for row in FEATURES.rows if row.origin)]
-    needed = [row for row in FEATURES.rows if row.needed(context)]
-    return [_make(row, context) if row.early(context) else _lazy(row, context) for row in needed]
+    # another executive, such as the executive for ROS 2, has other features than cxbridge
+    source_features = context.source.features(context)
+    if source_features is not None:
+        return [*source_features, *(_make_lazy_feature(row, context) for row in FEATURES.rows if row.origin)]
+    needed_rows = [row for row in FEATURES.rows if row.needed(context)]
+    return [
+        _make_feature(row, context) if row.early(context) else _make_lazy_feature(row, context)
+        for row in needed_rows
+    ]
 
 
-def _lazy(row: Row, context: Run) -> LazyFeature:
-    return LazyFeature(row.name, partial(_make, row, context), str(row) if row.origin else "")
+def _make_lazy_feature(row: Row, context: Run) -> LazyFeature:
+    return LazyFeature(row.name, partial(_make_feature, row, context), str(row) if row.origin else "")
 
 
-def _make(row: Row, context: Run) -> Feature:
+def _make_feature(row: Row, context: Run) -> Feature:
     make = FEATURES.load(row)
     if not row.origin:
         return make(context)

@@ -27,12 +27,12 @@ if TYPE_CHECKING:
 
 UNCLOSED: Final = "UNCLOSED"
 # CLIPS error codes for unknown names, which may be defined in a missing file.
-_UNKNOWN_NAME: Final = frozenset({"EXPRNPSR3", "GLOBLPSR1", "PRNTUTIL2"})
+_UNKNOWN_NAME_CODES: Final = frozenset({"EXPRNPSR3", "GLOBLPSR1", "PRNTUTIL2"})
 
-_QUOTED: Final = re.compile(r"'([^']+)'")
+_QUOTED_NAME: Final = re.compile(r"'([^']+)'")
 
-# The start of the core's error text for an action that no rule took.
-_NOT_EXECUTED: Final = "No action executor"
+# The start of the core's error text for an action that no rule executes.
+_NO_EXECUTOR: Final = "No action executor"
 
 
 class AgentChecks:
@@ -58,58 +58,59 @@ class AgentChecks:
         if strict or (strict is None and not agent.source.is_lenient):
             self._loadings.append(_Loading(agent))
         elif strict is None:
-            self._missing += agent.missing
+            self._missing += agent.missing_files
 
     def left(self, agent: Run) -> None:
         """Remove a killed agent."""
         self._loadings = [loading for loading in self._loadings if loading.agent is not agent]
 
     def start(self) -> None:
-        """Check the files loaded so far.
+        """Check the files that are loaded before the first cycle.
 
         :raises BrokenAgentError: if an agent has mistakes.
         """
         mistakes = [
             mistake
             for loading in self._loadings
-            for mistake in (*loading.agent.missing, *loading.take_mistakes())
+            for mistake in (*loading.agent.missing_files, *loading.take_mistakes())
         ]
-        self._raise([*self._missing, *mistakes])
+        self._raise_mistakes([*self._missing, *mistakes])
 
     def look(self) -> None:
-        """Check the files loaded since the last call. To be called after each cycle.
+        """Check the files that rules have loaded since the last call. To be called after each cycle.
 
         :raises BrokenAgentError: if an agent has mistakes.
         """
         for loading in self._loadings:
-            if loading.has_news:
+            if loading.has_new_diagnostics:
                 started = loading.is_initialized
-                self._raise(loading.take_mistakes(), started=started)
+                self._raise_mistakes(loading.take_mistakes(), started=started)
 
     @property
     def all_initialized(self) -> bool:
+        """Whether the initialisation of all agents has ended."""
         return all(loading.is_initialized for loading in self._loadings)
 
     @staticmethod
-    def _raise(mistakes: list[CxbridgeError], *, started: bool = False) -> None:
+    def _raise_mistakes(mistakes: list[CxbridgeError], *, started: bool = False) -> None:
         if mistakes:
             by_text = {str(mistake): mistake for mistake in mistakes}
             raise BrokenAgentError([*by_text.values()], started=started)
 
 
 class _Loading:
-    """The loading of an agent, with its reported diagnostics."""
+    """The loading of an agent's files: finds the mistakes that are not yet reported."""
 
     def __init__(self, agent: Run) -> None:
         self.agent = agent
         self.is_initialized = False
         self._executive = agent.executive
         self._loader = self._executive.env.loader
-        self._loader.quiet = True
+        self._loader.quiet = True  # AgentChecks reports the diagnostics instead
         self._reported = 0
 
     @property
-    def has_news(self) -> bool:
+    def has_new_diagnostics(self) -> bool:
         """Whether new mistakes are possible."""
         if len(self._loader.diagnostics) > self._reported:
             return True
@@ -119,45 +120,49 @@ class _Loading:
         """Return the mistakes since the last call."""
         diagnostics = self._loader.diagnostics[self._reported :]
         self._reported += len(diagnostics)
-        missing = self.agent.missing
-        mistakes = list(_causes(diagnostics, files_are_missing=bool(missing)))
+        missing = self.agent.missing_files
+        mistakes = list(_root_mistakes(diagnostics, files_are_missing=bool(missing)))
         if not self.is_initialized and self._executive.initialized:
             self.is_initialized = True
-            # a broken file may define operators and skills that the mapping would wrongly lack
+            # after other mistakes the mapping is not checked: a broken file may define the operators and
+            # skills that the mapping names
             if not mistakes and not missing:
                 mistakes += _mapping_mistakes(self.agent)
         return mistakes
 
 
-def _causes(diagnostics: Iterable[Diagnostic], *, files_are_missing: bool) -> Iterator[CxbridgeError]:
+def _root_mistakes(diagnostics: Iterable[Diagnostic], *, files_are_missing: bool) -> Iterator[CxbridgeError]:
     """Yield the root mistakes, without consequences of other mistakes.
 
-    :param files_are_missing: unknown names may be defined in the missing files.
+    :param files_are_missing: whether files are missing, which may define the unknown names.
     """
     diagnostics = list(dict.fromkeys(diagnostics))
-    unclosed = {
+    unclosed_lines = {
         diagnostic.file: diagnostic.line or 0 for diagnostic in diagnostics if diagnostic.code == UNCLOSED
     }
-    lost = {diagnostic.construct.partition(" ")[2] for diagnostic in diagnostics if diagnostic.construct}
+    lost_names = {
+        diagnostic.construct.partition(" ")[2] for diagnostic in diagnostics if diagnostic.construct
+    }
     for diagnostic in diagnostics:
         file, line, code = diagnostic.file, diagnostic.line, diagnostic.code
         if code != UNCLOSED:
-            if file in unclosed and (line is None or line >= unclosed[file]):
-                continue  # CLIPS' report of the same unclosed parenthesis
-            if code in _UNKNOWN_NAME and (
+            if file in unclosed_lines and (line is None or line >= unclosed_lines[file]):
+                continue  # CLIPS reports the unclosed parenthesis again, in its own words
+            if code in _UNKNOWN_NAME_CODES and (
                 files_are_missing
-                or lost.intersection(_QUOTED.findall(diagnostic.message))
-                or names_any(file, line, lost)
+                or lost_names.intersection(_QUOTED_NAME.findall(diagnostic.message))
+                or contains_call_to(file, line, lost_names)
             ):
                 continue
         construct = f"{diagnostic.construct} is not defined: " if diagnostic.construct else ""
-        shown_code = "" if code.isupper() and code.isalpha() else f" [{code}]"
-        text = f"{construct}{diagnostic.message}{shown_code}"
+        # codes of cxbridge are words in capitals such as UNCLOSED; users look up the codes of CLIPS only
+        code_suffix = "" if code.isupper() and code.isalpha() else f" [{code}]"
+        text = f"{construct}{diagnostic.message}{code_suffix}"
         yield CxbridgeError(text, file=file, line=line, hint=diagnostic.hint or None)
 
 
-def names_any(file: str | None, line: int | None, constructs: Collection[str]) -> bool:
-    """Return whether a line has a list that starts with the name of one of these constructs."""
+def contains_call_to(file: str | None, line: int | None, constructs: Collection[str]) -> bool:
+    """Return whether a line of a file uses one of these constructs, e.g. calls one of these functions."""
     if not (file and line and constructs):
         return False
     try:
@@ -209,12 +214,12 @@ def _mapping_mistakes(agent: Run) -> list[CxbridgeError]:
 
 def known_skills(agent: Run) -> frozenset[str] | None:
     """Return the skills available to the action mapping; None if another process has them."""
-    board, of_skillers = agent.skill_board, agent.known_skills
-    if (not of_skillers and board is None) or None in of_skillers.values():
+    board, skills_by_skiller = agent.skill_board, agent.known_skills
+    if (not skills_by_skiller and board is None) or None in skills_by_skiller.values():
         return None
     if board is not None and not board.in_process:
         return None
-    skills = {skill for names in of_skillers.values() for skill in names or ()}
+    skills = {skill for names in skills_by_skiller.values() for skill in names or ()}
     for board_agent in () if board is None else board.agents:
         for executor in board_agent.executors:
             skills.update(executor.skills())
@@ -226,9 +231,10 @@ def _mapping_path(agent: Run) -> str:
 
 
 def _mapping_mistake(agent: Run, action: str, message: str, word: str, names: Iterable[str]) -> ConfigError:
-    """Return the error about a word in the mapping of an action.
+    """Return the error about an unknown name in the mapping of an action.
 
-    :param names: the valid words.
+    :param word: the unknown name.
+    :param names: the known names.
     """
     names = sorted(names)
     hint = did_you_mean(word, names, f"there are: {', '.join(names) or 'none'}")
@@ -241,13 +247,13 @@ def _mapping_mistake(agent: Run, action: str, message: str, word: str, names: It
 def own_files(agent: Run, executive: Executive) -> list[Path]:
     """Return the loaded files of an agent without the files of the core."""
     paths = agent.paths
-    core = (paths.cx, paths.library, *paths.before)
+    core = (paths.cx, paths.library, *paths.override_dirs)
     files = dict.fromkeys(executive.env.loader.files)
     return [file for file in files if not any(file.is_relative_to(folder) for folder in core)]
 
 
 class UnexecutedActions:
-    """Reports each action that fails for lack of an executor, once, with the place of the mistake."""
+    """Logs each action that fails because no rule executes it, once, with the place of the mistake."""
 
     def __init__(self, agent: Run, executive: Executive) -> None:
         self._agent, self._executive = agent, executive
@@ -255,15 +261,15 @@ class UnexecutedActions:
         executive.env.watcher.follow("plan-action", self._record_fact, ("action-name", "state", "error-msg"))
 
     def _record_fact(self, _template: str, slots: Mapping[str, str]) -> None:
-        if slots.get("state") != "FAILED" or _NOT_EXECUTED not in slots.get("error-msg", ""):
+        if slots.get("state") != "FAILED" or _NO_EXECUTOR not in slots.get("error-msg", ""):
             return
         action = slots["action-name"]
         if action not in self._reported:
             self._reported.add(action)
-            self._executive.log.error(self._mistake(action))
+            self._executive.log.error(self._describe_mistake(action))
 
-    def _mistake(self, action: str) -> str:
-        """Return the cause: a misspelt action, an unmapped action, or missing control of the Skiller."""
+    def _describe_mistake(self, action: str) -> str:
+        """Return a text about the cause: a misspelt or unmapped action, or missing control of the Skiller."""
         config = self._agent.config
         place = place_of_action(own_files(self._agent, self._executive), action)
         facts = self._executive.env.facts("domain-operator")

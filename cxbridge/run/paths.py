@@ -6,11 +6,9 @@ from pathlib import Path
 
 from msgspec import Struct
 
-from cxbridge.config import Configuration
 from cxbridge.config.checkouts import Checkouts
-from cxbridge.errors import ConfigError, CxbridgeError
+from cxbridge.errors import CxbridgeError
 from cxbridge.executive.executive import BUILTIN_CX
-from cxbridge.run.specs import check_files
 
 SCENARIO_FILE = "scenario.yaml"
 FAWKES_INTERFACES = "src/libs/interfaces"
@@ -28,7 +26,7 @@ class RunPaths(Struct, frozen=True):
     :param skill_dirs: folders of Lua skills in search order.
     :param substitutions: values of ``@BASEDIR@`` and other placeholders.
     :param robot_memory: Fawkes' robot-memory.clp, if used.
-    :param before: folders with replacements of core files.
+    :param override_dirs: folders whose files hide files of the core with the same name.
     :param checkouts: the folders of ``--overlay`` and ``--fawkes-dir``.
     """
 
@@ -40,13 +38,18 @@ class RunPaths(Struct, frozen=True):
     skill_dirs: tuple[Path, ...]
     substitutions: dict[str, str]
     robot_memory: Path | None = None
-    before: tuple[Path, ...] = ()
+    override_dirs: tuple[Path, ...] = ()
     checkouts: Checkouts = Checkouts()
 
     @property
-    def builtin(self) -> bool:
+    def is_builtin(self) -> bool:
         """Whether the core is the core of cxbridge."""
         return self.cx == BUILTIN_CX
+
+    @property
+    def rule_dirs(self) -> tuple[Path, ...]:
+        """The folders of CLIPS files in search order."""
+        return (*self.override_dirs, self.cx, *self.clips_dirs)
 
     @property
     def placeholders(self) -> dict[str, str]:
@@ -61,11 +64,6 @@ class RunPaths(Struct, frozen=True):
     def expand(self, text: str) -> list[Path]:
         """Return the folders of a configured path in search order."""
         return self.checkouts.expand(text, self.placeholders, self.confdir)
-
-
-def find_missing(config: Configuration, spec: str, paths: RunPaths) -> list[ConfigError]:
-    """Return an error for each missing file of a spec, at its entry in the configuration."""
-    return check_files(config, spec, (*paths.before, paths.cx, *paths.clips_dirs))
 
 
 def fawkes_interface_dirs(fawkes: Path) -> list[Path]:

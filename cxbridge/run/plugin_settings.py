@@ -49,9 +49,9 @@ def plugin_settings(config: Configuration, *, of_daemon: bool) -> Mapping[str, P
     :param of_daemon: False selects the settings for runs.
     :raises ConfigError: if a setting is invalid.
     """
-    kinds = {row.name: SETTINGS.load(row) for row in SETTINGS.rows if row.needed(config)}
-    read = {name: kind.read(config) for name, kind in kinds.items() if of_daemon or kind.in_runs}
-    return {name: settings for name, settings in read.items() if settings is not None}
+    classes = {row.name: SETTINGS.load(row) for row in SETTINGS.rows if row.needed(config)}
+    found = {name: cls.read(config) for name, cls in classes.items() if of_daemon or cls.in_runs}
+    return {name: settings for name, settings in found.items() if settings is not None}
 
 
 def plugin_keys() -> Iterator[str]:

@@ -73,19 +73,19 @@ def start_recording(
     :raises TraceError: if a file cannot be written.
     """
     if keep:
-        _keep_previous(run.bus, [options.trace, options.log])
+        _rename_existing_files(run.bus, [options.trace, options.log])
     writers = [*writers]
     if options.trace is not None:
         from cxbridge.trace.formats.mcap.writer import McapWriter  # noqa: PLC0415 - slow to import
 
         definition = partial(read_interface_source, run.registry)
         writers.append(
-            McapWriter(with_folder(options.trace), definition=definition, files=options.trace_files)
+            McapWriter(make_parent_folder(options.trace), definition=definition, files=options.trace_files)
         )
     if options.log is not None:
         from cxbridge.trace.formats.fawkes_log import FawkesLogWriter  # noqa: PLC0415
 
-        writers.append(FawkesLogWriter(with_folder(options.log), utc=run.clock.is_virtual))
+        writers.append(FawkesLogWriter(make_parent_folder(options.log), utc=run.clock.is_virtual))
     if options.bblog is not None:
         from cxbridge.trace.formats.bblogger.writer import BBLoggerWriter  # noqa: PLC0415
 
@@ -102,23 +102,23 @@ def start_recording(
         }
     )
     # the configuration is written first, although other sources were read before the recorder existed
-    early = [] if run.early is None else run.early.stop()
+    early_events = [] if run.early is None else run.early.stop()
     if options.trace_files:
         emit_configuration(run.bus, run.config)
-    for event in early:
+    for event in early_events:
         run.bus.emit(event)
     return recorder
 
 
-def _keep_previous(bus: EventBus, files: Iterable[Path | None]) -> None:
+def _rename_existing_files(bus: EventBus, files: Iterable[Path | None]) -> None:
     """Rename existing recordings."""
-    # after a crash and a restart, the previous recording may show the cause of the crash
+    # the previous recording may show why a program crashed before this restart
     for file in files:
         if file is not None and (renamed := rename_previous(file)) is not None:
             bus.logger("Recorder").info(f"The recording before is kept as {renamed}")
 
 
-def with_folder(file: Path) -> Path:
+def make_parent_folder(file: Path) -> Path:
     """Make the parent folder of a recording; return the file."""
     try:
         file.parent.mkdir(parents=True, exist_ok=True)

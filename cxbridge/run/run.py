@@ -23,9 +23,9 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.program.additions import NOTHING, Additions
 from cxbridge.run.recording import RecorderComponent
 from cxbridge.run.result import COMPLETED, FAULT, TIMED_OUT, UNSUCCESSFUL, RunResult, sum_up
-from cxbridge.run.servers import REST_S, RunServer, Stay, no_stay
+from cxbridge.run.servers import ATTEND_PAUSE_S, RunServer, Stay, no_stay
 from cxbridge.run.stuck import StuckWatch
-from cxbridge.run.watchdog import Stall, Stalls, environments_of
+from cxbridge.run.watchdog import Stall, Stalls, environments_by_agent
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -112,7 +112,7 @@ def _run(
             stack.enter_context(
                 Stalls(
                     assembly.loop,
-                    lambda: environments_of(assembly),
+                    lambda: environments_by_agent(assembly),
                     assembly.bus.logger("Run"),
                     "Ctrl-C ends the run",
                     limit_s=STALL_S,
@@ -185,7 +185,7 @@ def _finish_servers(
         for server in servers:
             server.attend()
         tick()
-        time.sleep(REST_S)  # the run has ended; only the servers have work
+        time.sleep(ATTEND_PAUSE_S)  # the run has ended; only the servers have work
 
 
 def _attach_clients(

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from cxbridge.run.result import RunResult
 
 
-REST_S: Final = 0.02
+ATTEND_PAUSE_S: Final = 0.02
 """Seconds between two calls of :meth:`RunServer.attend` while the main loop is paused."""
 
 
@@ -30,11 +30,12 @@ class RunServer:
     def attend(self) -> None:
         """Answer clients. Called in the thread of the main loop."""
 
-    def finish(self, result: RunResult) -> None: ...
+    def finish(self, result: RunResult) -> None:
+        """Report the result of the run to clients."""
 
 
 Stay: TypeAlias = "Callable[[RunResult, Sequence[RunServer]], Callable[[], bool]]"
-"""Gets the result of a run with staying servers; returns a test whether the user has ended them."""
+"""Gets the result of a run and its staying servers; returns a test whether the user has ended them."""
 
 
 def no_stay(_result: RunResult, _servers: Sequence[RunServer]) -> Callable[[], bool]:

@@ -17,8 +17,7 @@ if TYPE_CHECKING:
 KINDS = ("lua", "simulator")
 """The kinds of Skillers in this process."""
 
-_SPACE = "/skiller/skillspace"
-_KEYS = ("kind", "skillspace", "mode")
+_INSTANCE_KEYS = ("kind", "skillspace", "mode")
 
 
 class SkillerSettings(Struct, frozen=True):
@@ -55,22 +54,24 @@ def skiller_settings(
     """Return the settings of the Skillers in :data:`INSTANCES`, or of one default Skiller.
 
     :param kind: the default kind.
-    :param served: Skillers that another component makes.
+    :param served: the names of Skillers that another component makes.
     :raises ConfigError: if an instance is invalid.
     """
     mode = skiller_mode(config)
     names = config.keys(INSTANCES)
     for name in names:
         for key in config.keys(f"{INSTANCES}/{name}"):
-            if key not in _KEYS:
+            if key not in _INSTANCE_KEYS:
                 path = f"{INSTANCES}/{name}/{key}"
-                raise config.error(path, f"{path} means nothing", f"use: {', '.join(_KEYS)}")
-    skillers = [_read(config, name, kind, mode) for name in names]
+                raise config.error(path, f"{path} means nothing", f"use: {', '.join(_INSTANCE_KEYS)}")
+    skillers = [_read_settings(config, name, kind, mode) for name in names]
     skillers = skillers or [SkillerSettings(DEFAULT_SKILLER, kind, None, mode)]
     return tuple(settings for settings in skillers if settings.name not in served)
 
 
-def _read(config: Configuration, name: str, default_kind: str, default_mode: Mode) -> SkillerSettings:
+def _read_settings(
+    config: Configuration, name: str, default_kind: str, default_mode: Mode
+) -> SkillerSettings:
     path = f"{INSTANCES}/{name}"
     kind = config.get_str(f"{path}/kind", default=default_kind)
     if kind not in KINDS:

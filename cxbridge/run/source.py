@@ -301,7 +301,7 @@ class Source:
 
     def core_files(self, paths: RunPaths, config: Configuration) -> CoreFiles:  # noqa: ARG002
         """Return the files, features and functions of the core."""
-        return CoreFiles(paths.cx, paths.clips_dirs, paths.substitutions, paths.before)
+        return CoreFiles(paths.cx, paths.clips_dirs, paths.substitutions, paths.override_dirs)
 
     def start_thinking(self, clock: Clock, config: Configuration) -> None:
         """Note the end of the initialisation: rules run from now on."""

@@ -17,22 +17,22 @@ from cxbridge.suggestions import did_you_mean, nearest_names
 
 STAGES = ("stage-1", "stage-2", "stage-3")
 _ENTRY_KEYS = {"name", "feature-request", "file", "files", "wait-for"}
-_BOOLS = (
+_BOOLEAN_KEYS = (
     "assert-time-each-loop",
     "automatic-goal-retraction",
     "request-redefine-warning-feature",
     "steal-skiller-control",
     "debug/enable",
 )
-_LISTS = ("clips-dirs", "debug/unwatch-facts", "debug/unwatch-rules")
+_LIST_KEYS = ("clips-dirs", "debug/unwatch-facts", "debug/unwatch-rules")
 _ROOT = "/clips-executive"
-_KEYS = ("spec", "specs", "clips-dirs", "debug", "exact-retry", "refresh-rate", *_BOOLS[:-1])
+_KEYS = ("spec", "specs", "clips-dirs", "debug", "exact-retry", "refresh-rate", *_BOOLEAN_KEYS[:-1])
 _SPEC_KEYS = ("init", "action-mapping", "blackboard-preload", "parameters")
 _SKILLER_KEYS = ("skillspace", "mode", "watch_files", "features", "limits", "instances")
 _SECTIONS = {"clips-executive": _KEYS, "skiller": _SKILLER_KEYS}
-# The minimum similarity of an unread key to an absent key that counts as a misspelling: higher than for
+# The minimum similarity of an unread key to an absent_keys key that counts as a misspelling: higher than for
 # names, because Fawkes' configurations have keys for other programs.
-_SIMILAR = 0.75
+_MIN_LIKENESS = 0.75
 
 
 def choose_spec(config: Configuration, spec: str | None, config_file: Path | None = None) -> str:
@@ -54,7 +54,7 @@ def choose_spec(config: Configuration, spec: str | None, config_file: Path | Non
     problem = f"has no spec '{chosen}'" if chosen else "names no spec (clips-executive/spec)"
     if not specs and (misspelt := next(_misspelt_sections(config), None)) is not None:
         raise misspelt
-    value = value or min((item for item in config.search(_ROOT) if item.file), key=_line, default=None)
+    value = value or min((item for item in config.search(_ROOT) if item.file), key=_line_number, default=None)
     if value is None and config_file is not None:
         raise ConfigError(f"the configuration {problem}", file=config_file, line=1, hint=hint)
     raise _error(f"the configuration {problem}", value, hint)
@@ -67,9 +67,9 @@ def check_spec(config: Configuration, spec: str) -> list[str]:
     :raises ConfigError: at the first value of a wrong type, with file and line.
     """
     base = f"{_ROOT}/specs/{spec}"
-    for key in _BOOLS:
+    for key in _BOOLEAN_KEYS:
         config.get_bool(f"{_ROOT}/{key}", default=False)
-    for key in _LISTS:
+    for key in _LIST_KEYS:
         config.get_strings(f"{_ROOT}/{key}", default=[])
     config.get_uint(f"{_ROOT}/debug/level", default=0)
     config.get_str("/skiller/skillspace", default="")
@@ -80,24 +80,24 @@ def check_spec(config: Configuration, spec: str) -> list[str]:
         (f"{base}/action-mapping", "a map from actions to skill strings"),
         (f"{base}/parameters", "a map"),
     ):
-        _must_have_parts(config, path, shape)
+        _check_container(config, path, shape)
     return [warning for stage in config.keys(f"{base}/init") for warning in _check_stage(config, base, stage)]
 
 
-def mistaken_keys(config: Configuration, spec: str) -> list[ConfigError]:
+def find_key_mistakes(config: Configuration, spec: str) -> list[ConfigError]:
     """Return an error for each misspelt key, and for each empty value or wrong type that would be fatal."""
     # only a warning with a Fawkes checkout: Fawkes ignores unknown keys
     base = f"{_ROOT}/specs/{spec}"
     mistakes = [
         *_misspelt_sections(config),
-        *_misspelt(config, _ROOT, _KEYS),
-        *_misspelt(config, base, _SPEC_KEYS),
-        *_misspelt(config, "/skiller", _SKILLER_KEYS),
+        *_misspelt_keys(config, _ROOT, _KEYS),
+        *_misspelt_keys(config, base, _SPEC_KEYS),
+        *_misspelt_keys(config, "/skiller", _SKILLER_KEYS),
     ]
     if config.exists("/skiller") and (value := config.get("/skiller")).text:
         mistakes.append(_error("'skiller' must be a map", value, "write skillspace: NAME below it"))
     for _, path in _entries(config, spec):
-        mistakes += _misspelt(config, path, tuple(sorted(_ENTRY_KEYS)))
+        mistakes += _misspelt_keys(config, path, tuple(sorted(_ENTRY_KEYS)))
         for key in ("name", "file"):
             if config.exists(f"{path}/{key}") and _is_empty(value := config.get(f"{path}/{key}")):
                 mistakes.append(_error(f"'{key}' is empty", value, f"give the {key}, or remove the key"))
@@ -115,18 +115,22 @@ def _misspelt_sections(config: Configuration) -> Iterator[ConfigError]:
     sections = config.keys("/")
     for section, keys in _SECTIONS.items():
         for name in () if section in sections else sections:
-            if nearest_names(section, [name], _SIMILAR) and not set(keys).isdisjoint(config.keys(f"/{name}")):
+            if nearest_names(section, [name], _MIN_LIKENESS) and not set(keys).isdisjoint(
+                config.keys(f"/{name}")
+            ):
                 value = _first_value(config, f"/{name}")
                 yield _error(f"'{name}' is never read", value, f"did you mean {section}?")
 
 
-def _misspelt(config: Configuration, path: str, known_keys: Sequence[str]) -> Iterator[ConfigError]:
-    """Yield an error for each key that is similar to a known, absent key."""
+def _misspelt_keys(config: Configuration, path: str, known_keys: Sequence[str]) -> Iterator[ConfigError]:
+    """Yield an error for each key that is similar to a known key that is absent."""
     values = {key: _first_value(config, f"{path}/{key}") for key in config.keys(path)}
-    written = [key for key, value in values.items() if value is None or value.file]
-    absent = [key for key in known_keys if key not in written]  # includes keys with an unwritten default
+    written_keys = [key for key, value in values.items() if value is None or value.file]
+    absent_keys = [
+        key for key in known_keys if key not in written_keys
+    ]  # includes keys that only have a default
     for key, value in values.items():
-        if key not in known_keys and (similar := nearest_names(key, absent, _SIMILAR)):
+        if key not in known_keys and (similar := nearest_names(key, absent_keys, _MIN_LIKENESS)):
             yield _error(f"'{key}' is never read", value, f"did you mean {similar[0]}?")
 
 
@@ -139,10 +143,10 @@ def check_features(config: Configuration, spec: str, available: Collection[str])
     # report it, and wait forever
     for stage, path in _entries(config, spec):
         name = config.get_str(f"{path}/name", default="")
-        asks = config.get_bool(f"{path}/feature-request", default=stage == STAGES[0])
-        if asks and name not in available:
+        is_requested = config.get_bool(f"{path}/feature-request", default=stage == STAGES[0])
+        if is_requested and name not in available:
             raise _error(
-                f"{stage} asks for the feature '{name}', which is not available",
+                f"{stage} is_requested for the feature '{name}', which is not available",
                 config.get(f"{path}/name"),
                 package_hint(name)
                 or f"there are: {', '.join(sorted(available))}; an entry that just loads files says "
@@ -150,17 +154,17 @@ def check_features(config: Configuration, spec: str, available: Collection[str])
             )
 
 
-def check_files(config: Configuration, spec: str, folders: Sequence[Path]) -> list[ConfigError]:
+def find_missing_files(config: Configuration, spec: str, folders: Sequence[Path]) -> list[ConfigError]:
     """Return an error for each missing file of a spec, at its entry."""
     errors = []
     for stage, path in _entries(config, spec):
-        single = config.get_str(f"{path}/file", default="")
+        single_file = config.get_str(f"{path}/file", default="")
         names = config.get_strings(f"{path}/files", default=[])
-        for name in [single, *names] if single else names:
-            file = name.rpartition("|")[2]  # BATCH|FILE
+        for name in [single_file, *names] if single_file else names:
+            file = name.rpartition("|")[2]  # a name may be BATCH|FILE: CLIPS executes that file with `batch`
             reasons = {folder / file: why_unreadable(folder / file) for folder in folders}
             if all(reasons.values()):
-                value = config.get(path + ("/file" if name == single else "/files"))
+                value = config.get(path + ("/file" if name == single_file else "/files"))
                 errors.append(_missing_file(stage, file, reasons, value, folders))
     return errors
 
@@ -188,11 +192,15 @@ def _entries(config: Configuration, spec: str) -> Iterator[tuple[str, str]]:
 
 
 def _check_stage(config: Configuration, base: str, stage: str) -> Iterator[str]:
+    """Yield warnings about the entries of a stage.
+
+    :param base: the path of the spec.
+    """
     path = f"{base}/init/{stage}"
     if stage not in STAGES:
         value = _first_value(config, path)
         raise _error(f"there is no '{stage}'", value, f"the stages are {', '.join(STAGES)}")
-    _must_have_parts(config, path, "a list of entries, each with a name")
+    _check_container(config, path, "a list of entries, each with a name")
     for index in config.keys(path):
         if not index.isdigit():
             hint = "begin each with a dash: - name: ..."
@@ -221,32 +229,38 @@ def _check_entry(config: Configuration, path: str, entry: str) -> Iterator[str]:
     unknown = sorted(set(keys) - _ENTRY_KEYS)
     for key in unknown:
         keys_of_entries = ", ".join(sorted(_ENTRY_KEYS))
-        prefix = _prefix(config, f"{path}/{key}")
+        prefix = _location_prefix(config, f"{path}/{key}")
         yield f"{prefix}'{key}' of {entry} is never read; known are {keys_of_entries}"
     if not unknown and not entry.startswith(STAGES[0]) and not _ENTRY_KEYS.intersection(keys) - {"name"}:
-        yield f"{_prefix(config, path)}{entry} does nothing: it names no file"
+        yield f"{_location_prefix(config, path)}{entry} does nothing: it names no file"
 
 
-def _must_have_parts(config: Configuration, path: str, shape: str) -> None:
-    """Raise if the path has a value instead of a map or a list. A missing value is valid."""
+def _check_container(config: Configuration, path: str, shape: str) -> None:
+    """Raise an error if a path has a single value instead of a map or a list. A missing value is valid.
+
+    :param shape: the expected container, for the error.
+    """
     if config.exists(path) and (value := config.get(path)) and (value.is_list or value.text):
         name = path.rsplit("/", 1)[1]
         raise _error(f"'{name}' must be {shape}", value, None)
 
 
 def _first_value(config: Configuration, path: str) -> ConfigValue | None:
-    return config.get(path) if config.exists(path) else min(config.search(path), key=_line, default=None)
+    """Return the value of a path, or the first value below the path; None if there is none."""
+    return (
+        config.get(path) if config.exists(path) else min(config.search(path), key=_line_number, default=None)
+    )
 
 
 def _is_empty(value: ConfigValue) -> bool:
     return not value.is_list and not value.text
 
 
-def _line(value: ConfigValue) -> int:
+def _line_number(value: ConfigValue) -> int:
     return value.line
 
 
-def _prefix(config: Configuration, path: str) -> str:
+def _location_prefix(config: Configuration, path: str) -> str:
     """Return ``FILE:LINE: `` of the path, or of the first value below it; empty if set at run time."""
     value = _first_value(config, path)
     return f"{value.location}: " if value is not None and value.location else ""

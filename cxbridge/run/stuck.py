@@ -59,13 +59,14 @@ class StuckWatch:
 
     def _record_error(self, event: Event) -> None:
         text = getattr(event, "text", "")
+        # e.g. [PRCCODE4] Execution halted during the actions of defrule 'NAME'.
         if text.startswith(_RULE_ERROR) and "'" in text:
             self._failed_rules[text.split("'")[1]] = None
 
     def check(self) -> bool:
         """Return whether the run is stuck. To be called after each cycle."""
-        # a check takes milliseconds: it waits for some cycles without firings except those of each tick, and
-        # for twice as many after each negative result
+        # a check takes milliseconds: the first check waits for some cycles without firings except those of
+        # each cycle, and the next check for twice as many after each negative result
         agents, firings_before = self._run.agents, self._firings
         self._firings = sum(agent.firings for agent in agents)
         is_quiet = self._firings - firings_before <= len(TICK_RULES) * len(agents)

@@ -65,7 +65,7 @@ class Team(Closing):
             undo.callback(self._memory.close)
             agents = []
             for name in names:
-                agent_replay = None if replay is None else replay.of_agent(name)
+                agent_replay = None if replay is None else replay.agent_player(name)
                 agent = Run(options, self._base_of(base, name), agent_replay, additions, components(name))
                 agents.append(undo.enter_context(agent))
             undo.pop_all()

@@ -1,9 +1,8 @@
-"""Detection of a main loop that does not end: a rule, a matching, a function or a skill without end.
+"""Detection of a cycle of the main loop that does not end, because of a rule, a function or a skill.
 
-:class:`Watchdog` is a thread that measures each cycle of the loop and describes a long one as a
-    :class:`Stall`.
-:class:`Stalls` logs the stalls of a run or daemon, and interrupts their rules on request.
-:mod:`cxbridge.run.stuck` is about the opposite, a loop whose cycles change nothing.
+:class:`Watchdog` measures each cycle in a separate thread, and describes a cycle that takes too long as a
+:class:`Stall`. :class:`Stalls` logs the stalls of a run or daemon, and interrupts their rules on request.
+:mod:`cxbridge.run.stuck` is about the opposite: a loop whose cycles change nothing.
 """
 
 from __future__ import annotations
@@ -30,19 +29,20 @@ if TYPE_CHECKING:
 
     Environments = Callable[[], Mapping[str, ClipsEnvironment]]
 
-# A right-hand side takes milliseconds, so one of this duration hardly ends; a long cycle may consist of many
-# rules.
+# A right-hand side takes milliseconds, so a right-hand side of this duration hardly ends. A cycle of this
+# duration may consist of many rules.
 SPIN_S: Final = 1.5
 """The limit of a single right-hand side in seconds."""
 
-HOPELESS_S: Final = 5.0
+UNATTENDED_SPIN_S: Final = 5.0
 """The limit of a right-hand side in tests, explorations and sweeps, which have no user to interrupt it."""
 
 _TICK_S = 0.25  # seconds between two measurements of the loop
 _FIRST_INTERRUPT_S = 0.1  # seconds in which an interrupted cycle may end by itself
 _NEXT_INTERRUPT_S = 0.02  # short, because the next rule on the agenda may be endless, too
 _SHOWN_RULES = 5  # limit of rules in a description
-# A tick samples for 10 ms of its 250 ms. A description uses the samples of the last 12 ticks, 3 s.
+# The watchdog samples the active rule for 10 ms of each tick of 250 ms. The text of a stall is made from the
+# samples of the last 12 ticks, 3 s.
 _SAMPLES = 20
 _SAMPLE_PAUSE_S = 0.0005
 _KEPT_SAMPLES = 12 * _SAMPLES
@@ -70,7 +70,7 @@ class Stall(Struct, frozen=True):
         return f"{self.activity}, for {self.seconds:.0f} s now"
 
 
-running: Final[list[Watchdog]] = []
+running_watchdogs: Final[list[Watchdog]] = []
 """The running watchdogs. A thread does not survive a fork: a program that forks stops and restarts them."""
 
 
@@ -94,18 +94,18 @@ class Watchdog:
         self._loop, self._environments, self._report = loop, environments, report
         self._limit_s = limit_s
         self._wake = threading.Event()
-        self._over = False
+        self._is_stopped = False
         self._turn_to_interrupt: int | None = None
         self._thread: threading.Thread | None = None
         self._watched_thread = 0
         self._samples: deque[str] = deque(maxlen=_KEPT_SAMPLES)
-        self._fired, self._same_rule_s = 0, 0.0
+        self._firing_count, self._same_rule_s = 0, 0.0
 
     def start(self) -> None:
         """Watch the loop of the calling thread."""
-        self._watched_thread, self._over = threading.get_ident(), False
+        self._watched_thread, self._is_stopped = threading.get_ident(), False
         self._wake.clear()
-        running.append(self)
+        running_watchdogs.append(self)
         self._thread = threading.Thread(target=self._run, name="watchdog", daemon=True)
         self._thread.start()
 
@@ -113,8 +113,8 @@ class Watchdog:
         """Stop watching. Further calls do nothing."""
         thread, self._thread = self._thread, None
         if thread is not None:
-            running.remove(self)
-            self._over = True
+            running_watchdogs.remove(self)
+            self._is_stopped = True
             self._wake.set()
             thread.join()
 
@@ -123,20 +123,22 @@ class Watchdog:
         self._turn_to_interrupt = self._loop.turn_count
         self._wake.set()
 
-    def _envs(self) -> tuple[ClipsEnvironment, ...]:
+    def _list_environments(self) -> tuple[ClipsEnvironment, ...]:
+        """Return the existing environments."""
         # a copy: rules in the watched thread may create and destroy environments
         return tuple(self._environments().values())
 
     def _run(self) -> None:
+        """Measure the loop at each tick; the main function of the thread."""
         tick_s = min(_TICK_S, self._limit_s / 4) if self._limit_s else _TICK_S
-        turn, took_s, reported_s = -1, 0.0, 0.0
-        while not self._over:
+        turn, cycle_s, reported_s = -1, 0.0, 0.0
+        while not self._is_stopped:
             if self._wake.wait(tick_s):
                 self._wake.clear()
-                self._break_off()
+                self._interrupt_cycle()
                 continue
             if self._loop.turn_count != turn or not self._loop.is_working:
-                turn, took_s = self._loop.turn_count, 0.0
+                turn, cycle_s = self._loop.turn_count, 0.0
                 self._samples.clear()
                 self._same_rule_s = 0.0
                 if reported_s:
@@ -144,93 +146,106 @@ class Watchdog:
                     self._report(None)
                 continue
             # counted in ticks: after SIGSTOP or a laptop's sleep, elapsed time would look like a stall
-            took_s += tick_s
+            cycle_s += tick_s
             self._sample()
-            self._measure_rule(tick_s)
+            self._measure_right_hand_side(tick_s)
             limit_s = min(self._limit_s, SPIN_S) if self._is_spinning else self._limit_s
-            if self._limit_s and took_s >= max(limit_s, 2 * reported_s):
-                reported_s = took_s
-                self._report(self._describe(took_s))
+            # a report at the limit, then each time the duration has doubled
+            if self._limit_s and cycle_s >= max(limit_s, 2 * reported_s):
+                reported_s = cycle_s
+                self._report(self._make_stall(cycle_s))
 
-    def _break_off(self) -> None:
+    def _interrupt_cycle(self) -> None:
         """Interrupt the rules until the cycle of the request has ended."""
-        # the cycle may have ended since the request: the next one must not be interrupted
+        # the cycle may have ended since the request, and the next cycle must not be interrupted
         turn, self._turn_to_interrupt = self._turn_to_interrupt, None
         pause_s = _FIRST_INTERRUPT_S
-        while not self._over and self._loop.turn_count == turn and self._loop.is_working:
+        while not self._is_stopped and self._loop.turn_count == turn and self._loop.is_working:
             self._wake.wait(pause_s)
             if self._loop.turn_count == turn:
-                for env in self._envs():
+                for env in self._list_environments():
                     env.abort_rule()
             pause_s = _NEXT_INTERRUPT_S
 
     def _sample(self) -> None:
         """Sample the active rules several times, with pauses in which the rules continue."""
-        for env in self._envs():
+        for env in self._list_environments():
             for _ in range(_SAMPLES):
                 if rule := executing_rule_name(env):
                     self._samples.append(rule)
-                elif not env.is_firing:
+                elif not env.is_firing:  # no rule of this environment is active, and the others may have one
                     break
                 time.sleep(_SAMPLE_PAUSE_S)  # releases the GIL, which the thread of the rules needs
 
-    def _measure_rule(self, tick_s: float) -> None:
+    def _measure_right_hand_side(self, tick_s: float) -> None:
         """Add a tick to the duration of the current right-hand side, or restart it after a firing."""
-        fired = sum(env.endless.firing_count for env in self._envs())
-        self._same_rule_s = self._same_rule_s + tick_s if fired == self._fired else 0.0
-        self._fired = fired
+        firing_count = sum(env.endless.firing_count for env in self._list_environments())
+        is_same_rule = firing_count == self._firing_count
+        self._same_rule_s = self._same_rule_s + tick_s if is_same_rule else 0.0
+        self._firing_count = firing_count
 
     @property
     def _is_spinning(self) -> bool:
         """Whether the time is spent in a single right-hand side rather than in matching."""
         limit_s = min(self._limit_s, SPIN_S)
-        return self._same_rule_s >= limit_s and self._rules(_SAMPLES)[:1] != [MATCHING]
+        return self._same_rule_s >= limit_s and self._frequent_rules(_SAMPLES)[:1] != [MATCHING]
 
-    def _rules(self, samples: int = _KEPT_SAMPLES) -> list[str]:
+    def _frequent_rules(self, samples: int = _KEPT_SAMPLES) -> list[str]:
         """Return the rules in the latest samples, most frequent first."""
         return [rule for rule, _ in Counter([*self._samples][-samples:]).most_common(_SHOWN_RULES)]
 
-    def _describe(self, took_s: float) -> Stall:
+    def _make_stall(self, cycle_s: float) -> Stall:
+        """Describe the current cycle by the call stack of the watched thread."""
         current_frames = sys._current_frames()  # noqa: SLF001 - the only way to another thread's frames
-        frames = list(_callers(current_frames.get(self._watched_thread)))
+        frames = list(_frame_chain(current_frames.get(self._watched_thread)))
         component = _local_value(
             frames, "ComponentManager.guarded.<locals>.run_step", lambda local: local["node"].name
         )
         function = _local_value(
             frames, "UdfTable._make_entry_point.<locals>.call", lambda local: local["name"]
         )
-        firing = [env for env in self._envs() if env.is_firing]
-        activity = self._activity(frames, function, firing)
+        firing_envs = [env for env in self._list_environments() if env.is_firing]
+        activity = self._describe_activity(frames, function, firing_envs)
         return Stall(
-            took_s, component, activity, bool(firing) and not function, not function and self._is_spinning
+            cycle_s,
+            component,
+            activity,
+            bool(firing_envs) and not function,
+            not function and self._is_spinning,
         )
 
-    def _activity(self, frames: list[FrameType], function: str, firing: list[ClipsEnvironment]) -> str:
+    def _describe_activity(
+        self, frames: list[FrameType], function: str, firing_envs: list[ClipsEnvironment]
+    ) -> str:
         """Return the endless activity as text.
 
         :param function: the Python function that a rule has called; empty without one.
-        :param firing: the environments whose rules run.
+        :param firing_envs: the environments whose rules run.
         """
-        rules = self._rules()
-        if not firing:
+        rules = self._frequent_rules()
+        if not firing_envs:
             # the budget of the Lua engine counts Lua instructions, but none inside C functions like
             # string.find
             skill = _local_value(frames, "Skiller.loop", lambda local: local["self"].skill_string)
-            return f"skill {skill} does not end" if skill else f"a loop does not end, at {_place(frames)}"
+            return (
+                f"skill {skill} does not end"
+                if skill
+                else f"a loop does not end, at {_innermost_location(frames)}"
+            )
         if function:
-            by = f", which rule {rules[0]} has called" if rules and rules[0] != MATCHING else ""
-            return f"function {function}{by}, does not end, at {_place(frames)}"
-        if text := next(filter(None, (env.endless.ring_text for env in firing)), ""):
+            caller_text = f", which rule {rules[0]} has called" if rules and rules[0] != MATCHING else ""
+            return f"function {function}{caller_text}, does not end, at {_innermost_location(frames)}"
+        if text := next(filter(None, (env.endless.ring_text for env in firing_envs)), ""):
             return text
         if rules == [MATCHING]:
             return "matching facts against the conditions of rules does not end"
         if self._is_spinning:
-            functions = [name for env in firing for name in executing_function_names(env)]
-            within = f", in function {', '.join(functions)}" if functions else ""
-            return f"rule {self._rules(_SAMPLES)[0]} does not end{within}"
+            functions = [name for env in firing_envs for name in executing_function_names(env)]
+            function_text = f", in function {', '.join(functions)}" if functions else ""
+            return f"rule {self._frequent_rules(_SAMPLES)[0]} does not end{function_text}"
         names = ", ".join(rule for rule in rules if rule != MATCHING)
-        fired = sum(env.endless.firing_count for env in firing)
-        return f"the rules of a loop do not end: {names}; {fired:,} have fired"
+        firing_count = sum(env.endless.firing_count for env in firing_envs)
+        return f"the rules of a loop do not end: {names}; {firing_count:,} have fired"
 
 
 class Stalls:
@@ -288,24 +303,24 @@ class Stalls:
         self._on_stall(stall)
 
 
-def environments_of(run: Run | Team) -> dict[str, ClipsEnvironment]:
+def environments_by_agent(run: Run | Team) -> dict[str, ClipsEnvironment]:
     """Return the environments of a run's agents by name."""
     return {agent.name: agent.executive.env for agent in run.agents}
 
 
-def end_spins(run: Run | Team) -> Watchdog:
+def make_spin_watchdog(run: Run | Team) -> Watchdog:
     """Return a watchdog that ends right-hand sides without end, for runs without a user."""
 
     def report(stall: Stall | None) -> None:
-        if stall is not None and stall.is_spin and stall.seconds >= HOPELESS_S:
-            for env in environments_of(run).values():
+        if stall is not None and stall.is_spin and stall.seconds >= UNATTENDED_SPIN_S:
+            for env in environments_by_agent(run).values():
                 if env.is_firing:
                     env.end_faulty_run(stall.activity)
 
-    return Watchdog(run.loop, lambda: environments_of(run), report)
+    return Watchdog(run.loop, lambda: environments_by_agent(run), report)
 
 
-def _callers(frame: FrameType | None) -> Iterator[FrameType]:
+def _frame_chain(frame: FrameType | None) -> Iterator[FrameType]:
     """Yield a frame and its callers, innermost first."""
     while frame is not None:
         yield frame
@@ -324,7 +339,7 @@ def _local_value(
     return next((str(read(frame.f_locals)) for frame in calls), "")
 
 
-def _place(frames: Iterable[FrameType]) -> str:
+def _innermost_location(frames: Iterable[FrameType]) -> str:
     """Return file and line of the innermost frame in this package."""
     for frame in frames:
         path = Path(frame.f_code.co_filename)

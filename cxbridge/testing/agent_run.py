@@ -28,7 +28,7 @@ from cxbridge.run.explainers import with_explanations
 from cxbridge.run.mistakes import AgentChecks
 from cxbridge.run.options import RunOptions
 from cxbridge.run.recording import start_recording
-from cxbridge.run.watchdog import end_spins
+from cxbridge.run.watchdog import make_spin_watchdog
 from cxbridge.testing.golden import GoldenFiles
 from cxbridge.testing.members import find_member
 from cxbridge.testing.scripted import ScriptedSkills
@@ -97,7 +97,7 @@ class AgentRun(Closing):
                 stack.callback(self._skills.close)
                 assembly.loop.add(Hook.SKILL, self._skills.loop)
             assembly.loop.add(Hook.PRE_LOOP, self._call_due_actions)
-            watchdog = end_spins(assembly)
+            watchdog = make_spin_watchdog(assembly)
             stack.callback(watchdog.stop)
             watchdog.start()
             with self._limited(), assembly.loop.busy_section():

@@ -18,7 +18,7 @@ from cxbridge.errors import BlackBoardError, TraceError
 from cxbridge.events import EventBus, Sink, SourceRead
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.resources import VERSION
-from cxbridge.run.recording import with_folder
+from cxbridge.run.recording import make_parent_folder
 from cxbridge.trace.forwarding import COMPONENT, WriteForwarder
 from cxbridge.trace.recorder import Recorder
 from cxbridge.trace.sourcing import read_interface_source
@@ -146,7 +146,7 @@ def _open_writers(
             if path.suffix == ".mcap":
                 from cxbridge.trace.formats.mcap.writer import McapWriter  # noqa: PLC0415 - slow to import
 
-                writers.append(McapWriter(with_folder(path), definition=find_definition))
+                writers.append(McapWriter(make_parent_folder(path), definition=find_definition))
             else:
                 from cxbridge.trace.formats.bblogger.writer import BBLoggerWriter  # noqa: PLC0415
 

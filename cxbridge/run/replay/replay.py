@@ -184,7 +184,7 @@ class Replay:
         """Return the run's clock, which starts at the recorded start."""
         return self._clock
 
-    def of_agent(self, name: str) -> Replay:
+    def agent_player(self, name: str) -> Replay:
         """Return the replay of one agent of a team.
 
         :raises TraceError: if the recordings have no events of the agent.

@@ -23,7 +23,7 @@ class NoForkError(NotImplementedError):
 
 
 def fork() -> int:
-    """Fork this process, which may have no threads except :data:`cxbridge.run.watchdog.running`.
+    """Fork this process, which may have no threads except :data:`cxbridge.run.watchdog.running_watchdogs`.
 
     :returns: the process id of the child; 0 in the child.
     :raises OSError: if the system lacks resources.
@@ -31,7 +31,7 @@ def fork() -> int:
     if sys.platform == "win32":
         raise NoForkError
     # A copy has only the forking thread; locks that other threads hold would stay locked in it.
-    paused = [*watchdog.running]
+    paused = [*watchdog.running_watchdogs]
     for thread in paused:
         thread.stop()
     try:

@@ -94,7 +94,7 @@ def make_feature(context: Run) -> ProtobufFeature:
     An inspection of an agent does not import the compiled message modules, since they are programs.
     """
     settings = ProtobufSettings.from_config(context.config, context.paths.expand)
-    if context.is_look:
+    if context.is_inspection:
         settings = replace(settings, modules=())
     return ProtobufFeature(settings, context.additions.values.get(CONNECTIONS_KEY))
 

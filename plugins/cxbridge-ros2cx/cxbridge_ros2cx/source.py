@@ -126,7 +126,7 @@ class Ros2CxSource(Source):
             config_file=config_file,
             library=HOST_LIBRARY if is_builtin else checkout.library_folder,
             cx=BUILTIN_CX if is_builtin else checkout.core_folder,
-            before=(ROS2CX_CLIPS, ROS2CX_SANE_CLIPS) if is_builtin else early_clips,
+            override_dirs=(ROS2CX_CLIPS, ROS2CX_SANE_CLIPS) if is_builtin else early_clips,
             clips_dirs=tuple(dict.fromkeys(folders)),
             interface_dirs=(*options.interface_dirs, shipped_dir("interfaces")),
             skill_dirs=(*options.skill_dirs, shipped_dir("luaskills")),
@@ -192,7 +192,7 @@ class Ros2CxSource(Source):
             record_block,
             context.make_planning,
         )
-        if not context.paths.builtin:
+        if not context.paths.is_builtin:
             return features
         builtin_features = [
             BlackBoardFeature(context.board),
@@ -206,7 +206,7 @@ class Ros2CxSource(Source):
     def core_files(self, paths: RunPaths, config: Configuration) -> CoreFiles:
         """Return the executive's files, with the features of the checkout's own core."""
         files = super().core_files(paths, config)
-        if paths.builtin:
+        if paths.is_builtin:
             return files
         time_of = (
             to_seconds_and_nanoseconds

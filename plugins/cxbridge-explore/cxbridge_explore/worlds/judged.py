@@ -8,7 +8,7 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.result import RunResult
 from cxbridge.run.run import sum_up_run
 from cxbridge.run.stuck import StuckWatch
-from cxbridge.run.watchdog import end_spins
+from cxbridge.run.watchdog import make_spin_watchdog
 from cxbridge_explore.worldmodel.model import WorldModel
 from cxbridge_explore.worlds.points import Chooser
 from cxbridge_explore.worlds.run import MakeAssembly, WorldResult, WorldRun, make_scenario
@@ -38,7 +38,7 @@ class JudgedRun(Closing):
         self._checks = AgentChecks(assembly.agents)
         self._watch = StuckWatch(assembly)
         self.world.watchers.append(self._checks)
-        self._watchdog = end_spins(assembly)
+        self._watchdog = make_spin_watchdog(assembly)
         self._watchdog.start()
         self._is_checked = False
         self._loss = ""

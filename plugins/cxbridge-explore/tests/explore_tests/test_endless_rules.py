@@ -56,7 +56,7 @@ def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
     """Lose patience soon: how long it takes is no matter here."""
     monkeypatch.setattr(endless, "ENDLESS", ((10_000, 0.1),))
     monkeypatch.setattr(watchdog, "SPIN_S", 0.3)
-    monkeypatch.setattr(watchdog, "HOPELESS_S", 0.5)
+    monkeypatch.setattr(watchdog, "UNATTENDED_SPIN_S", 0.5)
 
 
 @pytest.mark.parametrize(("shape", "moment"), share(product(SHAPES, MOMENTS), 4, row=lambda case: case[0]))

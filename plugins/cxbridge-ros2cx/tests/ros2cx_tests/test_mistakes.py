@@ -68,7 +68,7 @@ def complaint(checkout: Path, spec: str = "test-nav2", **more: Any) -> str:
     """The output before a rule fires: the error, or the warnings."""
     try:
         with Run(make_options(None, ros2cx=checkout, spec=spec, **more)) as agent:
-            return "\n".join([*agent.warnings, *map(str, agent.missing)])
+            return "\n".join([*agent.warnings, *map(str, agent.missing_files)])
     except CxbridgeError as error:
         return str(error)
 

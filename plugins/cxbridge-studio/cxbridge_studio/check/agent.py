@@ -148,7 +148,7 @@ class Agent(Closing):
             base.bus.subscribe(sources, SourceRead)
         # No skill is executed, and the check continues after a mistake in one file.
         run_options = replace(options, skiller="none", strict=False)
-        self.context = context = Run(run_options, base, is_look=True)
+        self.context = context = Run(run_options, base, is_inspection=True)
         context.memory = _VolatileMemory(context.config, context.clock, context.bus, context.board)
         try:
             self.manager, self.executive = make_executive(context, StubbedEnvironment)
@@ -243,7 +243,7 @@ class Agent(Closing):
 
     def is_core_path(self, file: str) -> bool:
         """Return whether a path belongs to the built-in core or to Fawkes' core."""
-        folders = (self.context.paths.cx, *self.context.paths.before)
+        folders = (self.context.paths.cx, *self.context.paths.override_dirs)
         return any(Path(file).is_relative_to(folder) for folder in folders)
 
     @cached_property
@@ -434,7 +434,7 @@ class Agent(Closing):
     def _add_file(self, path: Path, diagnostics: tuple[Diagnostic, ...]) -> ClipsFile:
         """List a file that CLIPS has loaded."""
         text = path.read_text("utf-8", "surrogateescape")
-        is_core = path.is_relative_to(self.context.paths.cx) and self.context.paths.builtin
+        is_core = path.is_relative_to(self.context.paths.cx) and self.context.paths.is_builtin
         file = (_make_core_file if is_core else ClipsFile)(path, text, diagnostics)
         self.files.append(file)
         return file

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Final
 
 from cxbridge.errors import BrokenAgentError, CxbridgeError
-from cxbridge.run.mistakes import names_any
+from cxbridge.run.mistakes import contains_call_to
 from cxbridge.run.options import RunOptions
 from cxbridge.run.source import source_of
 from cxbridge_studio.check.checks.constructs import FUNCTION, GLOBAL, SLOT, TEMPLATE
@@ -45,7 +45,7 @@ def add_findings(error: BrokenAgentError, options: RunOptions) -> BrokenAgentErr
         finding
         for finding in findings
         if finding.code is not FUNCTION
-        or not names_any(finding.place.file, finding.place.line, dropped_templates)
+        or not contains_call_to(finding.place.file, finding.place.line, dropped_templates)
     ]
     files = {finding.place.file for finding in findings}
     mistakes = [

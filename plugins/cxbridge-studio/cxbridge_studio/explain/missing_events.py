@@ -134,7 +134,7 @@ def _sub_type_texts(agent: Run) -> dict[str, str]:
     handled = {
         name for rule in rules for name in sub_types.find_handled_sub_types(parse_rule_condition(rule))
     }
-    files = sub_types.find_core_files(*agent.paths.before, agent.paths.cx)
+    files = sub_types.find_core_files(*agent.paths.override_dirs, agent.paths.cx)
     texts = {}
     for goal, sub_type in waiting.items():
         if sub_type not in handled:

@@ -49,7 +49,7 @@ class AgentFiles(Struct, frozen=True):
 
     def clips(self) -> Iterator[Path]:
         """Yield the CLIPS files that a spec can load by name."""
-        for folder in (*self.paths.before, self.paths.cx, *self.paths.clips_dirs):
+        for folder in self.paths.rule_dirs:
             yield from files_below(folder, (".clp",))
 
     def named_files(self) -> Iterator[Path]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from cxbridge.daemon.operations.operation import OperationContext
 from cxbridge.errors import CxbridgeError
 from cxbridge.mainloop import Hook
-from cxbridge.run.servers import REST_S, RunServer
+from cxbridge.run.servers import ATTEND_PAUSE_S, RunServer
 from cxbridge_web.host import WebHost
 from cxbridge_web.server import WebServer
 
@@ -147,7 +147,7 @@ class RunPage(RunServer):
                 self.attend()
                 # A paused run stays between two loops, where the page still gets answers.
                 while host.paused and not run.loop.is_stopping:
-                    time.sleep(REST_S)
+                    time.sleep(ATTEND_PAUSE_S)
                     self.attend()
 
             run.loop.add(Hook.PRE_LOOP, attend)

@@ -9,7 +9,7 @@ from typing import Final
 from cxbridge.config import ConfigType, ConfigValue
 from cxbridge.run.paths import SCENARIO_FILE
 from cxbridge.run.source import CLIPS_SUFFIX
-from cxbridge.run.specs import check_spec, mistaken_keys
+from cxbridge.run.specs import check_spec, find_key_mistakes
 from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.check.agent import Agent, place_of
 from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace, make_error_finding
@@ -84,7 +84,7 @@ def check(agent: Agent) -> Iterator[Finding]:
     An agent without a Fawkes configuration, such as a CLIPS program, has only the warnings of the reader.
     """
     reported_places: set[SourcePlace] = set()
-    for error in () if agent.is_lenient else mistaken_keys(agent.config, agent.spec):
+    for error in () if agent.is_lenient else find_key_mistakes(agent.config, agent.spec):
         finding = make_error_finding(error, MISTAKEN_KEY)
         reported_places.add(finding.place)
         yield finding

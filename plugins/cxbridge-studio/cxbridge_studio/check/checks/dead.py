@@ -293,7 +293,7 @@ def _find_unhandled_sub_types(
         *(sub_types.find_handled_sub_types(rule.condition) for rule in usage.constructs)
     )
     compared = usage.configured_words.union(*(rule.compared_words for rule in usage.constructs))
-    files = sub_types.find_core_files(*agent.context.paths.before, agent.context.paths.cx)
+    files = sub_types.find_core_files(*agent.context.paths.override_dirs, agent.context.paths.cx)
     for construct, goal, start in _find_sub_type_uses(agent, usage, own_constructs, handled | files.keys()):
         for name in goal.slots[sub_types.SUB_TYPE_SLOT] - handled - compared - {sub_types.NO_SUB_TYPE}:
             hint = sub_types.make_hint(name, handled, files)

@@ -32,7 +32,7 @@ CODES: Final = (MISSING, SHADOWED)
 
 def check(agent: Agent) -> Iterator[Finding]:
     """Yield the missing files and the hidden files."""
-    folders = (*agent.context.paths.before, agent.context.paths.cx, *agent.context.paths.clips_dirs)
+    folders = agent.context.paths.rule_dirs
     for missing_file in agent.missing_files:
         searched_folders = ", ".join(map(str, folders))
         reasons = (
