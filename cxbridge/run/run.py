@@ -351,7 +351,7 @@ def _timeout_reason(assembly: Run, timeout_s: float, watch: StuckWatch) -> str:
     elif goals.open_roots:
         open_work = f"not over: {_modes(goals.open_roots)}"
     else:
-        open_work = "no goal has appeared" if not goals.outcomes else "a skill or rules were not over"
+        open_work = "no goal has appeared" if not goals.outcomes else "a skill or a rule had not ended"
     return f"{open_work} after {timeout_s:g} s" + (f"; {watch.hint}" if watch.hint else "")
 
 

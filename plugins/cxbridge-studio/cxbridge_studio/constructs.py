@@ -1,4 +1,4 @@
-"""Rules of an environment with their texts, and the allowed values of slots."""
+"""Reads rules with their texts, and the allowed values of slots, from a CLIPS environment."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def defrules(env: ClipsEnvironment) -> Iterator[tuple[str, CData]]:
-    """Yield name and pointer of each rule. To be called between runs of the rules."""
+    """Yield the name and the pointer of each rule. Call this between runs of the rules."""
     for rule in items_of(lib.GetNextDefrule, env.env):
         yield decode(lib.DefruleName(rule)), rule
 
@@ -26,9 +26,9 @@ def defrules(env: ClipsEnvironment) -> Iterator[tuple[str, CData]]:
 def rule_texts(env: ClipsEnvironment) -> dict[str, str]:
     """Return the texts of all rules by name, as the host rewrote them.
 
-    :mod:`cxbridge.executive.host.source` describes the rewriting. To be called between runs of the rules.
+    :mod:`cxbridge.executive.host.source` describes the rewriting. Call this between runs of the rules.
     """
-    # CLIPS keeps no text of a rule if (conserve-mem on) is set
+    # With (conserve-mem on), CLIPS keeps no text of a rule.
     forms = ((name, lib.DefrulePPForm(rule)) for name, rule in defrules(env))
     return {name: decode(form) for name, form in forms if form != NULL}
 
@@ -43,6 +43,6 @@ def allowed_values(env: ClipsEnvironment, template: str, slot: str) -> tuple[str
     """Return a slot's allowed values; empty if the slot accepts any value or is unknown."""
     if not env.has_template(template):
         return ()
-    # CLIPS returns FALSE for a slot that accepts any value
+    # CLIPS returns FALSE for a slot that accepts any value.
     values = env.call("deftemplate-slot-allowed-values", Symbol(template), Symbol(slot))
     return tuple(map(str, values)) if isinstance(values, tuple) else ()

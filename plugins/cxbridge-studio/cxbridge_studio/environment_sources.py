@@ -1,4 +1,4 @@
-"""The sources from which the CLIPS environment of a recorded run is built again."""
+"""Orders the recorded sources of a CLIPS environment, so that the environment can be built again."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ from cxbridge.trace.formats.base import Run
 from cxbridge.trace.sources import RunSource, run_sources
 
 
-def building_steps(run: Run, owner: str, until_us: int | None = None) -> list[RunSource]:
-    """Return the sources of a CLIPS environment in an order for building it again.
+def find_building_steps(run: Run, owner: str, until_us: int | None = None) -> list[RunSource]:
+    """Return the sources of a CLIPS environment in the order in which an environment is built from them.
 
-    Load the files without executing the commands in them, because the results of these commands precede the
-    files.
+    Load each file without executing its commands, because the results of the commands are sources, too, and
+    precede the file.
 
     :param owner: the environment's name; after a reset of a daemon, the last environment of that name.
-    :param until_us: include sources up to this time, in microseconds since the epoch; None: all.
+    :param until_us: the time of the last included source, in microseconds since the epoch; None for all.
     :raises TraceError: if the recording cannot be read.
     """
     steps: list[RunSource] = []
@@ -24,8 +24,8 @@ def building_steps(run: Run, owner: str, until_us: int | None = None) -> list[Ru
         if source.role == "environment":
             steps, file_steps = [], {}
             continue
-        # a source that was loaded by a file precedes the file, because its constructs existed before those of
-        # the file
+        # A source that a file has loaded precedes the file, because its constructs existed before those of
+        # the file.
         enclosing = source.details.get("within", "")
         index = file_steps.get(enclosing, len(steps)) if enclosing else len(steps)
         steps.insert(index, source)

@@ -1,4 +1,4 @@
-"""The state of a run at a moment."""
+"""The state of a recorded run after some of its events: facts, goals, plan-actions, skills, interfaces."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ class EnvironmentFacts:
         self.templates: dict[str, set[str]] = {}
         """The deftemplates of all facts so far, by environment."""
 
-    def take(self, event: FactChange) -> None:
-        """Process the next change."""
+    def add_change(self, event: FactChange) -> None:
+        """Process the next change of a fact."""
         facts = self.by_env.setdefault(event.env, {})
-        # also for a retraction, which shows that the recording has facts of this deftemplate
+        # A retraction, too, shows that the recording has facts of this deftemplate.
         self.templates.setdefault(event.env, set()).add(event.template)
         if event.asserted:
             facts[event.index] = event
@@ -48,7 +48,7 @@ class EnvironmentFacts:
         slots: list[Mapping[str, str]] = []
         for change in self.by_env.get(env, {}).values():
             if change.template == template:
-                with suppress(FactSyntaxError):  # a recording may contain any text
+                with suppress(FactSyntaxError):  # a recording may contain any text as a fact
                     slots.append(parse_fact(change.text)[1])
         return slots
 
@@ -58,7 +58,7 @@ class RunState:
 
     def __init__(self) -> None:
         self.goals: dict[tuple[str, str], GoalTransition] = {}
-        """The last transition of each goal by environment and id; see `has_goal`."""
+        """The last transition of each goal by environment and id, also of retracted goals; see `has_goal`."""
         self.actions: dict[tuple[str, str, str, str], PlanActionTransition] = {}
         """The last transition of each plan-action by environment, goal, plan and id."""
         self.skills: dict[tuple[str, str], SkillStatus] = {}
@@ -70,7 +70,7 @@ class RunState:
         """The rule that fired last."""
         self._goal_facts: dict[tuple[str, str], int] = {}
 
-    def take(self, event: Event) -> None:
+    def add_event(self, event: Event) -> None:
         """Process the next event."""
         match event:
             case FactChange():
@@ -99,14 +99,14 @@ class RunState:
         return duplicate
 
     def has_goal(self, env: str, goal: str) -> bool:
-        """Return whether a goal exists; without recorded facts, its retraction is not noticed."""
-        # the number of its facts decides, because a modified goal is retracted and asserted
+        """Return whether a goal exists. Without recorded facts, a retracted goal counts as existing."""
+        # The number of the goal's facts decides, because a modification retracts a fact and asserts another.
         if "goal" in self.facts.templates.get(env, ()):
             return self._goal_facts.get((env, goal), 0) > 0
         return (env, goal) in self.goals
 
     def _change_fact(self, event: FactChange) -> None:
-        self.facts.take(event)
+        self.facts.add_change(event)
         if event.template == "goal":
             with suppress(FactSyntaxError, KeyError):  # a recording may contain any text
                 key = event.env, parse_fact(event.text)[1]["id"]

@@ -20,9 +20,9 @@ from cxbridge.printing import indent_lines
 from cxbridge.rights import ALL_RIGHTS
 from cxbridge.run.servers import RunServer
 from cxbridge_studio.debugger.breakpoints import Breakpoint, Stop, parse_breakpoint
-from cxbridge_studio.debugger.debugger import STEPS, debugger_of
-from cxbridge_studio.debugger.fact_words import changed_fact, number_of
-from cxbridge_studio.debugger.names import MetNames, Mistakes
+from cxbridge_studio.debugger.debugger import STEP_UNITS, get_debugger
+from cxbridge_studio.debugger.fact_words import parse_fact_change, parse_number
+from cxbridge_studio.debugger.names import Mistakes, OccurredNames
 from cxbridge_studio.explain.answer import explain
 from cxbridge_studio.explain.evidence import History
 from cxbridge_studio.explain.rules.environment import fact_slots, rulebook
@@ -103,7 +103,7 @@ class DebugPrompt(RunServer):
         for item in dict.fromkeys(item for agent in self._agents for item in agent.debugger.breakpoints):
             counts = [agent.debugger.counts(item.number) for agent in self._agents]
             why = _unreached(item, sum(hits for hits, _ in counts), sum(true_hits for _, true_hits in counts))
-            unknown_names = [agent.met_names.lacks(item) for agent in self._agents]
+            unknown_names = [agent.met_names.missing_name_message(item) for agent in self._agents]
             if why:
                 detail = f": {unknown_names[0]}" if all(unknown_names) else ""
                 self._say(f"breakpoint {item.number} ({item}) {why}{detail}")
@@ -151,21 +151,21 @@ class _Agent:
 
     def __init__(self, assembly: Run, say: Callable[..., None]) -> None:
         self.assembly = assembly
-        self.debugger = debugger_of(assembly.executive)
+        self.debugger = get_debugger(assembly.executive)
         self._context = OperationContext(ALL_RIGHTS, lambda: assembly.executive)
         self._say = say
         self._start_us = assembly.clock.now_us()
         self._with_name = False
         env = assembly.executive.env
-        self.met_names = MetNames()
-        assembly.bus.subscribe(self.met_names.take, *TRANSITION_TYPES)
+        self.met_names = OccurredNames()
+        assembly.bus.subscribe(self.met_names.add_event, *TRANSITION_TYPES)
         self._history = History(env.name, find_facts=partial(fact_slots, env))
         assembly.bus.subscribe(
             self._history.add_event, *TRANSITION_TYPES, PlannerCall, LogLine, InterfaceWrite
         )
         self._commands: dict[str, Callable[[str], None]] = {
             "c": lambda _: self._ask("go-on"),
-            "s": lambda unit: self._ask("step", what=unit or STEPS[0]),
+            "s": lambda unit: self._ask("step", what=unit or STEP_UNITS[0]),
             "b": self._break,
             "d": self._delete,
             "w": lambda _: self._where(),
@@ -212,7 +212,7 @@ class _Agent:
     def with_cause(self, item: Breakpoint, error: ExecutiveError) -> ExecutiveError:
         """Return the error about a breakpoint, with the reason why the rule is missing if it is known."""
         book = rulebook(self.assembly.executive.env, self.assembly.paths.clips_dirs)
-        cause = explain_missing_rule(item.name, book) if item.is_of_rules else ""
+        cause = explain_missing_rule(item.name, book) if item.is_rule_breakpoint else ""
         return ExecutiveError(error.message, hint=cause) if cause else error
 
     def _quit(self) -> None:
@@ -230,7 +230,7 @@ class _Agent:
 
     def _delete(self, numbers: str) -> None:
         for word in numbers.split():
-            self._ask("break-remove", numbers=[number_of(word)])
+            self._ask("break-remove", numbers=[parse_number(word)])
 
     def _facts(self, template: str) -> None:
         # One row more than printed, to know whether there are further rows.
@@ -267,10 +267,10 @@ class _Agent:
 
     def _retract(self, indices: str) -> None:
         for word in indices.split():
-            self._ask("retract", index=number_of(word))
+            self._ask("retract", index=parse_number(word))
 
     def _modify(self, arguments: str) -> None:
-        index, slots = changed_fact(arguments)
+        index, slots = parse_fact_change(arguments)
         self._say(f"f-{self._ask('modify', index=index, slots=slots)}")
 
 

@@ -12,7 +12,7 @@ from cxbridge.cli.connect import DEFAULT_URL, AsJson, Connect, ask_daemon
 from cxbridge.cli.console import say, say_json, say_text
 from cxbridge.executive.host.loggers import ADDED_LOGGER_PRIORITY
 from cxbridge.printing import indent_lines
-from cxbridge_studio.debugger.fact_words import number_of
+from cxbridge_studio.debugger.fact_words import parse_number
 
 app = typer.Typer(name="env", help="The CLIPS environments of a daemon.", no_args_is_help=True)
 
@@ -315,7 +315,7 @@ def retract(
     Example: cxbridge env retract executive f-12
     """
     for word in indices:
-        ask_daemon(url, "retract", env=env, index=number_of(word))
+        ask_daemon(url, "retract", env=env, index=parse_number(word))
 
 
 @app.command()
@@ -337,4 +337,4 @@ def modify(
         if not slot or not equals:
             raise typer.BadParameter(f"'{word}' is not SLOT=VALUE", param_hint="SLOT=VALUE...")
         changes[slot] = value
-    say(f"f-{ask_daemon(url, 'modify', env=env, index=number_of(index), slots=changes)}")
+    say(f"f-{ask_daemon(url, 'modify', env=env, index=parse_number(index), slots=changes)}")

@@ -17,7 +17,7 @@ from cxbridge_studio.dap import protocol
 from cxbridge_studio.dap.rule_lines import BreakpointLines, RulePosition
 from cxbridge_studio.dap.stops import SourceNames
 from cxbridge_studio.dap.target import Target
-from cxbridge_studio.debugger.breakpoints import Breakpoint, check_hits, parse_breakpoint
+from cxbridge_studio.debugger.breakpoints import Breakpoint, check_hit_count, parse_breakpoint
 
 # the exception filters that editors show to the user, each with its title and its breakpoint
 FILTERS: Final = {
@@ -139,7 +139,7 @@ class Breakpoints:
             number = self._new_number()
             try:
                 item = parse_breakpoint(function.name)
-                check_hits(function.hit_condition)
+                check_hit_count(function.hit_condition)
             except CxbridgeError as error:
                 self._functions[number] = protocol.Breakpoint(number, verified=False, message=str(error))
                 continue
@@ -183,7 +183,7 @@ def _find_problem(requested: protocol.SourceBreakpoint, position: RulePosition |
         no_rule = "no rule begins at this line or below"
         return no_rule if requested.line > 0 else "lines are counted from 1"
     try:
-        check_hits(requested.hit_condition)
+        check_hit_count(requested.hit_condition)
     except CxbridgeError as error:
         return str(error)
     return ""

@@ -13,7 +13,7 @@ from cxbridge.history.forest import Forest, parent_id
 from cxbridge.history.tree import goal_title
 from cxbridge_studio.dap.bindings import parse_basis
 from cxbridge_studio.dap.target import FileLine, StoppedEnvironment
-from cxbridge_studio.debugger.breakpoints import describe
+from cxbridge_studio.debugger.breakpoints import describe_transition
 
 GOAL: Final = "goal"
 ACTION: Final = "plan-action"
@@ -52,7 +52,7 @@ def _rule_frame(stopped_env: StoppedEnvironment) -> Iterator[CallFrame]:
     firing = stopped_env.firing
     if firing is None:
         if stopped_env.event is not None:
-            yield CallFrame("event", describe(stopped_env.event))
+            yield CallFrame("event", describe_transition(stopped_env.event))
         return
     position = stopped_env.rule_position(firing.rule)
     if position is not None and firing.line:

@@ -20,8 +20,8 @@ from cxbridge_studio.dap.expressions import expand_known_variables
 from cxbridge_studio.dap.target import DebugClient, FileLine, Firing, StoppedEnvironment, Target, TargetStop
 from cxbridge_studio.debugger.breakpoints import Breakpoint, describe
 from cxbridge_studio.debugger.evaluating import Evaluation
-from cxbridge_studio.debugger.names import MetNames
-from cxbridge_studio.environment_sources import building_steps
+from cxbridge_studio.debugger.names import OccurredNames
+from cxbridge_studio.environment_sources import find_building_steps
 from cxbridge_studio.explain.rules.constructs import Constructs, TextFile
 from cxbridge_studio.explain.rules.matcher import FACT_FUNCTION, Matcher
 from cxbridge_studio.explain.rules.recorded_facts import parse_rows
@@ -52,7 +52,7 @@ class _RecordedSources:
     @classmethod
     def from_run(cls, run: Run, env: str) -> _RecordedSources:
         """Read the sources of a recording."""
-        steps = (step for step in building_steps(run, env) if step.role in _CONSTRUCT_ROLES)
+        steps = (step for step in find_building_steps(run, env) if step.role in _CONSTRUCT_ROLES)
         texts = {step.name: (step.data or b"").decode("utf-8", "surrogateescape") for step in steps}
         return cls(Constructs(TextFile(name, text) for name, text in texts.items()), texts)
 
@@ -199,14 +199,14 @@ class RecordedRun(Target):
         return ""
 
     def explain_unreachable(self, item: Breakpoint) -> str:
-        met_names = MetNames()
+        met_names = OccurredNames()
         for event in filter(self._is_stop_event, self._scrubber.events):
             if _is_hit(item, event):
                 return ""
-            met_names.take(event)
+            met_names.add_event(event)
         rules = self._sources.constructs.rule_texts()
         if not item.is_of_rules:
-            return met_names.lacks(item) or f"nothing in the recording reaches {item}"
+            return met_names.missing_name_message(item) or f"nothing in the recording reaches {item}"
         if any(map(item.has_rule, rules)):
             return ""  # the recording has the rule, which never fires
         return f"there is no rule '{item.name}' in the recording{or_similar(item.name, rules)}"
@@ -322,7 +322,7 @@ class RecordedRun(Target):
     def _describe_event(event: Event) -> str:
         if isinstance(event, RuleFired):
             return f"before rule {event.rule}"
-        return f"at {describe(event)}" if isinstance(event, TRANSITION_TYPES) else ""
+        return f"at {describe_transition(event)}" if isinstance(event, TRANSITION_TYPES) else ""
 
     def _stop_here(self, reason: str, description: str, event: Event | None) -> TargetStop:
         """Return a stop at the position of the scrubber."""
@@ -350,5 +350,9 @@ class RecordedRun(Target):
 
 def _is_hit(item: Breakpoint, event: Event) -> bool:
     if isinstance(event, RuleFired):
-        return item.is_of_rules and item.has_rule(event.rule)
-    return isinstance(event, TRANSITION_TYPES) and item.is_of_transitions and item.has_transition(event)
+        return item.is_rule_breakpoint and item.matches_rule(event.rule)
+    return (
+        isinstance(event, TRANSITION_TYPES)
+        and item.is_transition_breakpoint
+        and item.matches_transition(event)
+    )

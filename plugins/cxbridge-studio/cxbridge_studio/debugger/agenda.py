@@ -1,4 +1,4 @@
-"""The agenda of an environment: the activated rules in firing order."""
+"""Reads the agenda of an environment: the activated rules in firing order."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def activations(env: ClipsEnvironment) -> Iterator[tuple[int, str, str]]:
-    """Yield salience, rule and facts (``f-1,f-2``) of each activation, in firing order."""
+    """Yield the salience, the rule and the facts (``f-1,f-2``) of each activation, in firing order."""
     for activation in items_of(lib.GetNextActivation, env.env):
         rule, basis = decode(lib.ActivationRuleName(activation)), env.watcher.activation_basis(activation)
         yield int(lib.ActivationGetSalience(activation)), rule, basis

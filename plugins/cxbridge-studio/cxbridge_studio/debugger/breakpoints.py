@@ -13,17 +13,18 @@ from cxbridge.errors import ExecutiveError
 from cxbridge.events import GoalTransition, PlanActionTransition
 from cxbridge.history.transitions import Transition
 
-ANY: Final = "*"  # the value of an omitted part
+ANY_NAME: Final = "*"  # the pattern in place of an omitted part
 
-MAX_LENGTH: Final = 4096  # the characters of a breakpoint: clients of a daemon set breakpoints, too
+MAX_LENGTH: Final = 4096  # of the text of a breakpoint, because clients of a daemon set breakpoints, too
 
-_STATUS = re.compile(r"(.+):(S_[A-Z*?]+)", re.DOTALL)
-_CONDITION = re.compile(r"\s+if\s+(?=\()")
-_HITS = re.compile(r"\s+hit\s+(\S+)\Z")
-_LOG = re.compile(r'\s+log\s+"(.*)"\Z', re.DOTALL)
-_ARGUMENTS = re.compile(r"[\s({]")
-_EXPRESSION = re.compile(r"\{([^{}]*)\}")
-_COUNT = re.compile(r"(<=|>=|==|=|<|>|%)?\s*(\d{1,9})")
+# The parts of the notation, from its end, as in: skill:NAME:S_FAILED hit 3 if (CLIPS) log "TEXT {CLIPS}"
+_STATUS_SUFFIX = re.compile(r"(.+):(S_[A-Z*?]+)", re.DOTALL)
+_CONDITION_START = re.compile(r"\s+if\s+(?=\()")
+_HITS_SUFFIX = re.compile(r"\s+hit\s+(\S+)\Z")
+_LOG_SUFFIX = re.compile(r'\s+log\s+"(.*)"\Z', re.DOTALL)
+_ARGUMENTS_START = re.compile(r"[\s({]")
+_BRACED_EXPRESSION = re.compile(r"\{([^{}]*)\}")
+_HIT_COUNT = re.compile(r"(<=|>=|==|=|<|>|%)?\s*(\d{1,9})")
 _COMPARISONS: Final[Mapping[str, Callable[[int, int], bool]]] = {
     "=": operator.eq,
     "==": operator.eq,
@@ -34,16 +35,18 @@ _COMPARISONS: Final[Mapping[str, Callable[[int, int], bool]]] = {
     "%": lambda hits, number: hits % number == 0,
 }
 
-_KINDS: Final = {"rule": "before", "before": "before", "after": "after"} | {
+_KINDS_BY_PREFIX: Final = {"rule": "before", "before": "before", "after": "after"} | {
     kind: kind for kind in ("goal", "action", "skill")
 }
-_MAX_NAMES: Final = {"before": 1, "after": 1, "goal": 3, "action": 2}  # the texts between the colons
-_FORMS: Final = "rule:NAME, after:NAME, goal:NAME[:MODE[:OUTCOME]], action:NAME[:STATE], skill:SKILL[:STATUS]"
+_MAX_PARTS: Final = {"before": 1, "after": 1, "goal": 3, "action": 2}  # after the kind, separated by colons
+_NOTATIONS: Final = (
+    "rule:NAME, after:NAME, goal:NAME[:MODE[:OUTCOME]], action:NAME[:STATE], skill:SKILL[:STATUS]"
+)
 
 
 @dataclass(frozen=True, slots=True)
 class Breakpoint:
-    """A breakpoint. ``name``, ``state`` and ``outcome`` are shell patterns.
+    """A breakpoint. The name, the state and the outcome are shell patterns.
 
     :param number: the number that :meth:`Debugger.add` assigns; 0 before.
     :param kind: ``before`` or ``after`` a rule, a ``goal``, an ``action``, a ``skill``, or a ``line`` of a
@@ -52,43 +55,44 @@ class Breakpoint:
     :param state: the goal's mode, the action's state, the skill's status, or the number of the line.
     :param outcome: the goal's outcome.
     :param condition: a CLIPS expression; FALSE prevents the stop. Empty without a condition.
-    :param hits: the required number of hits: ``3``, ``>=3``, ``%3`` ...; empty for any number.
+    :param hits: the required count of hits, such as ``3``, ``>=3``, or ``%3`` for each third hit; empty for
+        any.
     :param log: a text to log instead of stopping, with CLIPS expressions in braces; empty to stop.
     """
 
     number: int
     kind: str
     name: str
-    state: str = ANY
-    outcome: str = ANY
+    state: str = ANY_NAME
+    outcome: str = ANY_NAME
     condition: str = ""
     hits: str = ""
     log: str = ""
 
     @property
-    def is_of_rules(self) -> bool:
-        """Whether the breakpoint belongs to a rule."""
+    def is_rule_breakpoint(self) -> bool:
+        """Whether the breakpoint stops before or after rules."""
         return self.kind in ("before", "after")
 
     @property
-    def is_of_transitions(self) -> bool:
-        """Whether the breakpoint belongs to transitions or skills."""
+    def is_transition_breakpoint(self) -> bool:
+        """Whether the breakpoint stops at transitions of goals, plan-actions or skills."""
         return self.kind in ("goal", "action", "skill")
 
-    def has_rule(self, rule: str) -> bool:
-        """Return whether a breakpoint of rules matches a rule."""
+    def matches_rule(self, rule: str) -> bool:
+        """Return whether the name of a rule breakpoint matches a rule."""
         return fnmatchcase(rule, self.name)
 
-    def has_line(self, rule: str, line: int) -> bool:
+    def matches_line(self, rule: str, line: int) -> bool:
         """Return whether the breakpoint is on a line of a right-hand side."""
         return self.kind == "line" and self.state == str(line) and fnmatchcase(rule, self.name)
 
     def is_due(self, hit: int) -> bool:
         """Return whether the breakpoint stops at this hit, counted from 1."""
-        match = _COUNT.fullmatch(self.hits)
+        match = _HIT_COUNT.fullmatch(self.hits)
         return match is None or _COMPARISONS[match[1] or "="](hit, int(match[2]))
 
-    def has_transition(self, event: Transition) -> bool:
+    def matches_transition(self, event: Transition) -> bool:
         """Return whether the breakpoint matches a transition."""
         if isinstance(event, GoalTransition):
             kind, names, state = "goal", [event.goal, event.goal_class], event.mode
@@ -104,17 +108,17 @@ class Breakpoint:
             and (not isinstance(event, GoalTransition) or fnmatchcase(event.outcome, self.outcome))
         )
 
-    def log_text(self, value: Callable[[str], str]) -> str:
-        """Return the log text.
+    def log_text(self, evaluate: Callable[[str], str]) -> str:
+        """Return the text to log, with the values of its expressions.
 
-        :param value: evaluates a CLIPS expression.
+        :param evaluate: returns the value of a CLIPS expression as text.
         """
-        return _EXPRESSION.sub(lambda match: value(match[1]), self.log)
+        return _BRACED_EXPRESSION.sub(lambda match: evaluate(match[1]), self.log)
 
     def __str__(self) -> str:
         """Return the breakpoint in the notation of :func:`parse_breakpoint`."""
-        state = f":{self.state}" if (self.state, self.outcome) != (ANY, ANY) else ""
-        outcome = f":{self.outcome}" if self.outcome != ANY else ""
+        state = f":{self.state}" if (self.state, self.outcome) != (ANY_NAME, ANY_NAME) else ""
+        outcome = f":{self.outcome}" if self.outcome != ANY_NAME else ""
         hits = f" hit {self.hits}" if self.hits else ""
         condition = f" if {self.condition}" if self.condition else ""
         log = f' log "{self.log}"' if self.log else ""
@@ -123,50 +127,51 @@ class Breakpoint:
 
 
 def parse_breakpoint(spec: str) -> Breakpoint:
-    """Parse a breakpoint, see docs/debugging.md.
+    """Parse the text of a breakpoint; docs/debugging.md describes the notation.
 
     :raises ExecutiveError: if the text is not a breakpoint.
     """
     if len(spec) > MAX_LENGTH:
         raise ExecutiveError(f"a breakpoint has at most {MAX_LENGTH} characters, this one has {len(spec)}")
-    # From the end: the text to log may have conditions, and the condition may have colons.
-    before_log, *log = _LOG.split(spec.strip(), maxsplit=1)
-    before_condition, *condition = _CONDITION.split(before_log, maxsplit=1)
-    subject, *hits = _HITS.split(before_condition, maxsplit=1)
+    # Parse from the end: the text to log may contain a condition, and the condition may contain colons.
+    before_log, *log = _LOG_SUFFIX.split(spec.strip(), maxsplit=1)
+    before_condition, *condition = _CONDITION_START.split(before_log, maxsplit=1)
+    subject, *hits = _HITS_SUFFIX.split(before_condition, maxsplit=1)
     prefix, _, pattern = subject.partition(":")
-    kind = _KINDS.get(prefix)
+    kind = _KINDS_BY_PREFIX.get(prefix)
     if kind is None or not pattern:
         raise ExecutiveError(
             f"'{spec}' is not a breakpoint",
-            hint=f'use one of: {_FORMS}; each may end in: hit COUNT if (CLIPS) log "TEXT"',
+            hint=f'use one of: {_NOTATIONS}; each may end in: hit COUNT if (CLIPS) log "TEXT"',
         )
     if hits:
-        check_hits(hits[0])
+        check_hit_count(hits[0])
     if kind == "skill":
-        # A skill string may have colons, so only an end such as ``:S_FAILED`` is a status.
-        match = _STATUS.fullmatch(pattern)
-        names = list(match.groups()) if match else [pattern]
+        # A skill string may contain colons, so only an end such as ``:S_FAILED`` is a status.
+        match = _STATUS_SUFFIX.fullmatch(pattern)
+        name_parts = list(match.groups()) if match else [pattern]
     else:
-        names = pattern.split(":")
-        if len(names) > _MAX_NAMES[kind]:
+        name_parts = pattern.split(":")
+        if len(name_parts) > _MAX_PARTS[kind]:
             raise ExecutiveError(
-                f"'{spec}' has too many parts for a breakpoint", hint=f"use one of: {_FORMS}"
+                f"'{spec}' has too many parts for a breakpoint", hint=f"use one of: {_NOTATIONS}"
             )
-    name, state, outcome = [text or ANY for text in (*names, "", "")][:3]
+    # Two empty parts stand for an omitted state and outcome.
+    name, state, outcome = [text or ANY_NAME for text in (*name_parts, "", "")][:3]
     return Breakpoint(0, kind, name, state, outcome, "".join(condition), "".join(hits[:1]), "".join(log[:1]))
 
 
 def skill_name(skill_string: str) -> str:
-    """Return the skill's name in a skill string."""
-    return _ARGUMENTS.split(skill_string.strip(), maxsplit=1)[0]
+    """Return the name of the skill in a skill string, such as ``say`` in ``say{text="x"}``."""
+    return _ARGUMENTS_START.split(skill_string.strip(), maxsplit=1)[0]
 
 
-def check_hits(hits: str) -> None:
+def check_hit_count(hits: str) -> None:
     """Check the notation of a hit count.
 
     :raises ExecutiveError: if the text is not a hit count.
     """
-    match = _COUNT.fullmatch(hits)
+    match = _HIT_COUNT.fullmatch(hits)
     if hits and (match is None or int(match[2]) == 0):
         raise ExecutiveError(
             f"'{hits}' is not a count of how often a breakpoint is reached", hint="e.g. 3, >=3, %3"
@@ -177,7 +182,8 @@ def check_hits(hits: str) -> None:
 class Stop:
     """A stop of the executive.
 
-    :param kind: ``before``, ``after``, ``line``, ``transition``, ``step`` or ``asked``.
+    :param kind: ``before`` or ``after`` a rule, at a ``line`` or ``transition``, at the end of a ``step``, or
+        ``asked`` for by a user.
     :param reason: the reason as text.
     :param breakpoint: the number of the breakpoint; 0 without a breakpoint.
     :param rule: the last rule fired in this loop; empty if none has fired.
@@ -201,8 +207,8 @@ class Stop:
     line: int = 0
 
 
-def describe(event: Transition) -> str:
-    """Return a transition as one line of text."""
+def describe_transition(event: Transition) -> str:
+    """Return a transition in one line of text."""
     if isinstance(event, GoalTransition):
         outcome = f" {event.outcome}" if event.outcome not in ("", "UNKNOWN") else ""
         error = f", error: {event.error}" if event.error else ""

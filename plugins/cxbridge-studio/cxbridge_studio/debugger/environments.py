@@ -32,18 +32,18 @@ if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.executive.manager import EnvironmentManager, FeatureInfo
 
-_MAX_COMPONENT_LENGTH: Final = 64  # the characters of the name of a log component
+_MAX_COMPONENT_LENGTH: Final = 64  # of the name of a log component
 _NAME = re.compile(r"[A-Za-z0-9_.-]{1,64}")
 
 
 class EnvironmentInfo(Struct, frozen=True):
-    """Describes an environment.
+    """The state of an environment.
 
     :param own: whether :class:`EnvironmentService` created it.
     :param facts: the number of facts.
     :param agenda: the number of activations.
     :param features: the names of its features, sorted.
-    :param watch: ``facts`` and ``rules``, if at least partly watched.
+    :param watch: ``facts`` and ``rules``, each if at least some of them are watched.
     :param log_level: the minimum log level.
     :param ended: whether no rule fires any more.
     """
@@ -59,7 +59,7 @@ class EnvironmentInfo(Struct, frozen=True):
 
 
 class LoggerInfo(Struct, frozen=True):
-    """Describes a logger, see :class:`ClipsLogger`."""
+    """The settings of a logger, see :class:`ClipsLogger`."""
 
     name: str
     priority: int
@@ -72,7 +72,7 @@ class LoggerInfo(Struct, frozen=True):
 class EnvironmentService:
     """Creates, destroys and configures environments of a running executive.
 
-    Only environments that it created can be destroyed: those of :attr:`EnvironmentManager.extra`.
+    Clients can destroy only the environments that the service has created: :attr:`EnvironmentManager.extra`.
 
     :param manager: the executive's manager.
     """
@@ -104,13 +104,13 @@ class EnvironmentService:
             )
 
     def create(self, name: str, log_component: str = "") -> ClipsEnvironment:
-        """Create an environment with the library (utils, time, path) and requestable features.
+        """Create an environment with the CLIPS library (utils, time, path), which may request features.
 
         :param log_component: the component of its log lines, by default ``CLIPS (NAME)``.
         :raises ClipsError: if the name exists, or has characters other than letters, digits and ``_.-``.
         """
         _check_name(name, "an environment")
-        env = self._manager.create(name, _checked_component(log_component) or None)
+        env = self._manager.create(name, _check_component(log_component) or None)
         self._manager.extra.append(name)
         return env
 
@@ -135,11 +135,11 @@ class EnvironmentService:
         with env.lock:
             diagnostic_count = len(env.loader.diagnostics)
             (env.batch if batch else env.load)(file)
-            env.api.clear_halt()  # otherwise a mistake in the file would end the next run
+            env.api.clear_halt()  # a mistake in the file would end the next firing of rules
             return [str(item) for item in env.loader.diagnostics[diagnostic_count:]]
 
     def request_feature(self, name: str, feature: str) -> None:
-        """Load a feature into an environment. Does nothing if it has the feature.
+        """Load a feature into an environment; do nothing if it has the feature.
 
         :raises ClipsError: if the environment or feature is unknown.
         """
@@ -169,13 +169,13 @@ class EnvironmentService:
         env = self._manager.find(name)
         with env.lock:
             construct = {"facts": "deftemplate", "rules": "defrule"}.get(item)
-            defined = names if construct is None else construct_names(env, construct)
-            unknown = [word for word in names if word not in defined]
-            if unknown:
+            defined_names = names if construct is None else construct_names(env, construct)
+            unknown_names = [word for word in names if word not in defined_names]
+            if unknown_names:
                 construct = "deftemplate" if item == "facts" else "defrule"
-                # CLIPS' own text, which its users know.
-                message = f"Unable to find {construct} '{unknown[0]}'."
-                raise ClipsError(message, hint=did_you_mean(unknown[0], defined) or None)
+                # The text of CLIPS, which its users know.
+                message = f"Unable to find {construct} '{unknown_names[0]}'."
+                raise ClipsError(message, hint=did_you_mean(unknown_names[0], defined_names) or None)
             env.watch(item, names, on=on)
 
     def set_log_level(self, name: str, level: str) -> None:
@@ -204,14 +204,14 @@ class EnvironmentService:
         return features[feature]
 
     def offer_feature(self, feature: str) -> None:
-        """Offer a withdrawn feature again. Does nothing if it is offered.
+        """Offer a withdrawn feature again; do nothing if it is offered.
 
         :raises ClipsError: if the feature is unknown.
         """
         self._manager.offer(feature)
 
     def withdraw_feature(self, feature: str) -> None:
-        """Withdraw a feature. Does nothing if it is withdrawn.
+        """Withdraw a feature, so that environments can no longer request it; do nothing if it is withdrawn.
 
         :raises ClipsError: if the feature is unknown or in use.
         """
@@ -226,7 +226,7 @@ class EnvironmentService:
         self._manager.destroy_context(name, feature)
 
     def loggers(self, name: str) -> Sequence[LoggerInfo]:
-        """Return the loggers of an environment in calling order.
+        """Return the loggers of an environment, in the order in which they get a line.
 
         :raises ClipsError: if the environment is unknown.
         """
@@ -261,7 +261,7 @@ class EnvironmentService:
         """
         env = self._manager.find(name)
         _check_name(logger, "a logger")
-        component = _checked_component(component) or f"{logger}|{name}"
+        component = _check_component(component) or f"{logger}|{name}"
         sink = env.bus.logger(component).log
         new_logger = ClipsLogger(logger, sink, priority, find_level(level), contains, replaces, component)
         with env.lock:
@@ -278,11 +278,16 @@ class EnvironmentService:
 
 
 def _check_name(name: str, subject: str) -> None:
+    """Check the name of an environment or a logger.
+
+    :param subject: the named object, for the error: ``an environment``.
+    :raises ClipsError: if the name has other characters, or too many.
+    """
     if not _NAME.fullmatch(name):
         raise ClipsError(f"'{name}' cannot name {subject}", hint="use up to 64 letters, digits, _, . and -")
 
 
-def _checked_component(text: str) -> str:
+def _check_component(text: str) -> str:
     """Return the name of a log component, after a check.
 
     :raises ClipsError: if the name is too long or has unprintable characters.

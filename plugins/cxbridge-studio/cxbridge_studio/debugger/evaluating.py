@@ -1,4 +1,4 @@
-"""Evaluation of user-entered CLIPS expressions in bounded time."""
+"""Evaluates CLIPS expressions of users in bounded time."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from cxbridge.events import Level
     from cxbridge.executive.host.environment import ClipsEnvironment
 
-# The maximum duration of an evaluation in seconds. It blocks the rules and the loop.
+# The maximum duration of an evaluation in seconds: during an evaluation, no rule fires and the loop waits.
 LIMIT_S: Final = 1.0
 
 MAX_LINES: Final = 1000  # the limit of the output lines
@@ -24,7 +24,7 @@ class Evaluation(Struct, frozen=True):
     """The result of an expression.
 
     :param text: the value as CLIPS text; empty without a value.
-    :param output: the first printed lines.
+    :param output: the lines that the evaluation printed, at most :data:`MAX_LINES`.
     """
 
     text: str
@@ -39,15 +39,15 @@ def evaluate(env: ClipsEnvironment, expression: str, limit_s: float = LIMIT_S) -
     lines: list[str] = []
     is_late = threading.Event()
 
-    def end() -> None:
+    def end_evaluation() -> None:
         is_late.set()
-        env.api.halt()  # safe in this thread: it only sets a flag, which CLIPS checks
+        env.api.halt()  # this thread only sets a flag, which CLIPS checks
 
     def keep_line(_level: Level, line: str) -> None:
         if len(lines) < MAX_LINES:
             lines.append(line)
 
-    timer = threading.Timer(limit_s, end)
+    timer = threading.Timer(limit_s, end_evaluation)
     previous_sink = env.output.redirect(keep_line)
     timer.start()
     try:

@@ -1,4 +1,4 @@
-"""Display and edit facts as CLIPS text, by index."""
+"""Displays, searches and edits facts as CLIPS text."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ from cxbridge_studio.constructs import unknown_template_error
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
 
-_BAD_SLOT: Final = re.compile(r"[Ii]nvalid slot '([^']+)'")
+_INVALID_SLOT: Final = re.compile(r"[Ii]nvalid slot '([^']+)'")
 
 
 def fact_texts(env: ClipsEnvironment, template: str = "") -> Iterator[tuple[int, str]]:
-    """Yield index and text of all facts, or of one deftemplate's facts.
+    """Yield the index and the text of all facts, or of one deftemplate's facts.
 
     :raises ClipsError: if the deftemplate is unknown.
     """
@@ -39,24 +39,24 @@ def fact_texts(env: ClipsEnvironment, template: str = "") -> Iterator[tuple[int,
         yield index, fact_text(name, slots)
 
 
-def find_facts(
-    env: ClipsEnvironment, words: str, after: int, most: int, seconds: float
+def search_facts(
+    env: ClipsEnvironment, words: str, after: int, max_count: int, max_seconds: float
 ) -> tuple[list[tuple[int, str]], int | None]:
     """Search facts by text, in bounded time.
 
-    :param words: a part of the text, ignoring case; empty: all facts.
-    :param after: skip facts up to this index.
-    :param most: the maximum number of results.
-    :param seconds: the maximum duration.
-    :returns: index and text of the facts, and the index to continue from; None at the end.
+    :param words: a part of the text in any case; empty for all facts.
+    :param after: the index up to which facts are skipped.
+    :param max_count: the maximum number of results.
+    :param max_seconds: the maximum duration.
+    :returns: the index and the text of each fact, and the last searched index; None for the index at the end.
     """
     facts: list[tuple[int, str]] = []
-    deadline, last = perf_counter() + seconds, after
+    deadline, last = perf_counter() + max_seconds, after
     for fact in items_of(lib.GetNextFact, env.env):
         index = int(lib.FactIndex(fact))
         if index > after:
-            # at least one fact, so that a client that continues makes progress
-            if len(facts) >= most or (last > after and perf_counter() > deadline):
+            # Search at least one fact, so that a client that continues makes progress.
+            if len(facts) >= max_count or (last > after and perf_counter() > deadline):
                 return facts, last
             text = env.api.fact_text(fact)
             last = index
@@ -70,39 +70,39 @@ def count_facts(env: ClipsEnvironment) -> int:
 
 
 def assert_text(env: ClipsEnvironment, text: str, *, constant: bool = False) -> int:
-    """Assert a fact; return its index, or that of an equal fact.
+    """Assert a fact and return its index, or the index of an equal fact.
 
-    :param constant: accept constants only.
+    :param constant: whether only constants are accepted, not calls, which CLIPS would evaluate.
     :raises ClipsError: if CLIPS refuses the fact.
     """
     text = constant_text(env.env, text) if constant else text
     check_parser_limits(text)
-    # before the assertion, which would define an unknown relation
+    # Read the names before the assertion, which defines an unknown deftemplate of ordered facts.
     templates = construct_names(env, "deftemplate")
-    outer = env.output.begin_error_capture()
+    outer_sink = env.output.begin_error_capture()
     fact = lib.AssertString(env.env, encode(text))
-    errors = " ".join(env.output.end_error_capture(outer).split())
+    errors = " ".join(env.output.end_error_capture(outer_sink).split())
     env.api.clear_halt()
     if fact == NULL or errors:
         raise ClipsError(
             f"CLIPS does not assert {text}" + (f": {errors}" if errors else ""),
-            hint=_suggestion(env, text, errors, templates),
+            hint=_find_similar_name(env, text, errors, templates),
         )
     return int(lib.FactIndex(fact))
 
 
-def _suggestion(env: ClipsEnvironment, text: str, errors: str, templates: Iterable[str]) -> str | None:
-    """Return a hint with the most similar deftemplate or slot."""
+def _find_similar_name(env: ClipsEnvironment, text: str, errors: str, templates: Iterable[str]) -> str | None:
+    """Return a hint with the most similar deftemplate or slot; None without one."""
     relation = template_name(text)
     if relation not in templates:
         return did_you_mean(relation, templates) or None
-    slot = _BAD_SLOT.search(errors)
+    slot = _INVALID_SLOT.search(errors)
     if slot is None:
         return None
-    return _suggested_slot(slot[1], template_of(lib.FindDeftemplate(env.env, encode(relation))))
+    return _find_similar_slot(slot[1], template_of(lib.FindDeftemplate(env.env, encode(relation))))
 
 
-def _suggested_slot(name: str, template: FactTemplate) -> str:
+def _find_similar_slot(name: str, template: FactTemplate) -> str:
     if template.slots is None:
         return "its facts are ordered: they have no slots with names"
     return did_you_mean(name, template.names, f"it has: {', '.join(template.names)}")
@@ -120,10 +120,10 @@ def retract_fact(env: ClipsEnvironment, index: int) -> None:
 def modify_fact(
     env: ClipsEnvironment, index: int, slots: Mapping[str, str], *, constant: bool = False
 ) -> int:
-    """Modify slots of a fact; return the index of the new fact.
+    """Modify slots of a fact and return the index of the new fact.
 
     :param slots: values as CLIPS text: ``FINISHED``, ``"a text"``, ``a b c`` for a multislot, ``(+ 1 2)``.
-    :param constant: accept constants only.
+    :param constant: whether only constants are accepted, not calls, which CLIPS would evaluate.
     :raises ClipsError: if the fact or a slot does not exist, or the slot cannot have the value.
     """
     fact = env.maker.find(index)
@@ -138,7 +138,7 @@ def modify_fact(
             template = decode(lib.DeftemplateName(deftemplate))
             raise ClipsError(
                 f"deftemplate '{template}' of f-{index} has no slot '{slot}'",
-                hint=_suggested_slot(slot, template_of(deftemplate)),
+                hint=_find_similar_slot(slot, template_of(deftemplate)),
             )
         values = constant_values(text) if constant else text
         changes += (Symbol(slot), env.eval(f"(create$ {values})"))

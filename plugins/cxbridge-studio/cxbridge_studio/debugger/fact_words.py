@@ -1,4 +1,4 @@
-"""Reads the arguments of commands about facts: the prompt, the monitor and ``cxbridge env`` take the same."""
+"""Parses the arguments of commands about facts, for the prompt, the monitor and ``cxbridge env``."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
 from cxbridge.errors import CxbridgeError
 
 
-def number_of(word: str) -> int:
+def parse_number(word: str) -> int:
     """Return the number of a breakpoint, or the index of a fact with or without ``f-``.
 
     :raises CxbridgeError: if the word is not a number.
@@ -19,14 +19,14 @@ def number_of(word: str) -> int:
     return int(digits)
 
 
-def changed_fact(text: str) -> tuple[int, Mapping[str, str]]:
-    """Return the index and the slots of ``INDEX (SLOT VALUE)...``.
+def parse_fact_change(text: str) -> tuple[int, Mapping[str, str]]:
+    """Return the index of a fact and its new slots, from ``INDEX (SLOT VALUE)...``.
 
     :raises CxbridgeError: if the text has another form.
     """
     word, _, slots = text.partition(" ")
     try:
-        return number_of(word), parse_fact(f"(fact {slots.strip()})")[1]
+        return parse_number(word), parse_fact(f"(fact {slots.strip()})")[1]
     except FactSyntaxError:
         hint = "modify INDEX (SLOT VALUE)..., e.g. modify 12 (mode FINISHED)"
         raise CxbridgeError(f"'{slots}' names no slots", hint=hint) from None

@@ -1,7 +1,7 @@
 """Describes the events that a stuck run waits for, and the agent's probable mistakes.
 
-Each event has the place in the agent's files that caused the wait (``FILE:LINE``), if a file spells out the
-name of the goal, action, interface or signal.
+A text about an event names the line in the agent's files that caused the wait (``FILE:LINE``), if a file
+contains the name of the goal, action, interface or signal.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def _describe_causes(agent: Run, failed_rules: Iterable[str]) -> Iterator[str]:
         yield from [*_describe_deffacts(agent)] or _describe_missing_fact(agent, places)
         yield from _describe_empty_spec(agent)
     else:
-        yield "a skill or rules were not over"
+        yield "a skill or a rule had not ended"
     for rule in failed_rules:
         if place := _rule_place(agent, rule):
             yield f"{place}: an error has ended the actions of rule {rule}"
@@ -108,7 +108,7 @@ def _describe_actions(agent: Run, places: SourcePlaces) -> Iterator[str]:
 
 
 def _describe_control_requests(agent: Run) -> Iterator[str]:
-    """Yield the Skillers of which the agent has no control, or that the agent requests no control."""
+    """Yield who has the control of each requested Skiller, or that the agent requests no control."""
     env = agent.executive.env
     skillers = env.facts("SkillerInterface") if env.has_template("SkillerInterface") else ()
     controllers = {slots["id"]: slots["exclusive_controller"] for _, _, slots in skillers}
@@ -167,13 +167,13 @@ def _describe_missing_fact(agent: Run, places: SourcePlaces) -> list[str]:
 
 def _describe_deffacts(agent: Run) -> Iterator[str]:
     """Yield the deffacts of the agent's files, whose facts are never asserted."""
-    # like Fawkes, cxbridge never resets the environment, and only a reset asserts deffacts
+    # As in Fawkes, nothing resets the environment, and only a reset asserts deffacts.
     for file in agent.executive.env.loader.files:
         if file.is_relative_to(agent.paths.cx) or file.is_relative_to(agent.paths.library):
             continue
         try:
             text = file.read_text("utf-8", "surrogateescape")
-        except OSError:  # a file may be removed while the run goes on
+        except OSError:  # the file may have been removed since it was loaded
             continue
         for construct in definitions(text):
             if construct.kind == "deffacts":
@@ -190,7 +190,7 @@ def _rule_place(agent: Run, rule: str) -> str:
 
 
 def _describe_unwritten_interfaces(agent: Run, places: SourcePlaces) -> Iterator[str]:
-    """Yield a text for each interface that rules read and no writer writes."""
+    """Yield each interface that rules read and that has no writer."""
     written = {info.uid for info in agent.board.list_all() if info.has_writer}
     for kind, name in read_interfaces(agent.executive.env):
         if f"{kind}::{name}" not in written:

@@ -22,7 +22,7 @@ from cxbridge.printing import short_path
 from cxbridge.trace.formats.base import Run
 from cxbridge_studio.agent.condition import patterns
 from cxbridge_studio.agent.rule import parse_rule
-from cxbridge_studio.environment_sources import building_steps
+from cxbridge_studio.environment_sources import find_building_steps
 from cxbridge_studio.explain.evidence import ENVIRONMENT_EVENT_TYPES, Evidence, History, NoFactsError
 from cxbridge_studio.explain.rules.constructs import Constructs, TextFile
 from cxbridge_studio.explain.rules.recorded_facts import parse_rows
@@ -108,7 +108,7 @@ class _PastEvents:
 
     def _add_event(self, event: Event) -> None:
         if isinstance(event, FactChange):
-            self.facts.take(event)
+            self.facts.add_change(event)
         if isinstance(event, ENVIRONMENT_EVENT_TYPES):
             if event.env not in self.histories:
                 find_facts = partial(self.facts.slots, event.env)
@@ -160,7 +160,7 @@ class RecordedEvidence(Evidence):
         :raises TraceError: if the recording has no CLIPS files.
         """
         if self._rules is None:
-            steps = building_steps(self._run, self.env, self.now_us)
+            steps = find_building_steps(self._run, self.env, self.now_us)
             texts = ((step.name, step.data) for step in steps if step.role in _CONSTRUCT_ROLES)
             files = [
                 TextFile(name, data.decode("utf-8", "surrogateescape"))

@@ -31,10 +31,10 @@ def has_time_facts(agent: Run) -> bool:
 
 
 def has_timed_rule(agent: Run) -> bool:
-    """Return whether an agent has a rule with a ``time`` pattern whose other facts exist.
+    """Return whether an agent has a rule with a pattern for ``time`` facts whose other facts exist.
 
-    In doubt a rule counts, which only delays the end of the run until the timeout: a rule is excluded only by
-    a pattern without any matching fact. Joins, tests and negated patterns count as satisfied.
+    In doubt a rule counts, which only delays the end of the run until the timeout. A rule does not count if
+    one of its patterns has no matching fact. Joins, tests and negated patterns count as satisfied.
     """
     if not has_time_facts(agent):
         return False
@@ -68,7 +68,7 @@ def parse_rule_condition(rule: str) -> tuple[CE, ...]:
 
 def _can_get_control(agent: Run) -> bool:
     """Return whether a Skiller with an open control request exists."""
-    # not asked from SkillerInterface facts: the Skiller writes nothing until a client has control
+    # The facts of SkillerInterface do not answer this: a Skiller writes nothing until a client has control.
     infos = agent.board.list_all()
     skillers = {info.id for info in infos if info.type == "SkillerInterface" and info.has_writer}
     controls = (slots for _, _, slots in agent.executive.env.facts("skiller-control"))
@@ -86,14 +86,14 @@ def _may_hold(env: ClipsEnvironment, element: CE) -> bool:
     symbols_by_slot = {
         slot: words
         for slot, words in element.slots.items()
-        if all(word[0].isalpha() for word in words)  # a number has several spellings
+        if all(word[0].isalpha() for word in words)  # not for numbers, which have several spellings
     }
     return any(_has_symbols(slots, symbols_by_slot) for _, _, slots in env.facts(element.template))
 
 
 def _has_symbols(slots: Mapping[str, Value], symbols_by_slot: Mapping[str, frozenset[str]]) -> bool:
     """Return whether a fact has one of the permitted symbols in each of these slots."""
-    # multislots and slots that the fact lacks count as fitting: in doubt a rule counts
+    # Multislots, and slots that the fact lacks, count as matches, because in doubt a rule counts.
     return all(
         slot not in slots or isinstance(slots[slot], tuple) or str(slots[slot]) in symbols
         for slot, symbols in symbols_by_slot.items()

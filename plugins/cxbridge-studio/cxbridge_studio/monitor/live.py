@@ -19,7 +19,7 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.daemon.client import NoAnswerError, ask_why, read_status, request, send_command
 from cxbridge.errors import BlackBoardError, CxbridgeError, InterfaceError
 from cxbridge.interfaces.assignments import assign, field_text
-from cxbridge_studio.debugger.fact_words import changed_fact, number_of
+from cxbridge_studio.debugger.fact_words import parse_fact_change, parse_number
 from cxbridge_studio.monitor.filtering import duration_text, page
 from cxbridge_studio.monitor.snapshot import (
     MAX_LINES,
@@ -282,7 +282,7 @@ class DaemonSource:
         return ""
 
     def _modify(self, arguments: str, query: ViewQuery) -> str:
-        index, slots = changed_fact(arguments)
+        index, slots = parse_fact_change(arguments)
         return f"f-{self._request('modify', env=query.env, index=index, slots=dict(slots))}"
 
     def _eval(self, expression: str, query: ViewQuery) -> str:
@@ -370,4 +370,6 @@ def stop_text(stop: Mapping[str, Any]) -> str:
 
 
 def _numbers(text: str) -> list[int]:
-    return [number_of(word) for word in text.split() or [text]]  # no word: `number_of` refuses the empty text
+    return [
+        parse_number(word) for word in text.split() or [text]
+    ]  # no word: `number_of` refuses the empty text

@@ -107,7 +107,7 @@ class Scrubber:
         number = len(self.events)
         self.events.append(event)
         self.times.append(self._clock.at(event.time_us))
-        self._state_at_end.take(event)
+        self._state_at_end.add_event(event)
         if isinstance(event, LogLine):
             self.log_lines.append(number)
         elif isinstance(event, TRANSITION_TYPES) and self._changes_state(event):
@@ -132,7 +132,7 @@ class Scrubber:
         if at < self.at or nearest > self.at // self._stride:
             self.state = self._stored_states[nearest].copy()
             self.at = nearest * self._stride
-        take = self.state.take
+        take = self.state.add_event
         for event in self.events[self.at : at]:
             take(event)
         self.at = at

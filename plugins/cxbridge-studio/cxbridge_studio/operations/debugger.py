@@ -1,4 +1,8 @@
-"""The operations of the debugger: breakpoints, steps, current stop; docs/debugging.md."""
+"""The operations of the debugger on breakpoints, steps and the current stop; see docs/debugging.md.
+
+Each operation is a request of a daemon's clients, a command of the debugger's prompt, and a route of the REST
+API. The name of its parameters' class does not appear in any of them.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +23,7 @@ from cxbridge.daemon.operations.rules import stop_info
 from cxbridge.errors import CxbridgeError
 from cxbridge.rights import Right
 from cxbridge_studio.debugger.breakpoints import parse_breakpoint
-from cxbridge_studio.debugger.debugger import debugger_of
+from cxbridge_studio.debugger.debugger import get_debugger
 
 if TYPE_CHECKING:
     from cxbridge_studio.debugger.breakpoints import Breakpoint
@@ -27,23 +31,23 @@ if TYPE_CHECKING:
 
 OPERATIONS: Final = Operations()
 _PATH: Final = "/cxbridge/debugger"
-_MAX_DIGITS: Final = 9  # of the number of a breakpoint: longer texts of a client are not parsed
+_MAX_NUMBER_DIGITS: Final = 9  # of a breakpoint's number: a longer text of a client is not parsed
 
 
-class _Specs(Struct):
+class _BreakpointSpecs(Struct):
     specs: list[str]
 
 
-class _Spec(Struct):
+class _BreakpointSpec(Struct):
     spec: str
 
 
-class _Numbers(Struct):
+class _BreakpointNumbers(Struct):
     numbers: list[int] = []
     all: bool = False
 
 
-class _Number(Struct):
+class _BreakpointNumber(Struct):
     number: int
 
 
@@ -59,41 +63,50 @@ class BreakpointInfo(Struct):
 
 
 class DebuggerInfo(Struct):
-    """The state of the debugger; ``stopped`` while the rules are stopped."""
+    """The state of the debugger.
+
+    :param stopped: the current stop; unset while the rules run.
+    """
 
     breakpoints: list[BreakpointInfo]
     stopped: StopInfo | UnsetType = UNSET
 
 
 def breakpoint_rows(debugger: Debugger | None) -> list[BreakpointInfo]:
-    return [] if debugger is None else [_describe(item) for item in debugger.breakpoints]
+    """Return the breakpoints of a debugger; none without a debugger."""
+    return [] if debugger is None else [_make_breakpoint_info(point) for point in debugger.breakpoints]
 
 
-def _describe(item: Breakpoint) -> BreakpointInfo:
-    return BreakpointInfo(item.number, str(item))
+def _make_breakpoint_info(point: Breakpoint) -> BreakpointInfo:
+    return BreakpointInfo(point.number, str(point))
 
 
-def _check_number(context: OperationContext, path: Mapping[str, str]) -> None:
-    text, numbers = path["number"], [item.number for item in debugger_of(context.executive).breakpoints]
-    if not (text.isascii() and text.isdecimal()) or len(text) > _MAX_DIGITS:
+def _check_breakpoint_exists(context: OperationContext, path: Mapping[str, str]) -> None:
+    """Check the number of a breakpoint in a path.
+
+    :raises CxbridgeError: if the text is not a number.
+    :raises NotFoundError: if there is no such breakpoint.
+    """
+    text, numbers = path["number"], [point.number for point in get_debugger(context.executive).breakpoints]
+    if not (text.isascii() and text.isdecimal()) or len(text) > _MAX_NUMBER_DIGITS:
         raise CxbridgeError("A breakpoint has a number")
     if int(text) not in numbers:
         raise NotFoundError(f"There is no breakpoint {text}")
 
 
-def _check_available(context: OperationContext, _path: Mapping[str, str]) -> None:
-    """Raise an error if the executive is not running: the client then gets status 503, whatever it sends."""
-    _ = debugger_of(context.executive)
+def _check_executive_runs(context: OperationContext, _path: Mapping[str, str]) -> None:
+    """Check that the executive runs, before the body of a request: its client gets status 503 otherwise."""
+    _ = get_debugger(context.executive)
 
 
-def _state(context: OperationContext, _parameters: object) -> DebuggerInfo:
-    debugger = debugger_of(context.executive)
+def _describe_debugger(context: OperationContext, _parameters: object) -> DebuggerInfo:
+    debugger = get_debugger(context.executive)
     return DebuggerInfo(breakpoint_rows(debugger), stop_info(debugger) or UNSET)
 
 
-def _route(method: str, path: str, summary: str, **settings: Any) -> Route[Any]:
+def _debugger_route(method: str, path: str, summary: str, **settings: Any) -> Route[Any]:
     """Return a route whose answer is the state of the debugger."""
-    settings = {"answer": _state, "check": _check_available, **settings}
+    settings = {"answer": _describe_debugger, "check": _check_executive_runs, **settings}
     return Route(method, f"{_PATH}{path}", summary, DebuggerInfo, "Debugger", **settings)
 
 
@@ -101,107 +114,115 @@ OPERATIONS.add(
     "debugger",
     Right.LOOK,
     NoParameters,
-    _route("GET", "", "Return the breakpoints, and the stop of the rules if they are stopped."),
+    _debugger_route("GET", "", "Return the breakpoints, and the stop of the rules if they are stopped."),
     is_verb=False,
-)(_state)
+)(_describe_debugger)
 
 
 @OPERATIONS.add("break-list", Right.LOOK, NoParameters)
-def _list(context: OperationContext, _parameters: NoParameters) -> list[BreakpointInfo]:
-    return breakpoint_rows(debugger_of(context.executive))
+def _list_breakpoints(context: OperationContext, _parameters: NoParameters) -> list[BreakpointInfo]:
+    return breakpoint_rows(get_debugger(context.executive))
 
 
 @OPERATIONS.add(
     "break-add-one",
     Right.CONTROL,
-    _Spec,
+    _BreakpointSpec,
     Route(
         "POST",
         f"{_PATH}/breakpoints",
         "Add a breakpoint.",
         BreakpointInfo,
         "Breakpoint",
-        check=_check_available,
+        check=_check_executive_runs,
         body="BreakpointSpec",
         errors={400: "The text is not a breakpoint, or the breakpoint is unreachable"},
     ),
     is_verb=False,
 )
-def _add(context: OperationContext, parameters: _Spec) -> BreakpointInfo:
-    return _describe(debugger_of(context.executive).add(_checked(context, parameters.spec)))
+def _add_breakpoint(context: OperationContext, parameters: _BreakpointSpec) -> BreakpointInfo:
+    return _make_breakpoint_info(
+        get_debugger(context.executive).add(_parse_permitted_breakpoint(context, parameters.spec))
+    )
 
 
-def _checked(context: OperationContext, spec: str) -> Breakpoint:
-    """Return the breakpoint of a text.
+def _parse_permitted_breakpoint(context: OperationContext, spec: str) -> Breakpoint:
+    """Parse the breakpoint that a client wants to set.
 
-    :raises CxbridgeError: if the text is invalid, the breakpoint is unreachable, or the client may not set
-        it.
+    :raises CxbridgeError: if the text is not a breakpoint, the breakpoint is unreachable, or the client lacks
+        a right.
     """
-    item = parse_breakpoint(spec)
-    # CLIPS evaluates conditions and the expressions of log texts in the agent's environment.
-    if item.condition or "{" in item.log:
+    point = parse_breakpoint(spec)
+    # Conditions and the expressions in log texts are programs: CLIPS evaluates them in the agent's
+    # environment.
+    if point.condition or "{" in point.log:
         context.rights.check(Right.PROGRAMS, "an expression in a breakpoint")
-    debugger_of(context.executive).names.check(item)
-    return item
+    get_debugger(context.executive).names.check(point)
+    return point
 
 
-@OPERATIONS.add("break-add", Right.CONTROL, _Specs)
-def _add_all(context: OperationContext, parameters: _Specs) -> list[BreakpointInfo]:
-    # All texts are checked before the first breakpoint is added: a mistake leaves none behind.
-    breakpoints = [_checked(context, spec) for spec in parameters.specs]
-    return [_describe(debugger_of(context.executive).add(item)) for item in breakpoints]
+@OPERATIONS.add("break-add", Right.CONTROL, _BreakpointSpecs)
+def _add_breakpoints(context: OperationContext, parameters: _BreakpointSpecs) -> list[BreakpointInfo]:
+    # All texts are checked before the first breakpoint is added, so that a mistake in one text adds none.
+    breakpoints = [_parse_permitted_breakpoint(context, spec) for spec in parameters.specs]
+    return [_make_breakpoint_info(get_debugger(context.executive).add(point)) for point in breakpoints]
 
 
-@OPERATIONS.add("break-remove", Right.CONTROL, _Numbers)
-def _remove_all(context: OperationContext, parameters: _Numbers) -> None:
+@OPERATIONS.add("break-remove", Right.CONTROL, _BreakpointNumbers)
+def _remove_breakpoints(context: OperationContext, parameters: _BreakpointNumbers) -> None:
     if parameters.all:
-        debugger_of(context.executive).clear()
+        get_debugger(context.executive).clear()
     for number in parameters.numbers:
-        debugger_of(context.executive).remove(number)
+        get_debugger(context.executive).remove(number)
 
 
 @OPERATIONS.add(
     "break-remove-one",
     Right.CONTROL,
-    _Number,
-    _route(
+    _BreakpointNumber,
+    _debugger_route(
         "DELETE",
         "/breakpoints/{number}",
         "Remove a breakpoint.",
-        check=_check_number,
+        check=_check_breakpoint_exists,
         errors={404: "There is no such breakpoint"},
     ),
     is_verb=False,
 )
-def _remove(context: OperationContext, parameters: _Number) -> None:
-    debugger_of(context.executive).remove(parameters.number)
+def _remove_breakpoint(context: OperationContext, parameters: _BreakpointNumber) -> None:
+    get_debugger(context.executive).remove(parameters.number)
 
 
 @OPERATIONS.add(
     "break-clear",
     Right.CONTROL,
     NoParameters,
-    _route("DELETE", "/breakpoints", "Remove all breakpoints."),
+    _debugger_route("DELETE", "/breakpoints", "Remove all breakpoints."),
     is_verb=False,
 )
-def _clear(context: OperationContext, _parameters: NoParameters) -> None:
-    debugger_of(context.executive).clear()
-
-
-@OPERATIONS.add("step", Right.CONTROL, _Step, _route("POST", "/step", "Continue for one step.", body="Step"))
-def _step(context: OperationContext, parameters: _Step) -> None:
-    debugger_of(context.executive).step(parameters.what)
+def _clear_breakpoints(context: OperationContext, _parameters: NoParameters) -> None:
+    get_debugger(context.executive).clear()
 
 
 @OPERATIONS.add(
-    "stop", Right.CONTROL, NoParameters, _route("POST", "/stop", "Stop before the next rule fires.")
+    "step", Right.CONTROL, _Step, _debugger_route("POST", "/step", "Continue for one step.", body="Step")
 )
-def _stop(context: OperationContext, _parameters: NoParameters) -> None:
-    debugger_of(context.executive).stop()
+def _step_rules(context: OperationContext, parameters: _Step) -> None:
+    get_debugger(context.executive).step(parameters.what)
 
 
 @OPERATIONS.add(
-    "go-on", Right.CONTROL, NoParameters, _route("POST", "/go-on", "Continue to the next breakpoint.")
+    "stop", Right.CONTROL, NoParameters, _debugger_route("POST", "/stop", "Stop before the next rule fires.")
 )
-def _go_on(context: OperationContext, _parameters: NoParameters) -> None:
-    debugger_of(context.executive).go_on()
+def _stop_rules(context: OperationContext, _parameters: NoParameters) -> None:
+    get_debugger(context.executive).stop()
+
+
+@OPERATIONS.add(
+    "go-on",
+    Right.CONTROL,
+    NoParameters,
+    _debugger_route("POST", "/go-on", "Continue to the next breakpoint."),
+)
+def _resume_rules(context: OperationContext, _parameters: NoParameters) -> None:
+    get_debugger(context.executive).go_on()

@@ -1,4 +1,4 @@
-"""The operations on CLIPS environments besides the executive's; docs/debugging.md."""
+"""The operations on CLIPS environments: list, create, destroy, configure; see docs/debugging.md."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _Item = Annotated[str, Meta(extra_json_schema={"enum": ["facts", "rules", "all"]
 
 
 class Loaded(Struct):
-    """The mistakes in a loaded file."""
+    """The result of loading a file: the mistakes in the file."""
 
     diagnostics: list[str]
 
@@ -64,7 +64,7 @@ class _Expression(NamedEnvironment):
     expression: str
 
 
-def service_of(context: OperationContext) -> EnvironmentService:
+def make_service(context: OperationContext) -> EnvironmentService:
     """Return the service that manages the environments.
 
     :raises UnavailableError: if the executive is not running.
@@ -73,7 +73,7 @@ def service_of(context: OperationContext) -> EnvironmentService:
 
 
 def check_environment(context: OperationContext, path: Mapping[str, str]) -> None:
-    """Check the environment of a path.
+    """Check the name of the environment in a path.
 
     :raises NotFoundError: if the environment does not exist.
     """
@@ -81,26 +81,26 @@ def check_environment(context: OperationContext, path: Mapping[str, str]) -> Non
         raise NotFoundError(f"Environment '{path['env']}' is unknown")
 
 
-def of_environment(
+def environment_route(
     method: str, path: str, summary: str, reply: Any = EnvironmentInfo, errors: Any = None, **settings: Any
 ) -> Route[Any]:
-    """Return the route of an environment's property."""
+    """Return a route below the path of an environment."""
     errors = {404: "There is no such environment", **(errors or {})}
     path = f"{PATH}/{{env}}{path}"
     return Route(method, path, summary, reply, check=check_environment, errors=errors, **settings)
 
 
-def _info(context: OperationContext, parameters: Any) -> EnvironmentInfo:
-    return service_of(context).info(parameters.env)
+def _describe_environment(context: OperationContext, parameters: Any) -> EnvironmentInfo:
+    return make_service(context).info(parameters.env)
 
 
 OPERATIONS.add(
     "env-info",
     Right.LOOK,
     NamedEnvironment,
-    of_environment("GET", "", "Return an environment."),
+    environment_route("GET", "", "Return an environment."),
     is_verb=False,
-)(_info)
+)(_describe_environment)
 
 
 @OPERATIONS.add(
@@ -109,8 +109,8 @@ OPERATIONS.add(
     NoParameters,
     Route("GET", PATH, "Return all environments, in the order of their creation.", list[EnvironmentInfo]),
 )
-def _list(context: OperationContext, _parameters: NoParameters) -> Sequence[EnvironmentInfo]:
-    return service_of(context).list()
+def _list_environments(context: OperationContext, _parameters: NoParameters) -> Sequence[EnvironmentInfo]:
+    return make_service(context).list()
 
 
 @OPERATIONS.add(
@@ -122,19 +122,23 @@ def _list(context: OperationContext, _parameters: NoParameters) -> Sequence[Envi
         PATH,
         "Create an environment; its rules run in each loop, after the executive's.",
         EnvironmentInfo,
-        answer=_info,
+        answer=_describe_environment,
         body="EnvironmentName",
         names={"env": "name"},
         errors={400: "An environment has this name, or the name is invalid"},
     ),
 )
-def _create(context: OperationContext, parameters: _NewEnvironment) -> None:
-    service_of(context).create(parameters.env, parameters.log)
+def _create_environment(context: OperationContext, parameters: _NewEnvironment) -> None:
+    make_service(context).create(parameters.env, parameters.log)
 
 
-def _destroy_and_describe(context: OperationContext, parameters: NamedEnvironment) -> EnvironmentInfo:
-    info = _info(context, parameters)  # before the environment is destroyed
-    _destroy(context, parameters)
+def _destroy_and_return_environment(
+    context: OperationContext, parameters: NamedEnvironment
+) -> EnvironmentInfo:
+    info = _describe_environment(
+        context, parameters
+    )  # which is impossible after the environment is destroyed
+    _destroy_environment(context, parameters)
     return info
 
 
@@ -142,124 +146,128 @@ def _destroy_and_describe(context: OperationContext, parameters: NamedEnvironmen
     "env-destroy",
     Right.CONTROL,
     NamedEnvironment,
-    of_environment(
+    environment_route(
         "DELETE",
         "",
         "Destroy an environment that a client created.",
         errors={400: "The environment is the executive's"},
-        http_function=_destroy_and_describe,
+        http_function=_destroy_and_return_environment,
     ),
 )
-def _destroy(context: OperationContext, parameters: NamedEnvironment) -> None:
-    service_of(context).destroy(parameters.env)
+def _destroy_environment(context: OperationContext, parameters: NamedEnvironment) -> None:
+    make_service(context).destroy(parameters.env)
 
 
-def _load_absolute(context: OperationContext, parameters: _File) -> Loaded:
+def _load_absolute_path(context: OperationContext, parameters: _File) -> Loaded:
     # An HTTP client does not know the daemon's working directory.
     if not Path(parameters.file).is_absolute():
         raise CxbridgeError("The file must be an absolute path of the daemon's machine")
-    return Loaded(list(_load(context, parameters)))
+    return Loaded(list(_load_file(context, parameters)))
 
 
 @OPERATIONS.add(
     "env-load",
     Right.PROGRAMS,
     _File,
-    of_environment(
+    environment_route(
         "POST",
         "/load",
         "Load a CLIPS file of the daemon's machine, and return the mistakes in the file.",
         Loaded,
         {400: "CLIPS cannot read the file"},
-        http_function=_load_absolute,
+        http_function=_load_absolute_path,
         body="EnvironmentFile",
     ),
 )
-def _load(context: OperationContext, parameters: _File) -> Sequence[str]:
-    return service_of(context).load(parameters.env, Path(parameters.file), batch=parameters.batch)
+def _load_file(context: OperationContext, parameters: _File) -> Sequence[str]:
+    return make_service(context).load(parameters.env, Path(parameters.file), batch=parameters.batch)
 
 
 @OPERATIONS.add(
     "env-feature",
     Right.CONTROL,
     _EnvironmentFeature,
-    of_environment(
+    environment_route(
         "POST",
         "/features",
         "Add a feature to an environment.",
         errors={400: "There is no such feature"},
-        answer=_info,
+        answer=_describe_environment,
         body="FeatureName",
     ),
 )
 def _request_feature(context: OperationContext, parameters: _EnvironmentFeature) -> None:
-    service_of(context).request_feature(parameters.env, parameters.feature)
+    make_service(context).request_feature(parameters.env, parameters.feature)
 
 
 @OPERATIONS.add(
     "env-feature-remove",
     Right.CONTROL,
     _EnvironmentFeature,
-    of_environment(
+    environment_route(
         "DELETE",
         "/features/{feature}",
         "Remove a feature from an environment: calls of its functions fail until it is added again.",
         errors={400: "The environment does not have the feature"},
-        answer=_info,
+        answer=_describe_environment,
     ),
 )
 def _remove_feature(context: OperationContext, parameters: _EnvironmentFeature) -> None:
-    service_of(context).remove_feature(parameters.env, parameters.feature)
+    make_service(context).remove_feature(parameters.env, parameters.feature)
 
 
 @OPERATIONS.add(
     "env-watch",
     Right.CONTROL,
     _Watch,
-    of_environment(
-        "PUT", "/watch", "Watch facts or rules, so that they are recorded.", answer=_info, body="Watch"
+    environment_route(
+        "PUT",
+        "/watch",
+        "Watch facts or rules, so that they are recorded.",
+        answer=_describe_environment,
+        body="Watch",
     ),
 )
-def _watch(context: OperationContext, parameters: _Watch) -> None:
-    service_of(context).watch(parameters.env, parameters.item, parameters.names, on=parameters.on)
+def _set_watch(context: OperationContext, parameters: _Watch) -> None:
+    make_service(context).watch(parameters.env, parameters.item, parameters.names, on=parameters.on)
 
 
 @OPERATIONS.add(
     "env-log",
     Right.CONTROL,
     _Level,
-    of_environment(
+    environment_route(
         "PUT",
         "/log",
         "Set the lowest level of the lines that an environment logs.",
-        answer=_info,
+        answer=_describe_environment,
         body="LogLevel",
     ),
 )
-def _log(context: OperationContext, parameters: _Level) -> None:
-    service_of(context).set_log_level(parameters.env, parameters.level)
+def _set_log_level(context: OperationContext, parameters: _Level) -> None:
+    make_service(context).set_log_level(parameters.env, parameters.level)
 
 
-def _evaluate_text(context: OperationContext, parameters: _Expression) -> object:
-    if "\0" in parameters.expression:  # CLIPS' strings end at the first zero byte
+def _evaluate_checked_text(context: OperationContext, parameters: _Expression) -> object:
+    if "\0" in parameters.expression:  # CLIPS would evaluate the text before the zero byte
         raise CxbridgeError("CLIPS has no such text")
-    return _evaluate(context, parameters)
+    return _evaluate_expression(context, parameters)
 
 
 @OPERATIONS.add(
     "env-eval",
     Right.PROGRAMS,
     _Expression,
-    of_environment(
+    environment_route(
         "POST",
         "/eval",
         "Evaluate a CLIPS expression.",
         Evaluation,
         {400: "The expression does not parse, fails, or takes too long"},
         kind="Value",
-        http_function=_evaluate_text,
+        http_function=_evaluate_checked_text,
         body="Expression",
     ),
 )
-def _evaluate(context: OperationContext, parameters: _Expression) -> Evaluation:
-    return service_of(context).evaluate(parameters.env, parameters.expression)
+def _evaluate_expression(context: OperationContext, parameters: _Expression) -> Evaluation:
+    return make_service(context).evaluate(parameters.env, parameters.expression)

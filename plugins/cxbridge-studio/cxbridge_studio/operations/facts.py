@@ -1,4 +1,4 @@
-"""Operations on the facts and the agenda of a CLIPS environment; docs/debugging.md."""
+"""The operations on the facts and the agenda of a CLIPS environment; see docs/debugging.md."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ from cxbridge_studio.debugger.agenda import activations
 from cxbridge_studio.debugger.fact_editing import (
     assert_text,
     fact_texts,
-    find_facts,
     modify_fact,
     retract_fact,
+    search_facts,
 )
 
 if TYPE_CHECKING:
@@ -35,18 +35,18 @@ if TYPE_CHECKING:
 OPERATIONS: Final = Operations()
 
 MAX_ROWS: Final = 1000
-"""The maximal number of facts or activations in a reply."""
+"""The maximum number of facts or activations in a reply."""
 
-_SLOTS: Final = "An object with the names of slots and their new values as texts of CLIPS."
-# Seconds of the search of one request, which holds the lock of CLIPS. The client sends a further request,
-# which starts after the last searched fact.
-_SEARCH_S: Final = 0.005
-_MAX_DIGITS: Final = 18  # digits that fit 64 bits
-_DEFAULT: Final = "executive"
+_SLOTS_DESCRIPTION: Final = "An object with the names of slots and their new values as texts of CLIPS."
+# The limit of a search in seconds, because the search holds the lock of CLIPS. The client sends a further
+# request, which starts after the last searched fact.
+_MAX_SEARCH_S: Final = 0.005
+_MAX_INDEX_DIGITS: Final = 18  # of a fact's index: any number with 18 digits fits into 64 bits
+_DEFAULT_ENVIRONMENT: Final = "executive"
 # The default of the environment over HTTP; RequestInterface requires the name.
-_GIVEN: Final = {"env": _DEFAULT}
+_HTTP_DEFAULTS: Final = {"env": _DEFAULT_ENVIRONMENT}
 _PATH: Final = "/cxbridge/facts"
-_QUERY: Final = {"env": "The name of a CLIPS environment; executive by default."}
+_QUERY_DESCRIPTIONS: Final = {"env": "The name of a CLIPS environment; executive by default."}
 
 
 class _Facts(NamedEnvironment):
@@ -73,7 +73,9 @@ class _Index(NamedEnvironment):
 
 
 class _Slots(_Index):
-    slots: Annotated[dict[str, str], Meta(description=_SLOTS, extra_json_schema={"minProperties": 1})]
+    slots: Annotated[
+        dict[str, str], Meta(description=_SLOTS_DESCRIPTION, extra_json_schema={"minProperties": 1})
+    ]
 
 
 class FactIndex(Struct):
@@ -82,39 +84,47 @@ class FactIndex(Struct):
     index: int
 
 
-def _environment(context: OperationContext, name: str) -> ClipsEnvironment:
+def _find_environment(context: OperationContext, name: str) -> ClipsEnvironment:
+    """Return an environment by its name.
+
+    :raises NotFoundError: if the environment does not exist.
+    """
     if name not in environment_names(context):
-        if name == _DEFAULT:  # not a wrong name: the executive is not running
+        if name == _DEFAULT_ENVIRONMENT:  # not a wrong name: the executive is not running
             raise NotFoundError(f"No CLIPS environment named '{name}' found", 503)
         raise NotFoundError(f"Environment '{name}' is unknown")
     return find_environment(context, name)
 
 
 def _check_index(_context: OperationContext, path: Mapping[str, str]) -> None:
+    """Check the index of the fact in a path.
+
+    :raises CxbridgeError: if the text is not an index.
+    """
     text = path["index"]
-    if not text.isdecimal() or not text.isascii() or len(text) > _MAX_DIGITS:
+    if not text.isdecimal() or not text.isascii() or len(text) > _MAX_INDEX_DIGITS:
         raise CxbridgeError("The index of a fact is a number")
 
 
 def _assert_over_http(context: OperationContext, parameters: _Fact) -> FactIndex:
-    _environment(context, parameters.env)
+    _find_environment(context, parameters.env)
     if "\0" in parameters.fact or not parameters.fact.lstrip().startswith("("):
         raise CxbridgeError("A fact begins with a parenthesis, e.g. (battery (level 3))")
-    return FactIndex(_assert(context, parameters))
+    return FactIndex(_assert_fact(context, parameters))
 
 
 def _modify_over_http(context: OperationContext, parameters: _Slots) -> FactIndex:
-    env = _environment(context, parameters.env)
+    env = _find_environment(context, parameters.env)
     if any("\0" in text for pair in parameters.slots.items() for text in pair):
         raise CxbridgeError("CLIPS has no such text")
     with env.lock:
         if env.maker.find(parameters.index) == NULL:
             raise NotFoundError(f"There is no fact f-{parameters.index}")
-        return FactIndex(_modify(context, parameters))
+        return FactIndex(_modify_fact(context, parameters))
 
 
 def _retract_over_http(context: OperationContext, parameters: _Index) -> FactIndex:
-    env = _environment(context, parameters.env)
+    env = _find_environment(context, parameters.env)
     with env.lock:
         if not env.retract(parameters.index):
             raise NotFoundError(f"There is no fact f-{parameters.index}")
@@ -127,29 +137,29 @@ def _fact_route(method: str, summary: str, bad_request: str, **fields: Any) -> R
     :param bad_request: the meaning of status 400.
     """
     errors = {400: bad_request, 404: "There is no such fact, or no such environment"}
-    fields |= {"check": _check_index, "defaults": _GIVEN, "query": _QUERY, "errors": errors}
+    fields |= {"check": _check_index, "defaults": _HTTP_DEFAULTS, "query": _QUERY_DESCRIPTIONS, "errors": errors}
     return Route(method, f"{_PATH}/{{index}}", summary, FactIndex, **fields)
 
 
 @OPERATIONS.add("facts", Right.LOOK, _Facts, at_prompt=True)
-def _facts(context: OperationContext, parameters: _Facts) -> list[tuple[int, str]]:
+def _list_facts(context: OperationContext, parameters: _Facts) -> list[tuple[int, str]]:
     env = find_environment(context, parameters.env)
     with env.lock:
         return list(islice(fact_texts(env, parameters.template), min(parameters.limit, MAX_ROWS)))
 
 
 @OPERATIONS.add("find-facts", Right.LOOK, _Search, at_prompt=True)
-def _find_facts(context: OperationContext, parameters: _Search) -> dict[str, Any]:
+def _search_facts(context: OperationContext, parameters: _Search) -> dict[str, Any]:
     env = find_environment(context, parameters.env)
     with env.lock:
-        rows, last_index = find_facts(
-            env, parameters.words, parameters.after, min(parameters.limit, MAX_ROWS), _SEARCH_S
+        rows, last_index = search_facts(
+            env, parameters.words, parameters.after, min(parameters.limit, MAX_ROWS), _MAX_SEARCH_S
         )
     return {"facts": rows, "after": last_index}
 
 
 @OPERATIONS.add("agenda", Right.LOOK, _Agenda, at_prompt=True)
-def _agenda(context: OperationContext, parameters: _Agenda) -> list[tuple[int, str, str]]:
+def _list_activations(context: OperationContext, parameters: _Agenda) -> list[tuple[int, str, str]]:
     env = find_environment(context, parameters.env)
     with env.lock:
         return list(islice(activations(env), min(parameters.limit, MAX_ROWS)))
@@ -166,12 +176,12 @@ def _agenda(context: OperationContext, parameters: _Agenda) -> list[tuple[int, s
         FactIndex,
         http_function=_assert_over_http,
         body="FactText",
-        defaults=_GIVEN,
+        defaults=_HTTP_DEFAULTS,
         errors={400: "CLIPS rejects the fact", 404: "There is no such environment"},
     ),
     at_prompt=True,
 )
-def _assert(context: OperationContext, parameters: _Fact) -> int:
+def _assert_fact(context: OperationContext, parameters: _Fact) -> int:
     env = find_environment(context, parameters.env)
     with env.lock:
         return assert_text(env, parameters.fact, constant=not context.rights.programs)
@@ -184,7 +194,7 @@ def _assert(context: OperationContext, parameters: _Fact) -> int:
     _fact_route("DELETE", "Retract a fact.", "The index is not a number", http_function=_retract_over_http),
     at_prompt=True,
 )
-def _retract(context: OperationContext, parameters: _Index) -> None:
+def _retract_fact(context: OperationContext, parameters: _Index) -> None:
     env = find_environment(context, parameters.env)
     with env.lock:
         retract_fact(env, parameters.index)
@@ -203,7 +213,7 @@ def _retract(context: OperationContext, parameters: _Index) -> None:
     ),
     at_prompt=True,
 )
-def _modify(context: OperationContext, parameters: _Slots) -> int:
+def _modify_fact(context: OperationContext, parameters: _Slots) -> int:
     env = find_environment(context, parameters.env)
     with env.lock:
         return modify_fact(env, parameters.index, parameters.slots, constant=not context.rights.programs)

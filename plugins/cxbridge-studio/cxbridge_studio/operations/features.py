@@ -1,4 +1,4 @@
-"""The operations on features of CLIPS: list, offer and withdraw them; docs/evidence/ros2cx.md."""
+"""The operations on features of CLIPS: list, offer and withdraw them; see docs/evidence/ros2cx.md."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from cxbridge.daemon.operations.operation import (
 )
 from cxbridge.executive.manager import FeatureInfo
 from cxbridge.rights import Right
-from cxbridge_studio.operations.environments import service_of
+from cxbridge_studio.operations.environments import make_service
 
 OPERATIONS: Final = Operations()
 _PATH: Final = "/cxbridge/features"
@@ -26,23 +26,36 @@ class _Feature(Struct):
     feature: str
 
 
-def _check(context: OperationContext, path: Mapping[str, str]) -> None:
-    if all(info.name != path["feature"] for info in service_of(context).features()):
+def _check_feature_exists(context: OperationContext, path: Mapping[str, str]) -> None:
+    """Check the name of the feature in a path.
+
+    :raises NotFoundError: if there is no such feature.
+    """
+    if all(info.name != path["feature"] for info in make_service(context).features()):
         raise NotFoundError(f"Feature '{path['feature']}' is unknown")
 
 
-def _info(context: OperationContext, parameters: _Feature) -> FeatureInfo:
-    return service_of(context).feature(parameters.feature)
+def _describe_feature(context: OperationContext, parameters: _Feature) -> FeatureInfo:
+    return make_service(context).feature(parameters.feature)
 
 
 def _feature_route(method: str, summary: str, refusal: str = "") -> Route[Any]:
     """Return a route for one feature.
 
-    :param refusal: why the operation may be refused; empty if it never is.
+    :param refusal: the meaning of status 400; empty if the operation never has that status.
     """
     errors = {404: "There is no such feature", **({400: refusal} if refusal else {})}
     path = f"{_PATH}/{{feature}}"
-    return Route(method, path, summary, FeatureInfo, "Feature", answer=_info, check=_check, errors=errors)
+    return Route(
+        method,
+        path,
+        summary,
+        FeatureInfo,
+        "Feature",
+        answer=_describe_feature,
+        check=_check_feature_exists,
+        errors=errors,
+    )
 
 
 @OPERATIONS.add(
@@ -51,8 +64,8 @@ def _feature_route(method: str, summary: str, refusal: str = "") -> Route[Any]:
     NoParameters,
     Route("GET", _PATH, "Return all features of CLIPS.", list[FeatureInfo], "Feature"),
 )
-def _list(context: OperationContext, _parameters: NoParameters) -> Sequence[FeatureInfo]:
-    return service_of(context).features()
+def _list_features(context: OperationContext, _parameters: NoParameters) -> Sequence[FeatureInfo]:
+    return make_service(context).features()
 
 
 OPERATIONS.add(
@@ -61,14 +74,14 @@ OPERATIONS.add(
     _Feature,
     _feature_route("GET", "Return a feature, which can be withdrawn while no environment has it."),
     is_verb=False,
-)(_info)
+)(_describe_feature)
 
 
 @OPERATIONS.add(
     "feature-offer", Right.CONTROL, _Feature, _feature_route("PUT", "Offer a feature to environments again.")
 )
-def _offer(context: OperationContext, parameters: _Feature) -> None:
-    service_of(context).offer_feature(parameters.feature)
+def _offer_feature(context: OperationContext, parameters: _Feature) -> None:
+    make_service(context).offer_feature(parameters.feature)
 
 
 @OPERATIONS.add(
@@ -77,5 +90,5 @@ def _offer(context: OperationContext, parameters: _Feature) -> None:
     _Feature,
     _feature_route("DELETE", "Withdraw a feature from the offer.", refusal="An environment has the feature"),
 )
-def _withdraw(context: OperationContext, parameters: _Feature) -> None:
-    service_of(context).withdraw_feature(parameters.feature)
+def _withdraw_feature(context: OperationContext, parameters: _Feature) -> None:
+    make_service(context).withdraw_feature(parameters.feature)

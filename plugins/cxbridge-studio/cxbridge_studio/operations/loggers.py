@@ -1,4 +1,4 @@
-"""The operations on the loggers of CLIPS environments; docs/debugging.md."""
+"""The operations on the loggers of CLIPS environments; see docs/debugging.md."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from cxbridge.rights import Right
 from cxbridge_studio.debugger.environments import LoggerInfo
 from cxbridge_studio.operations.environments import (
     Name,
-    of_environment,
-    service_of,
+    environment_route,
+    make_service,
 )
 
 OPERATIONS: Final = Operations()
@@ -40,7 +40,7 @@ class _NewLogger(NamedEnvironment):
     "env-loggers",
     Right.LOOK,
     NamedEnvironment,
-    of_environment(
+    environment_route(
         "GET",
         "/loggers",
         "Return the loggers of an environment, in the order in which they get a line.",
@@ -48,46 +48,46 @@ class _NewLogger(NamedEnvironment):
         kind="Logger",
     ),
 )
-def _list(context: OperationContext, parameters: Any) -> Sequence[LoggerInfo]:
-    return service_of(context).loggers(parameters.env)
+def _list_loggers(context: OperationContext, parameters: Any) -> Sequence[LoggerInfo]:
+    return make_service(context).loggers(parameters.env)
 
 
 @OPERATIONS.add(
     "env-logger-add",
     Right.CONTROL,
     _NewLogger,
-    of_environment(
+    environment_route(
         "POST",
         "/loggers",
         "Add a logger to an environment.",
         list[LoggerInfo],
         {400: "The environment has a logger with this name, or a setting is invalid"},
         kind="Logger",
-        answer=_list,
+        answer=_list_loggers,
         body="NewLogger",
         names={"logger": "name"},
     ),
 )
-def _add(context: OperationContext, parameters: _NewLogger) -> None:
-    # An empty level stands for the default, too.
+def _add_logger(context: OperationContext, parameters: _NewLogger) -> None:
+    # An empty level stands for the default, as an omitted level does.
     parameters.level = parameters.level or "debug"
     settings = asdict(parameters)
-    service_of(context).add_logger(settings.pop("env"), settings.pop("logger"), **settings)
+    make_service(context).add_logger(settings.pop("env"), settings.pop("logger"), **settings)
 
 
 @OPERATIONS.add(
     "env-logger-remove",
     Right.CONTROL,
     _Logger,
-    of_environment(
+    environment_route(
         "DELETE",
         "/loggers/{logger}",
         "Remove a logger from an environment.",
         list[LoggerInfo],
         {400: "There is no such logger, or the logger belongs to every environment"},
         kind="Logger",
-        answer=_list,
+        answer=_list_loggers,
     ),
 )
-def _remove(context: OperationContext, parameters: _Logger) -> None:
-    service_of(context).remove_logger(parameters.env, parameters.logger)
+def _remove_logger(context: OperationContext, parameters: _Logger) -> None:
+    make_service(context).remove_logger(parameters.env, parameters.logger)

@@ -16,11 +16,11 @@ OPERATIONS: Final = Operations()
 
 
 class _StateQuery(Struct):
-    """The selection of the data.
+    """The data that a client selects.
 
     :param since: the number of the last log line that the client has.
     :param goals: the maximum number of goals.
-    :param words: only goals with this text.
+    :param words: a text that selected goals contain.
     """
 
     since: int | UnsetType = UNSET
@@ -29,7 +29,7 @@ class _StateQuery(Struct):
 
 
 @OPERATIONS.add("state", Right.LOOK, _StateQuery)
-def _state(context: OperationContext, parameters: _StateQuery) -> dict[str, Any]:
+def _describe_run_state(context: OperationContext, parameters: _StateQuery) -> dict[str, Any]:
     executive = None if context.find_executive is None else context.find_executive()
     control = None if executive is None else executive.control
     debugger = control if isinstance(control, Debugger) else None

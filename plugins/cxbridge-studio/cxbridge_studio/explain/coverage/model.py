@@ -22,7 +22,7 @@ from cxbridge.events import GoalTransition, PlanActionTransition, RuleFired, Ski
 from cxbridge.suggestions import did_you_mean
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.sources import RunSource, run_sources
-from cxbridge_studio.environment_sources import building_steps
+from cxbridge_studio.environment_sources import find_building_steps
 from cxbridge_studio.explain.rules.constructs import TextFile
 
 # The modes of a goal, in the order of its life.
@@ -220,7 +220,7 @@ def add_recorded_agent(agent: AgentSources, run: Run, env: str, *, include_core:
 
     :param include_core: whether to include the built-in core.
     """
-    steps = [step for step in building_steps(run, env) if step.role == "clips" and step.data is not None]
+    steps = [step for step in find_building_steps(run, env) if step.role == "clips" and step.data is not None]
     for source in (*steps, *run_sources(run, "pddl", "config-tree")):
         agent.add_source(source, include_core=include_core)
     return bool(steps)

@@ -10,7 +10,7 @@ from cxbridge.events import EventBus, GoalTransition, LogLine, PlanActionTransit
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge_studio.debugger.breakpoints import parse_breakpoint
 from cxbridge_studio.debugger.debugger import Debugger
-from cxbridge_studio.debugger.names import AgentNames, MetNames, skill_statuses
+from cxbridge_studio.debugger.names import AgentNames, OccurredNames, skill_statuses
 
 AGENT = """
 (deftemplate goal (slot class) (slot mode (allowed-values FORMULATED FINISHED))
@@ -167,13 +167,13 @@ def test_the_statuses_are_those_of_the_interface():
 
 
 def test_names_that_have_occurred():
-    met = MetNames()
-    met.take(GoalTransition(0, "executive", "gen1", "TALK", "", "nil", "FORMULATED", "", ""))
-    met.take(PlanActionTransition(0, "executive", "gen1", "PLAN", "1", "say-hello", "PENDING", ""))
-    met.take(SkillStatus(0, "executive", "Skiller", 'say{text="x"}', 1, "S_RUNNING"))
-    met.take(SkillStatus(0, "executive", "Skiller", "", 1, "S_INACTIVE"))
+    met = OccurredNames()
+    met.add_event(GoalTransition(0, "executive", "gen1", "TALK", "", "nil", "FORMULATED", "", ""))
+    met.add_event(PlanActionTransition(0, "executive", "gen1", "PLAN", "1", "say-hello", "PENDING", ""))
+    met.add_event(SkillStatus(0, "executive", "Skiller", 'say{text="x"}', 1, "S_RUNNING"))
+    met.add_event(SkillStatus(0, "executive", "Skiller", "", 1, "S_INACTIVE"))
     lacks = [
-        met.lacks(parse_breakpoint(spec))
+        met.missing_name_message(parse_breakpoint(spec))
         for spec in ("goal:TALKK", "goal:T*", "goal:gen1", "action:say-helo", "action:*", "skill:sya{*}")
     ]
     assert lacks == [
@@ -184,12 +184,12 @@ def test_names_that_have_occurred():
         "",
         "there was no skill 'sya' (did you mean say?)",
     ]
-    assert met.lacks(parse_breakpoint("rule:x")) == ""
+    assert met.missing_name_message(parse_breakpoint("rule:x")) == ""
 
 
 def test_a_skill_without_arguments_stands_for_all_of_them():
     event = SkillStatus(0, "executive", "Skiller", 'say{text="x"}', 1, "S_FINAL")
     for spec in ("skill:say", "skill:s?y:S_FINAL", "skill:say{*", "skill:*"):
-        assert parse_breakpoint(spec).has_transition(event), spec
+        assert parse_breakpoint(spec).matches_transition(event), spec
     for spec in ("skill:sa", "skill:say{}", "skill:say:S_FAILED"):
-        assert not parse_breakpoint(spec).has_transition(event), spec
+        assert not parse_breakpoint(spec).matches_transition(event), spec

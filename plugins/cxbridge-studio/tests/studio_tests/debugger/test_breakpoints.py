@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from cxbridge.errors import ExecutiveError
 from cxbridge.events import GoalTransition, PlanActionTransition, SkillStatus
-from cxbridge_studio.debugger.breakpoints import Breakpoint, describe, parse_breakpoint
+from cxbridge_studio.debugger.breakpoints import Breakpoint, describe_transition, parse_breakpoint
 
 FAILED = GoalTransition(0, "executive", "gen5", "TALK", "SIMPLE", "nil", "FINISHED", "FAILED", "no voice")
 MOVED = PlanActionTransition(0, "executive", "1", "gen5", "P", "move", "RUNNING")
@@ -31,7 +31,7 @@ SAID = SkillStatus(0, "executive", "Skiller", 'say{text="a:b"}', 7, "S_FAILED")
     ],
 )
 def test_breakpoints_that_match(spec, event):
-    assert parse_breakpoint(spec).has_transition(event)
+    assert parse_breakpoint(spec).matches_transition(event)
 
 
 @pytest.mark.parametrize(
@@ -49,14 +49,14 @@ def test_breakpoints_that_match(spec, event):
     ],
 )
 def test_breakpoints_that_do_not_match(spec, event):
-    assert not parse_breakpoint(spec).has_transition(event)
+    assert not parse_breakpoint(spec).matches_transition(event)
 
 
 def test_a_condition_follows_if():
     made = parse_breakpoint("rule:goal-* if (> ?*n* 3)")
     assert (made.kind, made.name, made.condition) == ("before", "goal-*", "(> ?*n* 3)")
-    assert made.has_rule("goal-x")
-    assert not made.has_rule("a-goal-x")
+    assert made.matches_rule("goal-x")
+    assert not made.matches_rule("a-goal-x")
 
 
 @pytest.mark.parametrize("spec", ["", "goal", "goal:", "nothing:x", "rule:a:b", "goal:a:b:c:d", ":x", "rule"])
@@ -84,6 +84,6 @@ def test_a_breakpoint_reads_as_it_is_written(kind, name, with_state, with_condit
 
 
 def test_transitions_are_told_in_one_line():
-    assert describe(FAILED) == "goal gen5 (TALK) is FINISHED FAILED, error: no voice"
-    assert describe(MOVED) == "action move (gen5/P/1) is RUNNING"
-    assert describe(SAID) == 'skill say{text="a:b"} of Skiller is S_FAILED'
+    assert describe_transition(FAILED) == "goal gen5 (TALK) is FINISHED FAILED, error: no voice"
+    assert describe_transition(MOVED) == "action move (gen5/P/1) is RUNNING"
+    assert describe_transition(SAID) == 'skill say{text="a:b"} of Skiller is S_FAILED'

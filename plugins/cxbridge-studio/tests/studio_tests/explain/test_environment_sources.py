@@ -14,7 +14,7 @@ from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.sources import run_sources
-from cxbridge_studio.environment_sources import building_steps
+from cxbridge_studio.environment_sources import find_building_steps
 from tests.support import ROOT
 
 
@@ -29,7 +29,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Run:
 def build_again(run: Run, folder: Path) -> ClipsEnvironment:
     """Build the executive's environment from nothing but a recording."""
     env = ClipsEnvironment("again", EventBus(VirtualClock()))
-    for source in building_steps(run, "executive"):
+    for source in find_building_steps(run, "executive"):
         data, details = source.data, source.details
         if source.role == "function":
             most = int(details["maximum"])
@@ -65,7 +65,7 @@ def test_what_a_file_has_loaded_comes_before_it(tmp_path: Path) -> None:
     with McapWriter(tmp_path / "run.mcap") as writer:
         for event in (told("a"), told("b"), told("c", "b"), told("d", "c"), told("e", "b"), told("f")):
             writer.write(event)
-    steps = building_steps(open_run(tmp_path / "run.mcap"), "e")
+    steps = find_building_steps(open_run(tmp_path / "run.mcap"), "e")
     assert [source.name for source in steps] == ["a", "d", "c", "e", "b", "f"]
 
 
@@ -74,5 +74,5 @@ def test_the_steps_of_a_time_are_those_of_the_last_environment_by_then(tmp_path:
         for time_us, role in enumerate(["environment", "clips", "environment", "clips"]):
             writer.write(SourceRead(time_us, role, "e", f"{role}-{time_us}", None, {}))
     run = open_run(tmp_path / "run.mcap")
-    steps = [[source.name for source in building_steps(run, "e", until)] for until in (None, 2, 1)]
+    steps = [[source.name for source in find_building_steps(run, "e", until)] for until in (None, 2, 1)]
     assert steps == [["clips-3"], [], ["clips-1"]]

@@ -14,7 +14,7 @@ def fact(index, text, *, asserted=True, env="executive"):
 def state(*events):
     made = RunState()
     for event in events:
-        made.take(event)
+        made.add_event(event)
     return made
 
 
@@ -36,20 +36,20 @@ def test_a_goal_is_there_as_long_as_its_fact_where_facts_are_recorded():
     made = state(goal("g1", "FORMULATED"))
     assert made.has_goal("executive", "g1")
     assert not made.has_goal("executive", "g2")
-    made.take(fact(1, "(goal (id g1) (class A))"))
+    made.add_event(fact(1, "(goal (id g1) (class A))"))
     assert made.has_goal("executive", "g1")
-    made.take(fact(1, "(goal (id g1) (class A))", asserted=False))
+    made.add_event(fact(1, "(goal (id g1) (class A))", asserted=False))
     assert not made.has_goal("executive", "g1")
-    made.take(fact(2, "(goal cut off"))
+    made.add_event(fact(2, "(goal cut off"))
     assert not made.has_goal("executive", "g1")
 
 
 def test_facts_come_and_go_in_each_environment():
     tables = EnvironmentFacts()
     for event in (fact(1, "(a 1)"), fact(2, "(b (n 3))"), fact(1, "(c)", env="other")):
-        tables.take(event)
-    tables.take(fact(1, "(a 1)", asserted=False))
-    tables.take(fact(7, "(a 7)", asserted=False))
+        tables.add_change(event)
+    tables.add_change(fact(1, "(a 1)", asserted=False))
+    tables.add_change(fact(7, "(a 7)", asserted=False))
     assert [list(found) for found in tables.by_env.values()] == [[2], [1]]
     assert tables.templates == {"executive": {"a", "b"}, "other": {"c"}}
     assert tables.slots("executive", "b") == [{"n": "3"}]
@@ -68,7 +68,7 @@ def test_a_copy_stays_as_it_was():
         fact(1, "(goal (id g1))", asserted=False),
         fact(2, "(more)"),
     ):
-        made.take(event)
+        made.add_event(event)
     assert copy.goals["executive", "g1"].mode == "FORMULATED"
     assert len(copy.goals) == 1
     assert not copy.actions

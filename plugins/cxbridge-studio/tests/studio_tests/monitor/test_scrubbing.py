@@ -38,7 +38,7 @@ def test_however_it_is_reached_a_moment_is_the_same(numbers, path, stride):
         it.go(at)
         fresh = RunState()
         for event in events[: it.at]:
-            fresh.take(event)
+            fresh.add_event(event)
         assert it.at == max(0, min(at, len(events)))
         assert it.state.facts.by_env.get("e", {}) == fresh.facts.by_env.get("e", {})
 
