@@ -137,13 +137,8 @@ def _fact_route(method: str, summary: str, bad_request: str, **fields: Any) -> R
     :param bad_request: the meaning of status 400.
     """
     errors = {400: bad_request, 404: "There is no such fact, or no such environment"}
-    fields |= {
-        "check": _check_index,
-        "defaults": _HTTP_DEFAULTS,
-        "query": _QUERY_DESCRIPTIONS,
-        "errors": errors,
-    }
-    return Route(method, f"{_PATH}/{{index}}", summary, FactIndex, **fields)
+    fields |= {"check": _check_index, "defaults": _HTTP_DEFAULTS, "query": _QUERY_DESCRIPTIONS}
+    return Route(method, f"{_PATH}/{{index}}", summary, FactIndex, errors=errors, **fields)
 
 
 @OPERATIONS.add("facts", Right.LOOK, _Facts, at_prompt=True)
