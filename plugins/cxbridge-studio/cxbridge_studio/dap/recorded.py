@@ -18,7 +18,7 @@ from cxbridge.history.transitions import TRANSITION_TYPES, Transition
 from cxbridge.suggestions import or_similar
 from cxbridge_studio.dap.expressions import expand_known_variables
 from cxbridge_studio.dap.target import DebugClient, FileLine, Firing, StoppedEnvironment, Target, TargetStop
-from cxbridge_studio.debugger.breakpoints import Breakpoint, describe
+from cxbridge_studio.debugger.breakpoints import Breakpoint
 from cxbridge_studio.debugger.evaluating import Evaluation
 from cxbridge_studio.debugger.names import OccurredNames
 from cxbridge_studio.environment_sources import find_building_steps
@@ -205,7 +205,7 @@ class RecordedRun(Target):
                 return ""
             met_names.add_event(event)
         rules = self._sources.constructs.rule_texts()
-        if not item.is_of_rules:
+        if not item.is_rule_breakpoint:
             return met_names.missing_name_message(item) or f"nothing in the recording reaches {item}"
         if any(map(item.has_rule, rules)):
             return ""  # the recording has the rule, which never fires
@@ -286,7 +286,7 @@ class RecordedRun(Target):
         """
         self._scrubber.go(number + 1)
         event = self._scrubber.events[number]
-        reason = "breakpoint" if item.is_of_rules else "function breakpoint"
+        reason = "breakpoint" if item.is_rule_breakpoint else "function breakpoint"
         target_stop = replace(
             self._stop_here(reason, self._describe_event(event), event), breakpoint=client_number
         )
