@@ -1,4 +1,7 @@
-"""The features that the executive requests first: configuration as facts, and warnings of redefinitions."""
+"""The features ``config``, which asserts the configuration as facts, and ``redefine-warning``.
+
+The executive itself requests both before it loads the core.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,7 @@ _FLOAT = re.compile(r"[+-]?(\d+\.\d*|\.\d+|\d+)([eE][+-]?\d+)?\Z")
 
 
 def clips_scalar(text: str) -> Value:
-    """Return the CLIPS value of a number's text: INTEGER or FLOAT, else SYMBOL, e.g. for ``0x10``."""
+    """Return the INTEGER or FLOAT of a number's text, or a SYMBOL of another text, e.g. ``0x10``."""
     if _INTEGER.match(text):
         return int(text)
     if _FLOAT.match(text):
@@ -32,29 +35,31 @@ class ConfigFeature(Feature):
         self._config = config
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        env.call("path-load", "ff-config.clp")
-        env.define("config-load", lambda prefix: self._load(env, prefix), 1, types="*;sy")
+        def load(prefix: str) -> None:
+            for slots in confvals(self._config, prefix):
+                env.assert_fact("confval", slots)
 
-    def _load(self, env: ClipsEnvironment, prefix: str) -> None:
-        """Assert a ``confval`` for each value below ``prefix``, sorted by path."""
-        for slots in confvals(self._config, prefix):
-            env.assert_fact("confval", slots)
+        env.call("path-load", "ff-config.clp")
+        env.define("config-load", load, 1, types="*;sy")
 
 
 def confvals(config: Configuration, prefix: str) -> Iterator[dict[str, Value]]:
-    """Yield the slots of a ``confval`` for each value below ``prefix``, sorted by path."""
+    """Yield the slots of a fact ``confval`` for each value below ``prefix``, sorted by path."""
     for item in config.search(prefix):
         slots: dict[str, Value] = {"path": item.path, "type": Symbol(item.type.name)}
         if item.is_list:
             slots["is-list"] = TRUE
-            slots["list-value"] = tuple(_convert(item, text) for text in item.items)
+            slots["list-value"] = tuple(_clips_value(item, text) for text in item.items)
         else:
-            slots["value"] = _convert(item, item.text)
+            slots["value"] = _clips_value(item, item.text)
         yield slots
 
 
-def _convert(item: ConfigValue, text: str) -> Value:
-    """Return one scalar as the CLIPS value that Fawkes makes of it."""
+def _clips_value(item: ConfigValue, text: str) -> Value:
+    """Return the CLIPS value of a scalar, as Fawkes converts it.
+
+    :param text: the text of the value, or of an element of its list.
+    """
     if item.type is ConfigType.STRING:
         return text
     if item.type is ConfigType.BOOL:
@@ -63,7 +68,7 @@ def _convert(item: ConfigValue, text: str) -> Value:
 
 
 class RedefineWarningFeature(Feature):
-    """Makes the loader report redefinitions. As in Fawkes, the redefinition still happens."""
+    """Lets the loader log each redefinition of a construct. As in Fawkes, the redefinition still happens."""
 
     name = "redefine-warning"
 

@@ -1,7 +1,7 @@
 """The mapping between interfaces and CLIPS: deftemplates, slots of facts, and field values.
 
-The mapping follows Fawkes, except that infinities and NaN become the greatest double, enum items may be
-STRINGs, and ``byte`` fields are writable.
+The mapping is that of Fawkes with three exceptions: infinities and NaN become the greatest double, rules may
+give enum items as STRINGs, and rules may write ``byte`` fields.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ _FACETS = {
 
 
 def _is_multislot(field: FieldSchema) -> bool:
+    """Return whether a field needs a multislot."""
     # a string is an array of characters in Fawkes' layout
     return not field.is_string and field.runtime_length > 1
 
@@ -48,22 +49,28 @@ def deftemplate(interface: Interface) -> str:
 
 
 def cleanup_function(kind: str) -> str:
-    """Return the deffunction that retracts the facts of an interface."""
+    """Return a deffunction that retracts the facts of an interface.
+
+    :param kind: the type of the interface.
+    """
     query = f"(do-for-all-facts ((?f {kind})) (eq ?f:id ?id) (retract ?f))"
     return f"(deffunction {kind}-cleanup-late (?id)\n  {query})"
 
 
 def cleanup_rule(kind: str) -> str:
-    """Return the rule that retracts the facts of a type at the end of each run (``/clips/retract-early``)."""
+    """Return a rule that retracts the facts of a type at the end of each run of the rules.
+
+    It implements ``/clips/retract-early``: the salience lets all other rules fire before.
+    """
     return f"(defrule {kind}-cleanup (declare (salience -10000)) ?f <- ({kind}) => (retract ?f))"
 
 
 def slots(interface: Interface) -> dict[str, Value]:
-    """Return the slots of an interface's fact."""
+    """Return the slots of the fact about an interface."""
     values: dict[str, Value] = {"id": interface.id, "time": split_us(interface.timestamp_us)}
     for field in interface.SCHEMA.fields:
         value = getattr(interface, field.name)
-        # an array of one element is a single slot, as in Fawkes
+        # as in Fawkes, an array of one element is a single slot
         if not field.is_array:
             values[field.name] = _to_clips(field, value)
         elif _is_multislot(field):
@@ -78,7 +85,7 @@ def _to_clips(field: FieldSchema, value: Value) -> Value:
     if field.is_string:
         return str(value)
     if field.is_enum:
-        # the block of another process may hold a number without an item
+        # another process may write a number that the enum lacks
         return Symbol(value.name if isinstance(value, IntEnum) else "UNKNOWN")
     if field.type == "bool":
         return TRUE if value else FALSE
@@ -88,14 +95,15 @@ def _to_clips(field: FieldSchema, value: Value) -> Value:
 
 
 def _finite(value: float) -> float:
-    """Return a number with Fawkes' six decimals. CLIPS has neither infinity nor NaN."""
+    """Return a number with six decimals, as in Fawkes. Infinities and NaN become the greatest double."""
+    # CLIPS has neither infinities nor NaN
     if math.isfinite(value):
         return float(f"{value:f}")
     return -sys.float_info.max if value == -math.inf else sys.float_info.max
 
 
 def store(block: Block, name: str, value: Value) -> None:
-    """Set a field from a CLIPS value. A multifield sets as many elements of an array as it has.
+    """Set a field from a CLIPS value. A multifield sets the first elements of an array.
 
     :raises InterfaceError: if the field is unknown or the value does not fit.
     """
@@ -107,12 +115,13 @@ def store(block: Block, name: str, value: Value) -> None:
         return
     if not field.is_array:
         raise InterfaceError(f"field {name} of {block.type} takes one value, not a multifield")
-    for index, item in enumerate(value[: field.runtime_length]):  # surplus elements are dropped
+    # surplus values of a multifield are dropped
+    for index, item in enumerate(value[: field.runtime_length]):
         block.set(name, _from_clips(block, field, item), index)
 
 
 def _from_clips(block: Block, field: FieldSchema, value: Value) -> Value:
-    """Return the value of a field.
+    """Return a CLIPS value as the value of a field.
 
     :raises InterfaceError: if the field's type has no such value.
     """

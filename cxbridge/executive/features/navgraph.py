@@ -28,7 +28,7 @@ class NavGraphFeature(Feature):
 
     def __init__(self, graph: Callable[[], NavGraph]) -> None:
         self._graph = graph
-        self._asserted: dict[str, int] = {}
+        self._revisions: dict[str, int] = {}  # the revision of the graph in the facts, by environment
 
     def init_context(self, env: ClipsEnvironment) -> None:
         env.load(_FILE)
@@ -45,15 +45,15 @@ class NavGraphFeature(Feature):
         )
 
     def before_run(self, env: ClipsEnvironment) -> None:
-        """Assert the graph again after a change."""
-        asserted = self._asserted.get(env.name)  # None after a failure, which is not repeated
-        if asserted is not None and asserted != self._graph().revision:
+        """Assert the facts of the graph again after a change."""
+        revision = self._revisions.get(env.name)  # None after a failure, which is not repeated
+        if revision is not None and revision != self._graph().revision:
             env.bus.logger(_LOG).debug(f"Graph changed, re-asserting in environment {env.name}")
             env.call("navgraph-cleanup")
             self._assert_graph(env)
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
-        self._asserted.pop(env.name, None)
+        self._revisions.pop(env.name, None)
 
     def _assert_graph(self, env: ClipsEnvironment) -> None:
         try:
@@ -62,10 +62,10 @@ class NavGraphFeature(Feature):
             env.bus.logger(_LOG).warn(f"Failed to assert navgraph: {error}")
             env.assert_string(f"(navgraph-load-fail {quoted(str(error))})")
             return
-        self._asserted[env.name] = graph.revision
+        self._revisions[env.name] = graph.revision
         env.assert_fact("navgraph", {"name": graph.name})
         for node in graph.nodes:
-            properties = _alternating({**graph.default_properties, **node.properties})
+            properties = _property_fields({**graph.default_properties, **node.properties})
             env.assert_fact(
                 "navgraph-node",
                 {
@@ -81,12 +81,12 @@ class NavGraphFeature(Feature):
                     "from": edge.start,
                     "to": edge.end,
                     "directed": TRUE if edge.directed else FALSE,
-                    "properties": _alternating(edge.properties),
+                    "properties": _property_fields(edge.properties),
                 },
             )
 
     def _set_blocked(self, env: ClipsEnvironment, start: str, end: str, *, block: bool) -> None:
-        """Block or unblock an edge in both directions, as Fawkes' constraint does."""
+        """Block or unblock an edge in all its directions, as Fawkes' constraint on edges does."""
         try:
             graph = self._graph()
         except CxbridgeError:
@@ -106,11 +106,11 @@ class NavGraphFeature(Feature):
                 graph.block(origin, destination)
 
 
-def _alternating(properties: Mapping[str, str]) -> tuple[Value, ...]:
-    """Return the names and values of properties in turn, sorted by name."""
+def _property_fields(properties: Mapping[str, str]) -> tuple[Value, ...]:
+    """Return the fields of the slot ``properties``: names, each followed by its value, sorted by name."""
     return tuple(text for name in sorted(properties) for text in (name, properties[name]))
 
 
 def _six_decimals(number: float) -> float:
-    """Return a coordinate with the six decimals of Fawkes' facts."""
+    """Return a coordinate with six decimals, as in the facts of Fawkes."""
     return float(f"{number:f}")

@@ -20,11 +20,13 @@ if TYPE_CHECKING:
 
 
 STRICT: Final = "/clips-executive/pddl/strict"
+"""The key of the setting ``strict``."""
+
 _FAWKES: Final = "fawkes"
 
 
 def reads_as_fawkes(config: Configuration) -> bool:
-    """Return whether to imitate Fawkes' PDDL parser, including its errors and ignored sections.
+    """Return whether to imitate Fawkes' PDDL parser, with its errors and the sections that it ignores.
 
     :raises ConfigError: if the value is not ``fawkes``.
     """
@@ -70,7 +72,7 @@ class PddlParserFeature(Feature):
 
         def read_domain(path: str) -> None:
             try:
-                # as bytes, so that recordings contain a file that cannot be decoded, too
+                # read as bytes, so that a recording contains even a file that cannot be decoded
                 data = Path(path).read_bytes()
                 env.bus.emit_source("pddl", env.name, path, data, kind="domain")
                 text = decode_text(data, path)
@@ -106,24 +108,24 @@ class PddlParserFeature(Feature):
 
 
 def _assert_rows(env: ClipsEnvironment, rows: Iterable[FactToAssert]) -> None:
-    """Assert the rows in order. Log refused rows and continue."""
+    """Assert facts in order. Log the facts that CLIPS refuses, and continue."""
     for row in rows:
-        slots = {slot: _fields(value) for slot, value in row.slots.items()}
+        slots = {slot: _slot_value(value) for slot, value in row.slots.items()}
         try:
             env.assert_fact(row.template, slots)
         except CxbridgeError as error:
             env.log.error(str(error))
 
 
-def _fields(value: str | tuple[str, ...]) -> Value:
-    """Return a slot's values: names as symbols, but as numbers where CLIPS prints the same text.
+def _slot_value(value: str | tuple[str, ...]) -> Value:
+    return _clips_name(value) if isinstance(value, str) else tuple(map(_clips_name, value))
 
-    Agents write ``(domain-object (name 1))`` with a number. ``01`` stays a symbol, because CLIPS would print
-    1.
+
+def _clips_name(name: str) -> Value:
+    """Return a name of PDDL as a symbol, or as a number if CLIPS prints the number with the same text.
+
+    Agents write ``(domain-object (name 1))`` with a number, which must equal the name. ``01`` stays a symbol,
+    because CLIPS would print 1.
     """
-    return _field(value) if isinstance(value, str) else tuple(map(_field, value))
-
-
-def _field(name: str) -> Value:
     number = clips_scalar(name)
     return number if str(number) == name else Symbol(name)

@@ -9,7 +9,13 @@ from typing import TYPE_CHECKING
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError, PddlError
-from cxbridge.executive.features.planning_base import DomainOf, Known, Numbers, PlanningFeature, PlanningUser
+from cxbridge.executive.features.planning_base import (
+    DomainOf,
+    KnownWorld,
+    Numbers,
+    PlanningFeature,
+    PlanningUser,
+)
 from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, NIL, TRUE, Symbol, Value
 from cxbridge.executive.planning.settings import PlannerSettings
@@ -29,7 +35,7 @@ if TYPE_CHECKING:
     )
 
 _FILES = CORE_DIR / "planner"
-_NEEDED_BY_GOALS = ("goal", "plan", "plan-action")
+_GOAL_TEMPLATES = ("goal", "plan", "plan-action")
 
 
 class _PlannerUser(PlanningUser):
@@ -44,14 +50,15 @@ class _PlannerUser(PlanningUser):
     ) -> None:
         super().__init__(env, service, settings, domain_of)
         self._log = env.bus.logger(f"Planner|{env.name}")
-        self._calls: dict[str, PlanCall] = {}
         self._checks = PlanChecks(env, self._log.warn)
+        # the running calls by id, with their objects, reporters and start times
+        self._calls: dict[str, PlanCall] = {}
         self._objects: dict[str, Collection[str] | None] = {}
         self._reporters: dict[str, PlannerCallReporter] = {}
         self._began_us: dict[str, int] = {}
         self._call_count = 0
         self._refused_count = 0
-        self._goals_loaded = False
+        self._has_goal_rules = False
 
     def plan(self, goal_id: str, formula: str, planner: str = "", timeout: float = 0.0) -> Value:
         return self._plan(goal_id, formula, planner, timeout)
@@ -68,7 +75,7 @@ class _PlannerUser(PlanningUser):
         timeout: float = 0.0,
         objects: Collection[str] | None = None,
     ) -> Value:
-        """Start planning; return the id of the call. The call of an impossible request FAILED immediately."""
+        """Start to plan; return the id of the call. An impossible request is a call that FAILED at once."""
         try:
             request, reporter = self.request(goal_id, formula, planner, timeout, objects)
         except PddlError as error:
@@ -96,7 +103,7 @@ class _PlannerUser(PlanningUser):
         call.cancel()
         return TRUE
 
-    def known(self, domain: Domain) -> Known:
+    def known_world(self, domain: Domain) -> KnownWorld:
         """Return the objects and facts of the environment."""
         from cxbridge.executive.problem.facts import facts_in, objects_in  # noqa: PLC0415
 
@@ -112,8 +119,8 @@ class _PlannerUser(PlanningUser):
 
     def before_run(self) -> None:
         """Assert the finished plans."""
-        if not self._goals_loaded:  # the agent's files may define goals after the feature was requested
-            self._load_goals()
+        if not self._has_goal_rules:  # the agent's files may define goals after the feature was requested
+            self._load_goal_rules()
         self._checks.refresh()
         # a virtual clock does not advance during the call, so that runs are reproducible
         waits = self.env.bus.clock.is_virtual
@@ -127,10 +134,10 @@ class _PlannerUser(PlanningUser):
         """Check the remaining actions of a plan."""
         return self._checks.check(plan_id)
 
-    def _load_goals(self) -> None:
-        """Load the rules for goals once the templates of goals and plans exist."""
-        if all(self.env.has_template(name) for name in _NEEDED_BY_GOALS):
-            self._goals_loaded = True
+    def _load_goal_rules(self) -> None:
+        """Load the rules that plan for goals, if the templates of goals and plans exist."""
+        if all(self.env.has_template(name) for name in _GOAL_TEMPLATES):
+            self._has_goal_rules = True
             self.env.load(_FILES / "goals.clp")
 
     def _assert_result(self, call_id: str, request: PlanRequest, result: PlanResult) -> None:
@@ -147,7 +154,7 @@ class _PlannerUser(PlanningUser):
         text = f"{len(result.actions)} actions" if planned else message
         why = f" ({result.why})" if result.why else ""
         self._log.info(f"{call_id}: {status} by {result.planner}: {text}{why}")
-        # by the run's clock: with real time in a fact, two runs would never be equal
+        # seconds of the run's clock: with real time in a fact, two runs would never be equal
         seconds = (self.env.bus.clock.now_us() - self._began_us.pop(call_id)) / MICROSECONDS
         self.env.call(
             "planner-call-ended",
@@ -197,9 +204,12 @@ class PlannerFeature(PlanningFeature[_PlannerUser]):
     ) -> _PlannerUser:
         user = _PlannerUser(env, service, settings, domain_of)
         env.load(_FILES / "calls.clp")
-        env.define("planner-plan", user.plan, 2, types="*;sy;sy")
-        env.define("planner-plan-with", user.plan, 4, types="*;sy;sy;sy;ld")
-        env.define("planner-plan-part", user.plan_part, 3, types="*;sy;sy;m")
-        env.define("planner-cancel", user.cancel, 1, types="*;sy")
-        env.define("planner-check", user.check, 1, types="*;sy")
+        for name, function, argument_count, types in (
+            ("planner-plan", user.plan, 2, "*;sy;sy"),
+            ("planner-plan-with", user.plan, 4, "*;sy;sy;sy;ld"),
+            ("planner-plan-part", user.plan_part, 3, "*;sy;sy;m"),
+            ("planner-cancel", user.cancel, 1, "*;sy"),
+            ("planner-check", user.check, 1, "*;sy"),
+        ):
+            env.define(name, function, argument_count, types=types)
         return user

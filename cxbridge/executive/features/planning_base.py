@@ -1,4 +1,8 @@
-"""Base classes of planning features: a planning service per environment, requests, plans as facts."""
+"""Base classes of planning features.
+
+A planning feature has a :class:`PlanningUser` for each environment that has requested the feature: a planning
+service, requests for plans, and plans as facts.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +27,7 @@ DomainOf = Callable[[ClipsEnvironment], "Domain | None"]
 MakeService = Callable[[str], "PlanningService"]
 """Makes the planning service of an environment."""
 
-Known = tuple[list[tuple[str, str]], list[tuple[str, tuple[str, ...]]]]
+KnownWorld = tuple[list[tuple[str, str]], list[tuple[str, tuple[str, ...]]]]
 """Objects with their types, and facts as predicate and arguments."""
 
 Numbers = list[tuple[tuple[str, tuple[str, ...]], float]]
@@ -54,22 +58,22 @@ class PlanningUser:
         return self._domain_of(self.env)
 
     @abstractmethod
-    def known(self, domain: Domain) -> Known:
+    def known_world(self, domain: Domain) -> KnownWorld:
         """Return the objects and facts of a problem's initial state."""
 
     def numbers(self, domain: Domain) -> Numbers:  # noqa: ARG002  for subclasses with functions
         """Return the function values of a problem's initial state."""
         return []
 
-    def part(self, domain: Domain, objects: Collection[str] | None) -> tuple[Known, Numbers]:
-        """Return an initial state restricted to some objects and all constants.
+    def initial_state(self, domain: Domain, objects: Collection[str] | None) -> tuple[KnownWorld, Numbers]:
+        """Return the initial state of a problem, with some of the objects and all constants.
 
-        :param objects: the objects to keep; None keeps all objects.
+        :param objects: the names of the objects; None: all objects.
         """
-        (typed_objects, facts), numbers = self.known(domain), self.numbers(domain)
+        (typed_objects, facts), numbers = self.known_world(domain), self.numbers(domain)
         if objects is None:
             return (typed_objects, facts), numbers
-        # facts about other objects would be errors in the problem
+        # the problem's check would refuse facts about objects that the problem lacks
         names = {*objects, *(name for group in domain.constants for name in group.names)}
         return (
             [pair for pair in typed_objects if pair[0] in names],
@@ -95,9 +99,10 @@ class PlanningUser:
         """Return a planning request, and the reporter of the call.
 
         :param planner: the name of the planner, by default that of the settings.
-        :param timeout: the timeout in seconds; 0 selects that of the settings.
-        :param objects: the objects of the problem, by default all objects.
-        :raises PddlError: without a domain, or if the formula does not fit it. The bus gets the reason.
+        :param timeout: the timeout in seconds; 0: the timeout of the settings.
+        :param objects: the names of the problem's objects, by default all objects.
+        :raises PddlError: without a domain, or if the formula does not suit the domain. An event has the
+            reason, too.
         """
         from cxbridge.executive.pddl import parse_formula, problem_of_facts  # noqa: PLC0415
         from cxbridge.executive.planning import PlannerCallReporter, PlanRequest  # noqa: PLC0415
@@ -109,12 +114,12 @@ class PlanningUser:
         try:
             if domain is None:
                 raise PddlError("no PDDL domain was parsed, call parse-pddl-domain first")  # noqa: TRY301
-            known, numbers = self.part(domain, objects)
-            problem = problem_of_facts(domain, *known, parse_formula(formula), numbers=numbers)
+            known_world, numbers = self.initial_state(domain, objects)
+            problem = problem_of_facts(domain, *known_world, parse_formula(formula), numbers=numbers)
         except PddlError as error:
             reporter.report_refusal(str(error))
             raise
-        # the options of the settings are those of the planner in the settings
+        # the configured options belong to the configured planner
         options = settings.options if name == settings.planner else {}
         return PlanRequest(domain, problem, name, dict(options), float(timeout) or settings.timeout), reporter
 
@@ -123,7 +128,7 @@ class PlanningUser:
     ) -> None:
         """Assert a plan and its actions.
 
-        :param timed: include dispatch times and durations, for a temporal plan.
+        :param timed: whether the actions have dispatch times and durations, as in a temporal plan.
         :raises CxbridgeError: if CLIPS refuses a fact.
         """
         kind = Symbol("TEMPORAL" if timed else "SEQUENTIAL")

@@ -21,17 +21,17 @@ from cxbridge.executive.robmem.values import Document, copy
 class CollectionFunctions:
     """Defines the functions in an environment. Errors are logged, as in Fawkes.
 
-    :param folder: resolves a folder named by rules.
+    :param expand_path: resolves the path of a folder that rules give.
     """
 
     def __init__(
-        self, env: ClipsEnvironment, context: RobotMemoryContext, folder: Callable[[str], Path]
+        self, env: ClipsEnvironment, context: RobotMemoryContext, expand_path: Callable[[str], Path]
     ) -> None:
         self._context = context
         self._store = context.store
         self._handles = context.handles
         self._log = context.log
-        self._folder = folder
+        self._expand_path = expand_path
         for name, function, types, failure, operation in (
             ("robmem-insert", self.insert, "*;sy", None, "Insert"),
             ("robmem-update", self.update, "*;sy", None, "Update"),
@@ -76,7 +76,8 @@ class CollectionFunctions:
         try:
             self._store.update(collection, criteria, {"$set": fields}, upsert=upsert)
         except DuplicateKeyError as error:
-            # rules of wm-robmem-sync detect by this that another agent has a newer document
+            # expected: wm-robmem-sync upserts with a query that fails if another agent has written a newer
+            # document
             self._log.debug(f"Update of {collection} refused: {error}")
 
     def remove(self, collection: str, query: Value) -> None:
@@ -107,7 +108,7 @@ class CollectionFunctions:
         return FALSE if document is None else self._handles.add(document)
 
     def cursor_more(self, _cursor: Value) -> None:
-        """Raise an error, as in Fawkes. It ends the right-hand side."""
+        """Raise an error, which ends the right-hand side, as in Fawkes."""
         raise ClipsError(
             "robmem-cursor-more is no longer supported", hint="robmem-cursor-next is FALSE at the end"
         )
@@ -117,12 +118,12 @@ class CollectionFunctions:
 
     def dump(self, collection: str, directory: str) -> Value:
         """Write a collection to a folder; return TRUE on success."""
-        dump_collection(self._store, collection, self._folder(directory))
+        dump_collection(self._store, collection, self._expand_path(directory))
         return TRUE
 
     def restore(self, collection: str, directory: str, target: str) -> Value:
         """Replace a collection by its dump; return TRUE on success."""
-        restore_collection(self._store, collection, self._folder(directory), target)
+        restore_collection(self._store, collection, self._expand_path(directory), target)
         return TRUE
 
     def trigger_register(self, collection: str, query: Value, name: str) -> Value:
@@ -135,7 +136,7 @@ class CollectionFunctions:
         trigger = Trigger(name)
 
         def register() -> None:
-            # in a thread of the context if the store is remote
+            # runs in a thread of the context if the store is remote
             try:
                 trigger.watch = self._store.watch(
                     collection, criteria, lambda change: self._context.enqueue_event(name, change)
@@ -162,11 +163,14 @@ class CollectionFunctions:
         self._handles.take(trigger, Trigger, "robmem-trigger-destroy").close()
 
     def _document(self, address: Value, function: str) -> Document:
-        """Return the document behind an address."""
+        """Return the document of an address.
+
+        :param function: the name of the CLIPS function, for errors.
+        """
         return self._handles.get(address, dict, function)
 
     def _query(self, query: Value) -> Document:
-        """Return a query, given as document or JSON."""
+        """Return a query that a rule gives as a document or as JSON."""
         if isinstance(query, ExternalAddress):
             return self._document(query, "robmem-update: query")
         if isinstance(query, str):

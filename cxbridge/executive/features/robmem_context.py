@@ -1,4 +1,4 @@
-"""The feature ``robot_memory`` in one environment, with its queue of events."""
+"""The feature ``robot_memory`` in one environment: handles, threads, and a queue of facts to assert."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.executive.robmem.store import Change, Store
 
 FAIL, OK, SUCCESS = Symbol("FAIL"), Symbol("OK"), Symbol("SUCCESS")
-"""The outcomes in facts about replies of the database."""
+"""The outcomes of operations in facts."""
 
-_THREADS = 4  # operations that may wait for a remote store at once
+_MAX_THREADS = 4  # operations on a remote store that may run at the same time
 
 
 class RobotMemoryContext:
@@ -35,46 +35,46 @@ class RobotMemoryContext:
         self.store: Store = memory.store
         self.log: Logger = env.bus.logger(f"RobotMemoryCLIPS|{env.name}")
         self.handles = Handles(self.log)
-        self._inbox: deque[Callable[[], None]] = deque()
+        self._assertions: deque[Callable[[], None]] = deque()
         self._last_event_us = 0
-        self._tasks: dict[str, Future[None]] = {}
+        self._tasks: dict[str, Future[None]] = {}  # the operations by key
         self._threads: ThreadPoolExecutor | None = None
 
-    def deliver(self) -> None:
-        """Assert the queued events. The environment must be locked."""
-        for _ in range(len(self._inbox)):
-            self._inbox.popleft()()
+    def assert_queued_facts(self) -> None:
+        """Assert the queued facts. The environment must be locked."""
+        for _ in range(len(self._assertions)):
+            self._assertions.popleft()()
 
     def enqueue_fact(self, relation: str, *fields: Value) -> None:
         """Queue an ordered fact for the next run."""
-        self._inbox.append(lambda: self._assert(relation, fields))
+        self._assertions.append(lambda: self._assert_fact(relation, fields))
 
     def enqueue_event(self, name: str, change: Change) -> None:
         """Queue the facts of an event for the next run."""
         received_us = self.env.bus.clock.now_us()
-        self._inbox.append(lambda: self._assert_event(name, change, received_us))
+        self._assertions.append(lambda: self._assert_event(name, change, received_us))
 
     def start(self, key: str, operation: Callable[[], None]) -> bool:
-        """Start a long operation, unless one with the same key is running.
+        """Start a long operation, unless an operation with the same key is running.
 
         :returns: whether the operation was started.
         """
         running = self._tasks.get(key)
         if running is not None and not running.done():
             return False
-        # a local store is fast, and running it in this thread keeps runs reproducible
+        # a local store is fast, and its operation in this thread makes runs reproducible
         if self.store.is_local:
             operation()
             return True
         if self._threads is None:
-            self._threads = ThreadPoolExecutor(_THREADS, thread_name_prefix="robot-memory")
+            self._threads = ThreadPoolExecutor(_MAX_THREADS, thread_name_prefix="robot-memory")
         self._tasks[key] = self._threads.submit(self._run_logged, key, operation)
         return True
 
     def _run_logged(self, key: str, operation: Callable[[], None]) -> None:
         try:
             operation()
-        except Exception as error:  # noqa: BLE001  the result of the thread is not read
+        except Exception as error:  # noqa: BLE001  the error of a thread would be lost
             self.log.error(f"{key}: {type(error).__name__}: {error}")
 
     def attempt(self, name: str, operation: Callable[[], bool]) -> bool:
@@ -86,19 +86,19 @@ class RobotMemoryContext:
             return False
 
     def close(self) -> None:
-        """Stop the threads and drop queued events."""
+        """Stop the threads and drop the queued facts."""
         if self._threads is not None:
             self._threads.shutdown(wait=True, cancel_futures=True)
-        self._inbox.clear()
+        self._assertions.clear()
 
-    def _assert(self, relation: str, fields: tuple[Value, ...]) -> None:
+    def _assert_fact(self, relation: str, fields: tuple[Value, ...]) -> None:
         try:
             self.env.assert_ordered(relation, fields)
         except ClipsError as error:
             self.log.warn(f"Cannot assert ({relation} ...): {error}")
 
     def _assert_event(self, name: str, change: Change, received_us: int) -> None:
-        # distinct times: rules take the oldest event first
+        # each event has another time, because rules handle the oldest event first
         self._last_event_us = max(received_us, self._last_event_us + 1)
         if self.env.assert_string(f"({name})") is None:
             self.log.warn(f"Asserting ({name}) failed: is it a name?")

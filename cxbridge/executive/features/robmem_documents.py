@@ -25,7 +25,7 @@ from cxbridge.executive.robmem.values import (
     to_ms,
 )
 
-_INVALID = Symbol("INVALID_VALUE_TYPE")
+_INVALID = Symbol("INVALID_VALUE_TYPE")  # Fawkes' result for a value without an equivalent in CLIPS
 
 
 class DocumentFunctions:
@@ -121,7 +121,10 @@ class DocumentFunctions:
             self._log.error(f"Failed to append value to field {field}: {error}")
 
     def _to_bson(self, value: Value, where: str) -> Any:
-        """Return a document's value; :data:`MISSING` after a warning if BSON has no equivalent."""
+        """Return a CLIPS value as the value of a field, or :data:`MISSING` after a warning.
+
+        :param where: the CLIPS function and the field, for messages.
+        """
         for kind in (str, float, int):
             if isinstance(value, kind):
                 return kind(value)  # a Symbol becomes a str
@@ -138,12 +141,12 @@ class DocumentFunctions:
 
     def has_field(self, doc: Value, field: str) -> Value:
         """Return whether a field exists. Dots in the name descend into documents."""
-        return FALSE if _field(self._document(doc, "bson-has-field"), field) is MISSING else TRUE
+        return FALSE if _value_at(self._document(doc, "bson-has-field"), field) is MISSING else TRUE
 
     def get(self, doc: Value, field: str) -> Value:
         """Return the value of a field. Dots in the name descend into documents."""
         document = self._document(doc, "bson-get")
-        value = _field(document, field)
+        value = _value_at(document, field)
         if value is not MISSING:
             return self._to_clips(value) if _is_supported(value) else _INVALID
         self._log.warn(
@@ -153,15 +156,16 @@ class DocumentFunctions:
 
     def get_array(self, doc: Value, field: str) -> Value:
         """Return the elements of an array; FALSE if any element has no CLIPS equivalent."""
-        items = _field(self._document(doc, "bson-get-array"), field)
+        items = _value_at(self._document(doc, "bson-get-array"), field)
         if not isinstance(items, list):
             raise ClipsError(f"bson-get-array: field {field} is not an array")
-        # all elements first: each document among them gets a handle, which rules must release
+        # first a check of all elements: _to_clips() makes a handle for each document, which rules must
+        # release
         return tuple(map(self._to_clips, items)) if all(map(_is_supported, items)) else (FALSE,)
 
     def get_time(self, doc: Value, field: str) -> Value:
         """Return a time as seconds and microseconds."""
-        value = _field(self._document(doc, "bson-get-time"), field)
+        value = _value_at(self._document(doc, "bson-get-time"), field)
         if isinstance(value, datetime):
             seconds, milliseconds = divmod(to_ms(value), 1000)
             return (seconds, milliseconds * 1000)
@@ -194,8 +198,8 @@ def _is_supported(value: Any) -> bool:
     return isinstance(value, bool | str | float | int | dict | ObjectId)
 
 
-def _field(document: Document, path: str) -> Any:
-    """Return the value at a dotted path through documents."""
+def _value_at(document: Document, path: str) -> Any:
+    """Return the value at a dotted path through documents; :data:`MISSING` if the path ends early."""
     value: Any = document
     for name in path.split("."):
         if not isinstance(value, dict) or name not in value:

@@ -1,7 +1,7 @@
 """Handles of CLIPS for documents, arrays, cursors and triggers.
 
-A handle is a number that is never reused. Rules keep stale addresses, which must be recognised rather than
-dereferenced.
+Rules refer to such an object by a number, its handle, which CLIPS shows as an external address. A handle is
+never reused, because rules may keep the handle of a destroyed object, and must get an error for it.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from cxbridge.executive.robmem.values import Document
 
 T = TypeVar("T")
 
-# far from the numbers of messages, which are external addresses, too
+# far from the handles of messages on the blackboard, so that functions for documents recognise these
 _FIRST_NUMBER = 1 << 32
 
-_MANY_HANDLES = 100_000  # handles above which rules probably forget to release them
+_MANY_HANDLES = 100_000  # with more handles, rules probably forget to release them
 
 
 class Cursor:
@@ -32,7 +32,11 @@ class Cursor:
 
 
 class Trigger:
-    """A registration for changes. ``watch`` is None until the database has replied."""
+    """A registration for changes of a collection.
+
+    :param name: the name of the facts about the changes.
+    :ivar watch: the subscription; None until the database has confirmed the registration.
+    """
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -75,14 +79,16 @@ class Handles:
     def get(self, address: Value, kind: type[T], function: str) -> T:
         """Return the object of a handle.
 
-        :raises ClipsError: if the handle is unknown or the object is of another kind.
+        :param kind: the required class of the object.
+        :param function: the name of the CLIPS function, for errors.
+        :raises ClipsError: if the handle is unknown or the object has another class.
         """
         value = self._objects.get(_number(address))
         if isinstance(value, kind):
             return value
-        name = _name(kind)
+        name = _class_noun(kind)
         if value is not None:
-            raise ClipsError(f"{function}: this is a {_name(type(value))}, not a {name}")
+            raise ClipsError(f"{function}: this is a {_class_noun(type(value))}, not a {name}")
         if _number(address) >= _FIRST_NUMBER:
             raise ClipsError(f"{function}: this {name} was destroyed before")
         raise ClipsError(f"{function}: this is not a {name}: {show(address)}")
@@ -101,17 +107,18 @@ class Handles:
         return [value for value in self._objects.values() if isinstance(value, kind)]
 
 
-def _name(kind: type) -> str:
+def _class_noun(kind: type) -> str:
+    """Return the noun of a class in messages."""
     return {"dict": "document", "list": "array"}.get(kind.__name__, kind.__name__.lower())
 
 
 def pointer_symbol(address: ExternalAddress) -> Symbol:
-    """Return an address in the notation of Fawkes' facts."""
+    """Return an address as a symbol such as ``0x100000000``, as in the facts of Fawkes."""
     return Symbol(f"{address.handle:#x}")
 
 
 def _number(address: Value) -> int:
-    """Return the number of an address or of its notation in a fact; 0 for other values."""
+    """Return the number of an address, or of its symbol from :func:`pointer_symbol`; 0 for other values."""
     if isinstance(address, ExternalAddress):
         return address.handle
     if isinstance(address, Symbol) and address.startswith("0x"):

@@ -1,7 +1,7 @@
 """The ``robmem-mutex-*`` functions for locks that agents share.
 
-Most functions exist twice: they wait for the database, or, with ``-async``, report their result as a fact in
-a later run.
+Most functions exist twice: a variant waits for the database, and a variant with ``-async`` returns at once
+and reports its result as a fact in a later run of the rules.
 """
 
 from __future__ import annotations
@@ -36,7 +36,11 @@ class MutexFunctions:
         env.define("robmem-mutex-expire-locks-async", self._expire_async, 1, types="*;ld")
 
     def _define(self, env: ClipsEnvironment, name: str, operation: Callable[..., bool], count: int) -> None:
-        """Define both variants of a function that takes a mutex, and perhaps an identity."""
+        """Define both variants of a function.
+
+        :param operation: the method of :class:`Mutexes`.
+        :param count: the number of arguments: the mutex, and perhaps the identity of the owner.
+        """
         types = ";".join(["*", *["sy"] * count])
         self._define_waiting(env, name, operation, types)
         function = f"robmem-mutex-{name}-async"
@@ -56,7 +60,7 @@ class MutexFunctions:
         return TRUE if self._context.attempt(f"Mutex {name}", partial(operation, *arguments)) else FALSE
 
     def _start(self, name: str, operation: Callable[..., bool], mutex: str, *identity: Value) -> Value:
-        """Start an operation, unless the mutex has a running one."""
+        """Start an operation, unless another operation on the mutex is running."""
 
         def run() -> None:
             success = self._context.attempt(f"Mutex {name}", partial(operation, mutex, *identity))
@@ -68,9 +72,9 @@ class MutexFunctions:
         return (FALSE, f"Task already running for {mutex} ({name} failed)")
 
     def _report(self, name: str, mutex: str, *, success: bool) -> None:
-        """Assert the outcomes that Fawkes reports.
+        """Assert the outcome of an operation if Fawkes does.
 
-        The trigger on the collection of mutexes reports the remaining outcomes.
+        Agents learn the other outcomes from the trigger on the collection of mutexes.
         """
         if name == "renew-lock" or (name == "try-lock" and not success):
             self._context.enqueue_fact(

@@ -1,6 +1,7 @@
 """The feature ``robot_memory``: documents, collections, triggers and mutexes for rules.
 
-docs/several-agents.md lists the differences from Fawkes.
+The functions for rules are in :mod:`.robmem_documents`, :mod:`.robmem_collections` and
+:mod:`.robmem_mutexes`. docs/several-agents.md lists the differences from Fawkes.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from cxbridge.executive.robmem.memory import RobotMemory
 LIBRARY = CORE_DIR / "cx" / "robot-memory.clp"
 """cxbridge's helper functions in CLIPS."""
 
+# CLIPS asserts only ordered facts of relations that some construct names
 _RELATIONS = (
     "(deffunction robmem-relations () (assert (mutex-op-feedback) (mutex-trigger-register-feedback)))"
 )
@@ -30,7 +32,7 @@ _RELATIONS = (
 class RobotMemoryFeature(Feature):
     """Provides ``bson-*``, ``robmem-*``, ``robmem-mutex-*`` and robot-memory.clp.
 
-    :param library: robot-memory.clp, by default cxbridge's. Fawkes' files need Fawkes' own.
+    :param library: robot-memory.clp, by default cxbridge's. Fawkes' core needs Fawkes' file.
     :param placeholders: values of ``@BASEDIR@`` and other placeholders, by name without ``@``.
     """
 
@@ -48,16 +50,16 @@ class RobotMemoryFeature(Feature):
         context = RobotMemoryContext(env, self._memory)
         self._contexts[env.name] = context
         DocumentFunctions(env, context.handles, context.log)
-        CollectionFunctions(env, context, self._folder)
+        CollectionFunctions(env, context, self._expand_path)
         MutexFunctions(env, context)
-        env.build(_RELATIONS)  # CLIPS asserts ordered facts only of relations that some construct names
+        env.build(_RELATIONS)
         env.build("(deffacts have-feature-mongodb (have-feature MongoDB))")
         if not env.batch(self._library):
             raise ClipsError("the helpers of the robot memory do not load", file=self._library)
 
     def before_run(self, env: ClipsEnvironment) -> None:
         """Assert the events and replies since the last run."""
-        self._contexts[env.name].deliver()
+        self._contexts[env.name].assert_queued_facts()
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
         """Unregister the triggers and wait for running calls."""
@@ -66,6 +68,6 @@ class RobotMemoryFeature(Feature):
         for trigger in context.handles.of_kind(Trigger):
             trigger.close()
 
-    def _folder(self, text: str) -> Path:
-        """Expand a path from a rule."""
+    def _expand_path(self, text: str) -> Path:
+        """Return a path that a rule gives, with values in place of placeholders."""
         return Path(substitute_path(text, self._placeholders))

@@ -1,7 +1,11 @@
 """The feature ``skill-board``: skills of several robots, called from CLIPS. See docs/skill-board.md.
 
-A request becomes a fact ``skill-board-action`` with its state, an executor a fact ``skill-board-executor``.
-The board reports changes at any time; the rule ``skill-board-read`` updates the facts once per loop.
+The skill board passes requests for skills to executors: robots and simulators. A request becomes a fact
+``skill-board-action`` with its state, an executor a fact ``skill-board-executor``. The board reports changes
+at any time; the rule ``skill-board-read`` updates the facts once in each loop.
+
+The protocols describe the part of the skill board (:mod:`cxbridge.skiller.board`) that this feature uses,
+because this package must not import the Skiller.
 """
 
 from __future__ import annotations
@@ -19,7 +23,7 @@ from cxbridge.executive.host.values import FALSE, TRUE, Symbol, Value
 
 
 class SkillAction(Protocol):
-    """A requested skill."""
+    """A request for a skill, with its state."""
 
     @property
     def number(self) -> int:
@@ -43,7 +47,7 @@ class SkillAction(Protocol):
 
     @property
     def executor(self) -> str:
-        """The executor; empty while unknown."""
+        """The id of the executor; empty while the executor is unknown."""
 
     @property
     def progress(self) -> float:
@@ -51,7 +55,7 @@ class SkillAction(Protocol):
 
     @property
     def feedback(self) -> str:
-        """The last message of the executor."""
+        """The last message of the executor about the skill."""
 
     @property
     def error(self) -> str:
@@ -76,8 +80,8 @@ class Executor(Protocol):
         """IDLE, RESERVED or BUSY."""
 
 
-class Skills(Protocol):
-    """The skill board's interface for the feature."""
+class SkillBoard(Protocol):
+    """The skill board."""
 
     @property
     def version(self) -> int:
@@ -109,24 +113,24 @@ class Skills(Protocol):
 class _SkillBoardContext:
     """The feature's state in one environment.
 
-    :ivar changed: the changed actions since the last update of the facts, by number.
-    :ivar open: the numbers of the actions without a final state.
-    :ivar facts: the facts of the open actions.
+    :ivar changed_actions: the actions that have changed since the last update of the facts, by number.
+    :ivar open_numbers: the numbers of the actions without a final state.
+    :ivar facts: the facts of the open actions, by number.
     :ivar version: the board's version at the last update; -1 without a board.
     :ivar executors: the executors with their facts, by id.
     """
 
     env: ClipsEnvironment
     log: Logger
-    changed: dict[int, SkillAction] = field(default_factory=dict)
-    open: set[int] = field(default_factory=set)
+    changed_actions: dict[int, SkillAction] = field(default_factory=dict)
+    open_numbers: set[int] = field(default_factory=set)
     facts: dict[int, HeldFact] = field(default_factory=dict)
     version: int = -1
     executors: dict[str, tuple[Executor, HeldFact]] = field(default_factory=dict)
 
     def queue_change(self, action: SkillAction) -> None:
-        """Queue a changed action."""
-        self.changed[action.number] = action
+        """Let the next update of the facts include an action."""
+        self.changed_actions[action.number] = action
 
 
 _TEMPLATES = (
@@ -140,20 +144,20 @@ _TEMPLATES = (
          (slot id (type STRING)) (slot agent (type STRING)) (multislot skills (type SYMBOL))
          (slot state (type SYMBOL) (allowed-values IDLE RESERVED BUSY)))""",
 )
-# before the rules of the agent, which should find the present state
+# the salience lets this rule fire before the rules of the agent, which then match the present state
 _READ_RULE = "(defrule skill-board-read (declare (salience 1000)) (time $?) => (skill-board-read))"
 
 
 class SkillBoardFeature(Feature):
     """Provides the ``skill-board-*`` functions.
 
-    :param skills: returns the skill board, or None.
+    :param board: returns the skill board, or None.
     """
 
     name = "skill-board"
 
-    def __init__(self, skills: Callable[[], Skills | None]) -> None:
-        self._skills = skills
+    def __init__(self, board: Callable[[], SkillBoard | None]) -> None:
+        self._board = board
         self._contexts: dict[str, _SkillBoardContext] = {}
 
     def init_context(self, env: ClipsEnvironment) -> None:
@@ -169,7 +173,7 @@ class SkillBoardFeature(Feature):
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
         """Cancel the environment's requests."""
-        for number in sorted(self._contexts.pop(env.name).open):
+        for number in sorted(self._contexts.pop(env.name).open_numbers):
             self._cancel(number)
 
     def _request(
@@ -183,46 +187,46 @@ class SkillBoardFeature(Feature):
         if len(names) != len(values):
             context.log.error(f"{skill} has {len(names)} names of parameters, but {len(values)} values")
             return 0
-        parameters = {str(name): _plain_value(value) for name, value in zip(names, values, strict=True)}
-        return self._ask(
-            context, lambda skills: skills.ask(str(skill), parameters, str(agent), context.queue_change)
+        parameters = {str(name): _json_value(value) for name, value in zip(names, values, strict=True)}
+        return self._start_request(
+            context, lambda board: board.ask(str(skill), parameters, str(agent), context.queue_change)
         )
 
     def _call(self, context: _SkillBoardContext, skill_string: str, agent: str) -> int:
-        return self._ask(
-            context, lambda skills: skills.ask_for(str(skill_string), str(agent), context.queue_change)
+        return self._start_request(
+            context, lambda board: board.ask_for(str(skill_string), str(agent), context.queue_change)
         )
 
-    def _ask(self, context: _SkillBoardContext, ask: Callable[[Skills], SkillAction]) -> int:
-        skills = self._skills()
-        if skills is None:
+    def _start_request(self, context: _SkillBoardContext, ask: Callable[[SkillBoard], SkillAction]) -> int:
+        """Make a request; return the number of the action, 0 for a refused request."""
+        board = self._board()
+        if board is None:
             context.log.error("there is no skill board now")
-            # rules get 0 for a refused request, because numbers of actions start at 1
-            return 0
+            return 0  # the numbers of actions start at 1
         try:
-            action = ask(skills)
+            action = ask(board)
         except CxbridgeError as error:
             context.log.error(str(error))
             return 0
-        context.open.add(action.number)
+        context.open_numbers.add(action.number)
         context.queue_change(action)
         return action.number
 
     def _cancel(self, number: int) -> Value:
-        skills = self._skills()
-        return TRUE if skills is not None and skills.stop(number) else FALSE
+        board = self._board()
+        return TRUE if board is not None and board.stop(number) else FALSE
 
     def _read(self, context: _SkillBoardContext) -> None:
-        """Update the facts."""
-        # the board may report further changes during the update: they wait for the next loop
-        changed, context.changed = context.changed, {}
-        for number, action in changed.items():
+        """Update the facts of actions and executors."""
+        # the board may report further changes during the update: these wait for the next loop
+        changed_actions, context.changed_actions = context.changed_actions, {}
+        for number, action in changed_actions.items():
             self._assert_action(context, number, action)
-        skills = self._skills()
-        version = -1 if skills is None else skills.version
+        board = self._board()
+        version = -1 if board is None else board.version
         if version != context.version:
             context.version = version
-            self._assert_executors(context, () if skills is None else skills.executors)
+            self._assert_executors(context, () if board is None else board.executors)
 
     @staticmethod
     def _assert_action(context: _SkillBoardContext, number: int, action: SkillAction) -> None:
@@ -245,9 +249,9 @@ class SkillBoardFeature(Feature):
             },
         )
         if action.is_over:
-            context.open.discard(number)
+            context.open_numbers.discard(number)
             if fact is not None:
-                fact.release()  # the rules retract the fact of a finished action
+                fact.release()  # rules retract the fact of an action that is over
         elif fact is not None:
             context.facts[number] = fact
 
@@ -275,10 +279,10 @@ class SkillBoardFeature(Feature):
                 context.executors[name] = (executor, new_fact)
 
 
-def _plain_value(value: Value) -> Any:
+def _json_value(value: Value) -> Any:
     """Return the JSON value of a CLIPS value: TRUE and FALSE become booleans, symbols texts."""
     if isinstance(value, tuple):
-        return [_plain_value(item) for item in value]
+        return [_json_value(item) for item in value]
     if isinstance(value, Symbol) and value in (TRUE, FALSE):
         return value == TRUE
     return str(value) if isinstance(value, str) else value

@@ -17,13 +17,13 @@ if TYPE_CHECKING:
     from cxbridge.space.tf.publisher import TransformPublisher
 
 _LOG = "ClipsTFThread"
-# Results of failure and success: multifields, as in Fawkes, rather than symbols.
+# The results of functions that return multifields, which are multifields in Fawkes after a failure, too.
 _FAILED: tuple[Value, ...] = (FALSE,)
 _SUCCEEDED: tuple[Value, ...] = (TRUE,)
 
 
 class TfFeature(Feature):
-    """Provides the ``tf-*`` functions. Environments share known frames and publishers.
+    """Provides the ``tf-*`` functions. All environments share the known frames and the publishers.
 
     :param board: the blackboard with the transforms.
     """
@@ -34,7 +34,7 @@ class TfFeature(Feature):
         self._board = board
         self._listener: TransformListener | None = None
         self._publishers: dict[str, TransformPublisher] = {}
-        self._users: set[str] = set()
+        self._users: set[str] = set()  # the names of the environments with the feature
 
     def init_context(self, env: ClipsEnvironment) -> None:
         # imported on use: most agents do without transforms
@@ -105,7 +105,7 @@ class TfFeature(Feature):
 
 
 class _TransformFunctions:
-    """The functions that query transforms. They raise errors about arguments and missing transforms."""
+    """The functions that query transforms. They raise errors for wrong arguments and missing transforms."""
 
     def __init__(self, listener: TransformListener) -> None:
         from cxbridge.space.tf import geometry  # noqa: PLC0415
@@ -151,7 +151,10 @@ class _TransformFunctions:
 
 @contextmanager
 def _frames_in_errors(kind: str, target: str, source: str) -> Iterator[None]:
-    """Add the frames to the error of a transform, as in Fawkes' log."""
+    """Add the frames to the error of a transform, as in Fawkes' log.
+
+    :param kind: the noun of the transformed value.
+    """
     try:
         yield
     except TransformError as error:
@@ -168,7 +171,11 @@ def _microseconds(time: Value) -> int:
 
 
 def _numbers(kind: str, numbers: Value, count: int) -> Any:
-    """Return a tuple of ``count`` floats."""
+    """Return the numbers of a multifield as floats.
+
+    :param kind: the noun of the value, for errors.
+    :param count: the required number of fields.
+    """
     if not isinstance(numbers, tuple) or len(numbers) != count:
         words = {3: "three", 4: "four"}
         raise ClipsError(f"Invalid {kind}: must be list of exactly {words[count]} entries")

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from cxbridge.errors import CxbridgeError, PddlError
 from cxbridge.executive.features.planning_base import (
     DomainOf,
-    Known,
+    KnownWorld,
     MakeService,
     PlanningFeature,
     PlanningUser,
@@ -106,7 +106,7 @@ class _PlanSys2User(PlanningUser):
         else:
             self._running_calls.append((planner_call, call, call_reporter))
 
-    def known(self, domain: Domain) -> Known:
+    def known_world(self, domain: Domain) -> KnownWorld:
         """Return the added instances and predicates.
 
         :raises PddlError: if PlanSys2 would reject the domain.

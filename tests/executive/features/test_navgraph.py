@@ -68,7 +68,7 @@ def test_a_graph_that_changes_is_told_anew(nav, graph, bus):
     graph.remove_edge(graph.edges[0])
     assert len(told(nav, "navgraph-node")) == 3
     feature = NavGraphFeature(lambda: graph)
-    feature._asserted["executive"] = 0
+    feature._revisions["executive"] = 0
     feature.before_run(feature_env)
     assert [node["name"] for node in told(nav, "navgraph-node")] == ["hall", "kitchen", "bath", "attic"]
     assert len(told(nav, "navgraph-edge")) == 2
