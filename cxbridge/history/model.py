@@ -316,7 +316,7 @@ def goals_named(goals: Sequence[GoalRecord], name: str) -> list[GoalRecord]:
     ):
         if of_name:
             return of_name
-        if of_stem and digits.isdigit():
+        if of_stem and digits.isdecimal():
             return of_stem[max(0, int(digits) - 1) : int(digits)]
     return [goal for goal in goals if goal.id.startswith(name)]
 

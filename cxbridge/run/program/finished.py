@@ -41,8 +41,7 @@ class Run:
 
         Status 0: every root goal is COMPLETED; 1: a root goal is not; 3: timeout; 4: internal error.
         """
-        status = self.source.metadata().get("status", "")
-        return int(status) if status.isdigit() else None
+        return self.source.exit_status()
 
     @property
     def reason(self) -> str:

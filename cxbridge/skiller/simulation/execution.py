@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 def as_string_call(call: SkillCall) -> SkillStringCall:
     """Return a skill board's call as a skill string's call."""
-    args: dict[str | int, Any] = {int(k) if k.isdigit() else k: v for k, v in call.parameters.items()}
+    args: dict[str | int, Any] = {int(k) if k.isdecimal() else k: v for k, v in call.parameters.items()}
     return SkillStringCall(call.skill, args)
 
 

@@ -16,7 +16,7 @@ from cxbridge.events import Event
 from cxbridge.interfaces.registry import InterfaceRegistry, default_registry
 from cxbridge.trace.formats.files import writing
 
-_MAX_TIME_DIGITS = 18  # any number of so many digits fits 64 bits
+_MAX_DIGITS = 18  # any number of so many digits fits 64 bits
 MAX_NOTES = 100
 """The maximal number of notes about a run."""
 
@@ -93,7 +93,11 @@ class Run(ABC):
     @property
     def start_us(self) -> int | None:
         """The clock at the start of the run, in microseconds since the epoch, if it was recorded."""
-        return parse_time(self.metadata().get("start_us", ""))
+        return parse_number(self.metadata().get("start_us", ""))
+
+    def exit_status(self) -> int | None:
+        """Return the exit status of the recorded ``cxbridge run``; None if it was not recorded."""
+        return parse_number(self.metadata().get("status", ""))
 
     def attachments(self) -> Iterator[Attachment]:
         """Yield the recorded files with their data, one at a time."""
@@ -118,9 +122,10 @@ class Run(ABC):
             self.notes.append(text if len(self.notes) < MAX_NOTES else "and more of this kind")
 
 
-def parse_time(text: str) -> int | None:
-    """Return a recorded time in microseconds, or None for any other text, such as that of a damaged file."""
-    return int(text) if text.isdecimal() and len(text) <= _MAX_TIME_DIGITS else None
+def parse_number(text: str) -> int | None:
+    """Return a recorded number without sign, or None for any other text, such as that of a damaged file."""
+    # Python refuses to convert thousands of digits
+    return int(text) if text.isdecimal() and len(text) <= _MAX_DIGITS else None
 
 
 class FolderRun(Run):

@@ -52,18 +52,18 @@ def load_executive_parameters(folder: Path) -> Configuration:
     :raises ConfigError: if the file is missing or has no parameters of the executive.
     """
     file = folder / EXECUTIVE_FILE
-    file_config = Configuration.load(file)
+    ros_parameters = Configuration.load(file)
     parameter_path = f"/{EXECUTIVE_NODE}/ros__parameters"
-    if not file_config.keys(parameter_path):
+    if not ros_parameters.keys(parameter_path):
         raise ConfigError(
             f"there are no parameters of the node {EXECUTIVE_NODE}",
             file=file,
-            hint=f"they belong below {EXECUTIVE_NODE}: ros__parameters:; {_describe_sections(file_config)}",
+            hint=f"they belong below {EXECUTIVE_NODE}: ros__parameters:; {_describe_sections(ros_parameters)}",
         )
     config = Configuration()
-    config.overlay(file_config.below(parameter_path).copy_below(EXECUTIVE_TREE))
-    config.files = file_config.files
-    config.warnings = file_config.warnings
+    config.overlay(ros_parameters.below(parameter_path).copy_below(EXECUTIVE_TREE))
+    config.files = ros_parameters.files
+    config.warnings = ros_parameters.warnings
     return config
 
 

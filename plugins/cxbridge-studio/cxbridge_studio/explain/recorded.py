@@ -151,7 +151,7 @@ class RecordedEvidence(Evidence):
         super().__init__(f"{short_path(run.path)} {when}", past_events.start_us, past_events.now_us, history)
         self.is_time_chosen = at_s is not None
         if not past_events.has_later_events:
-            self.ending = _describe_ending(run.metadata())
+            self.ending = _describe_ending(run)
         self.notes += [f"{run.path}: {note}" for note in run.notes]
 
     def _rule_source(self) -> RuleSource:
@@ -218,11 +218,11 @@ class RecordedEvidence(Evidence):
         return self._environment_facts.slots(self.env, template)
 
 
-def _describe_ending(metadata: Mapping[str, str]) -> str:
+def _describe_ending(run: Run) -> str:
     """Return how a run ended; empty if its goals ended the run, or the recording does not tell."""
-    status, reason = metadata.get("status", ""), metadata.get("reason", "")
+    status = run.exit_status() or 0
     # Status 0 or 1 means that all goals were over: they had completed or failed.
-    return f"the run ended with status {status}: {reason}" if status.isdigit() and int(status) > 1 else ""
+    return f"the run ended with status {status}: {run.metadata().get('reason', '')}" if status > 1 else ""
 
 
 def _choose_environment(env: str | None, names: set[str], path: Path) -> str:
