@@ -18,7 +18,7 @@ from cxbridge.history.transitions import TRANSITION_TYPES, Transition
 from cxbridge.suggestions import or_similar
 from cxbridge_studio.dap.expressions import expand_known_variables
 from cxbridge_studio.dap.target import DebugClient, FileLine, Firing, StoppedEnvironment, Target, TargetStop
-from cxbridge_studio.debugger.breakpoints import Breakpoint
+from cxbridge_studio.debugger.breakpoints import Breakpoint, describe_transition
 from cxbridge_studio.debugger.evaluating import Evaluation
 from cxbridge_studio.debugger.names import OccurredNames
 from cxbridge_studio.environment_sources import find_building_steps
@@ -207,7 +207,7 @@ class RecordedRun(Target):
         rules = self._sources.constructs.rule_texts()
         if not item.is_rule_breakpoint:
             return met_names.missing_name_message(item) or f"nothing in the recording reaches {item}"
-        if any(map(item.has_rule, rules)):
+        if any(map(item.matches_rule, rules)):
             return ""  # the recording has the rule, which never fires
         return f"there is no rule '{item.name}' in the recording{or_similar(item.name, rules)}"
 
