@@ -22,8 +22,8 @@ from cxbridge.blackboard.zmq import ZmqBlackBoardServer
 from cxbridge.blackboard.zmq.server import sessions
 from cxbridge.blackboard.zmq.server.sessions import ZmqSession
 from cxbridge.blackboard.zmq.wire.frames import (
-    COMMANDS,
-    EVENTS,
+    COMMANDS_PREFIX,
+    EVENTS_PREFIX,
     SERIAL_SIZE,
     Beat,
     Bye,
@@ -188,7 +188,7 @@ class Fuzzed:
             case _:
                 frame = _REQUESTS[script.byte() % len(_REQUESTS)]()
         frame.number = number
-        self.take(COMMANDS + self.name(client), [encode(frame)])
+        self.take(COMMANDS_PREFIX + self.name(client), [encode(frame)])
 
     def disturb(self, what: int, who: int, script: _Script) -> None:
         """Send raw bytes, let the server's process do something, or let time pass."""
@@ -196,12 +196,12 @@ class Fuzzed:
         match what % 4:
             case 0:
                 frames = [script.take() for _ in range(1 + (who >> 5) % 3)]
-                self.take((COMMANDS, EVENTS)[who >> 7] + name, frames)
+                self.take((COMMANDS_PREFIX, EVENTS_PREFIX)[who >> 7] + name, frames)
             case 1:
                 session = self.server._sessions.get(name)  # noqa: SLF001
                 number = 1 if session is None else session.last_number_received + 1
                 data = script.take()
-                self.take(COMMANDS + name, [data + bytes([number & 127])])
+                self.take(COMMANDS_PREFIX + name, [data + bytes([number & 127])])
             case 2:
                 self.act_here(script)
             case _:
@@ -213,7 +213,7 @@ class Fuzzed:
         before = self.name(client) if replaces else b""
         self.generation[client] = generation
         hello = Hello(self.name(client), replaces=before, name=f"client {client}")
-        self.take(EVENTS + self.name(client), [encode(hello)])
+        self.take(EVENTS_PREFIX + self.name(client), [encode(hello)])
 
     def open_frame(self, script: _Script) -> Open:
         """Return an Open of something that may be there or not."""
@@ -315,7 +315,7 @@ class Fuzzed:
     def check_sent(self) -> None:
         """Check that what the server sends makes sense."""
         for route, frames in self.wire.sent.items():
-            assert route[:1] == EVENTS
+            assert route[:1] == EVENTS_PREFIX
             for frame in frames:
                 decode_server_frame(frame)
         self.wire.sent.clear()

@@ -275,7 +275,7 @@ class BlackBoard(ABC):
         """Whether the interfaces are reachable; a local blackboard is always connected."""
         return True
 
-    def on_connection(self, callback: Callable[[bool], None]) -> None:  # noqa: B027 - a local blackboard has no connection
+    def add_connection_callback(self, callback: Callable[[bool], None]) -> None:  # noqa: B027 - a local blackboard has no connection
         """Register a callback for the loss and the return of the connection.
 
         :param callback: called in the thread of listeners, with False after the loss of the connection, and

@@ -19,17 +19,17 @@ from typing import Final
 
 from cxbridge.interfaces.instance import Interface
 
-CONTROLLER: Final = "exclusive_controller"
+CONTROLLER_FIELD: Final = "exclusive_controller"
 """The field with the controller: the serial of a reading instance."""
 
-ACQUIRE: Final = "AcquireControlMessage"
-RELEASE: Final = "ReleaseControlMessage"
+ACQUIRE_MESSAGE: Final = "AcquireControlMessage"
+RELEASE_MESSAGE: Final = "ReleaseControlMessage"
 """The messages that acquire and release exclusive control."""
 
-_STATUS: Final = "status"
-_ERROR: Final = "error"
-_RUNNING: Final = "S_RUNNING"
-_FAILED: Final = "S_FAILED"
+_STATUS_FIELD: Final = "status"
+_ERROR_FIELD: Final = "error"
+_RUNNING_STATUS: Final = "S_RUNNING"
+_FAILED_STATUS: Final = "S_FAILED"
 
 
 def describe_controller(instance: Interface, serial: str) -> str:
@@ -53,17 +53,17 @@ def write_final_block(writer: Interface, reason: str) -> None:
     :raises BlackBoardError: if writing fails.
     """
     schema = writer.SCHEMA
-    if schema.field(CONTROLLER) is None:
+    if schema.field(CONTROLLER_FIELD) is None:
         return
     writer.read()  # discards values that were set but never written, which readers do not have
-    status = None if schema.field(_STATUS) is None else getattr(writer.get(_STATUS), "name", "")
-    if status != _RUNNING and not writer.get(CONTROLLER):
+    status = None if schema.field(_STATUS_FIELD) is None else getattr(writer.get(_STATUS_FIELD), "name", "")
+    if status != _RUNNING_STATUS and not writer.get(CONTROLLER_FIELD):
         return
-    writer.set(CONTROLLER, "")
-    if status == _RUNNING:
-        writer.set(_STATUS, _FAILED)
-        if schema.field(_ERROR) is not None:
-            writer.set(_ERROR, reason)
+    writer.set(CONTROLLER_FIELD, "")
+    if status == _RUNNING_STATUS:
+        writer.set(_STATUS_FIELD, _FAILED_STATUS)
+        if schema.field(_ERROR_FIELD) is not None:
+            writer.set(_ERROR_FIELD, reason)
     writer.write()
 
 
@@ -77,7 +77,7 @@ def skip_stale_ids(instance: Interface, *, may_control: bool) -> int:
     :returns: the number of messages sent.
     :raises BlackBoardError: if a message cannot be sent.
     """
-    message_type = ACQUIRE if may_control else RELEASE
+    message_type = ACQUIRE_MESSAGE if may_control else RELEASE_MESSAGE
     if message_type not in instance.MESSAGES:
         return 0
     sent_count = 0

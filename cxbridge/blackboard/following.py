@@ -84,7 +84,7 @@ class Feed(Listener, Observer, Closing):
         return instance
 
     @property
-    def opened(self) -> Sequence[Interface]:
+    def instances(self) -> Sequence[Interface]:
         """The followed interfaces in the order of opening."""
         return tuple(self._instances.values())
 
@@ -96,13 +96,13 @@ class Feed(Listener, Observer, Closing):
         self._board.register_observer(self, type_glob, id_glob)
         return [self.open(info.type, info.id) for info in self._board.list(type_glob, id_glob)]
 
-    def now(self, instance: Interface) -> InterfaceChange:
+    def read_change(self, instance: Interface) -> InterfaceChange:
         """Return the present values of an opened interface."""
         with self._lock:
             instance.read()
             return InterfaceChange(instance.uid, "data", instance.timestamp_us, instance.as_dict())
 
-    def next(self, deadline: Deadline) -> InterfaceChange | None:
+    def wait_for_change(self, deadline: Deadline) -> InterfaceChange | None:
         """Wait for an event; return None after the deadline."""
         while True:
             try:
@@ -115,7 +115,7 @@ class Feed(Listener, Observer, Closing):
                 instance = self.open(*item)
                 # a time stamp of 0: the interface has no data yet, and its first write will be an event
                 if instance.timestamp_us:
-                    return self.now(instance)
+                    return self.read_change(instance)
 
     def close(self) -> None:
         self._board.unregister_observer(self)

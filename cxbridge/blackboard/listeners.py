@@ -46,7 +46,7 @@ class _ObserverRegistration(Struct, eq=False):
     active: bool = True
 
 
-FaultReport = Callable[[str, Exception], None]
+FaultReporter = Callable[[str, Exception], None]
 """Called with the operation in which a listener or observer failed, and with the error."""
 
 
@@ -58,7 +58,7 @@ class ObserverTable:
 
     __slots__ = ("_lock", "_registrations", "_report")
 
-    def __init__(self, report: FaultReport) -> None:
+    def __init__(self, report: FaultReporter) -> None:
         self._report: Final = report
         self._lock = threading.Lock()
         self._registrations: tuple[_ObserverRegistration, ...] = ()
@@ -225,7 +225,7 @@ class ListenerTable:
 
     __slots__ = ("_keys", "_lock", "_registrations", "_report", "data_audience")
 
-    def __init__(self, report: FaultReport) -> None:
+    def __init__(self, report: FaultReporter) -> None:
         self._report: Final = report
         self._lock = threading.Lock()
         self._registrations: dict[str, tuple[_Registration, ...]] = {}
@@ -260,17 +260,19 @@ class ListenerTable:
             self._update_data_audience()
 
     def _update_data_audience(self) -> None:
-        refreshed = self._registrations.get(EventKind.DATA_REFRESHED, ())
-        altered = self._registrations.get(EventKind.DATA_CHANGED, ())
-        self.data_audience = (refreshed, altered) if refreshed or altered else None
+        refresh_audience = self._registrations.get(EventKind.DATA_REFRESHED, ())
+        change_audience = self._registrations.get(EventKind.DATA_CHANGED, ())
+        self.data_audience = (
+            (refresh_audience, change_audience) if refresh_audience or change_audience else None
+        )
 
     def notify_data(self, audience: DataAudience, changed: bool) -> None:
         """Notify the active listeners of a write."""
-        refreshed, altered = audience
-        if refreshed:
-            self.notify_audience(refreshed, EventKind.DATA_REFRESHED)
-        if changed and altered:
-            self.notify_audience(altered, EventKind.DATA_CHANGED)
+        refresh_audience, change_audience = audience
+        if refresh_audience:
+            self.notify_audience(refresh_audience, EventKind.DATA_REFRESHED)
+        if changed and change_audience:
+            self.notify_audience(change_audience, EventKind.DATA_CHANGED)
 
     def notify(self, kind: EventKind, *args: UUID) -> None:
         """Notify all listeners of an event, in the order of registration."""
@@ -289,7 +291,7 @@ class ListenerTable:
                 except Exception as error:  # noqa: BLE001 - a listener's fault is not the caller's
                     self._report(f"{kind} of {registration.instance.uid}", error)
 
-    def accept(self, message: Message) -> bool:
+    def ask_listeners(self, message: Message) -> bool:
         """Call the message listeners until a listener handles the message.
 
         :returns: whether to queue the message: no listener has returned False. The failure of a listener

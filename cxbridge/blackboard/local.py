@@ -171,7 +171,7 @@ class InterfaceMemory(BoardPort):
         """Transmit a message without an event on the bus."""
         writer = self._writer
         if writer is not None:
-            if not self.listeners.accept(message):
+            if not self.listeners.ask_listeners(message):
                 return
             # under the lock, because the writer may have been closed while the listeners were called
             with self._lock:

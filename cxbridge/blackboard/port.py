@@ -99,7 +99,7 @@ class BoardPort:
 
         :raises BlackBoardError: if the queue is full, or a listener has closed the writer.
         """
-        if not self.listeners.accept(message):
+        if not self.listeners.ask_listeners(message):
             return False
         writer.msgq_append(message)
         return True

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 from uuid import uuid4
 
 from cxbridge.blackboard import BlackBoard
-from cxbridge.blackboard.exclusive_control import CONTROLLER, describe_controller
+from cxbridge.blackboard.exclusive_control import CONTROLLER_FIELD, describe_controller
 from cxbridge.blackboard.following import Deadline, Feed
 from cxbridge.daemon.board import DAEMON_ID, EXPLAIN_ID, EXPLAIN_TYPE, REQUEST_TYPE
 from cxbridge.errors import BlackBoardError, CxbridgeError
@@ -59,18 +59,20 @@ def read_status(board: BlackBoard) -> dict[str, Any]:
     """
     _check_daemon(board)
     with Feed(board, OWNER) as feed:
-        daemon = feed.now(feed.open(_DAEMON_TYPE, DAEMON_ID)).values
+        daemon = feed.read_change(feed.open(_DAEMON_TYPE, DAEMON_ID)).values
         skillers = [
             (info.id, feed.open(info.type, info.id)) for info in board.list(SKILLER) if info.has_writer
         ]
         controllers = {
-            skiller: describe_controller(instance, str(feed.now(instance).values[CONTROLLER]))
+            skiller: describe_controller(instance, str(feed.read_change(instance).values[CONTROLLER_FIELD]))
             for skiller, instance in skillers
         }
-        components = [feed.now(feed.open(info.type, info.id)) for info in board.list("ComponentInterface")]
+        components = [
+            feed.read_change(feed.open(info.type, info.id)) for info in board.list("ComponentInterface")
+        ]
         stopped = ""
         if _has_writer(board, REQUEST_TYPE, DAEMON_ID):
-            stopped = feed.now(feed.open(REQUEST_TYPE, DAEMON_ID)).values["stopped"]
+            stopped = feed.read_change(feed.open(REQUEST_TYPE, DAEMON_ID)).values["stopped"]
     components.sort(key=lambda component: int(component.values["position"]))
     return {
         "state": daemon["state"].name,
@@ -115,9 +117,9 @@ def _send_and_follow(
 ) -> Iterator[InterfaceChange]:
     """Send a message and yield the later changes of the interface, until the timeout."""
     deadline = Deadline(timeout_s)
-    before = feed.now(interface)
+    before = feed.read_change(interface)
     interface.msgq_enqueue(message)
-    while (change := feed.next(deadline)) is not None:
+    while (change := feed.wait_for_change(deadline)) is not None:
         # a listener may get a write that precedes the message a second time
         is_stale = change.values == before.values and change.time_us <= before.time_us
         if change.kind == "writer removed" or not is_stale:

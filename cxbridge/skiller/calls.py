@@ -105,7 +105,7 @@ class SkillerCall(Closing):
         try:
             limit = next(attempt)
             while True:
-                news = self._feed.next(Deadline(0))
+                news = self._feed.wait_for_change(Deadline(0))
                 if news is None and (limit is None or limit.remaining_s()):
                     yield
                 else:
@@ -152,7 +152,7 @@ class SkillerCall(Closing):
         """Feed interface changes to the steps; return their result, or None after the deadline."""
         try:
             limit = next(steps)
-            while (news := self._feed.next(limit or deadline)) is not None or limit is not None:
+            while (news := self._feed.wait_for_change(limit or deadline)) is not None or limit is not None:
                 limit = steps.send(news)
         except StopIteration as end:
             result: T = end.value
@@ -164,7 +164,7 @@ class SkillerCall(Closing):
         if refusal:
             return SkillResult(CallOutcome.FAILED, refusal, 0)
         skip_stale_ids(self._interface, may_control=True)
-        former_state = self._feed.now(self._interface)
+        former_state = self._feed.read_change(self._interface)
         self._msgid = self._send("ExecSkillMessage", skill_string=skill_string)
         self._is_running = True
         result = yield from self._wait(self._msgid, skill_string, former_state)
@@ -174,7 +174,7 @@ class SkillerCall(Closing):
     def _acquire(self) -> _Steps[str]:
         """Acquire control; return why it failed, or an empty text."""
         own_serial = str(self._interface.serial)
-        news: InterfaceChange | None = self._feed.now(self._interface)
+        news: InterfaceChange | None = self._feed.read_change(self._interface)
         assert news is not None
         deadline = Deadline(RELEASE_S)
         while (holder := news.values["exclusive_controller"]) not in ("", own_serial) and not self._steal:
@@ -258,13 +258,13 @@ def skill_names(board: BlackBoard, skiller: str, timeout_s: float) -> list[str] 
         interface = feed.open("SkillerDebugInterface", skiller)
         if not interface.has_writer:
             return _skills_on_board(board, skiller)
-        news: InterfaceChange | None = feed.now(interface)
+        news: InterfaceChange | None = feed.read_change(interface)
         assert news is not None
         former_subject = news.values["graph_fsm"]
         deadline = Deadline(timeout_s)
         _request_graph(interface, "LIST")
         while news is not None and news.values["graph_fsm"] != "LIST":
-            news = feed.next(deadline)
+            news = feed.wait_for_change(deadline)
         if former_subject != "LIST":
             _request_graph(interface, former_subject or "ACTIVE")
         return None if news is None else str(news.values["graph"]).split()

@@ -98,7 +98,7 @@ class WriteForwarder(Listener, Observer):
 
         :raises BlackBoardError: if the blackboard cannot be queried.
         """
-        self._board.on_connection(self._on_connection)
+        self._board.add_connection_callback(self._on_connection)
         if self._board.reports_writes and self._board.bus is not None:
             self._board.bus.subscribe(self._on_block_write, BlockWrite)
         for pattern in self._patterns:

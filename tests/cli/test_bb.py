@@ -73,7 +73,7 @@ def test_show_of_what_is_not_there(board, skiller, capsys):
 def test_watch_prints_what_changes_until_the_count(board, monkeypatch, capsys):
     interface = board.open_for_writing(SkillerInterface, "Skiller", owner="skiller")
     waits = threading.Event()
-    wait = Feed.next
+    wait = Feed.wait_for_change
 
     def next_news(self, deadline):
         waits.set()  # it has read what there was before
@@ -87,7 +87,7 @@ def test_watch_prints_what_changes_until_the_count(board, monkeypatch, capsys):
             interface.write()
         interface.close()
 
-    monkeypatch.setattr(Feed, "next", next_news)
+    monkeypatch.setattr(Feed, "wait_for_change", next_news)
     writer = threading.Thread(target=work)
     writer.start()
     assert run("watch", "Skiller*", "--count", "3", "--timeout", str(WAIT_S)) == 0

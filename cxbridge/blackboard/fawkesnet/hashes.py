@@ -20,22 +20,24 @@ class RemoteHashes:
     """The hashes that one server accepts. Thread-safe, because entries are only added."""
 
     def __init__(self) -> None:
-        self._adopted: Final[dict[str, bytes]] = {}
+        self._accepted_hashes: Final[dict[str, bytes]] = {}
 
-    def candidates(self, schema: InterfaceSchema, listed: Iterable[bytes] = ()) -> list[bytes]:
+    def candidates(self, schema: InterfaceSchema, listed_hashes: Iterable[bytes] = ()) -> list[bytes]:
         """Return the hashes to offer, most likely first.
 
-        :param listed: the hashes in the server's list of the type's interfaces.
+        :param listed_hashes: the hashes in the server's list of the type's interfaces.
         """
-        adopted = self._adopted.get(schema.name)
-        candidates = [] if adopted is None or not accepts_hash(schema, adopted) else [adopted]
-        candidates += [hash_ for hash_ in listed if accepts_hash(schema, hash_)]
+        accepted_hash = self._accepted_hashes.get(schema.name)
+        candidates = (
+            [] if accepted_hash is None or not accepts_hash(schema, accepted_hash) else [accepted_hash]
+        )
+        candidates += [hash_ for hash_ in listed_hashes if accepts_hash(schema, hash_)]
         candidates += known_hashes(schema) or (schema.hash,)
         return list(dict.fromkeys(candidates))
 
-    def adopt(self, schema: InterfaceSchema, accepted: bytes) -> None:
+    def record_accepted(self, schema: InterfaceSchema, accepted: bytes) -> None:
         """Remember a hash that the server accepted."""
-        self._adopted[schema.name] = accepted
+        self._accepted_hashes[schema.name] = accepted
 
 
 def local_hash(registry: Registry, interface_type: str, remote_hash: bytes) -> bytes:

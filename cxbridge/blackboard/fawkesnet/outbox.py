@@ -52,7 +52,7 @@ class Outbox:
         self._queue: deque[bytes | _ReplaceableData] = deque()
         self._replaceable: dict[bytes, _ReplaceableData] = {}
         self._changed_sent: set[bytes] = set()  # instances whose pending CHANGED was sent with older data
-        self.size = 0
+        self.queued_bytes = 0
         """An upper bound of the number of queued bytes: replaceable data count as REFRESHED and CHANGED."""
 
     def __bool__(self) -> bool:
@@ -61,12 +61,12 @@ class Outbox:
     @property
     def is_overfull(self) -> bool:
         """Whether more than :data:`MAX_QUEUED_BYTES` are queued."""
-        return self.size > MAX_QUEUED_BYTES
+        return self.queued_bytes > MAX_QUEUED_BYTES
 
-    def put(self, frames: bytes) -> None:
+    def put_frames(self, frames: bytes) -> None:
         """Add complete frames."""
         self._queue.append(frames)
-        self.size += len(frames)
+        self.queued_bytes += len(frames)
 
     def put_data(self, serial: bytes, block: bytes, *, changed: bool) -> None:
         """Add the data of an instance, or replace its older data if many bytes are queued.
@@ -79,10 +79,10 @@ class Outbox:
                 return
         # CHANGED must follow the REFRESHED of its write; if that was added as a frame, so is CHANGED, even
         # above the limit
-        if serial not in self._replaceable and (changed or self.size < CONFLATE_FROM):
+        if serial not in self._replaceable and (changed or self.queued_bytes < CONFLATE_FROM):
             frame = pack_data_frame(serial, block, changed=changed)
             self._queue.append(frame)
-            self.size += len(frame)
+            self.queued_bytes += len(frame)
         elif (replaceable := self._replaceable.get(serial)) is not None:
             replaceable.block = block
             replaceable.changed |= changed
@@ -92,15 +92,15 @@ class Outbox:
                 serial, block, changed, changed_may_follow=not changed
             )
             self._queue.append(replaceable)
-            self.size += 2 * data_frame_size(len(block))
+            self.queued_bytes += 2 * data_frame_size(len(block))
 
-    def take(self) -> bytes:
+    def take_frames(self) -> bytes:
         """Remove and return the next complete frames; empty if the queue is empty."""
         # the usual case, a short queue, without a loop in Python
-        if self.size < _BATCH_BYTES and not self._replaceable:
+        if self.queued_bytes < _BATCH_BYTES and not self._replaceable:
             frames = b"".join(frame for frame in self._queue if isinstance(frame, bytes))
             self._queue.clear()
-            self.size = 0
+            self.queued_bytes = 0
             return frames
         batch: list[bytes] = []
         size = 0
@@ -110,15 +110,15 @@ class Outbox:
                 del self._replaceable[item.serial]
                 if item.changed and item.changed_may_follow:
                     self._changed_sent.add(item.serial)
-                self.size -= 2 * data_frame_size(len(item.block))
+                self.queued_bytes -= 2 * data_frame_size(len(item.block))
                 item = item.to_bytes()
             else:
-                self.size -= len(item)
+                self.queued_bytes -= len(item)
             batch.append(item)
             size += len(item)
         return batch[0] if len(batch) == 1 else b"".join(batch)
 
     def put_back(self, unsent: bytes) -> None:
-        """Return the unsent end of :meth:`take` to the front of the queue."""
+        """Return the unsent end of :meth:`take_frames` to the front of the queue."""
         self._queue.appendleft(unsent)
-        self.size += len(unsent)
+        self.queued_bytes += len(unsent)

@@ -93,7 +93,7 @@ class FawkesServer(BoardServer):
             int(component.COMPONENT): component for component in (blackboard, *components)
         }
         self._sessions: dict[int, FawkesSession] = {}
-        self._numbers = itertools.count(1)
+        self._session_numbers = itertools.count(1)
         self._sessions_to_flush: set[FawkesSession] = set()  # includes sessions to drop
         self._active_sessions: set[FawkesSession] = set()  # sessions that sent data in this round
         self._in_round = False  # a round flushes all sessions at its end
@@ -133,7 +133,7 @@ class FawkesServer(BoardServer):
         self._listener.close()
 
     @property
-    def num_clients(self) -> int:
+    def client_count(self) -> int:
         """The number of connected clients."""
         return len(self._sessions)
 
@@ -215,7 +215,7 @@ class FawkesServer(BoardServer):
             return
         sock.setblocking(False)
         configure_socket(sock, self._limits.gone_s)
-        session = FawkesSession(next(self._numbers), sock, peer, self)
+        session = FawkesSession(next(self._session_numbers), sock, peer, self)
         self._sessions[session.number] = session
         self._selector.register(sock, selectors.EVENT_READ, session)
 
@@ -234,14 +234,14 @@ class FawkesServer(BoardServer):
         acknowledge_at_once(session.sock)
         try:
             for frame in session.decoder.feed(data):
-                self._handle(session, frame)
+                self._handle_frame(session, frame)
         except ProtocolError as error:  # the rest of the stream cannot be decoded
             self._complaints.add("stream", f"dropped {session!r}: {error.message}")
             self._drop(session, "")
             return False
         return True
 
-    def _handle(self, session: FawkesSession, frame: FawkesFrame) -> None:
+    def _handle_frame(self, session: FawkesSession, frame: FawkesFrame) -> None:
         component = self._components.get(frame.component)
         if component is None:
             self._complaints.add(

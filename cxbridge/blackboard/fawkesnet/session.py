@@ -73,7 +73,7 @@ class FawkesSession:
     def send(self, frames: bytes) -> None:
         """Send complete frames, or queue them for a slow client. Never blocks or fails."""
         with self._lock:
-            self._outbox.put(frames)
+            self._outbox.put_frames(frames)
             self._flush_unless_deferred()
 
     def send_data(self, serial: bytes, block: bytes, *, changed: bool) -> None:
@@ -127,7 +127,7 @@ class FawkesSession:
         if self._drop_reason:
             self._outbox = Outbox()  # frees the memory now, even if the server drops the session later
             return
-        while frames := self._outbox.take():
+        while frames := self._outbox.take_frames():
             try:
                 sent = self.sock.send(frames)
             except BlockingIOError:

@@ -88,13 +88,13 @@ class Gateway(Observer, Closing):
         self._on_end: Final = on_end
         self._boards: Final = (left, right)
         self._patterns: Final = tuple(Pattern.parse(text) for text in patterns)
-        self._names: Final = names
+        self._board_names: Final = names
         self._log: Final = None if bus is None else Logger(bus, COMPONENT)
         self._sweep_period_s = sweep_period_s
         self._mirrors: dict[Key, InterfaceMirror] = {}
         self._orphans: defaultdict[Key, deque[str]] = defaultdict(partial(deque, maxlen=MAX_PROXIES))
-        self._rivals: dict[Key, float] = {}  # the last time at which both boards had writers
-        self._warned: dict[object, str] = {}  # the last warning about a side or an interface
+        self._rival_times_s: dict[Key, float] = {}  # the last time at which both boards had writers
+        self._last_warnings: dict[object, str] = {}  # the last warning about a side or an interface
         self._has_work = threading.Event()
         self._sweep_requested = threading.Event()
         self._stopping = threading.Event()
@@ -102,7 +102,7 @@ class Gateway(Observer, Closing):
         self._next_sweep_s = 0.0
         for board in self._boards:
             # a board does not repeat the events of its disconnection
-            board.on_connection(lambda _connected: self.request_sweep())
+            board.add_connection_callback(lambda _connected: self.request_sweep())
             for pattern in self._patterns:
                 board.register_observer(self, pattern.type_glob, pattern.id_glob)
 
@@ -190,7 +190,7 @@ class Gateway(Observer, Closing):
         uid = "::".join(key)
         mirror = self._mirrors.pop(key)
         self._on_end(uid, reason)
-        mirror.close(f"{uid} of {self._names[mirror.side]} is lost: {reason}")
+        mirror.close(f"{uid} of {self._board_names[mirror.side]} is lost: {reason}")
         self._info(f"{uid} is not mirrored any more: {reason}")
 
     def _list_interfaces(self, side: int) -> Listing | None:
@@ -198,16 +198,16 @@ class Gateway(Observer, Closing):
         listing: Listing = {}
         # a request to a lost board would wait for its return, and delay the mirrors
         if not self._boards[side].connected:
-            self._warn_once(side, f"{self._names[side]} is away")
+            self._warn_once(side, f"{self._board_names[side]} is away")
             return None
         try:
             for pattern in self._patterns:
                 for info in self._boards[side].list(pattern.type_glob, pattern.id_glob):
                     listing[info.type, info.id] = info
         except BlackBoardError as error:
-            self._warn_once(side, f"{self._names[side]} cannot be asked: {error.message}")
+            self._warn_once(side, f"{self._board_names[side]} cannot be asked: {error.message}")
             return None
-        self._warned.pop(side, None)
+        self._last_warnings.pop(side, None)
         return listing
 
     @staticmethod
@@ -229,17 +229,17 @@ class Gateway(Observer, Closing):
         if None in listings:
             return
         if not writers:
-            self._rivals.pop(key, None)
+            self._rival_times_s.pop(key, None)
             return
         if len(writers) > 1:
-            self._rivals[key] = time.monotonic()
+            self._rival_times_s[key] = time.monotonic()
             self._warn_once(key, "there are writers on both sides, it is not mirrored")
             return
-        if time.monotonic() - self._rivals.get(key, -inf) < RIVAL_PAUSE_S:
+        if time.monotonic() - self._rival_times_s.get(key, -inf) < RIVAL_PAUSE_S:
             # the remaining writer may be another gateway's mirror of the lost writer, which will end soon: a
             # mirror of it would become the next rival, and both gateways would replace each other forever
             return
-        self._rivals.pop(key, None)
+        self._rival_times_s.pop(key, None)
         side = writers[0]
         try:
             hooks = MirrorHooks(self._has_work.set, self.request_sweep, partial(self._warn_once, key))
@@ -250,16 +250,16 @@ class Gateway(Observer, Closing):
         except CxbridgeError as error:
             self._warn_once(key, f"cannot be mirrored: {error}")
             return
-        self._warned.pop(key, None)
-        self._info(f"{'::'.join(key)}: {self._names[side]} -> {self._names[1 - side]}")
+        self._last_warnings.pop(key, None)
+        self._info(f"{'::'.join(key)}: {self._board_names[side]} -> {self._board_names[1 - side]}")
 
     def _warn_once(self, subject: object, text: str) -> None:
         """Log a warning unless it repeats the last warning about its subject.
 
         :param subject: a side, or the key of an interface.
         """
-        if self._warned.get(subject) != text:
-            self._warned[subject] = text
+        if self._last_warnings.get(subject) != text:
+            self._last_warnings[subject] = text
             if self._log is not None:
                 self._log.warn(f"{'::'.join(subject)}: {text}" if isinstance(subject, tuple) else text)
 

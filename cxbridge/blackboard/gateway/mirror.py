@@ -17,8 +17,8 @@ from uuid import UUID
 
 from cxbridge.blackboard import BlackBoard, EventKind, Listener, listening
 from cxbridge.blackboard.exclusive_control import (
-    ACQUIRE,
-    RELEASE,
+    ACQUIRE_MESSAGE,
+    RELEASE_MESSAGE,
     describe_controller,
     skip_stale_ids,
     write_final_block,
@@ -84,8 +84,8 @@ class SenderProxy:
         copy = self._instance.create_message(message.type)
         copy.set_from_chunk(message.to_bytes())
         skip_stale_ids(self._instance, may_control=self.may_control)
-        if message.type in (ACQUIRE, RELEASE):
-            self.may_control = message.type == ACQUIRE
+        if message.type in (ACQUIRE_MESSAGE, RELEASE_MESSAGE):
+            self.may_control = message.type == ACQUIRE_MESSAGE
         return self._instance.msgq_enqueue(copy)
 
     def close(self, controller: str) -> None:
@@ -95,7 +95,7 @@ class SenderProxy:
         """
         with suppress(BlackBoardError):  # the writer may be lost, and with it the control
             if self.may_control and controller in ("", str(self.serial)):
-                self._instance.msgq_enqueue(self._instance.create_message(RELEASE))
+                self._instance.msgq_enqueue(self._instance.create_message(RELEASE_MESSAGE))
         with suppress(BlackBoardError):  # the blackboard may be gone already
             self._instance.close()
 
@@ -173,7 +173,7 @@ class InterfaceMirror(Listener):
         for proxy in self._proxies.values():
             if proxy.may_control:  # a disconnected writer misses the end of the proxy
                 self._orphans.append(str(proxy.serial))
-            proxy.close(self._controller())
+            proxy.close(self._read_controller())
         self._proxies.clear()
         with suppress(BlackBoardError):  # the instance may be gone with its blackboard
             self._stack.close()
@@ -213,7 +213,7 @@ class InterfaceMirror(Listener):
         """Process all queued blocks and messages, oldest first."""
         try:
             while self._blocks and not self.end_reason:
-                self._write(self._blocks.popleft())
+                self._write_block(self._blocks.popleft())
         except BlackBoardError as error:
             self._request_end(f"the other side does not accept its data: {error.message}")
         self._process_requests()
@@ -223,13 +223,13 @@ class InterfaceMirror(Listener):
             request = self._requests.popleft()
             if isinstance(request, Message):
                 try:
-                    self._forward(request)
+                    self._forward_message(request)
                 except BlackBoardError as error:
                     self._hooks.warn(f"{request.type} cannot be delivered: {error.message}")
             elif (proxy := self._proxies.pop(request, None)) is not None:
-                proxy.close(self._controller())
+                proxy.close(self._read_controller())
 
-    def _write(self, block: bytes) -> None:
+    def _write_block(self, block: bytes) -> None:
         """Write a block to the target with its time stamp."""
         controller = self._translator.read_controller(block)
         self._release_orphan(controller)
@@ -248,7 +248,7 @@ class InterfaceMirror(Listener):
         self._writer.write()
         self.write_count += 1
 
-    def _forward(self, message: Message) -> None:
+    def _forward_message(self, message: Message) -> None:
         """Send a message to the writer on behalf of its original sender."""
         source = message.source_id
         assert source is not None  # set when the message was sent
@@ -257,10 +257,10 @@ class InterfaceMirror(Listener):
             instance = self._source.open_for_reading(self._writer.type, self._writer.id, owner=OWNER)
             proxy = self._proxies[source] = SenderProxy(instance)
             if len(self._proxies) > MAX_PROXIES:
-                self._proxies.popitem(last=False)[1].close(self._controller())
+                self._proxies.popitem(last=False)[1].close(self._read_controller())
         self._proxies.move_to_end(source)
-        if message.type == ACQUIRE and not message.get("steal_control"):
-            self._warn_of_foreign_controller(self._controller())
+        if message.type == ACQUIRE_MESSAGE and not message.get("steal_control"):
+            self._warn_of_foreign_controller(self._read_controller())
         writer_id = proxy.send(message)
         self.message_count += 1
         self._translator.record_ids(message.type, writer_id, message.id)
@@ -269,7 +269,7 @@ class InterfaceMirror(Listener):
         """Release the control of an orphan, on behalf of which the writer still has a controller."""
         if controller in self._orphans:
             self._orphans.remove(controller)
-            message = self._reader.create_message(RELEASE)
+            message = self._reader.create_message(RELEASE_MESSAGE)
             message.address(0, 0, self._reader.serial, UUID(controller))
             self._reader.msgq_enqueue(message, proxy=True)
 
@@ -278,7 +278,7 @@ class InterfaceMirror(Listener):
         if controller and self._find_sender(controller) is None:
             self._hooks.warn(f"{describe_controller(self._reader, controller)} has control")
 
-    def _controller(self) -> str:
+    def _read_controller(self) -> str:
         """Return the serial of the writer's controller; empty without a controller."""
         with self._lock:
             return self._translator.read_controller(self._reader.to_bytes())

@@ -11,7 +11,7 @@ from array import array
 from collections.abc import Callable
 from typing import Final
 
-from cxbridge.blackboard.exclusive_control import ACQUIRE, CONTROLLER, RELEASE
+from cxbridge.blackboard.exclusive_control import ACQUIRE_MESSAGE, CONTROLLER_FIELD, RELEASE_MESSAGE
 from cxbridge.blackboard.stale_errors import ErrorTracker
 from cxbridge.interfaces.instance import STAMP, Interface
 from cxbridge.interfaces.message_ids import MESSAGE_ID_MASK, NO_MESSAGE, id_offset, read_id, replace_id
@@ -32,7 +32,7 @@ class StateTranslator:
         schema = interface_class.SCHEMA
         self._class: Final = interface_class
         self._id_offset: Final = id_offset(schema)
-        self._controller: Final = schema.field(CONTROLLER)
+        self._controller: Final = schema.field(CONTROLLER_FIELD)
         self.hides_state = hide and self._id_offset is not None and self._controller is not None
         """Whether the writer is shown as idle."""
         self._find_sender: Final = find_sender
@@ -51,7 +51,7 @@ class StateTranslator:
         if self._sender_ids is None:
             self._sender_ids = array("H", bytes(2 * (MESSAGE_ID_MASK + 1)))
         self._sender_ids[writer_id & MESSAGE_ID_MASK] = sender_id & MESSAGE_ID_MASK
-        if self.hides_state and message_type not in (ACQUIRE, RELEASE):
+        if self.hides_state and message_type not in (ACQUIRE_MESSAGE, RELEASE_MESSAGE):
             self._work_ids.add(writer_id)
 
     def translate(self, block: bytes) -> bytes:

@@ -29,7 +29,7 @@ class RemoteBlackBoard(BlackBoard):
         self._shutdown_lock = threading.Lock()  # two threads may shut down at once
         self._connection_callbacks: list[Callable[[bool], None]] = []
 
-    def on_connection(self, callback: Callable[[bool], None]) -> None:
+    def add_connection_callback(self, callback: Callable[[bool], None]) -> None:
         self._connection_callbacks.append(callback)
 
     def report_connection(self, connected: bool, text: str) -> None:

@@ -27,7 +27,7 @@ class Dispatcher:
         # a daemon thread, because a listener that hangs must not keep the process alive
         self._thread: Final = threading.Thread(target=self._run, name=name, daemon=True)
         self._thread.start()
-        self.ident: Final = self._thread.ident
+        self.thread_id: Final = self._thread.ident
         """The identifier of the thread, as in `threading.get_ident`."""
 
     def put(self, function: Callable[..., object], *args: Any, urgent: bool = False) -> None:
@@ -39,7 +39,7 @@ class Dispatcher:
 
     def is_current_thread(self) -> bool:
         """Return whether the caller runs in the dispatcher's thread."""
-        return threading.get_ident() == self.ident
+        return threading.get_ident() == self.thread_id
 
     def drain(self, timeout: float) -> bool:
         """Wait until the calls queued so far were made; return False after the timeout.
@@ -49,9 +49,9 @@ class Dispatcher:
         """
         if self.is_current_thread() or not self._thread.is_alive():
             return True
-        drained = threading.Event()
-        self.put(drained.set)
-        return drained.wait(timeout)
+        all_calls_made = threading.Event()
+        self.put(all_calls_made.set)
+        return all_calls_made.wait(timeout)
 
     def stop(self, timeout: float | None = None) -> None:
         """End the thread after the queued calls and wait for it, unless called within the thread.

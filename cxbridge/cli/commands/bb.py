@@ -135,9 +135,9 @@ def watch(
         # reads the present values, so that the first line of an interface has the changed fields only
         for type_glob, id_glob in map(split_glob, globs):
             for instance in feed.follow(type_glob, id_glob):
-                last_values[instance.uid] = feed.now(instance).values
+                last_values[instance.uid] = feed.read_change(instance).values
         while count is None or printed_count < count:
-            change = feed.next(deadline)
+            change = feed.wait_for_change(deadline)
             if change is None:
                 return 0 if count is None else TIMED_OUT
             printed_count += _print_change(change, last_values, as_json=as_json)
@@ -177,7 +177,7 @@ def set_fields(
         if not writer.num_readers and hold is None:
             say("the interface has no reader, so it ends with this command; --hold keeps it", err=True)
         if hold is not None:
-            feed.next(Deadline(hold))
+            feed.wait_for_change(Deadline(hold))
 
 
 @app.command()
@@ -213,7 +213,7 @@ def send(
         is_full_name = message in instance.MESSAGES or message.endswith("Message")
         outgoing = instance.create_message(message if is_full_name else f"{message}Message")
         assign(outgoing, assignments or ())
-        earlier = feed.now(instance)
+        earlier = feed.read_change(instance)
         msgid = instance.msgq_enqueue(outgoing)
         say(msgid, flush=True)
         if wait and not _print_reply(feed, earlier, msgid, Deadline(timeout)):
@@ -224,7 +224,7 @@ def send(
 
 def _print_reply(feed: Feed, earlier: InterfaceChange, msgid: int, deadline: Any) -> bool:
     """Wait for the reply to a message and print the fields; return whether there is a reply in time."""
-    while (change := feed.next(deadline)) is not None:
+    while (change := feed.wait_for_change(deadline)) is not None:
         # a listener may get a write that precedes the message a second time
         is_stale = change.values == earlier.values and change.time_us <= earlier.time_us
         if change.kind == "data" and not is_stale and change.values["msgid"] == msgid:

@@ -155,7 +155,7 @@ class _ReplaySession:
         self._player = player
         self._report = report
         self._began_s = time.monotonic()
-        board.on_connection(self._on_connection)
+        board.add_connection_callback(self._on_connection)
 
     def run(self, make_moves: Callable[[], Iterable[ReplayMove]], keys: KeyWaiter | None) -> None:
         """Replay, hold the interfaces if requested, and complete the report."""

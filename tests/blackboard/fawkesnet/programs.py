@@ -115,7 +115,7 @@ def serve(host: str, gone_s: str) -> None:
             server.port,
             {
                 "write": write,
-                "clients": lambda: server.num_clients,
+                "clients": lambda: server.client_count,
                 "list": lambda: {info.uid: (info.has_writer, info.num_readers) for info in board.list()},
                 "controller": controller,
             },

@@ -57,7 +57,7 @@ class Waits(Listener):
 
 def connection_changes(board: FawkesBlackBoard) -> Callable[[], bool]:
     changes: SimpleQueue[bool] = SimpleQueue()
-    board.on_connection(changes.put)
+    board.add_connection_callback(changes.put)
     return lambda: changes.get(timeout=TIMEOUT)
 
 

@@ -120,7 +120,7 @@ def test_a_stopped_reader_slows_nobody_takes_no_memory_and_gets_the_newest(home)
         for number in range(1, 40_001):
             writer.test_int = number
             writer.write()
-            most = max(most, session._outbox.size)
+            most = max(most, session._outbox.queued_bytes)
             if number % 10_000 == 0:
                 other.sync()
                 reader.read()
@@ -153,7 +153,7 @@ def test_a_stopped_server_is_gone_until_it_goes_on(server):
     bus, lines, changes = EventBus(RealClock()), list[str](), SimpleQueue[bool]()
     bus.subscribe(lambda event: lines.append(str(getattr(event, "text", ""))), LogLine)
     with connect(server.port, bus, timeout=1.0, silence=0.2) as board:
-        board.on_connection(changes.put)
+        board.add_connection_callback(changes.put)
         reader: Any = board.open_for_reading("TestInterface", "served")
         writer: Any = board.open_for_writing("TestInterface", "mine")
         server.stop()

@@ -26,31 +26,31 @@ def changed(number: int) -> bytes:
 def test_a_write_between_whose_frames_the_outbox_fills_is_sent_once(room: int) -> None:
     """CHANGED came after the limit, and brought a second REFRESHED of the same write with it."""
     outbox = Outbox()
-    outbox.put(bytes(CONFLATE_FROM - room))
+    outbox.put_frames(bytes(CONFLATE_FROM - room))
     for number in (1, 2):
         outbox.put_data(SERIAL, block(number), changed=False)
         outbox.put_data(SERIAL, block(number), changed=True)
     sent = bytearray()
     while outbox:
-        sent += outbox.take()
+        sent += outbox.take_frames()
     pairs = refreshed(1) + changed(1), refreshed(2) + changed(2)
     assert bytes(sent[CONFLATE_FROM - room :]) in (pairs[0] + pairs[1], pairs[1])
-    assert outbox.size == 0
+    assert outbox.queued_bytes == 0
 
 
 @pytest.mark.parametrize("taken_after", range(1, 7))
 def test_a_write_that_leaves_between_its_frames_is_sent_once(taken_after: int) -> None:
     """CHANGED of older data took the newest along, whose own CHANGED then came as one more write."""
     outbox = Outbox()
-    outbox.put(bytes(CONFLATE_FROM))
+    outbox.put_frames(bytes(CONFLATE_FROM))
     sent = bytearray()
     steps = [(number, differs) for number in (1, 2, 3) for differs in (False, True)]
     for count, (number, differs) in enumerate(steps, 1):
         outbox.put_data(SERIAL, block(number), changed=differs)
         while count == taken_after and outbox:
-            sent += outbox.take()
+            sent += outbox.take_frames()
     while outbox:
-        sent += outbox.take()
+        sent += outbox.take_frames()
     rest = bytes(sent[CONFLATE_FROM:])
     expected = b""
     for number in (1, 2, 3):
@@ -62,12 +62,12 @@ def test_a_write_that_leaves_between_its_frames_is_sent_once(taken_after: int) -
 
 def test_data_that_did_not_change_do_not_swallow_a_later_change() -> None:
     outbox = Outbox()
-    outbox.put(bytes(CONFLATE_FROM))
+    outbox.put_frames(bytes(CONFLATE_FROM))
     outbox.put_data(SERIAL, block(1), changed=False)
     outbox.put_data(SERIAL, block(1), changed=True)
     outbox.put_data(SERIAL, block(2), changed=False)
     while outbox:
-        outbox.take()
+        outbox.take_frames()
     outbox.put_data(SERIAL, block(2), changed=False)
     outbox.put_data(SERIAL, block(3), changed=True)
-    assert outbox.take() == refreshed(2) + changed(3)
+    assert outbox.take_frames() == refreshed(2) + changed(3)

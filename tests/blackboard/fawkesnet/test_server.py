@@ -220,7 +220,7 @@ def test_a_client_that_never_reads_gets_the_newest_data_and_slows_nobody(site):
         writer.count = count
         writer.write()
     (session,) = site.server._sessions.values()
-    assert session._outbox.size < CONFLATE_FROM + 4 * SIZE + 1024
+    assert session._outbox.queued_bytes < CONFLATE_FROM + 4 * SIZE + 1024
     counts, kinds = [0], list[int]()
     while counts[-1] < 40_000 or kinds[-1] != bb.BoardKind.DATA_CHANGED:
         frame = client.take()
@@ -279,7 +279,7 @@ def test_hundreds_of_clients(served):
         for client in random.Random(1).sample(clients, 20):
             while client.take().kind != bb.BoardKind.DATA_REFRESHED:
                 pass
-        assert served.server.num_clients == count
+        assert served.server.client_count == count
 
 
 def test_more_clients_than_allowed_are_refused(site):

@@ -274,7 +274,7 @@ def test_writes_without_a_server_are_kept_and_the_last_one_published(made):
 def test_a_lost_session_and_its_return_are_told_once(made):
     client = made.client()
     told: list[bool] = []
-    client.on_connection(told.append)
+    client.add_connection_callback(told.append)
     restart(made)
     eventually(lambda: told == [False, True])
     assert client.connected

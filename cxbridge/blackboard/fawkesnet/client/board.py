@@ -140,7 +140,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
             if serial is not None:
                 self._ports.pop(serial.bytes, None)
         instance.invalidate()
-        with self._endings.closing(port.type, port.id):
+        with self._endings.delay_events(port.type, port.id):
             if serial is not None:
                 with contextlib.suppress(BlackBoardError):  # a lost connection has closed the instance
                     self._requests.send(Close(serial).to_bytes())
@@ -259,7 +259,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
                 pack_data_frame(port.serial.bytes, port.written, changed=True), must_arrive=True
             )
 
-    def give_up(self, port: RemotePort, error: BlackBoardError) -> None:
+    def invalidate_port(self, port: RemotePort, error: BlackBoardError) -> None:
         """Invalidate an instance that cannot be reopened."""
         with self._lock:
             self._all_ports.pop(port, None)

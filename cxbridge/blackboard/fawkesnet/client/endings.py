@@ -43,7 +43,7 @@ class InterfaceEndings:
                 self._put(call)
 
     @contextmanager
-    def closing(self, interface_type: str, interface_id: str) -> Iterator[None]:
+    def delay_events(self, interface_type: str, interface_id: str) -> Iterator[None]:
         """Delay the events of an interface until the end of the block."""
         key = _truncate_name(interface_type, TYPE_SIZE), _truncate_name(interface_id, ID_SIZE)
         with self._lock:

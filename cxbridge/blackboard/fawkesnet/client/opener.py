@@ -29,12 +29,12 @@ from cxbridge.interfaces.schema import InterfaceSchema
 class Opener:
     """Lists and opens the interfaces of one server.
 
-    :param remote: host and port, for errors.
+    :param server_name: host and port, for errors.
     """
 
-    def __init__(self, requests: RequestSender, remote: str) -> None:
+    def __init__(self, requests: RequestSender, server_name: str) -> None:
         self._requests: Final = requests
-        self._remote: Final = remote
+        self._server_name: Final = server_name
         self._hashes: Final = RemoteHashes()
 
     def open(self, request: OpenRequest, on_opened: Callable[[OpenSuccess], None]) -> OpenSuccess:
@@ -49,7 +49,7 @@ class Opener:
             if isinstance(reply, OpenSuccess) and len(reply.block) == schema.datasize:
                 on_opened(reply)
 
-        candidates, listed, refused_hashes = self._hashes.candidates(schema), None, list[bytes]()
+        candidates, listed_hashes, refused_hashes = self._hashes.candidates(schema), None, list[bytes]()
         # usually one round: the first candidate is the hash that the server accepted before, or Fawkes' own
         while True:
             offered_hash = candidates[0]
@@ -58,19 +58,19 @@ class Opener:
             )
             if isinstance(reply, OpenSuccess):
                 self._check_size(schema, reply)
-                self._hashes.adopt(schema, offered_hash)
+                self._hashes.record_accepted(schema, offered_hash)
                 return reply
             assert isinstance(reply, OpenFailure)
             if reply.error != OpenError.HASH_MISMATCH:
                 raise self._refusal_error(reply.error, schema.name, request.id)
             refused_hashes.append(offered_hash)
             # the server's list shows the server's hash if an interface of the type is open already
-            if listed is None:
-                listed = [info.hash for info in self._requests.list(schema.name, "*").interfaces]
-                candidates = self._hashes.candidates(schema, listed)
+            if listed_hashes is None:
+                listed_hashes = [info.hash for info in self._requests.list(schema.name, "*").interfaces]
+                candidates = self._hashes.candidates(schema, listed_hashes)
             candidates = [candidate for candidate in candidates if candidate not in refused_hashes]
             if not candidates:
-                raise VersionMismatchError(request.uid, next(iter(listed), b""), refused_hashes[0])
+                raise VersionMismatchError(request.uid, next(iter(listed_hashes), b""), refused_hashes[0])
 
     def list(self, registry: Registry, type_glob: str, id_glob: str) -> Sequence[InterfaceInfo]:
         """Return the server's matching interfaces.
@@ -101,11 +101,11 @@ class Opener:
             )
 
     def _refusal_error(self, error: int, interface_type: str, interface_id: str) -> BlackBoardError:
-        remote = f"the Fawkes at {self._remote}"
+        server_name = f"the Fawkes at {self._server_name}"
         if error == OpenError.UNKNOWN_TYPE:
-            return UnknownTypeError(interface_type, hint=f"{remote} does not know it")
+            return UnknownTypeError(interface_type, hint=f"{server_name} does not know it")
         if error == OpenError.WRITER_EXISTS:
             return WriterActiveError(interface_type, interface_id, "")
         return RemoteRefusalError(
-            f"{remote} cannot open {interface_type}::{interface_id}", hint="its log may say why"
+            f"{server_name} cannot open {interface_type}::{interface_id}", hint="its log may say why"
         )

@@ -169,10 +169,10 @@ class RemotePort(BoardPort):
         with self._lock:
             version = self._replace_snapshot(data, stamped, changed).version
             # listeners that register later read the data and are not notified
-            find_audience = self.listeners.data_audience
+            audience = self.listeners.data_audience
         self._emitter.emit_write(self, data)
-        if find_audience is not None:
-            self.listeners.notify_data(find_audience, changed)
+        if audience is not None:
+            self.listeners.notify_data(audience, changed)
         return version
 
     def next_id(self, last: int) -> int:

@@ -94,7 +94,7 @@ class FrameReceiver:
     def _handle_message(self, message: codec.Message) -> None:
         match message:
             case InterfaceList() | OpenSuccess() | OpenFailure():
-                if not self._requests.finish(message):
+                if not self._requests.handle_reply(message):
                     self._complaints.add("answer", "ignored an answer that nobody waits for")
             case InstanceEvent():
                 self._handle_instance_event(message)

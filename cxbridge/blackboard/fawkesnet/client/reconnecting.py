@@ -46,7 +46,7 @@ class Reconnectable(Protocol):
         :raises BlackBoardError: if the server refuses.
         """
 
-    def give_up(self, port: RemotePort, error: BlackBoardError) -> None:
+    def invalidate_port(self, port: RemotePort, error: BlackBoardError) -> None:
         """Invalidate an instance that cannot be reopened."""
 
     def report_connection(self, connected: bool, text: str) -> None:
@@ -67,7 +67,7 @@ class Reconnector:
         self._silence_s: Final = silence
         self._client: Final = client
         self._connect: Final = connect
-        self._lost = threading.Event()
+        self._loss_reported = threading.Event()
         self._stopping = threading.Event()
         self._settled = threading.Event()
         self._loss_reason = ""
@@ -94,13 +94,13 @@ class Reconnector:
             self._loss_reason = reason
             self._settled.clear()  # first, so that a caller that checks `is_settled` sends no request
             self._client.drop_connection(reason)
-            self._lost.set()
+            self._loss_reported.set()
             self._settled.clear()  # again, because `_restore` may have set it before it could see the loss
 
     def stop(self, timeout: float) -> None:
         """Stop reconnecting and end the thread."""
         self._stopping.set()
-        self._lost.set()
+        self._loss_reported.set()
         if self._thread is not threading.current_thread():
             self._thread.join(timeout)
 
@@ -110,23 +110,23 @@ class Reconnector:
         connection.start()
 
     def _run(self) -> None:
-        announced, wait_s = False, FIRST_WAIT_S
+        is_loss_announced, wait_s = False, FIRST_WAIT_S
         while not self._stopping.is_set():
-            if not self._lost.wait(self._probe_wait_s()):
+            if not self._loss_reported.wait(self._probe_wait_s()):
                 self._probe()
                 continue
             if self._stopping.is_set():
                 return
-            self._lost.clear()
-            if not announced:
+            self._loss_reported.clear()
+            if not is_loss_announced:
                 self._client.report_connection(
                     False, f"lost the connection to {self.name}: {self._loss_reason}"
                 )
             else:  # the client is connected, but could not reopen all interfaces
                 self._stopping.wait(wait_s)
                 wait_s = min(2 * wait_s, MAX_WAIT_S)
-            announced = not self._restore()
-            if not announced:
+            is_loss_announced = not self._restore()
+            if not is_loss_announced:
                 wait_s = FIRST_WAIT_S
 
     def _probe_wait_s(self) -> float | None:
@@ -150,7 +150,7 @@ class Reconnector:
         if not self._retry(self._reconnect) or not self._retry(self._reopen_all):
             return False
         self._settled.set()
-        if self._lost.is_set():  # the new connection was lost in the meantime
+        if self._loss_reported.is_set():  # the new connection was lost in the meantime
             self._settled.clear()
             return False
         self._client.report_connection(True, f"the connection to {self.name} is back")
@@ -162,7 +162,7 @@ class Reconnector:
         :returns: False if the client stops, or the new connection is lost.
         """
         wait = FIRST_WAIT_S
-        while not self._stopping.is_set() and not self._lost.is_set():
+        while not self._stopping.is_set() and not self._loss_reported.is_set():
             if attempt():
                 return True
             self._stopping.wait(wait)
@@ -180,7 +180,7 @@ class Reconnector:
         """Reopen the lost instances; return False if the attempt must be repeated."""
         if self._silence_s and not self._probe():
             return False
-        complete = True
+        is_complete = True
         for port in self._client.lost_ports():
             try:
                 self._client.reopen(port)
@@ -188,7 +188,7 @@ class Reconnector:
                 return False
             except WriterActiveError:
                 # perhaps this client's former instance, if the server has not noticed the lost connection yet
-                complete = False
+                is_complete = False
             except BlackBoardError as error:
-                self._client.give_up(port, error)
-        return complete
+                self._client.invalidate_port(port, error)
+        return is_complete

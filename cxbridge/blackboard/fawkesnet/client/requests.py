@@ -44,7 +44,7 @@ class _PendingRequest:
         self.on_reply: Final = on_reply
         self.done = threading.Event()
         self.reply: Reply | None = None
-        self.failure = "it was closed"
+        self.failure_reason = "it was closed"
 
 
 class RequestSender:
@@ -58,7 +58,7 @@ class RequestSender:
         self._address: Final = address
         self._timeout: Final = timeout
         self._request_lock = threading.Lock()
-        self._state = threading.Condition()
+        self._state_changed = threading.Condition()
         self.connection: FawkesConnection | None = None
         """The present connection; None after its loss."""
         self.must_confirm = False
@@ -68,24 +68,24 @@ class RequestSender:
 
     def use_connection(self, connection: FawkesConnection) -> None:
         """Use a new connection."""
-        with self._state:
+        with self._state_changed:
             self.connection = connection
-            self._state.notify_all()
+            self._state_changed.notify_all()
 
     def drop_connection(self, reason: str) -> None:
         """Drop the connection; a waiting request fails."""
-        with self._state:
+        with self._state_changed:
             self.connection = None
             request, self._pending = self._pending, None
         if request is not None:
-            request.failure = reason
+            request.failure_reason = reason
             request.done.set()
 
     def shut_down(self) -> None:
         """Refuse all further requests."""
-        with self._state:
+        with self._state_changed:
             self._is_shut_down = True
-            self._state.notify_all()
+            self._state_changed.notify_all()
         self.drop_connection("the blackboard was shut down")
 
     def unavailable_error(self) -> ConnectionLostError:
@@ -134,10 +134,10 @@ class RequestSender:
                     break
             if not request.done.is_set():
                 # a late reply would be taken for the reply to the next request
-                request.failure = f"no answer within {timeout:g} s"
-                connection.abort(request.failure)
+                request.failure_reason = f"no answer within {timeout:g} s"
+                connection.abort(request.failure_reason)
         if request.reply is None:
-            raise ConnectionLostError(self._address, request.failure)
+            raise ConnectionLostError(self._address, request.failure_reason)
         return request.reply
 
     def list(self, type_glob: str, id_glob: str) -> InterfaceList:
@@ -145,15 +145,15 @@ class RequestSender:
 
         :raises ConnectionLostError: if there is no reply.
         """
-        fits = len(type_glob.encode()) < TYPE_SIZE and len(id_glob.encode()) < ID_SIZE
-        list_all = (type_glob, id_glob) == ("*", "*") or not fits
-        reply = self.request(ListAll() if list_all else ListMatching(type_glob, id_glob))
+        fit_into_message = len(type_glob.encode()) < TYPE_SIZE and len(id_glob.encode()) < ID_SIZE
+        requests_all = (type_glob, id_glob) == ("*", "*") or not fit_into_message
+        reply = self.request(ListAll() if requests_all else ListMatching(type_glob, id_glob))
         assert isinstance(reply, InterfaceList)
         return reply
 
-    def finish(self, reply: Reply) -> bool:
+    def handle_reply(self, reply: Reply) -> bool:
         """Handle a reply in the receiving thread; return whether a request was waiting for it."""
-        with self._state:
+        with self._state_changed:
             request = self._pending
             if request is None or not isinstance(reply, request.reply_types):
                 return False
@@ -168,9 +168,9 @@ class RequestSender:
 
     def _send_request(self, request: _PendingRequest, timeout: float) -> FawkesConnection:
         deadline = time.monotonic() + timeout
-        with self._state:
+        with self._state_changed:
             while self.connection is None and not self._is_shut_down:
-                if not self._state.wait(deadline - time.monotonic()):
+                if not self._state_changed.wait(deadline - time.monotonic()):
                     raise self.unavailable_error()
             if self._is_shut_down or self.connection is None:
                 raise BlackBoardGoneError

@@ -80,17 +80,19 @@ class BlackBoardNetworkHandler(NetworkHandler, Observer):
         self._complaints: Final = complaints
         self._echo: Final = echo
         # the instances of each client by serial
-        self._opened: defaultdict[FawkesSession, dict[bytes, OpenedInstance]] = defaultdict(dict)
+        self._instances_by_session: defaultdict[FawkesSession, dict[bytes, OpenedInstance]] = defaultdict(
+            dict
+        )
         self._broadcast: Callable[[bytes], None] | None = None
         self._handlers: Final[dict[int, Callable[[FawkesSession, FawkesFrame], None]]] = {
-            bb.BoardKind.DATA_REFRESHED: partial(self._write, changed=False),
-            bb.BoardKind.DATA_CHANGED: partial(self._write, changed=True),
-            bb.BoardKind.INTERFACE_MESSAGE: self._enqueue,
-            bb.BoardKind.OPEN_FOR_READING: self._open,
-            bb.BoardKind.OPEN_FOR_WRITING: self._open,
-            bb.BoardKind.CLOSE: self._close,
-            bb.BoardKind.LIST_ALL: self._list,
-            bb.BoardKind.LIST: self._list,
+            bb.BoardKind.DATA_REFRESHED: partial(self._handle_write, changed=False),
+            bb.BoardKind.DATA_CHANGED: partial(self._handle_write, changed=True),
+            bb.BoardKind.INTERFACE_MESSAGE: self._handle_message,
+            bb.BoardKind.OPEN_FOR_READING: self._handle_open,
+            bb.BoardKind.OPEN_FOR_WRITING: self._handle_open,
+            bb.BoardKind.CLOSE: self._handle_close,
+            bb.BoardKind.LIST_ALL: self._handle_list,
+            bb.BoardKind.LIST: self._handle_list,
         }
 
     def start(self, hub: FawkesNetworkHub) -> None:
@@ -115,13 +117,12 @@ class BlackBoardNetworkHandler(NetworkHandler, Observer):
 
     def disconnected(self, session: FawkesSession) -> None:
         """Close all instances of a client."""
-        for opened in self._opened.pop(session, {}).values():
-            self._log.debug(
-                f"Closing interface {opened.instance.uid} of remote {session.number} (client disconnected)"
-            )
-            self._close_instance(opened)
+        for opened_instance in self._instances_by_session.pop(session, {}).values():
+            uid = opened_instance.instance.uid
+            self._log.debug(f"Closing interface {uid} of remote {session.number} (client disconnected)")
+            self._close_instance(opened_instance)
 
-    def _open(self, session: FawkesSession, frame: FawkesFrame) -> None:
+    def _handle_open(self, session: FawkesSession, frame: FawkesFrame) -> None:
         code = bb.OpenError.UNKNOWN
         try:
             request = bb.Open.unpack(frame.payload, writing=frame.kind == bb.BoardKind.OPEN_FOR_WRITING)
@@ -145,50 +146,52 @@ class BlackBoardNetworkHandler(NetworkHandler, Observer):
         if request.writing:
             self._rights.check_writer(f"{request.type}::{request.id}")
         interface_class = self._board.registry.get(request.type)
-        schema, client_instances = interface_class.SCHEMA, self._opened[session]
+        schema, client_instances = interface_class.SCHEMA, self._instances_by_session[session]
         if not accepts_hash(schema, request.hash):
             # before the opening, which would create the interface
             raise VersionMismatchError(f"{request.type}::{request.id}", schema.hash, request.hash)
-        check_client_limits((opened.instance for opened in client_instances.values()), schema)
-        opened = self._open_listening(session, interface_class, request)
+        check_client_limits(
+            (opened_instance.instance for opened_instance in client_instances.values()), schema
+        )
+        opened_instance = self._open_listening(session, interface_class, request)
         if request.writing:
-            opened.instance.auto_timestamping = False  # the client sets the time stamps
-        client_instances[opened.instance.serial.bytes] = opened
+            opened_instance.instance.auto_timestamping = False  # the client sets the time stamps
+        client_instances[opened_instance.instance.serial.bytes] = opened_instance
         session.max_block_size = max(session.max_block_size, _max_block_size(interface_class))
-        opened.announce()
+        opened_instance.announce()
 
     def _open_listening(
         self, session: FawkesSession, interface_class: type[Interface], request: bb.Open
     ) -> OpenedInstance:
-        opened: list[OpenedInstance] = []
+        opened_instance: list[OpenedInstance] = []
         kinds: tuple[EventKind, ...] = ()
         if request.writing and not self._echo:
             kinds = (*MEMBERSHIP_KINDS, EventKind.MESSAGE_RECEIVED)  # without the events of writes
 
         def listen(instance: Interface, listeners: ListenerTable) -> None:
-            opened.append(OpenedInstance(instance, session, self._board.clock.now_us))
-            listening(opened[0], *kinds)(instance, listeners)
+            opened_instance.append(OpenedInstance(instance, session, self._board.clock.now_us))
+            listening(opened_instance[0], *kinds)(instance, listeners)
 
         open_interface = self._board.open_for_writing if request.writing else self._board.open_for_reading
         open_interface(interface_class, request.id, owner=OWNER, listen=listen)
-        return opened[0]
+        return opened_instance[0]
 
-    def _close(self, session: FawkesSession, frame: FawkesFrame) -> None:
+    def _handle_close(self, session: FawkesSession, frame: FawkesFrame) -> None:
         serial = bb.Close.unpack(frame.payload).serial
-        opened = self._opened[session].pop(serial.bytes, None)
-        if opened is None:
+        opened_instance = self._instances_by_session[session].pop(serial.bytes, None)
+        if opened_instance is None:
             raise BlackBoardError(
                 f"Client {session.number} tried to close interface with serial {serial} "
                 "which has not been opened"
             )
-        self._log.debug(f"Remote {session.number} closing interface {opened.instance.uid}")
-        self._close_instance(opened)
+        self._log.debug(f"Remote {session.number} closing interface {opened_instance.instance.uid}")
+        self._close_instance(opened_instance)
 
-    def _close_instance(self, opened: OpenedInstance) -> None:
-        self._board.unregister_listener(opened, opened.instance)
-        self._board.close(opened.instance)
+    def _close_instance(self, opened_instance: OpenedInstance) -> None:
+        self._board.unregister_listener(opened_instance, opened_instance.instance)
+        self._board.close(opened_instance.instance)
 
-    def _list(self, session: FawkesSession, frame: FawkesFrame) -> None:
+    def _handle_list(self, session: FawkesSession, frame: FawkesFrame) -> None:
         type_glob = id_glob = "*"
         if frame.kind == bb.BoardKind.LIST:
             request = bb.ListMatching.unpack(frame.payload)
@@ -208,7 +211,7 @@ class BlackBoardNetworkHandler(NetworkHandler, Observer):
         )
         session.send(bb.InterfaceList(tuple(infos)).to_bytes())
 
-    def _write(self, session: FawkesSession, frame: FawkesFrame, *, changed: bool) -> None:
+    def _handle_write(self, session: FawkesSession, frame: FawkesFrame, *, changed: bool) -> None:
         serial, block = bb.unpack_data(frame.payload)
         instance = self._find_instance(session, serial, "DATA")
         if not instance.is_writer:
@@ -223,7 +226,7 @@ class BlackBoardNetworkHandler(NetworkHandler, Observer):
             _mark_changed(instance, block)
         instance.write()  # keeps the client's time stamp
 
-    def _enqueue(self, session: FawkesSession, frame: FawkesFrame) -> None:
+    def _handle_message(self, session: FawkesSession, frame: FawkesFrame) -> None:
         received = bb.WireMessage.unpack(frame.payload)
         instance = self._find_instance(session, received.serial.bytes, "MESSAGE")
         if instance.is_writer:
@@ -247,12 +250,12 @@ class BlackBoardNetworkHandler(NetworkHandler, Observer):
         instance.msgq_enqueue(message, proxy=True, message_id=received.id)
 
     def _find_instance(self, session: FawkesSession, serial: bytes, request: str) -> Interface:
-        opened = self._opened[session].get(serial)
-        if opened is None:
+        opened_instance = self._instances_by_session[session].get(serial)
+        if opened_instance is None:
             raise BlackBoardError(
                 f"{request}: Interface with serial {UUID(bytes=serial)} not found, ignoring."
             )
-        return opened.instance
+        return opened_instance.instance
 
 
 def _mark_changed(instance: Interface, block: bytes) -> None:

@@ -54,7 +54,7 @@ class ConfigurationComponent(NetworkHandler):
             session.send(self._find_value_message(message.path).to_bytes())
         elif message.kind in _CHANGING_KINDS:
             try:
-                self._change(session, message)
+                self._apply_change(session, message)
             except (BlackBoardError, ConfigError):
                 session.send(_make_invalid_message(message.path).to_bytes())  # the client waits for a reply
                 raise
@@ -69,7 +69,7 @@ class ConfigurationComponent(NetworkHandler):
     def disconnected(self, session: FawkesSession) -> None:
         self._subscribers.discard(session)
 
-    def _change(self, session: FawkesSession, message: ConfigMessage) -> None:
+    def _apply_change(self, session: FawkesSession, message: ConfigMessage) -> None:
         """Set or erase a value of this run.
 
         :raises BlackBoardError: if clients may not change values, or the message is about a default, which

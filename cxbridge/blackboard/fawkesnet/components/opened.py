@@ -42,8 +42,8 @@ class OpenedInstance(MembershipListener):
             instance.read()
             self._sent_write_count = instance.version_read
             self._block = instance.to_bytes()
-            opened = bb.OpenSuccess(instance.serial, instance.has_writer, instance.num_readers, self._block)
-            self.session.send(opened.to_bytes())
+            reply = bb.OpenSuccess(instance.serial, instance.has_writer, instance.num_readers, self._block)
+            self.session.send(reply.to_bytes())
             self._is_announced = True
             if instance.is_writer:
                 self._forward_queued()
@@ -56,12 +56,12 @@ class OpenedInstance(MembershipListener):
         with self._lock:
             if self._is_announced:
                 interface.read()
-                newest = interface.version_read
-                self._already_sent = newest == self._sent_write_count
+                newest_version = interface.version_read
+                self._already_sent = newest_version == self._sent_write_count
                 if self._already_sent:
                     return
-                # `newest` is smaller after the numbers have restarted from 0
-                self._sent_write_count = min(self._sent_write_count + 1, newest)
+                # `newest_version` is smaller after the numbers have restarted from 0
+                self._sent_write_count = min(self._sent_write_count + 1, newest_version)
                 self._block = block = interface.to_bytes()
                 self.session.send_data(self._serial, block, changed=False)
 

@@ -119,11 +119,11 @@ class PluginManager(NetworkHandler):
     def _load_or_unload(self, session: FawkesSession, message: PluginMessage) -> None:
         """Load or unload a plugin, in the worker thread, and send the outcome to the client."""
         if message.kind == PluginKind.LOAD:
-            change, success, failure = self._host.load, PluginKind.LOADED, PluginKind.LOAD_FAILED
+            apply_change, success, failure = self._host.load, PluginKind.LOADED, PluginKind.LOAD_FAILED
         else:
-            change, success, failure = self._host.unload, PluginKind.UNLOADED, PluginKind.UNLOAD_FAILED
+            apply_change, success, failure = self._host.unload, PluginKind.UNLOADED, PluginKind.UNLOAD_FAILED
         try:
-            change(message.name)
+            apply_change(message.name)
         except Exception as error:
             _send(session, PluginMessage(failure, message.name))  # the client waits for a reply
             if not isinstance(error, CxbridgeError):

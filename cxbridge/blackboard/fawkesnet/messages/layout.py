@@ -29,7 +29,7 @@ class WireType(NamedTuple):
     from_wire: Callable[[Any], tuple[Any, ...]]
 
 
-def _unchanged(value: Any) -> Any:
+def _return_unchanged(value: Any) -> Any:
     return value
 
 
@@ -37,7 +37,7 @@ def _as_tuple(value: Any) -> tuple[Any]:
     return (value,)
 
 
-WORD: Final = WireType("I", _unchanged, _as_tuple)
+WORD: Final = WireType("I", _return_unchanged, _as_tuple)
 """A 32-bit number."""
 
 SERIAL: Final = WireType("16s", lambda serial: serial.bytes, lambda raw: (UUID(bytes=raw),))
@@ -65,7 +65,7 @@ STAMP: Final = WireType(
 
 def raw_type(size: int) -> WireType:
     """Return the type of raw bytes."""
-    return WireType(f"{size}s", _unchanged, _as_tuple)
+    return WireType(f"{size}s", _return_unchanged, _as_tuple)
 
 
 def text_type(size: int, *, terminated: bool = True) -> WireType:

@@ -104,7 +104,7 @@ class ZmqBlackBoard(RemoteBlackBoard):
     def close(self, instance: Interface) -> None:
         if not instance.valid:
             return
-        if not self._interfaces.owns(instance):
+        if not self._interfaces.has_instance(instance):
             raise ForeignInstanceError(instance.uid)
         port = self._interfaces.start_closing(instance)
 

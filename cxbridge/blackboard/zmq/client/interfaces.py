@@ -133,14 +133,14 @@ class OpenInterfaces:
         copy.mem_serial = channel
         self._channels[channel] = copy
 
-    def owns(self, instance: Interface) -> bool:
+    def has_instance(self, instance: Interface) -> bool:
         """Return whether an instance is open at this client."""
         return self._instances.get(instance.serial.bytes) is instance
 
     def find_copy(self, instance: Interface) -> InterfaceCopy | None:
         """Return the copy of an open instance."""
         with self._lock:
-            return self._copies.get((instance.type, instance.id)) if self.owns(instance) else None
+            return self._copies.get((instance.type, instance.id)) if self.has_instance(instance) else None
 
     def start_closing(self, instance: Interface) -> InterfaceCopy:
         """Invalidate an instance, whose listeners get events until `finish_closing`."""
@@ -187,9 +187,11 @@ class OpenInterfaces:
         """Send a write; without room or session, keep the block for `flush`."""
         with self._sender.lock:
             replaces_block = port in self._unsent_blocks
-            sent = self._sender.write(Write(serial.bytes, stamped, changed, block), wait=not replaces_block)
+            was_sent = self._sender.write(
+                Write(serial.bytes, stamped, changed, block), wait=not replaces_block
+            )
             self.skipped += replaces_block  # the client never sends the replaced block
-            if sent:
+            if was_sent:
                 port.seq += 1
                 self._unsent_blocks.pop(port, None)
                 return
@@ -275,10 +277,10 @@ class OpenInterfaces:
             for instance in instances:
                 self._reopen(instance)
             if self.is_watching:
-                self._request(Watch(), self.handle_existing)
+                self._request_counted(Watch(), self.handle_existing)
         self._count_reply()
 
-    def _request(self, frame: Request, on_reply: Callable[[Response], None]) -> None:
+    def _request_counted(self, frame: Request, on_reply: Callable[[Response], None]) -> None:
         """Send a request whose reply :meth:`_count_reply` counts."""
 
         def handle_and_count(reply: Response) -> None:
@@ -290,17 +292,17 @@ class OpenInterfaces:
 
     def _reopen(self, instance: Interface) -> None:
         frame = _make_open_frame(instance.SCHEMA, instance.id, instance.owner, instance.is_writer)
-        self._request(frame, lambda reply: self._handle_reopened(instance, reply))
+        self._request_counted(frame, lambda reply: self._handle_reopened(instance, reply))
 
     def _handle_reopened(self, instance: Interface, reply: Response) -> None:
         with self._lock:
             copy = self._copies.get((instance.type, instance.id))
-            open_here = self._instances.pop(instance.serial.bytes, None) is instance
+            is_open = self._instances.pop(instance.serial.bytes, None) is instance
             if isinstance(reply, Reply):
                 self._invalidate_refused(copy, instance, reply.code)
                 return
             assert isinstance(reply, Opened)
-            if copy is None or not open_here:
+            if copy is None or not is_open:
                 self._close_unwanted(reply)  # another thread has closed the instance during the request
                 return
             instance.adopt_serial(UUID(bytes=reply.instance))
@@ -316,8 +318,8 @@ class OpenInterfaces:
     def _update_reopened(self, copy: InterfaceCopy, opened: Opened, block: bytes) -> None:
         """Update a copy with the data of a new session, unless the copy is newer."""
         # a restarted server counts from 0, and has no data before the first write
-        outdated = opened.seq <= copy.expected_seq if self._same_epoch else opened.seq == 0
-        if not outdated and copy not in self._unsent_blocks:
+        is_outdated = opened.seq <= copy.expected_seq if self._same_epoch else opened.seq == 0
+        if not is_outdated and copy not in self._unsent_blocks:
             copy.update(opened.seq, block, opened.stamped, opened.changed)
 
     def _is_write_lost(self, copy: InterfaceCopy, seq: int) -> bool:
@@ -389,7 +391,7 @@ class OpenInterfaces:
             case Change():
                 copy = self._channels.get(frame.channel)
                 if copy is not None:
-                    copy.change(frame.kind, UUID(bytes=frame.serial), frame.owner)
+                    copy.change_member(frame.kind, UUID(bytes=frame.serial), frame.owner)
             case Deliver():
                 self._dispatcher.put(self._deliver, frame, urgent=True)
             case Existence():

@@ -119,15 +119,15 @@ class InterfaceCopy(BoardPort):
         finally:
             self._notified_snapshot = None
 
-    def change(self, kind: EventKind, serial: UUID, owner: str) -> None:
+    def change_member(self, kind: EventKind, serial: UUID, owner: str) -> None:
         """Add or remove a member and notify the listeners."""
-        added = kind in (EventKind.READER_ADDED, EventKind.WRITER_ADDED)
+        is_added = kind in (EventKind.READER_ADDED, EventKind.WRITER_ADDED)
         # other threads iterate over the members without a lock, so the dictionary is replaced
         members = dict(self._members)
         member = members.pop(serial, None)
-        if added is (member is not None):
+        if is_added is (member is not None):
             return  # the members in a reply to Open contain the change already
-        if added:
+        if is_added:
             members[serial] = Member(serial.bytes, owner, kind is EventKind.WRITER_ADDED)
         self._members = members
         self._dispatcher.put(self.listeners.notify_audience, self.listeners.find_audience(kind), kind, serial)
@@ -169,13 +169,13 @@ class InterfaceCopy(BoardPort):
         if not quietly:
             self._remove_members(self._members.keys() - present.keys())
             for serial, member in present.items():
-                self.change(membership_kind(writer=member.writer, added=True), serial, member.owner)
+                self.change_member(membership_kind(writer=member.writer, added=True), serial, member.owner)
         self._members = present  # again, because the order of the members is the server's
 
     def _remove_members(self, serials: AbstractSet[UUID]) -> None:
         for serial, member in self._members.items():
             if serial in serials:
-                self.change(membership_kind(writer=member.writer, added=False), serial, "")
+                self.change_member(membership_kind(writer=member.writer, added=False), serial, "")
 
     def remove_remote_members(self) -> None:
         """Remove the instances of other clients, because the session is lost."""

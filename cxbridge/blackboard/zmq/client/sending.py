@@ -189,11 +189,11 @@ class CommandSender:
         """
         number = frame.request = next(self._request_numbers)
         self._pending[number] = pending
-        sent = False
+        was_sent = False
         try:
-            sent = self.send(frame)
+            was_sent = self.send(frame)
         finally:
-            if not sent:
+            if not was_sent:
                 del self._pending[number]
                 pending.finish(None)
         return number

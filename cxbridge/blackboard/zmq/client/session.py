@@ -22,9 +22,9 @@ from cxbridge.blackboard.zmq.client.sending import CommandSender
 from cxbridge.blackboard.zmq.security import CurveClient
 from cxbridge.blackboard.zmq.wire.frames import (
     BEAT_HEARTBEATS,
-    COMMANDS,
+    COMMANDS_PREFIX,
     DEATH_HEARTBEATS,
-    EVENTS,
+    EVENTS_PREFIX,
     SERIAL_SIZE,
     Beat,
     Bye,
@@ -104,9 +104,9 @@ class SessionThread:
                 reason = f"no session can begin: {error}"
             if not self._stopping:
                 self._interfaces.handle_loss(reason)
-                self._wait(RETRY_PAUSE_S)
+                self._sleep(RETRY_PAUSE_S)
 
-    def _wait(self, seconds: float) -> None:
+    def _sleep(self, seconds: float) -> None:
         poller = zmq.Poller()
         poller.register(self._wakeup, zmq.POLLIN)
         deadline = time.monotonic() + seconds
@@ -118,9 +118,9 @@ class SessionThread:
         """Run one session; return the reason for its end."""
         session = os.urandom(SERIAL_SIZE)
         self._interfaces.needs_flush = False
-        events = connect(self._receiver.context, self._url, EVENTS + session, self._keys)
+        events = connect(self._receiver.context, self._url, EVENTS_PREFIX + session, self._keys)
         try:
-            commands = connect(self._receiver.context, self._url, COMMANDS + session, self._keys)
+            commands = connect(self._receiver.context, self._url, COMMANDS_PREFIX + session, self._keys)
             try:
                 monitor = events.get_monitor_socket(zmq.EVENT_DISCONNECTED)
             except zmq.ZMQError:

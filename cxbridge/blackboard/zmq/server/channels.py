@@ -128,7 +128,7 @@ class Channel(MembershipListener):
         """Send an update to all sessions except the writer's."""
         writer = None if self.writer is None else self.writer.session
         version = snapshot.version
-        common: bytes | None = None  # the frame for all sessions that have every earlier write
+        shared_frame: bytes | None = None  # the frame for all sessions that have every earlier write
         for session, membership in self.members.items():
             if membership.sent_seq >= version:
                 continue
@@ -137,11 +137,11 @@ class Channel(MembershipListener):
             elif session.credit <= 0:
                 session.waiting_channels[self] = None
             elif membership.sent_seq == version - 1:
-                if common is None:
-                    common = self._encode(snapshot, membership.sent_seq)
+                if shared_frame is None:
+                    shared_frame = self._encode_update(snapshot, membership.sent_seq)
                 membership.sent_seq = version
                 session.credit -= 1
-                session.send_bytes(common)
+                session.send_bytes(shared_frame)
             else:
                 self._send_update_to(session, membership, snapshot)
 
@@ -155,11 +155,11 @@ class Channel(MembershipListener):
     def _send_update_to(self, session: ZmqSession, membership: Membership, snapshot: Snapshot) -> None:
         session.skipped += snapshot.version - membership.sent_seq - 1
         session.credit -= 1
-        data = self._encode(snapshot, membership.sent_seq)
+        frame = self._encode_update(snapshot, membership.sent_seq)
         membership.sent_seq = snapshot.version
-        session.send_bytes(data)
+        session.send_bytes(frame)
 
-    def _encode(self, snapshot: Snapshot, sent_seq: int) -> bytes:
+    def _encode_update(self, snapshot: Snapshot, sent_seq: int) -> bytes:
         """Return the Update for a client that has the data of write number ``sent_seq``."""
         seq = snapshot.version
         stamped, changed = snapshot.last_stamped > sent_seq, snapshot.last_changed > sent_seq

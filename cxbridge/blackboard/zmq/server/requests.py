@@ -71,12 +71,12 @@ class RequestHandler:
         self._channels: dict[int, Channel] = {}
         self.deliveries: Final = Deliveries()
         self._handlers: Final[dict[type[Any], Callable[[ZmqSession, Any], None]]] = {
-            Open: self._open,
-            Close: self._close,
-            List: self._list,
-            Watch: self._watch,
-            Sync: self._sync,
-            Send: self._send,
+            Open: self._handle_open,
+            Close: self._handle_close,
+            List: self._handle_list,
+            Watch: self._handle_watch,
+            Sync: self._handle_sync,
+            Send: self._handle_send,
         }
 
     def handle(self, session: ZmqSession, frame: ClientFrame) -> None:
@@ -86,7 +86,7 @@ class RequestHandler:
         """
         match frame:
             case Write():  # first, because nearly all frames are writes
-                self._write(session, frame)
+                self._handle_write(session, frame)
             case Credit():
                 session.give_credit(frame.updates)
             case Delivered():
@@ -101,7 +101,7 @@ class RequestHandler:
             case _:
                 raise ProtocolError(f"{type(frame).__name__} within a session")
 
-    def _open(self, session: ZmqSession, frame: Open) -> None:
+    def _handle_open(self, session: ZmqSession, frame: Open) -> None:
         interface_class = self._find_class(frame.type, frame.id)
         schema = interface_class.SCHEMA
         check_client_limits(session.instances.values(), schema)
@@ -154,11 +154,11 @@ class RequestHandler:
 
     def _forward_messages(self, instance: Interface, listeners: ListenerTable) -> None:
         """Forward messages of this process to a client's writer."""
-        forwarder = Forwarder(self._loop, self._deliver, self._delivery_timeout, self._log)
+        forwarder = Forwarder(self._loop, self._deliver_message, self._delivery_timeout, self._log)
         instance.divert_queue(ForwardedQueue(instance.uid, forwarder))
         listeners.register(forwarder, instance, (EventKind.MESSAGE_RECEIVED,))
 
-    def _close(self, session: ZmqSession, frame: Close) -> None:
+    def _handle_close(self, session: ZmqSession, frame: Close) -> None:
         instance = session.instances.get(frame.instance)
         if instance is None:
             session.reply(frame.request, ResultCode.INVALID_INSTANCE)
@@ -195,7 +195,7 @@ class RequestHandler:
         for instance in list(session.instances.values()):
             self.close(session, instance)
 
-    def _write(self, session: ZmqSession, frame: Write) -> None:
+    def _handle_write(self, session: ZmqSession, frame: Write) -> None:
         """Publish the block of a session's writer."""
         instance = session.instances.get(frame.instance)
         if instance is None or not instance.is_writer:
@@ -205,7 +205,7 @@ class RequestHandler:
         elif instance.valid:
             instance.publish_block(frame.block, frame.stamped, frame.changed)
 
-    def _send(self, session: ZmqSession, frame: Send) -> None:
+    def _handle_send(self, session: ZmqSession, frame: Send) -> None:
         sender = session.instances.get(frame.instance)
         if sender is None or sender.is_writer:
             session.reply(frame.request, ResultCode.INVALID_INSTANCE)
@@ -266,7 +266,7 @@ class RequestHandler:
         """Emit the event of a message between clients."""
         emit_message(self._board.bus, self._board.clock.now_us(), sender.uid, sender.owner, message, outcome)
 
-    def _deliver(self, writer: Interface, message: Message, on_outcome: OutcomeCallback) -> None:
+    def _deliver_message(self, writer: Interface, message: Message, on_outcome: OutcomeCallback) -> None:
         """Send a message of this process to a writer in a client."""
         channel = self._channels.get(writer.mem_serial)
         # the writer may have been closed after the call of the listener
@@ -275,14 +275,14 @@ class RequestHandler:
         else:
             self._start_delivery(channel.writer, message, message.hops, on_outcome)
 
-    def _list(self, session: ZmqSession, frame: List) -> None:
+    def _handle_list(self, session: ZmqSession, frame: List) -> None:
         infos = self._board.list(frame.type_glob, frame.id_glob)
         session.send(Listed(list(infos), request=frame.request))
 
-    def _watch(self, session: ZmqSession, frame: Watch) -> None:
+    def _handle_watch(self, session: ZmqSession, frame: Watch) -> None:
         session.watching = True  # before the list, so that the client misses no interface in between
         session.send(Listed(list(self._board.list_all()), request=frame.request))
 
-    def _sync(self, session: ZmqSession, frame: Sync) -> None:
+    def _handle_sync(self, session: ZmqSession, frame: Sync) -> None:
         self._loop.run_posted_calls()  # sends the updates of this process' earlier writes before the reply
         session.reply(frame.request)

@@ -27,8 +27,8 @@ from cxbridge.blackboard.zmq.security import CurveServer, check_endpoint
 from cxbridge.blackboard.zmq.server.requests import RequestHandler
 from cxbridge.blackboard.zmq.server.sessions import ZmqSession
 from cxbridge.blackboard.zmq.wire.frames import (
-    COMMANDS,
-    EVENTS,
+    COMMANDS_PREFIX,
+    EVENTS_PREFIX,
     SERIAL_SIZE,
     Bye,
     Existence,
@@ -188,12 +188,12 @@ class ZmqBlackBoardServer(BoardServer, Observer):
                 session.send(Existence(created, interface_type, interface_id))
 
     def _run(self) -> None:
-        self._by_descriptor = {socket.fileno(): socket for socket in self._sockets}
+        self._sockets_by_descriptor = {socket.fileno(): socket for socket in self._sockets}
         if sys.platform == "win32":
             return  # unreachable, because `choose_context` refuses Windows, whose `select` has no `poll`
         poll = select.poll()
         poll.register(self._wakeup, select.POLLIN)
-        for descriptor in self._by_descriptor:
+        for descriptor in self._sockets_by_descriptor:
             poll.register(descriptor, select.POLLIN)
         next_check_s = last_check_s = time.monotonic()
         # one message per round after a sleep, so that posted updates do not wait for a batch
@@ -235,7 +235,9 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         :param ready: the descriptors and events that the poll has just reported; empty to query all sockets.
         """
         if ready:
-            sockets = [self._by_descriptor[fd] for fd, _ in ready if fd in self._by_descriptor]
+            sockets = [
+                self._sockets_by_descriptor[fd] for fd, _ in ready if fd in self._sockets_by_descriptor
+            ]
         else:
             sockets = [socket for socket in self._sockets if is_readable(socket)]
         for socket in sockets:
@@ -276,7 +278,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         if surplus_parts:
             raise ProtocolError(f"a message has one frame, not {1 + surplus_parts}")
         frame = decode_client_frame(data)
-        if session is None or route[:1] != COMMANDS:
+        if session is None or route[:1] != COMMANDS_PREFIX:
             if isinstance(frame, Hello):
                 self._welcome(socket, route, frame)
             elif session is None:
@@ -294,12 +296,12 @@ class ZmqBlackBoardServer(BoardServer, Observer):
             session.last_number_received = number
             return True
         if number > session.last_number_received:
-            self._fail(session, ResultCode.FRAME_LOST)
+            self._mark_failed(session, ResultCode.FRAME_LOST)
         return False
 
     def _welcome(self, socket: zmq.Socket[bytes], route: bytes, hello: Hello) -> None:
         """Begin a session."""
-        if route != EVENTS + hello.session:
+        if route != EVENTS_PREFIX + hello.session:
             raise ProtocolError("a Hello by another socket than the session's")
         if hello.session in self._sessions:
             return
@@ -318,7 +320,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
             return
         heartbeat = min(max(hello.heartbeat_ms / 1000 or self.heartbeat, MIN_HEARTBEAT_S), self.heartbeat)
         session = ZmqSession(
-            hello.session, socket, hello.name, heartbeat, self._window, self._fail, time.monotonic
+            hello.session, socket, hello.name, heartbeat, self._window, self._mark_failed, time.monotonic
         )
         self._sessions[session.id] = session
         session.send(Welcome(self._epoch, round(heartbeat * 1000), self._window))
@@ -336,7 +338,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         self._requests.deliveries.expire(now_s)
         self._end_failed()
 
-    def _fail(self, session: ZmqSession, code: ResultCode) -> None:
+    def _mark_failed(self, session: ZmqSession, code: ResultCode) -> None:
         """Record that a session cannot continue.
 
         The server ends the session after the current request, because the callers iterate over sessions and
@@ -351,7 +353,9 @@ class ZmqBlackBoardServer(BoardServer, Observer):
             session, code = self._failed_sessions.popleft()
             if self._sessions.get(session.id) is session:
                 self._complaints.add(code.name, f"client {session} is given up: {code.name}")
-                self._dismiss_client(session.socket, EVENTS + session.id, code, "the session was ended")
+                self._dismiss_client(
+                    session.socket, EVENTS_PREFIX + session.id, code, "the session was ended"
+                )
                 self._end_session(session)
 
     def _end_session(self, session: ZmqSession) -> None:
@@ -365,6 +369,6 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         """Notify a client that it has no session, and end the session if its commands socket is the route."""
         session = self._sessions.get(route[1:])
         with contextlib.suppress(zmq.ZMQError):  # the client is lost, or does not read
-            socket.send_multipart([EVENTS + route[1:], encode(Gone(code, text))], zmq.NOBLOCK)
-        if session is not None and route[:1] == COMMANDS:
+            socket.send_multipart([EVENTS_PREFIX + route[1:], encode(Gone(code, text))], zmq.NOBLOCK)
+        if session is not None and route[:1] == COMMANDS_PREFIX:
             self._end_session(session)

@@ -15,7 +15,7 @@ import zmq
 from cxbridge.blackboard.zmq.wire.frames import (
     BEAT_HEARTBEATS,
     DEATH_HEARTBEATS,
-    EVENTS,
+    EVENTS_PREFIX,
     Beat,
     Frame,
     Reply,
@@ -90,7 +90,7 @@ class ZmqSession:
     def __post_init__(self) -> None:
         self.credit = self.window
         self.last_received_s = self.last_sent_s = self.now()
-        self._route = EVENTS + self.id
+        self._route = EVENTS_PREFIX + self.id
         self._send = raw_send(self.socket)
 
     def __str__(self) -> str:

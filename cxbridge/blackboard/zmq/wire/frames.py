@@ -27,10 +27,10 @@ from cxbridge.blackboard.listeners import EventKind
 VERSION: Final = 3
 """The version of the protocol, which both peers must have."""
 
-EVENTS: Final = b"e"
+EVENTS_PREFIX: Final = b"e"
 """The first byte of the routing id of a client's events socket; the session's id follows."""
 
-COMMANDS: Final = b"c"
+COMMANDS_PREFIX: Final = b"c"
 """The first byte of the routing id of a client's commands socket; the session's id follows."""
 
 # below three, so that a check four times a heartbeat notices a dead peer within three heartbeats
@@ -335,13 +335,13 @@ _DATA_FIRST_BYTES: Final = range(0x90, 0xA0)
 _FrameT = TypeVar("_FrameT")
 
 
-def _kinds(frames: Any, data: Any) -> dict[str, Any]:
+def _frames_by_field(frames: Any, data: Any) -> dict[str, Any]:
     """Return the classes of the frames in envelopes by the name of the envelope's field."""
     return {kind.__name__.lower(): kind for kind in get_args(frames) if kind not in get_args(data)}
 
 
-_CLIENT_KINDS: Final[Mapping[str, type[ClientFrame]]] = _kinds(ClientFrame, ClientData)
-_SERVER_KINDS: Final[Mapping[str, type[ServerFrame]]] = _kinds(ServerFrame, ServerData)
+_CLIENT_KINDS: Final[Mapping[str, type[ClientFrame]]] = _frames_by_field(ClientFrame, ClientData)
+_SERVER_KINDS: Final[Mapping[str, type[ServerFrame]]] = _frames_by_field(ServerFrame, ServerData)
 
 
 def _load_envelope() -> Any:

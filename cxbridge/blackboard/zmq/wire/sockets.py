@@ -133,7 +133,7 @@ class EndpointFile:
 
     def __init__(self, endpoint: str) -> None:
         self._path = _ipc_path(endpoint)
-        self._identity = self._file_identity()
+        self._initial_identity = self._file_identity()
 
     def remove(self) -> None:
         """Remove the file unless another process has replaced it.
@@ -141,7 +141,11 @@ class EndpointFile:
         The caller unbinds the endpoint afterwards: another daemon can replace the file only when no process
         serves the endpoint.
         """
-        if self._path is not None and self._identity is not None and self._file_identity() == self._identity:
+        if (
+            self._path is not None
+            and self._initial_identity is not None
+            and self._file_identity() == self._initial_identity
+        ):
             with contextlib.suppress(OSError):  # the permissions may have changed
                 self._path.unlink()
 

@@ -77,18 +77,18 @@ class PublishedInterfaces(Closing):
         self._feed = Feed(board, OWNER)
         try:
             for instance in self._feed.follow(settings.pattern.type_glob, settings.pattern.id_glob):
-                self._publish_change(self._feed.now(instance))
+                self._publish_change(self._feed.read_change(instance))
         except Exception:
             self.close()
             raise
 
     def loop(self) -> None:
-        while (change := self._feed.next(Deadline(0))) is not None:
+        while (change := self._feed.wait_for_change(Deadline(0))) is not None:
             self._publish_change(change)
-        for instance in self._feed.opened:
+        for instance in self._feed.instances:
             # an interface without a write so far has no change, but its topic must exist
             if instance.uid not in self._publish_functions:
-                self._publish_change(self._feed.now(instance))
+                self._publish_change(self._feed.read_change(instance))
 
     def _publish_change(self, change: InterfaceChange) -> None:
         if change.uid in self._written_uids or change.uid in self._failed_uids:

@@ -61,7 +61,7 @@ def plot(
 
     with connect(url, interface_dir) as board, Feed(board, OWNER) as feed:
         instance = feed.open(*parse_uid(uid))
-        initial = feed.now(instance)
+        initial = feed.read_change(instance)
         for name in fields:
             value_of(name, initial.values)  # reports a mistake before the screen changes
         writes = _writes(feed, initial, Deadline(timeout))
@@ -116,7 +116,7 @@ def _writes(
     if initial.time_us:  # 0: the interface has never been written
         yield 0.0, initial.values
     while (left_s := deadline.remaining_s()) != 0:
-        change = feed.next(Deadline(_FRAME_S if left_s is None else min(_FRAME_S, left_s)))
+        change = feed.wait_for_change(Deadline(_FRAME_S if left_s is None else min(_FRAME_S, left_s)))
         seconds = time.monotonic() - begin_s
         if change is None:
             yield seconds, None

@@ -143,7 +143,7 @@ def _reports(
             report_deadline = Deadline(
                 options.every if remaining_s is None else min(options.every, remaining_s)
             )
-            while (change := feed.next(report_deadline)) is not None:
+            while (change := feed.wait_for_change(report_deadline)) is not None:
                 if change.kind == "data":
                     # An interface that appears later gets its meter with its first write.
                     meters.setdefault(change.uid, RateMeter(options.window)).add(time.monotonic())

@@ -108,10 +108,10 @@ def _step(board: BlackBoard, unit: str, timeout_s: float) -> str:
     check_serves_requests(board)
     deadline = Deadline(timeout_s)
     with Feed(board, OWNER) as feed:
-        previous_stops = feed.now(feed.open(REQUEST_TYPE, DAEMON_ID)).values["stops"]
+        previous_stops = feed.read_change(feed.open(REQUEST_TYPE, DAEMON_ID)).values["stops"]
         # The daemon counts the stops of its rules: a new number marks the end of this step.
         request(board, "step", timeout_s, what=unit)
-        while (change := feed.next(deadline)) is not None:
+        while (change := feed.wait_for_change(deadline)) is not None:
             if change.kind == "writer removed":
                 raise BlackBoardError("the daemon has ended")
             if change.values["stops"] != previous_stops and change.values["stopped"]:

@@ -63,7 +63,7 @@ def _print_lines(
 
     printed_count, previous_line = 0, ""
     with Feed(board, OWNER) as feed:
-        change: InterfaceChange | None = feed.now(feed.open(TYPE, skiller))
+        change: InterfaceChange | None = feed.read_change(feed.open(TYPE, skiller))
         while change is not None:
             line = _monitor_line(change, as_json=as_json)
             # A Skiller also writes fields that the line does not show.
@@ -72,7 +72,7 @@ def _print_lines(
                 say(line, flush=True)
             if printed_count == count:
                 return True
-            change = feed.next(deadline)
+            change = feed.wait_for_change(deadline)
     return False
 
 

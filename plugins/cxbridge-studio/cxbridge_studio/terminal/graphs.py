@@ -52,7 +52,7 @@ def fetch_graph(
         longest = interface.maxlenof("graph_fsm") - 1
         if len(subject.encode("utf-8", "surrogateescape")) > longest:
             raise SkillerError(f"'{subject}' is longer than the {longest} bytes that its field has")
-        previous_values = feed.now(interface).values
+        previous_values = feed.read_change(interface).values
         message_fields: dict[str, Any] = {"graph_fsm": subject}
         if subject not in OVERVIEWS:
             message_fields |= {} if direction is None else {"graph_dir": DIRECTIONS[direction]}
@@ -94,11 +94,11 @@ def _await_graph(
     feed: Feed, interface: Interface, expected_fields: dict[str, Any], deadline: Deadline
 ) -> InterfaceChange | None:
     """Return the first change with these fields; None after the deadline."""
-    change: InterfaceChange | None = feed.now(interface)
+    change: InterfaceChange | None = feed.read_change(interface)
     while change is not None and any(
         _enum_name(change.values[name]) != value for name, value in expected_fields.items()
     ):
-        change = feed.next(deadline)
+        change = feed.wait_for_change(deadline)
     return change
 
 

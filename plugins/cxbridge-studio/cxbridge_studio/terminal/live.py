@@ -31,8 +31,8 @@ def show(
     uses = _fetch_uses(board, skiller)
     console = console or Console(file=unfiltered_stream(sys.stdout))
     with Feed(board, OWNER) as feed, Live(console=console, auto_refresh=False) as live:
-        values = _values_of(feed.now(feed.open(SKILLER_TYPE, skiller)))
-        graph = _graph_of(feed.now(feed.open(TYPE, skiller)))
+        values = _values_of(feed.read_change(feed.open(SKILLER_TYPE, skiller)))
+        graph = _graph_of(feed.read_change(feed.open(TYPE, skiller)))
         changes = 0
         previous_value: object = None
         while True:
@@ -41,7 +41,7 @@ def show(
                 live.update(view(values, graph, uses), refresh=True)
             if changes == count:
                 return True
-            change = feed.next(deadline)
+            change = feed.wait_for_change(deadline)
             if change is None:
                 return False
             if change.uid.startswith(f"{TYPE}::"):
