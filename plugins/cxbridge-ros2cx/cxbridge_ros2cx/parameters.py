@@ -58,7 +58,8 @@ def load_executive_parameters(folder: Path) -> Configuration:
         raise ConfigError(
             f"there are no parameters of the node {EXECUTIVE_NODE}",
             file=file,
-            hint=f"they belong below {EXECUTIVE_NODE}: ros__parameters:; {_describe_sections(ros_parameters)}",
+            hint=f"they belong below {EXECUTIVE_NODE}: ros__parameters:; "
+            + _describe_sections(ros_parameters),
         )
     config = Configuration()
     config.overlay(ros_parameters.below(parameter_path).copy_below(EXECUTIVE_TREE))
