@@ -12,49 +12,51 @@ from anyio.abc import ByteReceiveStream, Process
 from cxbridge.errors import CxbridgeError
 from cxbridge.spawning import python_command
 
-_CLEANING_UP_S: Final = 5.0  # seconds for a command to clean up before it is killed
-_MAX_OUTPUT_BYTES: Final = 1 << 20  # limit of each output stream; further output is read and dropped
+_CLEAN_UP_S: Final = 5.0  # the time for a command to clean up before it is killed
+_MAX_OUTPUT_BYTES: Final = 1 << 20  # of each output stream; further output is read and dropped
 
-# The smallest exit status of a command that has no answer, except for `_TIMED_OUT`.
-_BAD_USAGE: Final = 2
+# A command with this exit status or a higher one has no answer, except for `_TIMEOUT_STATUS`.
+_MIN_ERROR_STATUS: Final = 2
 
-_TIMED_OUT: Final = 3  # exit status of a command that has an answer although its time limit has passed
+# The time limit of a run has passed: the run ended, and has an answer.
+_TIMEOUT_STATUS: Final = 3
 
 
-async def call(*arguments: str, patience_s: float) -> tuple[int, str]:
+async def run_command(*arguments: str, timeout_s: float) -> tuple[int, str]:
     """Run a command; return its exit status and output.
 
     Cancelling the call ends the process.
 
-    :param patience_s: the time limit in seconds of real time.
+    :param arguments: the name of the command, and its arguments.
+    :param timeout_s: the time limit in real time.
     :raises CxbridgeError: if the command fails, with the error text of the command, or exceeds the limit.
     """
     command = python_command("-m", "cxbridge", *arguments)
-    # a client takes colour codes for text
+    # an assistant takes colour codes for text
     environment = os.environ | {"NO_COLOR": "1"}
     async with await anyio.open_process(
         command, stdin=DEVNULL, stdout=PIPE, stderr=PIPE, env=environment
     ) as process:
         try:
-            with anyio.fail_after(patience_s):
-                output, errors = await _outputs(process)
+            with anyio.fail_after(timeout_s):
+                output, errors = await _read_outputs(process)
         except TimeoutError:
             raise CxbridgeError(
-                f"'cxbridge {arguments[0]}' has not ended after {patience_s:g} s and was stopped",
+                f"'cxbridge {arguments[0]}' has not ended after {timeout_s:g} s and was stopped",
                 hint="ask for less, or for a longer time",
             ) from None
         finally:
-            await _end(process)
+            await _end_process(process)
     status = process.returncode or 0
-    if status >= _BAD_USAGE and status != _TIMED_OUT:
+    if status >= _MIN_ERROR_STATUS and status != _TIMEOUT_STATUS:
         raise CxbridgeError(
             errors.strip().removeprefix("cxbridge: error: ") or output.strip() or f"status {status}"
         )
     return status, output.strip() or errors.strip()
 
 
-async def _outputs(process: Process) -> tuple[str, str]:
-    """Return a process's output on stdout and stderr after its end."""
+async def _read_outputs(process: Process) -> tuple[str, str]:
+    """Wait for the end of a process; return its output on stdout and stderr."""
     buffers = [bytearray(), bytearray()]
 
     async def read(stream: ByteReceiveStream, buffer: bytearray) -> None:
@@ -70,14 +72,14 @@ async def _outputs(process: Process) -> tuple[str, str]:
     return output, errors
 
 
-async def _end(process: Process) -> None:
-    """End a running process, first with the signal that lets commands clean up."""
+async def _end_process(process: Process) -> None:
+    """End a running process: first by the signal at which commands clean up, then by force."""
     if process.returncode is not None:
         return
     process.terminate()
     # shielded: a cancelled call must still wait for the end of the process
     with anyio.CancelScope(shield=True):
-        with anyio.move_on_after(_CLEANING_UP_S):
+        with anyio.move_on_after(_CLEAN_UP_S):
             await process.wait()
         if process.returncode is None:
             process.kill()

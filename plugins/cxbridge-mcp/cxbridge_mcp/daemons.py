@@ -1,4 +1,7 @@
-"""The tools for a running daemon, which checks the rights of its clients itself."""
+"""The tools for a running daemon.
+
+The daemon checks the rights of its clients; this server offers only the operations that the user allows.
+"""
 
 from __future__ import annotations
 
@@ -11,9 +14,9 @@ from cxbridge.daemon.client import ask_why, read_status, request
 from cxbridge.daemon.operations.table import verbs
 from cxbridge.errors import CxbridgeError
 from cxbridge.rights import Right
-from cxbridge_mcp.recordings import MAX_ROWS, cut
+from cxbridge_mcp.recordings import MAX_ROWS, cut_answer
 
-_PATIENCE_S: Final = 30.0  # seconds to wait for the daemon's answer
+_ANSWER_TIMEOUT_S: Final = 30.0
 _OWNER: Final = "mcp"
 
 
@@ -21,7 +24,7 @@ class DaemonTools:
     """The tools for a daemon.
 
     :param url: the daemon's blackboard.
-    :param allowed: operations that the user allows in addition to those without effects.
+    :param allowed: operations that the user allows in addition to those that only read.
     """
 
     def __init__(self, url: str, allowed: Iterable[str]) -> None:
@@ -68,7 +71,9 @@ class DaemonTools:
         :param limit: the maximal number of facts, up to 1000.
         """
         with cx.connect(self._url) as board:
-            facts = request(board, "facts", _PATIENCE_S, env=environment, template=template, limit=limit)
+            facts = request(
+                board, "facts", _ANSWER_TIMEOUT_S, env=environment, template=template, limit=limit
+            )
         return [{"index": index, "fact": text} for index, text in facts]
 
     def why_in_daemon(self, name: str) -> str:
@@ -77,21 +82,21 @@ class DaemonTools:
         :param name: a goal's id, a class of goals, or a rule.
         """
         with cx.connect(self._url) as board:
-            reply = ask_why(board, name, "", 1, _PATIENCE_S)
+            reply = ask_why(board, name, "", 1, _ANSWER_TIMEOUT_S)
         if reply is None:
             raise CxbridgeError("the daemon has not answered in time", hint="see daemon_status")
-        return cut("\n".join(reply["lines"]))
+        return cut_answer("\n".join(reply["lines"]))
 
     def ask_daemon(self, operation: str, arguments: dict[str, Any] | None = None) -> Any:
         """Request an operation of the daemon, and return the result."""
         if operation not in self._operations:
             if operation not in verbs():
-                raise CxbridgeError(f"there is no operation {operation}", hint=self.describe())
+                raise CxbridgeError(f"there is no operation {operation}", hint=self.operations_text())
             hint = f"the user starts 'cxbridge mcp --allow {operation}'"
             raise CxbridgeError(f"the operation {operation} is not allowed", hint=hint)
         with cx.connect(self._url) as board:
-            return request(board, operation, _PATIENCE_S, **(arguments or {}))
+            return request(board, operation, _ANSWER_TIMEOUT_S, **(arguments or {}))
 
-    def describe(self) -> str:
+    def operations_text(self) -> str:
         """Return a list of the allowed operations as text."""
         return f"the operations are {', '.join(sorted(self._operations))}"

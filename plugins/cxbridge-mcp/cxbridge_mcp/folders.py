@@ -1,4 +1,4 @@
-"""The files that an assistant may name: scenarios and recordings below the folders of the command."""
+"""The files that an assistant may name: scenarios and recordings in the folders of ``cxbridge mcp``."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.resources import shipped_scenarios
 from cxbridge.trace.formats.registry import open_run
 
-MAX_FILES: Final = 20_000  # limit of searched files, so that a huge folder does not block the server
+MAX_SEARCHED_FILES: Final = 20_000  # a search of more files would block the server
 
 _SCENARIO: Final = "scenario.yaml"
 
@@ -35,12 +35,12 @@ class Folders:
         """The folder for relative paths."""
         return self.folders[0]
 
-    def path(self, name: str) -> Path:
+    def resolve_path(self, name: str) -> Path:
         """Return the path that an assistant names.
 
         :raises CxbridgeError: if the path, with its links resolved, is outside the folders.
         """
-        # resolved before the check, since a link may lead out of the folders
+        # a link may lead out of the folders, so it is resolved before the check
         path = (self.home / name).resolve()
         if not any(path.is_relative_to(folder) for folder in self.folders):
             raise CxbridgeError(
@@ -49,62 +49,64 @@ class Folders:
             )
         return path
 
-    def recording(self, name: str) -> Path:
+    def recording_path(self, name: str) -> Path:
         """Return the path of a recording.
 
         :raises CxbridgeError: if the file does not exist.
         """
-        path = self.path(name)
+        path = self.resolve_path(name)
         if not path.exists():
             raise CxbridgeError(f"there is no recording '{name}'", hint="list_recordings has them all")
         return path
 
-    def new_recording(self, name: str) -> Path:
+    def new_recording_path(self, name: str) -> Path:
         """Return the path of a recording to create.
 
         :raises CxbridgeError: if the name does not end in ``.mcap``, or the file exists.
         """
-        path = self.path(name)
+        path = self.resolve_path(name)
         if path.suffix != ".mcap":
             raise CxbridgeError(f"a recording cannot be '{name}'", hint="choose a name that ends in .mcap")
         if path.exists():
             raise CxbridgeError(f"'{name}' exists already", hint="choose another name")
         return path
 
-    def scenario(self, name: str) -> str:
+    def scenario_argument(self, name: str) -> str:
         """Return a SCENARIO argument for commands: the name of a shipped scenario, or a path.
 
         :raises CxbridgeError: if the scenario does not exist.
         """
         if name in shipped_scenarios():
             return name
-        path = self.path(name)
+        path = self.resolve_path(name)
         if not path.exists():
             raise CxbridgeError(f"there is no scenario '{name}'", hint="list_scenarios has them all")
         return str(path)
 
-    def scenarios(self) -> list[str]:
+    def list_scenarios(self) -> list[str]:
         """Return the shipped scenarios by name and those in the folders by path."""
-        scenario_folders = [self._name_of(path.parent) for path in self._files() if path.name == _SCENARIO]
+        scenario_folders = [
+            self._short_name(path.parent) for path in self._walk_files() if path.name == _SCENARIO
+        ]
         return [*shipped_scenarios(), *sorted(scenario_folders)]
 
-    def recordings(self) -> list[dict[str, Any]]:
+    def list_recordings(self) -> list[dict[str, Any]]:
         """Return path, format and size of each recording in the folders, newest first."""
         entries = []
-        for path in self._files():
+        for path in self._walk_files():
             try:
                 run, stat = open_run(path), path.stat()
             except (CxbridgeError, OSError):
-                continue  # no recording, or removed in the meantime
-            entries.append((stat.st_mtime, self._name_of(path), run.format, stat.st_size))
+                continue  # not a recording, or removed in the meantime
+            entries.append((stat.st_mtime, self._short_name(path), run.format, stat.st_size))
         rows = sorted(entries, reverse=True)
-        return [{"path": path, "format": form, "bytes": size} for _, path, form, size in rows]
+        return [{"path": path, "format": format_name, "bytes": size} for _, path, format_name, size in rows]
 
-    def _name_of(self, path: Path) -> str:
+    def _short_name(self, path: Path) -> str:
         """Return the name by which the assistant refers to a path."""
         return str(path.relative_to(self.home)) if path.is_relative_to(self.home) else str(path)
 
-    def _files(self) -> Iterator[Path]:
+    def _walk_files(self) -> Iterator[Path]:
         """Yield the regular files of the folders, without hidden files and links."""
         count = 0
         for top in dict.fromkeys(self.folders):
@@ -116,6 +118,6 @@ class Folders:
                     if name.startswith(".") or path.is_symlink() or not path.is_file():
                         continue
                     count += 1
-                    if count > MAX_FILES:
+                    if count > MAX_SEARCHED_FILES:
                         return
                     yield path

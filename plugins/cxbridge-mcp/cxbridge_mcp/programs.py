@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from cxbridge_mcp.commands import call
+from cxbridge_mcp.commands import run_command
 from cxbridge_mcp.folders import Folders
-from cxbridge_mcp.recordings import cut
+from cxbridge_mcp.recordings import cut_answer
 
 
 class ProgramTools:
@@ -24,17 +24,17 @@ class ProgramTools:
         :param limit: the time limit in seconds of the run's clock.
         :param patience: the time limit in seconds of real time.
         """
-        file = self._folders.new_recording(recording)
+        file = self._folders.new_recording_path(recording)
         arguments = [
-            self._folders.scenario(scenario),
+            self._folders.scenario_argument(scenario),
             "--quiet",
             "--trace",
             str(file),
             "--trace-level",
             "facts",
         ]
-        _, output = await call("run", *arguments, "--timeout", str(limit), patience_s=patience)
-        return cut(output)
+        _, output = await run_command("run", *arguments, "--timeout", str(limit), timeout_s=patience)
+        return cut_answer(output)
 
     async def explore(
         self,
@@ -52,7 +52,7 @@ class ProgramTools:
             built-in ones.
         :param patience: the time limit in seconds of real time.
         """
-        arguments = [self._folders.scenario(scenario), "--faults", str(faults)]
+        arguments = [self._folders.scenario_argument(scenario), "--faults", str(faults)]
         arguments += [f"--property={text}" for text in properties or ()]
-        _, output = await call("explore", *arguments, patience_s=patience)
-        return cut(output)
+        _, output = await run_command("explore", *arguments, timeout_s=patience)
+        return cut_answer(output)

@@ -6,19 +6,21 @@ from typing import Any, Final, Literal
 
 import cxbridge as cx
 from cxbridge.printing import visible
-from cxbridge_mcp.commands import call
+from cxbridge_mcp.commands import run_command
 from cxbridge_mcp.folders import Folders
 
-MAX_ROWS: Final = 200  # limit of rows in an answer, since the model that reads it has a limit, too
+# A language model reads the answers, and can read only so much.
+MAX_ROWS: Final = 200
+"""The maximal number of rows in an answer."""
 
-# The limit of characters in an answer, for the same reason.
 MAX_CHARACTERS: Final = 60_000
+"""The maximal number of characters of a text in an answer."""
 
-_CHECK_S: Final = 120.0  # time limit of a check in seconds
+_CHECK_TIMEOUT_S: Final = 120.0
 
 
-def cut(text: str) -> str:
-    """Return a text without control characters, cut to the limit of an answer."""
+def cut_answer(text: str) -> str:
+    """Return a text without control characters, cut to the maximal length of an answer."""
     text = visible(text)
     if len(text) <= MAX_CHARACTERS:
         return text
@@ -36,21 +38,21 @@ class RecordingTools:
 
     def list_scenarios(self) -> list[str]:
         """List the agents that can be checked: shipped scenarios by name, other scenarios by folder."""
-        return self._folders.scenarios()[:MAX_ROWS]
+        return self._folders.list_scenarios()[:MAX_ROWS]
 
     def list_recordings(self) -> list[dict[str, Any]]:
         """List the recordings of runs, the newest first, with format and size."""
-        return self._folders.recordings()[:MAX_ROWS]
+        return self._folders.list_recordings()[:MAX_ROWS]
 
     def goal_tree(self, recording: str) -> dict[str, Any]:
         """Return the result of a recorded run, and the tree of its goals with modes, outcomes and errors."""
-        run = cx.open_run(self._folders.recording(recording))
+        run = cx.open_run(self._folders.recording_path(recording))
         return {
             "status": run.status,
             "reason": run.reason,
             "seconds": run.seconds,
             "goals": len(run.goals),
-            "tree": cut(str(run)),
+            "tree": cut_answer(str(run)),
         }
 
     def why_in_recording(self, recording: str, name: str) -> str:
@@ -59,7 +61,7 @@ class RecordingTools:
         :param name: a goal's id, a class of goals (CLASS#2 for its second goal), or a rule. A rule needs a
             recording with facts.
         """
-        return cut(cx.open_run(self._folders.recording(recording)).why(name))
+        return cut_answer(cx.open_run(self._folders.recording_path(recording)).why(name))
 
     def compare_recordings(
         self, first: str, second: str, order: Literal["partial", "total"] = "partial"
@@ -69,7 +71,7 @@ class RecordingTools:
         :param order: partial compares the order of each goal's transitions, total the order of all
             transitions.
         """
-        a, b = (cx.open_run(self._folders.recording(name)) for name in (first, second))
+        a, b = (cx.open_run(self._folders.recording_path(name)) for name in (first, second))
         comparison = a.compare(b, order=order)
         rows = comparison.differences[:MAX_ROWS]
         return {
@@ -85,6 +87,6 @@ class RecordingTools:
 
     async def check_agent(self, scenario: str) -> str:
         """Find the mistakes of an agent without running it: each with file, line, code and remedy."""
-        command = ["check", self._folders.scenario(scenario), "--format", "text"]
-        status, output = await call(*command, patience_s=_CHECK_S)
-        return cut(output) or ("no mistakes" if status == 0 else "there are mistakes")
+        command = ["check", self._folders.scenario_argument(scenario), "--format", "text"]
+        status, output = await run_command(*command, timeout_s=_CHECK_TIMEOUT_S)
+        return cut_answer(output) or ("no mistakes" if status == 0 else "there are mistakes")

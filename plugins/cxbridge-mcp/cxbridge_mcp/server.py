@@ -1,4 +1,4 @@
-"""The server with its table of tools and the user's permissions."""
+"""Makes the server: its tools, and which of them the user allows."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ from cxbridge_mcp.folders import Folders
 from cxbridge_mcp.programs import ProgramTools
 from cxbridge_mcp.recordings import RecordingTools
 
-# The tools that run agents; `--allow` takes these names in addition to the names of operations.
-PROGRAMS: Final = ("run", "explore")
+# The tools that run agents: names for ``--allow``, as are the names of operations.
+PROGRAM_TOOLS: Final = ("run", "explore")
 
 _INSTRUCTIONS: Final = (
     "Inspects agents of the CLIPS Executive, recordings of their runs, and a running daemon. "
@@ -46,7 +46,7 @@ def make_server(folders: Sequence[Path], url: str, allow: Sequence[str]) -> MCPS
     read_only = ToolAnnotations(read_only_hint=True)
     destructive = ToolAnnotations(read_only_hint=False, destructive_hint=True)
     files, programs = RecordingTools(allowed_folders), ProgramTools(allowed_folders)
-    operations = [name for name in allow if name not in PROGRAMS]
+    operations = [name for name in allow if name not in PROGRAM_TOOLS]
     daemon = DaemonTools(url, operations)
     for tool in (
         files.list_scenarios,
@@ -61,16 +61,16 @@ def make_server(folders: Sequence[Path], url: str, allow: Sequence[str]) -> MCPS
         daemon.list_facts,
         daemon.why_in_daemon,
     ):
-        server.add_tool(_with_error_text(tool), annotations=read_only)
+        server.add_tool(_with_tool_errors(tool), annotations=read_only)
     server.add_tool(
-        _with_error_text(daemon.ask_daemon),
-        description=f"Request an operation of the daemon, with its arguments; {daemon.describe()}.",
+        _with_tool_errors(daemon.ask_daemon),
+        description=f"Request an operation of the daemon, with its arguments; {daemon.operations_text()}.",
         annotations=destructive if operations else read_only,
         structured_output=False,
     )
     for program in (programs.run, programs.explore):
         if program.__name__ in allow:
-            server.add_tool(_with_error_text(program), annotations=destructive)
+            server.add_tool(_with_tool_errors(program), annotations=destructive)
     return server
 
 
@@ -79,17 +79,18 @@ def _check_names(allow: Sequence[str]) -> None:
 
     :raises CxbridgeError: if a name is unknown.
     """
-    names = {*PROGRAMS, *verbs()}
+    names = {*PROGRAM_TOOLS, *verbs()}
     for name in allow:
         if name not in names:
             raise CxbridgeError(
                 f"--allow cannot be '{name}'{or_similar(name, names)}",
-                hint=f"allow {', '.join(PROGRAMS)}, or one of the operations {', '.join(sorted(verbs()))}",
+                hint=f"allow {', '.join(PROGRAM_TOOLS)}, or one of the operations "
+                f"{', '.join(sorted(verbs()))}",
             )
 
 
-def _with_error_text(tool: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a tool whose errors reach the assistant with their text."""
+def _with_tool_errors(tool: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a tool whose errors reach the assistant with their texts."""
     if inspect.iscoroutinefunction(tool):
 
         @functools.wraps(tool)

@@ -1,4 +1,8 @@
-"""Planners that are programs: on the PATH, as in Fawkes, or in packages of unified-planning."""
+"""Planners that are programs: on the PATH, as in Fawkes, or in Python packages of unified-planning.
+
+The program reads files in a temporary folder, and writes the plan to a file there or to stdout;
+:mod:`cxbridge_planning.programs` has the command lines and the forms of plans.
+"""
 
 from __future__ import annotations
 
@@ -16,18 +20,18 @@ from cxbridge.executive.pddl import Domain, Problem
 from cxbridge.executive.planning.errors import PlanningError
 from cxbridge.executive.planning.needs import Need, problem_needs
 from cxbridge.executive.planning.planner import PlannedAction
-from cxbridge_planning.engine import FOLDER, EnginePlanner
+from cxbridge_planning.engine import FOLDER_PREFIX, EnginePlanner
 from cxbridge_planning.plan_files import PlanNames, load_plan
 from cxbridge_planning.programs import PROGRAMS, PlannerProgram
-from cxbridge_planning.texts import PddlTexts, named, original_texts, plain_texts
+from cxbridge_planning.texts import PddlTexts, original_texts, plain_texts, rename_problem
 
-_PLAN: Final = "plan"  # prefix of plan files
-_TASK: Final = "task"  # name of the problem in the text for a program
-_STATUS: Final = "exit status "  # precedes the exit status at the end of a call's output
+_PLAN_PREFIX: Final = "plan"  # begins the names of plan files, to which programs add numbers
+_PROBLEM_NAME: Final = "task"  # LPG refuses a problem with the name "problem"
+_STATUS_PREFIX: Final = "exit status "  # precedes the exit status at the end of a program's output
 
-# Seconds: a program that fails earlier has refused the text, a later failure is a failure of the search.
-_REFUSAL_S: Final = 2.0
-_EXCERPT: Final = 300  # characters of a program's output in an error
+# A program that fails earlier has refused the text; a later failure is a failure of the search.
+_MAX_REFUSAL_S: Final = 2.0
+_MAX_EXCERPT: Final = 300  # the maximal characters of a program's output in an error
 
 
 class CommandPlanner(EnginePlanner):
@@ -35,15 +39,15 @@ class CommandPlanner(EnginePlanner):
 
     :param name: a key of :data:`PROGRAMS`.
     :param options: additional command-line options.
-    :param program: the program to use instead of the one on the PATH.
-    :param improve: seconds to search for better plans if the problem has a metric and the program supports
-        that.
+    :param program: the program to use instead of the known program.
+    :param improve: the seconds of a search for better plans if the problem has a metric and the program
+        supports the search.
     """
 
     def __init__(self, name: str, options: str = "", program: str = "", improve: str = "1.0") -> None:
         self._program: PlannerProgram = PROGRAMS[name]
         super().__init__(name, self._program, improve)
-        self._options = shlex.split(options or self._program.options)
+        self._options = shlex.split(options or self._program.default_options)
         self._own_program = program
 
     @property
@@ -55,36 +59,44 @@ class CommandPlanner(EnginePlanner):
     def solve(self, domain: Domain, problem: Problem) -> tuple[PlannedAction, ...] | None:
         """Return a plan; None if the program proves that none exists.
 
-        The program reads the user's text. If the program rejects that text at once, it gets a text in basic
+        The program gets the user's text. If the program refuses this text at once, it gets a text in basic
         PDDL.
         """
         texts = original_texts(domain, problem)
         start = time.monotonic()
         try:
-            return self._solve(texts, domain, problem)
+            return self._solve_texts(texts, domain, problem)
         except PlanningError:
-            if time.monotonic() - start > _REFUSAL_S or not any(texts.files):
+            if time.monotonic() - start > _MAX_REFUSAL_S or not any(texts.files):
                 raise
             with suppress(PlanningError):
-                return self._solve(plain_texts(domain, problem), domain, problem)
+                return self._solve_texts(plain_texts(domain, problem), domain, problem)
             raise
 
-    def _solve(self, pddl: PddlTexts, domain: Domain, problem: Problem) -> tuple[PlannedAction, ...] | None:
+    def _solve_texts(
+        self, pddl: PddlTexts, domain: Domain, problem: Problem
+    ) -> tuple[PlannedAction, ...] | None:
         names = PlanNames(domain, problem)
-        with tempfile.TemporaryDirectory(prefix=FOLDER) as folder:
+        with tempfile.TemporaryDirectory(prefix=FOLDER_PREFIX) as folder:
             files = {key: Path(folder, f"{key}.pddl") for key in ("domain", "problem")}
             files["domain"].write_text(pddl.domain)
-            # LPG rejects a problem with the name "problem"
-            files["problem"].write_text(named(pddl.problem, _TASK))
-            texts = {**{key: str(path) for key, path in files.items()}, "plan": str(Path(folder, _PLAN))}
-            if self._program.improving and self.improve > 0 and Need.COSTS in problem_needs(domain, problem):
+            files["problem"].write_text(rename_problem(pddl.problem, _PROBLEM_NAME))
+            texts = {
+                **{key: str(path) for key, path in files.items()},
+                "plan": str(Path(folder, _PLAN_PREFIX)),
+            }
+            if (
+                self._program.improving_arguments
+                and self.improve > 0
+                and Need.COSTS in problem_needs(domain, problem)
+            ):
                 texts["improve"] = str(max(1, round(self.improve)))
-                self._call(self._program.improving, texts, folder)
-                if plan := self.plan_in(Path(folder), names):
+                self._run_program(self._program.improving_arguments, texts, folder)
+                if plan := self.read_plan(Path(folder), names):
                     return plan
-            output = self._call(self._program.arguments, texts, folder)
+            output = self._run_program(self._program.arguments, texts, folder)
             if not self._program.step:
-                plan = self.plan_in(Path(folder), names)
+                plan = self.read_plan(Path(folder), names)
                 if plan is not None:
                     return plan
         # errors refer to the user's files, not to the temporary copies
@@ -92,7 +104,7 @@ class CommandPlanner(EnginePlanner):
             output = output.replace(texts[key], file or f"the {key}")
         return self._parse_output(output, names)
 
-    def _call(self, arguments: tuple[str, ...], texts: dict[str, str], folder: str) -> str:
+    def _run_program(self, arguments: tuple[str, ...], texts: dict[str, str], folder: str) -> str:
         """Run the program and return its output with its exit status.
 
         :param texts: the texts for the placeholders in the arguments.
@@ -107,19 +119,19 @@ class CommandPlanner(EnginePlanner):
         except OSError as error:
             raise PlanningError(f"cannot start {command[0]}: {error.strerror}") from error
         output = (process.stdout + process.stderr).decode(errors="replace")
-        return f"{output}\n{_STATUS}{process.returncode}"
+        return f"{output}\n{_STATUS_PREFIX}{process.returncode}"
 
-    def plan_in(self, folder: Path, names: PlanNames) -> tuple[PlannedAction, ...] | None:
+    def read_plan(self, folder: Path, names: PlanNames) -> tuple[PlannedAction, ...] | None:
         """Return the program's last plan file, which is the best plan; None without a plan file."""
-        paths = [path for path in folder.glob(f"{_PLAN}*") if path.is_file()]
+        paths = [path for path in folder.glob(f"{_PLAN_PREFIX}*") if path.is_file()]
         for path in sorted(paths, key=lambda path: (path.stat().st_mtime_ns, path.name), reverse=True):
-            if self._program.no_plan and self._program.no_plan in path.read_text(errors="replace"):
+            if self._program.no_plan_text and self._program.no_plan_text in path.read_text(errors="replace"):
                 continue
             try:
                 steps = load_plan(path, names)
             except PlanningError as error:
                 raise PlanningError(f"{self.name} made no sense: {error.message}") from None
-            return steps if self._program.times and names.durative else _untimed(steps)
+            return steps if self._program.has_times and names.durative else _drop_times(steps)
         return None
 
     def _parse_output(self, output: str, names: PlanNames) -> tuple[PlannedAction, ...] | None:
@@ -127,26 +139,26 @@ class CommandPlanner(EnginePlanner):
 
         :raises PlanningError: if the output is neither a plan nor a proof.
         """
-        text, _, status = output.rpartition(_STATUS)
+        text, _, status = output.rpartition(_STATUS_PREFIX)
         program = self._program
-        if program.step and program.solved in text:
-            return tuple(self._steps(text.split(program.solved, 1)[1], names))
-        if program.unsolvable.search(text):
+        if program.step and program.plan_heading in text:
+            return tuple(self._parse_steps(text.split(program.plan_heading, 1)[1], names))
+        if program.unsolvable_output.search(text):
             return None
-        excerpt = " ".join(text.split())[-_EXCERPT:]
+        excerpt = " ".join(text.split())[-_MAX_EXCERPT:]
         raise PlanningError(f"{self.name} ended with exit status {status} and without a plan: {excerpt}")
 
-    def _steps(self, output: str, names: PlanNames) -> Iterator[PlannedAction]:
+    def _parse_steps(self, output: str, names: PlanNames) -> Iterator[PlannedAction]:
         assert self._program.step
         for match in self._program.step.finditer(output):
             name, *arguments = match["step"].split()
             if name.upper() == "REACH-GOAL":
-                continue  # the last step of FF's plans, which is no action of the domain
+                continue  # the last step of FF's plans is not an action of the domain
             times = {key: float(value) for key, value in match.groupdict().items() if key != "step"}
             yield names.step(name, arguments, **times)
 
 
-def _untimed(steps: tuple[PlannedAction, ...]) -> tuple[PlannedAction, ...]:
+def _drop_times(steps: tuple[PlannedAction, ...]) -> tuple[PlannedAction, ...]:
     return tuple(PlannedAction(step.name, step.arguments) for step in steps)
 
 

@@ -1,4 +1,7 @@
-"""Common properties of engines: supported PDDL features, rank, time for plan improvement."""
+"""The base of planners with engines: supported PDDL features, rank, time for better plans.
+
+An engine is an external program, or an engine of the library unified-planning.
+"""
 
 from __future__ import annotations
 
@@ -17,14 +20,15 @@ from cxbridge.executive.planning.needs import Need
 from cxbridge.executive.planning.planner import DEFAULT_RANK, PlannedAction, Planner
 from cxbridge_planning.plan_files import PlanNames
 
-# The engines in the order of their measured success in docs/planning.md, the best first.
-_FIRST: Final = ("fast-downward",)
+# The engines by kind of problem, in the order of their measured success (docs/planning.md).
+_BEST_CLASSICAL: Final = ("fast-downward",)
 _CLASSICAL: Final = ("lpg", "enhsp", "fd", "ff", "aries", "tamer")
 _NUMERIC: Final = ("enhsp", "lpg", "tamer", "aries")
 _TEMPORAL: Final = ("lpg", "aries", "tamer", "optic", "popf")
-FOLDER: Final = "cxbridge-plan-"  # prefix of the engines' work folders
+FOLDER_PREFIX: Final = "cxbridge-plan-"
+"""The start of the names of the engines' work folders."""
 
-# An engine that improves its plan stops this many seconds before its time limit.
+# A search for better plans stops so long before the time limit.
 _MARGIN_S: Final = 0.5
 
 
@@ -46,7 +50,7 @@ class Engine(Struct, frozen=True, kw_only=True):
 class EnginePlanner(Planner):
     """A planner on top of an engine.
 
-    :param improve: seconds to search for better plans if the problem has a metric.
+    :param improve: the seconds of a search for better plans if the problem has a metric.
     :raises UnknownPlannerError: if ``improve`` is not a number.
     """
 
@@ -56,7 +60,7 @@ class EnginePlanner(Planner):
         self.ignores = engine.ignores
         self.fails_with = engine.fails_with
         self.proves = engine.proves
-        self._improve = _seconds(improve)
+        self._improve = _parse_seconds(improve)
 
     @property
     def improve(self) -> float:
@@ -66,15 +70,15 @@ class EnginePlanner(Planner):
     def best_so_far(self, folder: Path, domain: Domain, problem: Problem) -> tuple[PlannedAction, ...] | None:
         """Return the best plan that the engine has written before its time limit."""
         names = PlanNames(domain, problem)
-        for work_folder in folder.glob(f"{FOLDER}*"):
-            with suppress(PlanningError):  # the file may be incomplete
-                if plan := self.plan_in(work_folder, names):
+        for work_folder in folder.glob(f"{FOLDER_PREFIX}*"):
+            with suppress(PlanningError):  # the engine may have been writing the file when its time was over
+                if plan := self.read_plan(work_folder, names):
                     return plan
         return None
 
     @abstractmethod
-    def plan_in(self, folder: Path, names: PlanNames) -> tuple[PlannedAction, ...] | None:
-        """Return the last plan in an engine's folder, which is the best; None if there is none.
+    def read_plan(self, folder: Path, names: PlanNames) -> tuple[PlannedAction, ...] | None:
+        """Return the last and best plan in an engine's folder; None without a plan.
 
         :raises PlanningError: if a file is not a plan.
         """
@@ -86,14 +90,14 @@ class EnginePlanner(Planner):
             order = _TEMPORAL
         elif Need.NUMBERS in needs:
             order = _NUMERIC
-        elif self.name in _FIRST:
+        elif self.name in _BEST_CLASSICAL:
             return DEFAULT_RANK - 1  # before pyperplan, whose rank is DEFAULT_RANK
         else:
             order = _CLASSICAL
         return DEFAULT_RANK + 1 + (order.index(self.name) if self.name in order else len(order))
 
 
-def _seconds(improve: str) -> float:
+def _parse_seconds(improve: str) -> float:
     try:
         seconds = float(improve)
     except ValueError:

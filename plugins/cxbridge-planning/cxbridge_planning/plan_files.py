@@ -1,4 +1,4 @@
-"""Reading of planners' plans; names get the spelling of the domain and the problem."""
+"""Reading of plans; names get the spelling of the domain and the problem, which planners may change."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from cxbridge.executive.planning.planner import PlannedAction, parse_plan_text
 
 
 class PlanNames:
-    """Looks up the actions and objects of a plan, in any case of letters.
+    """Finds the actions and objects of a plan, in upper or lower case.
 
     :ivar durative: whether any action is durative.
     """
 
     def __init__(self, domain: Domain, problem: Problem) -> None:
         self.durative = any(action.durative for action in domain.actions)
-        self._actions = _by_spelling(action.name for action in domain.actions)
-        self._objects = _by_spelling((*names_of(domain.constants), *names_of(problem.objects)))
+        self._actions = _names_by_spelling(action.name for action in domain.actions)
+        self._objects = _names_by_spelling((*names_of(domain.constants), *names_of(problem.objects)))
 
     def step(
         self,
@@ -34,8 +34,8 @@ class PlanNames:
 
         :raises PlanningError: if the action or an object is unknown.
         """
-        objects = tuple(_find(argument, self._objects, "object") for argument in arguments)
-        return PlannedAction(_find(action, self._actions, "action"), objects, start, duration)
+        objects = tuple(_find_spelling(argument, self._objects, "object") for argument in arguments)
+        return PlannedAction(_find_spelling(action, self._actions, "action"), objects, start, duration)
 
 
 def load_plan(path: str | Path, names: PlanNames) -> tuple[PlannedAction, ...]:
@@ -58,13 +58,13 @@ def load_plan(path: str | Path, names: PlanNames) -> tuple[PlannedAction, ...]:
     return tuple(steps)
 
 
-def _by_spelling(names: Iterable[str]) -> dict[str, str]:
-    """Return the names by their exact and their case-folded spelling; exact spellings win."""
-    exact = {name: name for name in names}
-    return {name.casefold(): name for name in exact} | exact
+def _names_by_spelling(names: Iterable[str]) -> dict[str, str]:
+    """Return the names by exact and by case-folded spelling; an exact spelling takes precedence."""
+    names_by_exact_spelling = {name: name for name in names}
+    return {name.casefold(): name for name in names_by_exact_spelling} | names_by_exact_spelling
 
 
-def _find(name: str, table: dict[str, str], kind: str) -> str:
+def _find_spelling(name: str, table: dict[str, str], kind: str) -> str:
     spelling = table.get(name) or table.get(name.casefold())
     if spelling is None:
         raise PlanningError(f"the plan names an {kind} that does not exist: {name}")

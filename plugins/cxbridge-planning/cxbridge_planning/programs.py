@@ -12,19 +12,19 @@ from cxbridge.executive.planning.needs import CLASSICAL, Need
 from cxbridge.spawning import python_command
 from cxbridge_planning.engine import Engine
 
-# The steps of plans as FF, Fast Downward and temporal planners print them, e.g. ``0: MOVE R1 A B``,
+# The steps of plans as FF, Fast Downward and temporal planners print them: ``0: MOVE R1 A B``,
 # ``move r1 a b (1)`` and ``0.000: (move r1 a b) [4.000]``.
-_STEP: Final = re.compile(r"^\s*(?:step\s+)?\d+:\s+(?P<step>[^\s(].*?)\s*$", re.MULTILINE)
+_FF_STEP: Final = re.compile(r"^\s*(?:step\s+)?\d+:\s+(?P<step>[^\s(].*?)\s*$", re.MULTILINE)
 _FD_STEP: Final = re.compile(r"^(?P<step>[a-z0-9][^\n]*?) \(\d+\)\s*$", re.MULTILINE)
-_TIMED: Final = re.compile(
+_TIMED_STEP: Final = re.compile(
     r"^\s*(?P<start>[\d.]+):\s*\((?P<step>[^)]+)\)\s*\[(?P<duration>[\d.]+)\]", re.MULTILINE
 )
 _PYTHON: Final = "python"
-# Starts Fast Downward's driver with its folder on the import path, from which python_command (-P) excludes
-# it.
+# Starts Fast Downward's driver with its folder on the import path: the option -P of python_command excludes
+# the folder.
 _DRIVER: Final = "import sys; sys.path.insert(0, sys.argv.pop(1)); from driver.main import main; main()"
 
-_NEVER: Final = re.compile(r"(?!)")
+_NO_OUTPUT: Final = re.compile(r"(?!)")  # matches nothing
 
 
 class PlannerProgram(Engine, frozen=True):
@@ -34,30 +34,30 @@ class PlannerProgram(Engine, frozen=True):
         current Python.
     :param arguments: the arguments of the program; ``{domain}`` and ``{problem}`` are files, ``{plan}`` is
         the prefix of plan files.
-    :param unsolvable: the output of a program that has proved that no plan exists.
+    :param unsolvable_output: the output of a program that has proved that no plan exists.
     :param step: the pattern of a printed step, with the groups ``step`` and optionally ``start`` and
         ``duration``; None if the program writes plan files.
-    :param solved: the text that the program prints before a plan.
-    :param no_plan: a text in a plan file that holds no plan.
-    :param improving: the arguments to search for better plans for ``{improve}`` seconds; empty if
+    :param plan_heading: the text that the program prints before a plan.
+    :param no_plan_text: a text in a plan file without a plan.
+    :param improving_arguments: the arguments of a search for better plans for ``{improve}`` seconds; empty if
         unsupported.
     :param package: the package that contains the program; empty if it is on the PATH.
     :param module: the module of that package.
-    :param times: whether plans with durative actions have times.
-    :param options: the additional options if the user gives none.
+    :param has_times: whether plans with durative actions have times.
+    :param default_options: the additional options unless the user gives options.
     """
 
     words: tuple[str, ...]
     arguments: tuple[str, ...]
-    unsolvable: re.Pattern[str] = _NEVER
+    unsolvable_output: re.Pattern[str] = _NO_OUTPUT
     step: re.Pattern[str] | None = None
-    solved: str = ""
-    no_plan: str = ""
-    improving: tuple[str, ...] = ()
-    times: bool = False
+    plan_heading: str = ""
+    no_plan_text: str = ""
+    improving_arguments: tuple[str, ...] = ()
+    has_times: bool = False
     package: str = ""
     module: str = ""
-    options: str = ""
+    default_options: str = ""
 
     def install_hint(self, own_program: str) -> str:
         """Return how to install a missing program; empty if the program is installed.
@@ -89,32 +89,32 @@ _POPF_NEEDS: Final = frozenset(
     }
 )
 _NUMERIC: Final = frozenset({Need.COSTS, Need.COUNTERS, Need.NUMBERS, Need.FRACTIONS})
-_FD_TASK: Final = ("{domain}", "{problem}")
-_TASK: Final = ("-o", "{domain}", "-f", "{problem}")
+_TASK_FILES: Final = ("{domain}", "{problem}")
+_TASK_OPTIONS: Final = ("-o", "{domain}", "-f", "{problem}")
 
 # The programs by name; `ff`, `fd` and `popf` are names from Fawkes' configuration.
 PROGRAMS: Final = {
     "fast-downward": PlannerProgram(
         (_PYTHON, "-c", _DRIVER, "{folder}/downward"),
-        ("--plan-file", "{plan}", "--alias", "lama-first", *_FD_TASK),  # the first iteration of LAMA
+        ("--plan-file", "{plan}", "--alias", "lama-first", *_TASK_FILES),  # the first iteration of LAMA
         understands=CLASSICAL | {Need.COSTS},
-        unsolvable=re.compile("without finding a solution|unsolvable|search exit code: 1[0-2]"),
-        improving=(
+        unsolvable_output=re.compile("without finding a solution|unsolvable|search exit code: 1[0-2]"),
+        improving_arguments=(
             *("--plan-file", "{plan}", "--search-time-limit", "{improve}"),
-            *("--alias", "seq-sat-lama-2011", *_FD_TASK),
+            *("--alias", "seq-sat-lama-2011", *_TASK_FILES),
         ),
         package="up-fast-downward",
         module="up_fast_downward",
     ),
     "enhsp": PlannerProgram(
         ("java", "-jar", "{folder}/ENHSP/enhsp.jar"),
-        (*_TASK, "-sp", "{plan}", "-npm", "-h", "hadd", "-s", "gbfs"),
+        (*_TASK_OPTIONS, "-sp", "{plan}", "-npm", "-h", "hadd", "-s", "gbfs"),
         understands=CLASSICAL | _NUMERIC,
-        unsolvable=re.compile(
+        unsolvable_output=re.compile(
             "Problem unsolvable|Problem Detected as Unsolvable|Unsolvable Problem", re.IGNORECASE
         ),
-        improving=(
-            *(*_TASK, "-sp", "{plan}", "-npm", "-h", "hadd", "-s", "gbfs"),
+        improving_arguments=(
+            *(*_TASK_OPTIONS, "-sp", "{plan}", "-npm", "-h", "hadd", "-s", "gbfs"),
             *("-anytime", "-timeout", "{improve}"),
         ),
         # ENHSP wrongly reports settlers (IPC 2002) as unsolvable
@@ -124,51 +124,63 @@ PROGRAMS: Final = {
     ),
     "lpg": PlannerProgram(
         ("{folder}/lpg",),
-        (*_TASK, "-n", "1", "-seed", "2004", "-out", "{plan}"),
+        (*_TASK_OPTIONS, "-n", "1", "-seed", "2004", "-out", "{plan}"),
         understands=(CLASSICAL - {Need.CONDITIONAL_EFFECTS}) | _NUMERIC | {Need.TIME},
         # a local search detects unreachable goals only, and proves nothing else
-        unsolvable=re.compile("goals of the problem are not reachable|Goals not reachable", re.IGNORECASE),
-        no_plan="no solution",
-        improving=(*_TASK, "-n", "100", "-cputime", "{improve}", "-seed", "2004", "-out", "{plan}"),
-        times=True,
+        unsolvable_output=re.compile(
+            "goals of the problem are not reachable|Goals not reachable", re.IGNORECASE
+        ),
+        no_plan_text="no solution",
+        improving_arguments=(
+            *_TASK_OPTIONS,
+            "-n",
+            "100",
+            "-cputime",
+            "{improve}",
+            "-seed",
+            "2004",
+            "-out",
+            "{plan}",
+        ),
+        has_times=True,
         proves=False,
         package="up-lpg",
         module="up_lpg",
     ),
     "ff": PlannerProgram(
         ("ff",),
-        _TASK,
+        _TASK_OPTIONS,
         understands=CLASSICAL,
-        unsolvable=re.compile("simplified to FALSE|unsolvable|No plan will solve it"),
-        step=_STEP,
-        solved="found legal plan as follows",
+        unsolvable_output=re.compile("simplified to FALSE|unsolvable|No plan will solve it"),
+        step=_FF_STEP,
+        plan_heading="found legal plan as follows",
         ignores=frozenset({Need.COSTS}),
     ),
     "fd": PlannerProgram(
         ("fast-downward",),
-        _FD_TASK,
+        _TASK_FILES,
         understands=CLASSICAL | {Need.COSTS},
-        unsolvable=re.compile("without finding a solution|unsolvable"),
+        unsolvable_output=re.compile("without finding a solution|unsolvable"),
         step=_FD_STEP,
-        solved="Solution found",
-        options='--search "lazy_greedy([ff()], preferred=[ff()])"',
+        plan_heading="Solution found",
+        default_options='--search "lazy_greedy([ff()], preferred=[ff()])"',
     ),
     "popf": PlannerProgram(
         ("popf",),
-        _FD_TASK,
+        _TASK_FILES,
         understands=_POPF_NEEDS,
-        unsolvable=re.compile("unsolvable"),
-        step=_TIMED,
-        solved="Solution Found",
-        times=True,
+        unsolvable_output=re.compile("unsolvable"),
+        step=_TIMED_STEP,
+        plan_heading="Solution Found",
+        has_times=True,
     ),
     "optic": PlannerProgram(
         ("optic-clp",),
-        _FD_TASK,
+        _TASK_FILES,
         understands=_POPF_NEEDS,
-        unsolvable=re.compile("unsolvable"),
-        step=_TIMED,
-        solved="Solution Found",
-        times=True,
+        unsolvable_output=re.compile("unsolvable"),
+        step=_TIMED_STEP,
+        plan_heading="Solution Found",
+        has_times=True,
     ),
 }

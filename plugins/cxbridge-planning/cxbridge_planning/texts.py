@@ -1,4 +1,8 @@
-"""The PDDL texts for engines: the user's own text if it exists, so that error messages refer to it."""
+"""The PDDL texts for engines.
+
+An engine gets the user's text, to which its error messages then refer. If the engine cannot read that text,
+it gets a text in basic PDDL.
+"""
 
 from __future__ import annotations
 
@@ -14,8 +18,8 @@ from cxbridge.executive.pddl.ast import ActionSchema, Formula, Quantified
 from cxbridge.executive.planning.errors import PlanningError
 
 _PROBLEM_NAME: Final = re.compile(r"(\(\s*problem\s+)[^\s()]+", re.IGNORECASE)
-_LINE: Final = re.compile(r"\bline:?\s*(\d+)", re.IGNORECASE)
-_EXCERPT: Final = 300  # characters of a parser's message that are shown
+_LINE_NUMBER: Final = re.compile(r"\bline:?\s*(\d+)", re.IGNORECASE)
+_MAX_EXCERPT: Final = 300  # the maximal characters of a parser's message in an error
 _COMMENT: Final = re.compile(r";[^\n]*")
 
 
@@ -41,7 +45,7 @@ def original_texts(domain: Domain, problem: Problem) -> PddlTexts:
 
 def plain_texts(domain: Domain, problem: Problem) -> PddlTexts:
     """Return texts in basic PDDL, for engines that cannot read the user's text."""
-    actions = tuple(map(_with_merged_quantifiers, domain.actions))
+    actions = tuple(map(_merge_action_quantifiers, domain.actions))
     requirements = domain.requirements
     if domain.is_typed and "typing" not in requirements:
         requirements = (*requirements, "typing")
@@ -50,20 +54,20 @@ def plain_texts(domain: Domain, problem: Problem) -> PddlTexts:
     )
 
 
-def named(text: str, name: str) -> str:
+def rename_problem(text: str, name: str) -> str:
     """Return a problem text with another name."""
     return _PROBLEM_NAME.sub(rf"\g<1>{name}", text, count=1)
 
 
 def _without_comments(text: str) -> str:
-    """Replace comments by blanks, since some engines reject non-ASCII characters in comments.
+    """Replace comments by blanks, which keeps lines and columns for error messages.
 
-    Lines and columns stay the same for error messages.
+    Some engines refuse non-ASCII characters in comments.
     """
     return _COMMENT.sub(lambda match: " " * len(match[0]), text)
 
 
-def _with_merged_quantifiers(action: ActionSchema) -> ActionSchema:
+def _merge_action_quantifiers(action: ActionSchema) -> ActionSchema:
     condition, effect = action.condition, action.effect
     return replace(
         action,
@@ -77,7 +81,7 @@ def _merge_quantifiers(formula: Formula) -> Formula:
     if not isinstance(formula, Quantified) or not isinstance(formula.part, Quantified):
         return formula
     inner = formula.part
-    # an inner variable that hides an outer one must keep its own scope
+    # an inner variable that hides an outer variable must keep its scope
     shadowed = set(names_of(formula.variables)) & set(names_of(inner.variables))
     if formula.quantifier != inner.quantifier or shadowed:
         return formula
@@ -85,7 +89,7 @@ def _merge_quantifiers(formula: Formula) -> Formula:
 
 
 def read_task(domain: Domain, problem: Problem) -> Any:
-    """Return unified-planning's problem.
+    """Return the problem as an object of unified-planning.
 
     :raises PlanningError: if parsing fails; the error names the line of the user's file.
     """
@@ -100,16 +104,16 @@ def read_task(domain: Domain, problem: Problem) -> Any:
     plain = plain_texts(domain, problem)
     with suppress(Exception):
         return module.PDDLReader().parse_problem_string(plain.domain, plain.problem)
-    raise _refusal(module, original, parse_error) from parse_error
+    raise _refusal_error(module, original, parse_error) from parse_error
 
 
-def _refusal(module: Any, texts: PddlTexts, parse_error: Exception) -> PlanningError:
+def _refusal_error(module: Any, texts: PddlTexts, parse_error: Exception) -> PlanningError:
     """Return the error for rejected texts; it names the domain's file unless the domain alone is readable."""
     file = texts.files[0]
     with suppress(Exception):
         module.PDDLReader().parse_problem_string(texts.domain)
         file = texts.files[1]
-    text = " ".join(str(parse_error).split())[:_EXCERPT] or type(parse_error).__name__
-    line = getattr(parse_error, "lineno", None) or next(map(int, _LINE.findall(text)), None)
+    text = " ".join(str(parse_error).split())[:_MAX_EXCERPT] or type(parse_error).__name__
+    line = getattr(parse_error, "lineno", None) or next(map(int, _LINE_NUMBER.findall(text)), None)
     message = f"unified-planning cannot read the problem: {text}"
     return PlanningError(message, file=file or None, line=line if file else None)

@@ -14,12 +14,12 @@ from cxbridge.executive.pddl import Domain, Problem
 from cxbridge.executive.planning.errors import PlanningError
 from cxbridge.executive.planning.needs import Need
 from cxbridge.executive.planning.planner import PlannedAction, plan_text
-from cxbridge_planning.engine import FOLDER, Engine, EnginePlanner
+from cxbridge_planning.engine import FOLDER_PREFIX, Engine, EnginePlanner
 from cxbridge_planning.plan_files import PlanNames, load_plan
 from cxbridge_planning.texts import read_task
 
-_EXCERPT: Final = 300  # characters of an engine's log that are shown
-_BEST: Final = "best"  # file with the best plan so far
+_MAX_EXCERPT: Final = 300  # the maximal characters of an engine's log in an error
+_BEST_PLAN_FILE: Final = "best"
 
 
 class UnifiedEngine(Engine, frozen=True):
@@ -27,14 +27,14 @@ class UnifiedEngine(Engine, frozen=True):
 
     :param module: the Python module of the engine.
     :param package: the package that contains the module.
-    :param anytime: whether the engine can search for better plans.
-    :param integers: whether the engine reads integers only.
+    :param is_anytime: whether the engine can search for better plans.
+    :param integers_only: whether the engine reads only integers.
     """
 
     module: str
     package: str
-    anytime: bool = False
-    integers: bool = False
+    is_anytime: bool = False
+    integers_only: bool = False
 
 
 _EXPRESSIVE: Final = frozenset(
@@ -50,8 +50,8 @@ ENGINES: Final = {
         "up_aries",
         "up-aries",
         understands=_EXPRESSIVE | {Need.COSTS, Need.HIERARCHY},
-        anytime=True,
-        integers=True,
+        is_anytime=True,
+        integers_only=True,
         # unified-planning cannot express quantifiers at a time point of a durative action
         fails_with=(frozenset({Need.TIME, Need.QUANTIFIERS}),),
     ),
@@ -68,8 +68,9 @@ class UnifiedPlanner(EnginePlanner):
     """A planner with an engine of unified-planning.
 
     :param name: a key of :data:`ENGINES`.
-    :param improve: seconds to search for better plans if the problem has a metric and the engine supports
-        that (aries); plans are found in random order, and the best one is rarely the first.
+    :param improve: the seconds of a search for better plans if the problem has a metric and the engine
+        supports the search (aries). The engine finds plans in random order: the first plan is rarely the
+        best.
     """
 
     def __init__(self, name: str, improve: str = "1.0") -> None:
@@ -93,63 +94,63 @@ class UnifiedPlanner(EnginePlanner):
         shortcuts.get_environment().credits_stream = None  # engines otherwise print their credits to stdout
         names = PlanNames(domain, problem)
         task = read_task(domain, problem)
-        if self._engine.integers:
-            _count_in_integers(task)
+        if self._engine.integers_only:
+            _use_integers(task)
         # engines write files into the current folder
-        with tempfile.TemporaryDirectory(prefix=FOLDER) as folder:
+        with tempfile.TemporaryDirectory(prefix=FOLDER_PREFIX) as folder:
             previous_folder = Path.cwd()
             os.chdir(folder)
             try:
-                result = self._call(shortcuts, task, names, improve=problem.metric is not None)
+                result = self._run_engine(shortcuts, task, names, improve=problem.metric is not None)
             except Exception as error:
-                raise PlanningError(f"{self.name} failed: {_reason(error)}") from error
+                raise PlanningError(f"{self.name} failed: {_failure_reason(error)}") from error
             finally:
                 os.chdir(previous_folder)
-        return self._plan(result, names)
+        return self._plan_of_result(result, names)
 
-    def plan_in(self, folder: Path, names: PlanNames) -> tuple[PlannedAction, ...] | None:
-        """Return the best plan so far; None without one."""
-        file = folder / _BEST
+    def read_plan(self, folder: Path, names: PlanNames) -> tuple[PlannedAction, ...] | None:
+        """Return the best plan so far; None without a plan."""
+        file = folder / _BEST_PLAN_FILE
         return load_plan(file, names) if file.exists() else None
 
-    def _call(self, shortcuts: Any, task: Any, names: PlanNames, *, improve: bool) -> Any:
-        """Return the engine's result, or the last result of a search for better plans."""
-        if improve and self.improve > 0 and self._engine.anytime:
+    def _run_engine(self, shortcuts: Any, task: Any, names: PlanNames, *, improve: bool) -> Any:
+        """Return the engine's result, or the last and best result of a search for better plans."""
+        if improve and self.improve > 0 and self._engine.is_anytime:
             with shortcuts.AnytimePlanner(name=self.name) as engine:
                 _avoid_spaces(engine)
                 best_result = None
                 for result in engine.get_solutions(task, timeout=self.improve):
                     if result.plan is not None:
                         best_result = result
-                        _save_plan(self._plan(result, names))
+                        _save_plan(self._plan_of_result(result, names))
             if best_result is not None:
                 return best_result
         with shortcuts.OneshotPlanner(name=self.name) as engine:
             _avoid_spaces(engine)
             return engine.solve(task)
 
-    def _plan(self, result: Any, names: PlanNames) -> tuple[PlannedAction, ...] | None:
+    def _plan_of_result(self, result: Any, names: PlanNames) -> tuple[PlannedAction, ...] | None:
         status = result.status.name
         if status.startswith("UNSOLVABLE"):
             return None
         if result.plan is None:
             log = "; ".join(message.message.strip() for message in result.log_messages or ())
-            log_excerpt = " ".join(log.split())[-_EXCERPT:] or "it does not say why"
+            log_excerpt = " ".join(log.split())[-_MAX_EXCERPT:] or "it does not say why"
             raise PlanningError(f"{self.name} ended with {status}: {log_excerpt}")
         if hasattr(result.plan, "timed_actions"):
             steps = sorted(result.plan.timed_actions, key=lambda step: step[0])
             return tuple(
-                _step(instance, names, float(start), None if duration is None else float(duration))
+                _make_step(instance, names, float(start), None if duration is None else float(duration))
                 for start, instance, duration in steps
             )
-        return tuple(_step(instance, names) for instance in result.plan.actions)
+        return tuple(_make_step(instance, names) for instance in result.plan.actions)
 
 
 aries = partial(UnifiedPlanner, "aries")
 tamer = partial(UnifiedPlanner, "tamer")
 
 
-def _count_in_integers(task: Any) -> None:
+def _use_integers(task: Any) -> None:
     """Change the functions of a task to integers; unified-planning reads all numbers of PDDL as reals."""
     kinds = importlib.import_module("unified_planning.shortcuts")
     for fluent in task.fluents:
@@ -160,13 +161,13 @@ def _count_in_integers(task: Any) -> None:
 def _save_plan(plan: tuple[PlannedAction, ...] | None) -> None:
     """Write a plan into the current folder, atomically: the time limit may end the process at any moment."""
     if plan:
-        unfinished = Path(f"{_BEST}.part")
-        unfinished.write_text(plan_text(plan))
-        unfinished.replace(_BEST)
+        unfinished_file = Path(f"{_BEST_PLAN_FILE}.part")
+        unfinished_file.write_text(plan_text(plan))
+        unfinished_file.replace(_BEST_PLAN_FILE)
 
 
 def _avoid_spaces(engine: Any) -> None:
-    """Link an engine whose path has a space, at which up-aries 0.5 splits its command line."""
+    """Link an engine whose path has a space: up-aries 0.5 splits its command line at spaces."""
     program = getattr(engine, "_executable", "")
     if isinstance(program, str) and " " in program:
         link = Path("engine")
@@ -175,14 +176,14 @@ def _avoid_spaces(engine: Any) -> None:
         engine._executable = "./engine"  # noqa: SLF001 - the path of the program has no public setter
 
 
-def _step(
+def _make_step(
     instance: Any, names: PlanNames, start: float | None = None, duration: float | None = None
 ) -> PlannedAction:
     return names.step(instance.action.name, map(str, instance.actual_parameters), start, duration)
 
 
-def _reason(error: BaseException) -> str:
-    """Return the reason of a failed call, also for gRPC errors, whose first line has none."""
+def _failure_reason(error: BaseException) -> str:
+    """Return the reason of a failed call; the first line of a gRPC error has none."""
     code, details = getattr(error, "code", None), getattr(error, "details", None)
     if callable(code) and callable(details):
         return f"its server does not answer any more ({getattr(code(), 'name', code())}: {details()})"

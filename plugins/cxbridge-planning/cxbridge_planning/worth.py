@@ -1,4 +1,7 @@
-"""The metric value of a plan, and for each step the conditions that need its effects."""
+"""The worth of a plan: the value of its metric, and the services of its steps.
+
+A service is a fact that a step makes true and that another step, or the goal, needs.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +14,8 @@ from cxbridge.executive.planning.planner import PlannedAction
 from cxbridge.executive.planning.validation.plan import PlanCheck
 from cxbridge.executive.problem.truth import KnownState
 
-GOAL = 0  # number of the goal among the steps, which count from 1
+GOAL = 0
+"""The number of the goal among the steps, which count from 1."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,33 +29,33 @@ class Service:
     step: int
 
 
-def services(check: PlanCheck) -> Mapping[int, Sequence[Service]]:
-    """Return the services of each step of a plan by its number; a step without services is not needed."""
+def find_services(check: PlanCheck) -> Mapping[int, Sequence[Service]]:
+    """Return the services of the steps of a plan by number; a step without services is useless."""
     services_of_steps: dict[int, list[Service]] = {}
-    makers: dict[Ground, int] = {}
+    producers: dict[Ground, int] = {}
     for moment in check.moments:
-        _serve(services_of_steps, makers, moment.needs, moment.step)
+        _add_services(services_of_steps, producers, moment.needs, moment.step)
         for fact in moment.changes.deletes:
-            makers.pop(fact, None)
-        makers |= dict.fromkeys(moment.changes.adds, moment.step)
-    _serve(services_of_steps, makers, check.goal_needs, GOAL)
+            producers.pop(fact, None)
+        producers |= dict.fromkeys(moment.changes.adds, moment.step)
+    _add_services(services_of_steps, producers, check.goal_needs, GOAL)
     return services_of_steps
 
 
-def _serve(
+def _add_services(
     services_of_steps: dict[int, list[Service]],
-    makers: Mapping[Ground, int],
+    producers: Mapping[Ground, int],
     needs: frozenset[Ground],
     step: int,
 ) -> None:
     """Add the needs of a step to the services of the steps that make the needed facts true."""
     for fact in sorted(needs):
-        maker = makers.get(fact)
-        if maker is not None and maker != step:
-            services_of_steps.setdefault(maker, []).append(Service(fact, step))
+        producer = producers.get(fact)
+        if producer is not None and producer != step:
+            services_of_steps.setdefault(producer, []).append(Service(fact, step))
 
 
-def value_of_metric(problem: Problem, actions: Iterable[PlannedAction], check: PlanCheck) -> float | None:
+def metric_value(problem: Problem, actions: Iterable[PlannedAction], check: PlanCheck) -> float | None:
     """Return the value of a problem's metric after a plan; None without a metric or a value.
 
     A plan without times takes one time unit per step.

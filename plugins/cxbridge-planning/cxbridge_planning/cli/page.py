@@ -1,4 +1,4 @@
-"""The page about a plan."""
+"""The HTML page about a plan: its steps, their changes, and the later steps that they serve."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from cxbridge.executive.planning import PlannedAction, PlanResult
 from cxbridge.executive.planning.validation.plan import PlanCheck, PlanMoment, check_plan
 from cxbridge.executive.planning.validation.world import WorldState
 from cxbridge.run.pages import write_document
-from cxbridge_planning.worth import Service, services, value_of_metric
+from cxbridge_planning.worth import Service, find_services, metric_value
 
 
 def write_page(path: Path, domain: Domain, problem: Problem, result: PlanResult) -> None:
     """Write the page about a planner's result."""
-    write_document(path, "plan", f"Plan for {problem.name}", as_document(domain, problem, result))
+    write_document(path, "plan", f"Plan for {problem.name}", make_document(domain, problem, result))
 
 
-def as_document(domain: Domain, problem: Problem, result: PlanResult) -> dict[str, Any]:
+def make_document(domain: Domain, problem: Problem, result: PlanResult) -> dict[str, Any]:
     """Return the content of the page as JSON values."""
     check = check_plan(domain, problem, result.actions)
     facts = {
@@ -30,7 +30,7 @@ def as_document(domain: Domain, problem: Problem, result: PlanResult) -> dict[st
         "time": f"{result.seconds:.2f} s",
         "goal": format_formula(problem.goal),
         "why this planner": result.why,
-        "result": result.message or _summary(problem, result.actions, check),
+        "result": result.message or _result_text(problem, result.actions, check),
     }
     planned = result.status.value == "PLANNED"
     # without a plan, the message has the form ``CLAIM: REASON; REASON``
@@ -38,19 +38,19 @@ def as_document(domain: Domain, problem: Problem, result: PlanResult) -> dict[st
     return {
         "facts": {name: text for name, text in facts.items() if text},
         "reasons": None if planned else [reason for reason in reasons if reason],
-        "begin": _state(check.begin),
-        "steps": _steps(result.actions, check) if planned else [],
+        "begin": _state_texts(check.begin),
+        "steps": _step_rows(result.actions, check) if planned else [],
     }
 
 
-def _summary(problem: Problem, actions: Sequence[PlannedAction], check: PlanCheck) -> str:
-    metric = value_of_metric(problem, actions, check)
+def _result_text(problem: Problem, actions: Sequence[PlannedAction], check: PlanCheck) -> str:
+    metric = metric_value(problem, actions, check)
     cost = "" if metric is None else f", metric {metric:g}"
     return check.failure or check.unchecked or f"{len(actions)} steps{cost}; the plan holds"
 
 
-def _steps(actions: Sequence[PlannedAction], check: PlanCheck) -> list[dict[str, Any]]:
-    services_of_steps = services(check)
+def _step_rows(actions: Sequence[PlannedAction], check: PlanCheck) -> list[dict[str, Any]]:
+    services_of_steps = find_services(check)
     moments: dict[int, list[PlanMoment]] = {}
     for moment in check.moments:
         moments.setdefault(moment.step, []).append(moment)
@@ -60,37 +60,37 @@ def _steps(actions: Sequence[PlannedAction], check: PlanCheck) -> list[dict[str,
             "text": str(action),
             "start": action.start,
             "duration": action.duration,
-            "changes": [_changes(moment) for moment in moments.get(number, ()) if moment.changes],
-            "serves": _serves(services_of_steps.get(number, ())),
-            "after": _state(moments[number][-1].after) if number in moments else None,
+            "changes": [_change_row(moment) for moment in moments.get(number, ()) if moment.changes],
+            "serves": _service_rows(services_of_steps.get(number, ())),
+            "after": _state_texts(moments[number][-1].after) if number in moments else None,
         }
         for number, action in enumerate(actions, start=1)
     ]
 
 
-def _changes(moment: PlanMoment) -> dict[str, Any]:
+def _change_row(moment: PlanMoment) -> dict[str, Any]:
     return {
         "part": moment.part,
-        "added": [_fact(fact) for fact in sorted(moment.changes.adds)],
-        "deleted": [_fact(fact) for fact in sorted(moment.changes.deletes)],
-        "numbers": _numbers(moment.changes.numbers),
+        "added": [_fact_text(fact) for fact in sorted(moment.changes.adds)],
+        "deleted": [_fact_text(fact) for fact in sorted(moment.changes.deletes)],
+        "numbers": _number_texts(moment.changes.numbers),
     }
 
 
-def _serves(services_of_step: Sequence[Service]) -> list[dict[str, Any]]:
+def _service_rows(services_of_step: Sequence[Service]) -> list[dict[str, Any]]:
     by_step: dict[int, list[str]] = {}
     for service in services_of_step:
-        by_step.setdefault(service.step, []).append(_fact(service.fact))
+        by_step.setdefault(service.step, []).append(_fact_text(service.fact))
     return [{"step": step, "facts": facts} for step, facts in by_step.items()]
 
 
-def _state(state: WorldState) -> list[str]:
-    return [*(_fact(fact) for fact in sorted(state.facts)), *_numbers(state.numbers)]
+def _state_texts(state: WorldState) -> list[str]:
+    return [*(_fact_text(fact) for fact in sorted(state.facts)), *_number_texts(state.numbers)]
 
 
-def _numbers(numbers: Mapping[Ground, float]) -> list[str]:
-    return [f"{_fact(ground)} = {format_number(value)}" for ground, value in sorted(numbers.items())]
+def _number_texts(numbers: Mapping[Ground, float]) -> list[str]:
+    return [f"{_fact_text(ground)} = {format_number(value)}" for ground, value in sorted(numbers.items())]
 
 
-def _fact(ground: Ground) -> str:
+def _fact_text(ground: Ground) -> str:
     return f"({' '.join((ground[0], *ground[1]))})"

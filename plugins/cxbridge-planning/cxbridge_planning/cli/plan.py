@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from cxbridge.executive.pddl import Domain, Problem
     from cxbridge.executive.planning import PlanResult
 
-# Exit status by planning status; bad input and unsupported problems give 2.
-EXIT: Final = {"PLANNED": 0, "NO-PLAN": 1, "TIMEOUT": 3, "FAILED": 4, "CANCELLED": 130}
+# The exit status by planning status; bad input and unsupported problems have 2.
+EXIT_STATUS: Final = {"PLANNED": 0, "NO-PLAN": 1, "TIMEOUT": 3, "FAILED": 4, "CANCELLED": 130}
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -70,7 +70,7 @@ def plan(
     Example: cxbridge plan domain.pddl problem.pddl --planner pyperplan
     """
     if list_planners:
-        _list(as_json=results.as_json)
+        _print_planners(as_json=results.as_json)
         return 0
     if domain_file is None or problem_file is None:
         raise CxbridgeError("domain and problem are missing", hint="cxbridge plan domain.pddl problem.pddl")
@@ -78,36 +78,36 @@ def plan(
         raise CxbridgeError(f"--strict {reading.strict} is unknown", hint="write --strict fawkes")
     as_fawkes = reading.strict == "fawkes"
     if validate is not None:
-        return _validate(
-            *_read(domain_file, problem_file, as_fawkes=as_fawkes), validate, as_json=results.as_json
+        return _validate_plan(
+            *_read_files(domain_file, problem_file, as_fawkes=as_fawkes), validate, as_json=results.as_json
         )
-    domain, problem, result = _plan(domain_file, problem_file, planning, as_fawkes=as_fawkes)
-    _output(result, planning.planner, results)
+    domain, problem, result = _make_plan(domain_file, problem_file, planning, as_fawkes=as_fawkes)
+    _print_result(result, planning.planner, results)
     if results.html is not None:
         from cxbridge_planning.cli.page import write_page
 
         write_page(results.html, domain, problem, result)
-    return EXIT[result.status.value]
+    return EXIT_STATUS[result.status.value]
 
 
-def _output(result: PlanResult, planner: str, results: _ResultOptions) -> None:
+def _print_result(result: PlanResult, planner: str, results: _ResultOptions) -> None:
     """Print a result, and write its plan to the file of ``--output``."""
     if result.message:
         say(f"cxbridge: {result.message}", err=True)
     if results.verbose:
-        did = "planned" if result.status.value == "PLANNED" else "made no plan"
+        outcome = "planned" if result.status.value == "PLANNED" else "made no plan"
         why = result.why or ("the first that takes the problem" if planner == "auto" else "as asked")
-        say(f"cxbridge: {result.planner} {did} in {result.seconds:.2f} s; {why}", err=True)
+        say(f"cxbridge: {result.planner} {outcome} in {result.seconds:.2f} s; {why}", err=True)
     steps = "".join(f"{action}\n" for action in result.actions)
     if results.output is not None and result.status.value == "PLANNED":
         write_file(results.output, steps)
     if results.as_json:
-        say_json(_as_json(result), indent=2)
+        say_json(_result_to_json(result), indent=2)
     elif results.output is None:
         say_text(steps, end="")
 
 
-def _read(domain_file: Path, problem_file: Path, *, as_fawkes: bool) -> tuple[Domain, Problem]:
+def _read_files(domain_file: Path, problem_file: Path, *, as_fawkes: bool) -> tuple[Domain, Problem]:
     from cxbridge.executive.pddl import load_domain, load_problem
 
     def warn(mistake: PddlError) -> None:
@@ -118,34 +118,34 @@ def _read(domain_file: Path, problem_file: Path, *, as_fawkes: bool) -> tuple[Do
     return domain, load_problem(problem_file, domain, warn=warn)
 
 
-def _plan(
+def _make_plan(
     domain_file: Path, problem_file: Path, planning: _PlannerOptions, *, as_fawkes: bool
 ) -> tuple[Domain, Problem, PlanResult]:
     """Read domain and problem while the planner's process starts, then plan."""
     from cxbridge.executive.planning import PlanningService, PlanRequest
     from cxbridge.executive.planning.registry import choose_planners
 
-    options = _options(planning.option)
+    options = _parse_options(planning.option)
     with PlanningService(at_once=1) as service:
         service.warm_up()  # the imports of the process take longer than the parser
-        domain, problem = _read(domain_file, problem_file, as_fawkes=as_fawkes)
+        domain, problem = _read_files(domain_file, problem_file, as_fawkes=as_fawkes)
         # called for its errors only: an unsupported problem is bad input, not a failure of the planner
         choose_planners(planning.planner, domain, problem, options)
         request = PlanRequest(domain, problem, planning.planner, options, planning.timeout)
         return domain, problem, service.plan(request)
 
 
-def _validate(domain: Domain, problem: Problem, plan_file: Path, *, as_json: bool) -> int:
+def _validate_plan(domain: Domain, problem: Problem, plan_file: Path, *, as_json: bool) -> int:
     """Print whether a plan is valid; return the exit status."""
     from cxbridge.executive.planning.validation.plan import check_plan
     from cxbridge_planning.plan_files import PlanNames, load_plan
-    from cxbridge_planning.worth import value_of_metric
+    from cxbridge_planning.worth import metric_value
 
     actions = load_plan(plan_file, PlanNames(domain, problem))
     check = check_plan(domain, problem, actions)
     if check.unchecked:
         raise CxbridgeError(f"the plan cannot be checked: {check.unchecked}", file=str(plan_file))
-    metric = value_of_metric(problem, actions, check) if check.holds else None
+    metric = metric_value(problem, actions, check) if check.holds else None
     if as_json:
         verdict = {"valid": check.holds, "step": check.step, "message": check.failure, "metric": metric}
         say_json(verdict, indent=2)
@@ -157,7 +157,7 @@ def _validate(domain: Domain, problem: Problem, plan_file: Path, *, as_json: boo
     return 0 if check.holds else 1
 
 
-def _options(texts: Iterable[str]) -> dict[str, str]:
+def _parse_options(texts: Iterable[str]) -> dict[str, str]:
     options = {}
     for text in texts:
         key, equals, value = text.partition("=")
@@ -167,7 +167,7 @@ def _options(texts: Iterable[str]) -> dict[str, str]:
     return options
 
 
-def _list(*, as_json: bool) -> None:
+def _print_planners(*, as_json: bool) -> None:
     from cxbridge.executive.planning.registry import make_planner, planner_names
 
     rows = [(name, make_planner(name)) for name in planner_names()]
@@ -186,7 +186,7 @@ def _list(*, as_json: bool) -> None:
         say(f"{name:14}  {planner.not_installed or 'installed'}")
 
 
-def _as_json(result: PlanResult) -> dict[str, object]:
+def _result_to_json(result: PlanResult) -> dict[str, object]:
     return {
         "status": result.status.value,
         "planner": result.planner,

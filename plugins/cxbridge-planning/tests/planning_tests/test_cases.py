@@ -8,8 +8,8 @@ from cxbridge.cli.main import invoke
 from cxbridge.executive.planning.registry import make_planner
 from tests.support import SHARED, needs_shared
 
-FOLDER = SHARED / "cases" / "files"
-CASES = sorted(path.parent.name for path in FOLDER.glob("*/problem.pddl"))
+FOLDER_PREFIX = SHARED / "cases" / "files"
+CASES = sorted(path.parent.name for path in FOLDER_PREFIX.glob("*/problem.pddl"))
 DROP = "(drop l1 b1)\n"
 PLANS = {
     "costs-ignored": "(cheap1)\n(cheap2)\n",
@@ -53,7 +53,9 @@ def test_each_case_is_known():
 def test_a_case_is_planned(name, capsys):
     if name in BEYOND_PYPERPLAN and not (is_installed("aries") or is_installed("lpg")):
         pytest.skip("no engine is installed")
-    status = invoke(["plan", str(FOLDER / name / "domain.pddl"), str(FOLDER / name / "problem.pddl"), "-v"])
+    status = invoke(
+        ["plan", str(FOLDER_PREFIX / name / "domain.pddl"), str(FOLDER_PREFIX / name / "problem.pddl"), "-v"]
+    )
     out, said = capsys.readouterr()
     if name in CRASH_ARIES and not is_installed("lpg"):
         reason = "its server does not answer any more" if is_installed("aries") else "no planner can take"
@@ -69,5 +71,10 @@ def test_a_case_is_planned(name, capsys):
 @needs_shared
 @pytest.mark.parametrize("name", REFUSALS)
 def test_a_case_is_refused(name, capsys):
-    assert invoke(["plan", str(FOLDER / name / "domain.pddl"), str(FOLDER / name / "problem.pddl")]) == 2
+    assert (
+        invoke(
+            ["plan", str(FOLDER_PREFIX / name / "domain.pddl"), str(FOLDER_PREFIX / name / "problem.pddl")]
+        )
+        == 2
+    )
     assert REFUSALS[name] in capsys.readouterr().err

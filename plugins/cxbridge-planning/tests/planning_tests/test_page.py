@@ -6,8 +6,8 @@ from cxbridge.cli.main import invoke
 from cxbridge.executive.pddl import parse_domain, parse_problem
 from cxbridge.executive.planning import PlannedAction, PlanResult, PlanStatus
 from cxbridge.executive.planning.validation.plan import check_plan
-from cxbridge_planning.cli.page import as_document
-from cxbridge_planning.worth import GOAL, Service, services
+from cxbridge_planning.cli.page import make_document
+from cxbridge_planning.worth import GOAL, Service, find_services
 from tests.support import needs_plugin
 from tests.trace.html.browser import needs_browser, show
 
@@ -26,7 +26,7 @@ def result(status=PlanStatus.PLANNED, steps=STEPS, message=""):
 
 def test_each_step_serves_a_later_one_or_the_goal():
     domain, problem, planned = result()
-    found = services(check_plan(domain, problem, planned.actions))
+    found = find_services(check_plan(domain, problem, planned.actions))
     assert found == {
         1: [Service(("at", ("b",)), 2)],
         2: [Service(("at", ("c",)), GOAL)],
@@ -34,7 +34,7 @@ def test_each_step_serves_a_later_one_or_the_goal():
 
 
 def test_the_page_has_timeline_states_and_reasons():
-    document = as_document(*result())
+    document = make_document(*result())
     first, second = document["steps"]
     assert (first["action"], first["start"]) == ("go a b", None)
     assert first["serves"] == [{"step": 2, "facts": ["(at b)"]}]
@@ -50,13 +50,13 @@ def test_a_step_that_nothing_needs_is_told():
     loop = (*STEPS, PlannedAction("go", ("c", "c")))
     domain, _, planned = result(steps=loop)
     problem = parse_problem(TASK.replace("(link a b)", "(link a b) (link c c)"), domain)
-    steps = as_document(domain, problem, planned)["steps"]
+    steps = make_document(domain, problem, planned)["steps"]
     assert steps[1]["serves"] == [{"step": 3, "facts": ["(at c)"]}]
 
 
 def test_without_a_plan_the_page_says_why():
     reason = "pyperplan says that there is no plan: nothing achieves (at <tabel>); nothing deletes (at b)"
-    document = as_document(*result(PlanStatus.NO_PLAN, (), reason))
+    document = make_document(*result(PlanStatus.NO_PLAN, (), reason))
     assert document["reasons"] == ["nothing achieves (at <tabel>)", "nothing deletes (at b)"]
     assert document["steps"] == []
 

@@ -10,7 +10,7 @@ import pytest
 from cxbridge.executive.pddl import parse_domain, parse_problem
 from cxbridge.executive.planning.errors import PlanningError
 from cxbridge_planning.command import CommandPlanner
-from cxbridge_planning.texts import named, original_texts, plain_texts
+from cxbridge_planning.texts import original_texts, plain_texts, rename_problem
 
 DOMAIN = """(define (domain yard) ; caf\u00e9
   (:TYPES pot bed -object) (:predicates (wet ?x - pot))
@@ -45,7 +45,7 @@ def test_plain_texts_have_the_common_forms_only() -> None:
 
 
 def test_a_problem_gets_another_name_and_keeps_its_lines() -> None:
-    assert named(PROBLEM, "task") == PROBLEM.replace("problem problem", "problem task")
+    assert rename_problem(PROBLEM, "task") == PROBLEM.replace("problem problem", "problem task")
 
 
 def test_the_message_of_a_program_names_the_file_of_the_user(tmp_path: Path) -> None:

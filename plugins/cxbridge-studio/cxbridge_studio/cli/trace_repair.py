@@ -57,10 +57,11 @@ def repair(
     for path in files:
         target = output / path.name if output is not None and file.is_dir() else output
         try:
-            results.append(_repair(path, target, in_place=in_place, dry_run=dry_run))
+            results.append(_repair_file(path, target, in_place=in_place, dry_run=dry_run))
         except CxbridgeError as error:
             if not file.is_dir():
-                raise  # an unreadable file of a folder does not keep the other files from being repaired
+                raise
+            # the other files of the folder are repaired nevertheless
             complain(error)
             results.append({"path": str(path), "error": error.message})
             status = UNREADABLE
@@ -68,31 +69,35 @@ def repair(
         say_json({"files": results})
     else:
         for result in results:
-            _print(result, several=file.is_dir())
+            _print_result(result, with_path=file.is_dir())
     return status
 
 
-def _repair(path: Path, output: Path | None, *, in_place: bool, dry_run: bool) -> dict[str, Any]:
+def _repair_file(path: Path, output: Path | None, *, in_place: bool, dry_run: bool) -> dict[str, Any]:
     """Repair one file; return the result."""
     from cxbridge_studio.repair.recordings import check_events, examine
 
     file_repair = examine(path)
     if not file_repair.actions:
         check_events(path)  # only a file that can be read to its end is reported as fine
-    written, backup = (None, None) if dry_run else _write(file_repair, output, in_place=in_place)
-    if written is not None:
-        check_events(written)
+    written_path, backup_path = (
+        (None, None) if dry_run else _write_repair(file_repair, output, in_place=in_place)
+    )
+    if written_path is not None:
+        check_events(written_path)
     return {
         "path": str(path),
         "format": file_repair.format,
         "actions": file_repair.actions,
-        "repaired": written is not None and bool(file_repair.actions),
-        "output": None if written is None else str(written),
-        "backup": None if backup is None else str(backup),
+        "repaired": written_path is not None and bool(file_repair.actions),
+        "output": None if written_path is None else str(written_path),
+        "backup": None if backup_path is None else str(backup_path),
     }
 
 
-def _write(file_repair: Repair, output: Path | None, *, in_place: bool) -> tuple[Path | None, Path | None]:
+def _write_repair(
+    file_repair: Repair, output: Path | None, *, in_place: bool
+) -> tuple[Path | None, Path | None]:
     """Write the repaired file; return its path and the path of the backup, each None without the file."""
     if output is not None:
         file_repair.write_copy(output)
@@ -105,11 +110,11 @@ def _write(file_repair: Repair, output: Path | None, *, in_place: bool) -> tuple
     return file_repair.path, file_repair.write_with_backup()
 
 
-def _print(result: dict[str, Any], *, several: bool) -> None:
+def _print_result(result: dict[str, Any], *, with_path: bool) -> None:
     """Print the actions in the format of Fawkes' ffbblog."""
     if "error" in result:
         return
-    if several:
+    if with_path:
         say(f"{result['path']}:")
     if not result["actions"]:
         say("Nothing to repair, files are fine")
