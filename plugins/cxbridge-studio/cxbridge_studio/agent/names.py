@@ -100,7 +100,7 @@ class Piece(Struct, frozen=True, dict=True):
     :param name: the name that the piece defines; None if the piece defines none.
     :param text: the source text.
     :param mentions: the names in the piece, in the order of the text.
-    :param closed: whether all parentheses of the piece are closed.
+    :param is_closed: whether all parentheses of the piece are closed.
     """
 
     keyword: str

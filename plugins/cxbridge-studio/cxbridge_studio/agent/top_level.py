@@ -25,7 +25,7 @@ class TopLevelList(Struct, frozen=True):
 
     :param start: the offset of the list's first character.
     :param text: the source text of the list; an unclosed list ends before the next construct.
-    :param closed: whether the list is closed.
+    :param is_closed: whether the list is closed.
     """
 
     start: int

@@ -197,7 +197,7 @@ class _Reading:
     def cost_with(self, insertion_index: int, limit: float) -> float:
         """Return the cost of the whole construct with a ``)`` inserted before a token.
 
-        :param insertion: the index of that token, which is the next to read.
+        :param insertion_index: the index of that token, which is the next to read.
         :param limit: the cost at which reading ends early, because another position costs less.
         """
         if self.cost < limit:

@@ -20,7 +20,7 @@ from cxbridge.printing import indent_lines
 from cxbridge.rights import ALL_RIGHTS
 from cxbridge.run.servers import RunServer
 from cxbridge_studio.debugger.breakpoints import Breakpoint, Stop, parse_breakpoint
-from cxbridge_studio.debugger.debugger import STEP_UNITS, get_debugger
+from cxbridge_studio.debugger.debugger import STEP_UNITS, debugger_of
 from cxbridge_studio.debugger.fact_words import parse_fact_change, parse_number
 from cxbridge_studio.debugger.names import Mistakes, OccurredNames
 from cxbridge_studio.explain.answer import explain
@@ -151,7 +151,7 @@ class _Agent:
 
     def __init__(self, assembly: Run, say: Callable[..., None]) -> None:
         self.assembly = assembly
-        self.debugger = get_debugger(assembly.executive)
+        self.debugger = debugger_of(assembly.executive)
         self._context = OperationContext(ALL_RIGHTS, lambda: assembly.executive)
         self._say = say
         self._start_us = assembly.clock.now_us()

@@ -20,7 +20,7 @@ from cxbridge_studio.dap.expressions import expand_known_variables
 from cxbridge_studio.dap.probes import Probes
 from cxbridge_studio.dap.target import FileLine, Firing, StoppedEnvironment
 from cxbridge_studio.debugger.agenda import activations
-from cxbridge_studio.debugger.debugger import get_debugger
+from cxbridge_studio.debugger.debugger import debugger_of
 from cxbridge_studio.debugger.environments import EnvironmentService
 from cxbridge_studio.explain.rules.environment import take_snapshot
 
@@ -41,7 +41,7 @@ class DebuggedAgent:
 
     def __init__(self, run: Run, *, stops_at_actions: bool) -> None:
         self.run = run
-        self.debugger = get_debugger(run.executive)
+        self.debugger = debugger_of(run.executive)
         self.service = EnvironmentService(run.manager)
         self.env: ClipsEnvironment = run.executive.env
         self.probes = Probes(self.env, self.debugger) if stops_at_actions else None

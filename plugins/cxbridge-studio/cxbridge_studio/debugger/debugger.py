@@ -34,7 +34,7 @@ STEP_UNITS: Final = ("rule", "loop", "transition")  # the units of steps
 LINE_STEP: Final = "line"
 
 
-def get_debugger(executive: Executive) -> Debugger:
+def debugger_of(executive: Executive) -> Debugger:
     """Return the debugger of an executive, made on the first call."""
     with executive.env.lock:
         if executive.control is None:
@@ -140,7 +140,7 @@ class Debugger:
 
     def move_to(self, executive: Executive) -> None:
         """Set the same breakpoints in the executive that follows this one after a reset."""
-        following = get_debugger(executive)
+        following = debugger_of(executive)
         for point in self.breakpoints:
             following.add(point)
 

@@ -23,7 +23,7 @@ from cxbridge.daemon.operations.rules import stop_info
 from cxbridge.errors import CxbridgeError
 from cxbridge.rights import Right
 from cxbridge_studio.debugger.breakpoints import parse_breakpoint
-from cxbridge_studio.debugger.debugger import get_debugger
+from cxbridge_studio.debugger.debugger import debugger_of
 
 if TYPE_CHECKING:
     from cxbridge_studio.debugger.breakpoints import Breakpoint
@@ -87,7 +87,7 @@ def _check_breakpoint_exists(context: OperationContext, path: Mapping[str, str])
     :raises CxbridgeError: if the text is not a number.
     :raises NotFoundError: if there is no such breakpoint.
     """
-    text, numbers = path["number"], [point.number for point in get_debugger(context.executive).breakpoints]
+    text, numbers = path["number"], [point.number for point in debugger_of(context.executive).breakpoints]
     if not (text.isascii() and text.isdecimal()) or len(text) > _MAX_NUMBER_DIGITS:
         raise CxbridgeError("A breakpoint has a number")
     if int(text) not in numbers:
@@ -96,11 +96,11 @@ def _check_breakpoint_exists(context: OperationContext, path: Mapping[str, str])
 
 def _check_executive_runs(context: OperationContext, _path: Mapping[str, str]) -> None:
     """Check that the executive runs, before the body of a request: its client gets status 503 otherwise."""
-    _ = get_debugger(context.executive)
+    _ = debugger_of(context.executive)
 
 
 def _describe_debugger(context: OperationContext, _parameters: object) -> DebuggerInfo:
-    debugger = get_debugger(context.executive)
+    debugger = debugger_of(context.executive)
     return DebuggerInfo(breakpoint_rows(debugger), stop_info(debugger) or UNSET)
 
 
@@ -121,7 +121,7 @@ OPERATIONS.add(
 
 @OPERATIONS.add("break-list", Right.LOOK, NoParameters)
 def _list_breakpoints(context: OperationContext, _parameters: NoParameters) -> list[BreakpointInfo]:
-    return breakpoint_rows(get_debugger(context.executive))
+    return breakpoint_rows(debugger_of(context.executive))
 
 
 @OPERATIONS.add(
@@ -142,7 +142,7 @@ def _list_breakpoints(context: OperationContext, _parameters: NoParameters) -> l
 )
 def _add_breakpoint(context: OperationContext, parameters: _BreakpointSpec) -> BreakpointInfo:
     return _make_breakpoint_info(
-        get_debugger(context.executive).add(_parse_permitted_breakpoint(context, parameters.spec))
+        debugger_of(context.executive).add(_parse_permitted_breakpoint(context, parameters.spec))
     )
 
 
@@ -157,7 +157,7 @@ def _parse_permitted_breakpoint(context: OperationContext, spec: str) -> Breakpo
     # environment.
     if point.condition or "{" in point.log:
         context.rights.check(Right.PROGRAMS, "an expression in a breakpoint")
-    get_debugger(context.executive).names.check(point)
+    debugger_of(context.executive).names.check(point)
     return point
 
 
@@ -165,15 +165,15 @@ def _parse_permitted_breakpoint(context: OperationContext, spec: str) -> Breakpo
 def _add_breakpoints(context: OperationContext, parameters: _BreakpointSpecs) -> list[BreakpointInfo]:
     # All texts are checked before the first breakpoint is added, so that a mistake in one text adds none.
     breakpoints = [_parse_permitted_breakpoint(context, spec) for spec in parameters.specs]
-    return [_make_breakpoint_info(get_debugger(context.executive).add(point)) for point in breakpoints]
+    return [_make_breakpoint_info(debugger_of(context.executive).add(point)) for point in breakpoints]
 
 
 @OPERATIONS.add("break-remove", Right.CONTROL, _BreakpointNumbers)
 def _remove_breakpoints(context: OperationContext, parameters: _BreakpointNumbers) -> None:
     if parameters.all:
-        get_debugger(context.executive).clear()
+        debugger_of(context.executive).clear()
     for number in parameters.numbers:
-        get_debugger(context.executive).remove(number)
+        debugger_of(context.executive).remove(number)
 
 
 @OPERATIONS.add(
@@ -190,7 +190,7 @@ def _remove_breakpoints(context: OperationContext, parameters: _BreakpointNumber
     is_verb=False,
 )
 def _remove_breakpoint(context: OperationContext, parameters: _BreakpointNumber) -> None:
-    get_debugger(context.executive).remove(parameters.number)
+    debugger_of(context.executive).remove(parameters.number)
 
 
 @OPERATIONS.add(
@@ -201,21 +201,21 @@ def _remove_breakpoint(context: OperationContext, parameters: _BreakpointNumber)
     is_verb=False,
 )
 def _clear_breakpoints(context: OperationContext, _parameters: NoParameters) -> None:
-    get_debugger(context.executive).clear()
+    debugger_of(context.executive).clear()
 
 
 @OPERATIONS.add(
     "step", Right.CONTROL, _Step, _debugger_route("POST", "/step", "Continue for one step.", body="Step")
 )
 def _step_rules(context: OperationContext, parameters: _Step) -> None:
-    get_debugger(context.executive).step(parameters.what)
+    debugger_of(context.executive).step(parameters.what)
 
 
 @OPERATIONS.add(
     "stop", Right.CONTROL, NoParameters, _debugger_route("POST", "/stop", "Stop before the next rule fires.")
 )
 def _stop_rules(context: OperationContext, _parameters: NoParameters) -> None:
-    get_debugger(context.executive).stop()
+    debugger_of(context.executive).stop()
 
 
 @OPERATIONS.add(
@@ -225,4 +225,4 @@ def _stop_rules(context: OperationContext, _parameters: NoParameters) -> None:
     _debugger_route("POST", "/go-on", "Continue to the next breakpoint."),
 )
 def _resume_rules(context: OperationContext, _parameters: NoParameters) -> None:
-    get_debugger(context.executive).go_on()
+    debugger_of(context.executive).go_on()

@@ -9,7 +9,7 @@ from cxbridge.events import Event, RuleFired
 from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.run.agent import Run
 from cxbridge.run.options import RunOptions
-from cxbridge_studio.debugger.debugger import get_debugger
+from cxbridge_studio.debugger.debugger import debugger_of
 from tests.run.mini import write_scenario
 
 
@@ -19,7 +19,7 @@ def play(folder, specs, on_stop=None, steps=""):
     reasons: list[str] = []
     with Run(RunOptions(scenario=folder)) as assembly:
         assembly.bus.subscribe(events.append, RuleFired, *TRANSITION_TYPES)
-        debugger = get_debugger(assembly.executive)
+        debugger = debugger_of(assembly.executive)
 
         def stopped(stop):
             reasons.append(stop.reason)
