@@ -40,7 +40,7 @@ COPY_TIMEOUT_S: Final = 60.0  # limit for copying facts; longer, since the copy 
 MAX_WAITING: Final = 16  # limit of requests that wait for a Skiller or an explanation
 
 # The number of requests that wait for an answer at the same time; further requests queue, up to MAX_WAITING.
-_THREADS: Final = 4
+_THREAD_COUNT: Final = 4
 _NO_CACHE: Final = {"Cache-Control": "no-cache, no-store, must-revalidate, max-age=0"}
 
 
@@ -52,14 +52,14 @@ class Api:
         self._queue = queue
         self._directory = directory
         self._log = host.bus.logger("Web")
-        self._threads = ThreadPoolExecutor(_THREADS, "web-wait")
-        self._waiting = 0
+        self._threads = ThreadPoolExecutor(_THREAD_COUNT, "web-wait")
+        self._waiting_count = 0
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         request = Request(scope, receive)
         pretty = "pretty" in request.query_params
         try:
-            response = await self._respond(request, pretty=pretty)
+            response = await self._handle_request(request, pretty=pretty)
         except ClientDisconnect:
             return
         except ApiError as error:
@@ -67,7 +67,7 @@ class Api:
             response = _make_response(content, error.status, pretty=pretty)
         await response(scope, receive, send)
 
-    async def _respond(self, request: Request, *, pretty: bool) -> Response:
+    async def _handle_request(self, request: Request, *, pretty: bool) -> Response:
         path: str = request.scope["path"]
         if request.method == "GET" and path == f"/api{openapi.DOCUMENT_PATH}":
             return _make_response(openapi.make_document(self._directory.endpoints), 200, pretty=pretty)
@@ -120,18 +120,18 @@ class Api:
         """Return the handler that runs in a thread; None for a handler that runs in the main loop."""
         if endpoint.runs_in_thread:
             return endpoint.handler
-        return endpoint.stalled if self._host.stall else None
+        return endpoint.stalled_handler if self._host.stall_reason else None
 
     async def _run_in_thread(self, handler: Handler, call: ApiCall) -> Any:
         """Run a handler that may wait in a thread."""
-        if self._waiting >= MAX_WAITING:
+        if self._waiting_count >= MAX_WAITING:
             raise ApiError(503, "Too many requests wait already")
-        self._waiting += 1
+        self._waiting_count += 1
         try:
             loop = asyncio.get_running_loop()
             return await loop.run_in_executor(self._threads, handler, call)
         finally:
-            self._waiting -= 1
+            self._waiting_count -= 1
 
     def close(self) -> None:
         """Cancel the requests that wait for a thread."""
@@ -154,8 +154,8 @@ class Api:
         except QueueClosedError as error:
             raise ApiError(503, "The daemon is stopping") from error
         except TimeoutError as error:
-            stall = self._host.stall
-            reason = f": {stall}" if stall else ""
+            stall_reason = self._host.stall_reason
+            reason = f": {stall_reason}" if stall_reason else ""
             raise ApiError(503, f"The main loop did not answer within {limit_s:g} s{reason}") from error
 
 

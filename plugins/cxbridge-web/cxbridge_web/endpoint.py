@@ -120,7 +120,7 @@ class Endpoint:
     :param runs_in_thread: whether the handler runs in a thread, because it waits; otherwise in the main loop.
     :param is_skill: whether the endpoint runs a skill string, which counts as a program if it is evaluated as
         Lua.
-    :param stalled: replaces the handler in the server's thread while the main loop is stuck.
+    :param stalled_handler: replaces the handler in the server's thread while the main loop is stuck.
     :param copy_facts: copies the needed facts in pieces in the main loop; the handler then runs in the
         server's thread.
     :param finish: converts the handler's return value to the reply in the server's thread.
@@ -139,7 +139,7 @@ class Endpoint:
     right: Right | None = None
     is_skill: bool = False
     runs_in_thread: bool = False
-    stalled: Handler | None = None
+    stalled_handler: Handler | None = None
     copy_facts: Callable[[ApiCall], Generator[None, None, FactCopy]] | None = None
     finish: Callable[[ApiCall, Any], Any] = lambda _call, content: content
 
@@ -200,9 +200,9 @@ class Directory:
 
     def _describe_absent_package(self, path: str) -> str:
         """Return a colon and the hint to the missing package that serves a path; empty if no package does."""
-        start = "/".join(path.split("/")[:3])
-        hint = package_hint(f"/api{start}")
-        is_installed = any(endpoint.path.startswith(start) for endpoint in self.endpoints)
+        path_prefix = "/".join(path.split("/")[:3])
+        hint = package_hint(f"/api{path_prefix}")
+        is_installed = any(endpoint.path.startswith(path_prefix) for endpoint in self.endpoints)
         return f": {hint}" if hint and not is_installed else ""
 
 

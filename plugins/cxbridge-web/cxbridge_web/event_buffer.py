@@ -102,23 +102,26 @@ class _Group:
 
     def __init__(self, max_events: int, max_bytes: int) -> None:
         self.buffered_events: deque[_BufferedEvent] = deque()
-        self.discarded = 0  # number of discarded events
-        self.bytes = 0
+        self.discarded_count = 0  # number of discarded events
+        self.byte_count = 0
         self._max_events = max_events
         self._max_bytes = max_bytes
 
     def add(self, buffered_event: _BufferedEvent) -> None:
         self.buffered_events.append(buffered_event)
-        self.bytes += len(buffered_event.text)
-        while len(self.buffered_events) > self._max_events or self.bytes > self._max_bytes:
-            self.bytes -= len(self.buffered_events.popleft().text)
-            self.discarded += 1
+        self.byte_count += len(buffered_event.text)
+        while len(self.buffered_events) > self._max_events or self.byte_count > self._max_bytes:
+            self.byte_count -= len(self.buffered_events.popleft().text)
+            self.discarded_count += 1
 
     def events_after(self, count: int) -> list[_BufferedEvent]:
         """Return the buffered events of the group except the first ``count`` events of the run."""
         # from the newest event backwards, because most clients are up to date and need only a few events
         later = list(
-            islice(reversed(self.buffered_events), max(0, self.discarded + len(self.buffered_events) - count))
+            islice(
+                reversed(self.buffered_events),
+                max(0, self.discarded_count + len(self.buffered_events) - count),
+            )
         )
         later.reverse()
         return later
@@ -133,14 +136,14 @@ class EventBuffer:
     def __init__(self, max_events: int = MAX_EVENTS, max_bytes: int = MAX_BYTES) -> None:
         self.end = StreamPosition()  # position after the newest event
         self._groups = [_Group(max_events, max_bytes) for _ in range(_OTHER_GROUP + 1)]
-        self._values: dict[str, Any] = {}  # last values by interface
+        self._last_values: dict[str, Any] = {}  # last values by interface
 
     @property
     def begin(self) -> StreamPosition:
         """The position before the oldest buffered event."""
         oldest = (group.buffered_events[0] for group in self._groups if group.buffered_events)
         lost = min((buffered_event.position.lost for buffered_event in oldest), default=self.end.lost)
-        return StreamPosition(tuple(group.discarded for group in self._groups), lost)
+        return StreamPosition(tuple(group.discarded_count for group in self._groups), lost)
 
     @property
     def count(self) -> int:
@@ -148,9 +151,9 @@ class EventBuffer:
         return self.end.total
 
     @property
-    def size(self) -> int:
+    def byte_count(self) -> int:
         """The number of buffered bytes."""
-        return sum(group.bytes for group in self._groups)
+        return sum(group.byte_count for group in self._groups)
 
     def __len__(self) -> int:
         return sum(len(group.buffered_events) for group in self._groups)
@@ -163,17 +166,17 @@ class EventBuffer:
         """Add events, without unchanged interface values, and with only the last write to each interface."""
         events = list(events)
         # Clients show the present value, so they need only the last of several writes.
-        last = {event.uid: event for event in events if isinstance(event, InterfaceWrite)}
+        last_writes = {event.uid: event for event in events if isinstance(event, InterfaceWrite)}
         for event in events:
             if isinstance(event, InterfaceWrite):
-                if last[event.uid] is not event or self._values.get(event.uid) == event.values:
+                if last_writes[event.uid] is not event or self._last_values.get(event.uid) == event.values:
                     continue
-                self._values[event.uid] = event.values
+                self._last_values[event.uid] = event.values
             self._append(event)
 
     def forget_interfaces(self) -> None:
         """Forget the interface values, so that the next write to each interface counts as a change."""
-        self._values.clear()
+        self._last_values.clear()
 
     def _append(self, event: Event) -> None:
         kind = event.KIND.name
@@ -194,17 +197,17 @@ class EventBuffer:
         buffered_events = (self._groups[group].events_after(position.counts[group]) for group in groups)
         later = merge(*buffered_events, key=lambda buffered_event: sum(buffered_event.position.counts))
         selected_events: list[tuple[StreamPosition, bytes]] = []
-        size, end_position = 0, self.end
+        byte_count, end_position = 0, self.end
         for buffered_event in later:
             if selection.wants(buffered_event.kind, buffered_event.env):
                 selected_events.append((buffered_event.position, buffered_event.text))
-                size += len(buffered_event.text)
-                if size >= BUNCH_BYTES:
+                byte_count += len(buffered_event.text)
+                if byte_count >= BUNCH_BYTES:
                     end_position = buffered_event.position
                     break
-        discarded = sum(self._discarded_between(position, end_position, group) for group in groups)
-        return selected_events, end_position, end_position.lost - position.lost + discarded
+        discarded_count = sum(self._discarded_between(position, end_position, group) for group in groups)
+        return selected_events, end_position, end_position.lost - position.lost + discarded_count
 
     def _discarded_between(self, position: StreamPosition, end: StreamPosition, group: int) -> int:
         """Return the number of discarded events of a group between two positions."""
-        return max(0, min(end.counts[group], self._groups[group].discarded) - position.counts[group])
+        return max(0, min(end.counts[group], self._groups[group].discarded_count) - position.counts[group])

@@ -45,10 +45,10 @@ class EventCollector:
             deque(maxlen=MAX_PENDING) for _ in range(len(GROUPS) + 1)
         ]
         self._event_numbers = count()  # the order of events across the groups
-        self._lost = 0
-        self._requested: Counter[str] = Counter()  # number of clients by kind
+        self._lost_count = 0
+        self._request_counts: Counter[str] = Counter()  # number of clients by kind
         self._sinks: dict[str, Sink] = {}  # subscribed sinks by kind
-        self._watched: list[tuple[ClipsEnvironment, str]] = []  # watches that this collector has switched on
+        self._watches: list[tuple[ClipsEnvironment, str]] = []  # watches that this collector has switched on
         self._environments: list[ClipsEnvironment] = []
         # Number of firings by environment and rule, counted while a client wants them.
         self.firings: Counter[tuple[str, str]] = Counter()
@@ -65,7 +65,7 @@ class EventCollector:
     def _enqueue(self, event: Event) -> None:
         pending = self._pending[find_group(event.KIND.name)]
         if len(pending) >= MAX_PENDING:
-            self._lost += 1
+            self._lost_count += 1
         pending.append((next(self._event_numbers), event))
 
     def _enqueue_firing(self, event: Event) -> None:
@@ -75,14 +75,14 @@ class EventCollector:
 
     # -- in the server's thread
 
-    def request(self, kinds: Iterable[str], *, add: bool) -> None:
+    def change_requests(self, kinds: Iterable[str], *, add: bool) -> None:
         """Register or unregister a client's kinds; the next loop applies the change."""
         for kind in self._on_demand.keys() & set(kinds):
-            self._requested[kind] += 1 if add else -1
+            self._request_counts[kind] += 1 if add else -1
 
     def take_events(self) -> tuple[list[Event], int]:
         """Return the events since the last call, and the number of events lost in between."""
-        lost, self._lost = self._lost, 0
+        lost, self._lost_count = self._lost_count, 0
         pending_groups = [[group.popleft() for _ in range(len(group))] for group in self._pending]
         return [event for _, event in merge(*pending_groups, key=itemgetter(0))], lost
 
@@ -90,7 +90,7 @@ class EventCollector:
 
     def poll(self) -> None:
         """Subscribe to exactly the kinds that clients request. Called once a loop."""
-        requested = {kind for kind in self._on_demand if self._requested[kind] > 0}
+        requested = {kind for kind in self._on_demand if self._request_counts[kind] > 0}
         environments = list(self._host.environments().values())
         if requested == self._sinks.keys() and environments == self._environments:
             return
@@ -105,10 +105,10 @@ class EventCollector:
         """Replace all subscriptions and watches by those of the requested kinds."""
         bus = self._host.bus
         current_environments = list(self._host.environments().values())
-        for env, kind in self._watched:
+        for env, kind in self._watches:
             if env in current_environments:  # a closed environment has no watches
                 _watch_item(env, kind).set((), on=False)
-        self._watched.clear()
+        self._watches.clear()
         for sink in self._sinks.values():
             bus.unsubscribe(sink)
         # if a kind has another listener, that listener decides which facts or rules are watched
@@ -120,7 +120,7 @@ class EventCollector:
             for kind in unwatched_kinds:
                 if kind in WATCHED_KINDS and not _watch_item(env, kind):
                     _watch_item(env, kind).set((), on=True)
-                    self._watched.append((env, kind))
+                    self._watches.append((env, kind))
         for env in current_environments:
             env.watcher.set_hooks()
         self._environments = environments

@@ -42,7 +42,7 @@ class EventStreams:
     """Sends events to clients; an ASGI application in the server's thread.
 
     :param collector: the source of the events.
-    :param alive_s: see :data:`KEEP_ALIVE_S`.
+    :param keep_alive_s: see :data:`KEEP_ALIVE_S`.
     """
 
     def __init__(
@@ -50,28 +50,28 @@ class EventStreams:
         host: WebHost,
         collector: EventCollector,
         buffer: EventBuffer | None = None,
-        alive_s: float = KEEP_ALIVE_S,
+        keep_alive_s: float = KEEP_ALIVE_S,
     ) -> None:
         self._host = host
         self._collector = collector
         self._buffer = EventBuffer() if buffer is None else buffer
-        self._alive_s = alive_s
+        self._keep_alive_s = keep_alive_s
         self._epoch = secrets.token_hex(4)  # tells ids of an earlier server process apart
         self._new_events = asyncio.Event()
         self._poller: asyncio.Task[None] | None = None
-        self._closed = False
+        self._is_closed = False
         self._bunches: dict[tuple[StreamPosition, EventSelection, bool], tuple[bytes, StreamPosition]] = {}
-        self.clients = 0  # number of connected clients
-        self.dropped = 0  # number of events that slow clients have missed
+        self.client_count = 0  # number of connected clients
+        self.dropped_count = 0  # number of events that slow clients have missed
 
     @property
-    def count(self) -> int:
+    def event_count(self) -> int:
         """The number of events so far."""
         return self._buffer.count
 
     def close(self) -> None:
         """End all streams; called in the server's thread."""
-        self._closed = True
+        self._is_closed = True
         self._wake_clients()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -84,11 +84,11 @@ class EventStreams:
         except ValueError as error:
             await PlainTextResponse(str(error), 400)(scope, receive, send)
             return
-        if self.clients >= MAX_CLIENTS:
+        if self.client_count >= MAX_CLIENTS:
             await PlainTextResponse("Too many clients follow the events already", 503)(scope, receive, send)
             return
-        self.clients += 1
-        self._collector.request(selection.kinds, add=True)
+        self.client_count += 1
+        self._collector.change_requests(selection.kinds, add=True)
         if self._poller is None:
             self._poller = asyncio.create_task(self._poll_events())
         disconnect = asyncio.create_task(_wait_for_disconnect(receive))
@@ -100,8 +100,8 @@ class EventStreams:
             for task in (disconnect, stream):
                 task.cancel()
             await asyncio.gather(disconnect, stream, return_exceptions=True)
-            self._collector.request(selection.kinds, add=False)
-            self.clients -= 1
+            self._collector.change_requests(selection.kinds, add=False)
+            self.client_count -= 1
             if "interface" in selection.kinds:  # the next client must get all values, even unchanged values
                 self._buffer.forget_interfaces()
 
@@ -136,7 +136,7 @@ class EventStreams:
             {"kind": "hello", "time_us": self._host.bus.clock.now_us(), "last": self._encode_id(position)}
         )
         await _send_text(send, b"retry: %d\nevent: hello\ndata: %s\n\n" % (_RETRY_MS, hello))
-        while not self._closed:
+        while not self._is_closed:
             text, position = self._encode_bunch(position, selection, together=together)
             if text:
                 await _send_text(send, text)
@@ -147,9 +147,9 @@ class EventStreams:
     async def _wait_for_events(self, send: Send) -> None:
         """Wait for further events, with periodic comments as keep-alive."""
         new_events = self._new_events
-        while not self._closed:
+        while not self._is_closed:
             try:
-                await asyncio.wait_for(new_events.wait(), self._alive_s)
+                await asyncio.wait_for(new_events.wait(), self._keep_alive_s)
             except TimeoutError:
                 await _send_text(send, b": alive\n\n")
             else:
@@ -169,9 +169,9 @@ class EventStreams:
             buffered, end_position, missing_count = self._buffer.bunch_after(position, selection)
             text = b""
             if missing_count:
-                dropped = json.dumps({"kind": "dropped", "count": missing_count})
-                text = f"event: dropped\ndata: {dropped}\n\n".encode()
-                self.dropped += missing_count
+                dropped_count = json.dumps({"kind": "dropped", "count": missing_count})
+                text = f"event: dropped\ndata: {dropped_count}\n\n".encode()
+                self.dropped_count += missing_count
             messages = [buffered] if together and buffered else [[event] for event in buffered]
             bunch = self._bunches[key] = text + b"".join(map(self._encode_message, messages)), end_position
         return bunch
@@ -187,7 +187,7 @@ class EventStreams:
 
     async def _poll_events(self) -> None:
         """Poll for events while clients are connected."""
-        while self.clients and not self._closed:
+        while self.client_count and not self._is_closed:
             if self._collect_events():
                 self._wake_clients()
             await asyncio.sleep(POLL_PERIOD_S)

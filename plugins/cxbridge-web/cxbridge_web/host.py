@@ -62,12 +62,12 @@ class WebHost(ABC):
         """Return the status of the process and its components; docs/rest.md has the fields."""
 
     @abstractmethod
-    def command(self, verb: str) -> None:
+    def run_command(self, verb: str) -> None:
         """Execute the command ``pause``, ``resume`` or ``reset``."""
 
     @property
     @abstractmethod
-    def stall(self) -> str:
+    def stall_reason(self) -> str:
         """The reason why the main loop is stuck; empty if it is not. Callable in any thread."""
 
     @abstractmethod
@@ -93,7 +93,7 @@ class WebHost(ABC):
             self._transforms = TransformListener(self.board, owner=_OWNER)
         return self._transforms.buffer.frames
 
-    def why(self, name: str, kind: str, timeout_s: float) -> dict[str, Any] | None:
+    def explain(self, name: str, kind: str, timeout_s: float) -> dict[str, Any] | None:
         """Explain a rule, a goal, an action, a fact or the run.
 
         Not callable in the main loop's thread, which makes the explanation.

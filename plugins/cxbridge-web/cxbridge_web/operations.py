@@ -32,16 +32,16 @@ def endpoints() -> Iterator[Endpoint]:
     """Yield an endpoint for each route of an operation."""
     for operation in operations().values():
         for route in operation.routes:
-            yield _endpoint(operation, route)
+            yield _make_endpoint(operation, route)
 
 
-def _endpoint(operation: Operation[Any], route: Route[Any]) -> Endpoint:
+def _make_endpoint(operation: Operation[Any], route: Route[Any]) -> Endpoint:
     def handler(call: ApiCall) -> Any:
         context = call.host.operations
         try:
             if route.check is not None:
                 route.check(context, call.path)
-            arguments = operation.parse(_request_arguments(operation, route, call), strict=True)
+            arguments = operation.parse(_read_arguments(operation, route, call), strict=True)
             result = (route.http_function or operation.carry_out)(context, arguments)
             if route.answer is not None:
                 result = route.answer(context, arguments)
@@ -52,13 +52,13 @@ def _endpoint(operation: Operation[Any], route: Route[Any]) -> Endpoint:
         except NotFoundError as error:
             raise ApiError(error.status, error.message) from error
         answer = to_json(result)
-        return [head | row for row in answer] if is_list else head | answer
+        return [common_members | row for row in answer] if is_list else common_members | answer
 
     is_list = get_origin(route.reply) is list
     answer = get_args(route.reply)[0] if is_list else route.reply
     kind = route.kind or answer.__name__
     # the answer has JSON values already, so the members of its model are added here
-    head, model = {"kind": kind, "apiVersion": API_VERSION}, make_model(kind, answer)
+    common_members, model = {"kind": kind, "apiVersion": API_VERSION}, make_model(kind, answer)
     return Endpoint(
         method=route.method,
         path=route.path,
@@ -67,13 +67,13 @@ def _endpoint(operation: Operation[Any], route: Route[Any]) -> Endpoint:
         reply=list[model] if is_list else model,  # type: ignore[valid-type]  # a type that is made at run time
         names={field.name: int for field in fields(operation.parameters) if _bare_type(field) is int},
         query=tuple(Query(name, description) for name, description in route.query.items()),
-        body=_body(operation.parameters, route) if route.body else None,
+        body=_make_body_type(operation.parameters, route) if route.body else None,
         errors=route.errors,
         right=operation.right,
     )
 
 
-def _request_arguments(operation: Operation[Any], route: Route[Any], call: ApiCall) -> dict[str, Any]:
+def _read_arguments(operation: Operation[Any], route: Route[Any], call: ApiCall) -> dict[str, Any]:
     """Return the parameters of a request from its path, query and body.
 
     :raises ParameterError: if a required text is empty.
@@ -100,11 +100,11 @@ def _error_text(operation: Operation[Any], route: Route[Any], name: str) -> str:
     member, kind = route.names.get(name, name), _bare_type(parameter)
     if parameter.required and kind is str and name not in route.defaults:
         return f"The body lacks '{member}', a text"
-    expected = _TYPE_NAMES.get(kind) or _meta(parameter).description
+    expected = _TYPE_NAMES.get(kind) or _get_metadata(parameter).description
     return f"'{member}' must be {expected}"
 
 
-def _meta(parameter: FieldInfo) -> msgspec.Meta:
+def _get_metadata(parameter: FieldInfo) -> msgspec.Meta:
     metadata: tuple[msgspec.Meta, ...] = getattr(parameter.type, "__metadata__", (msgspec.Meta(),))
     return metadata[0]
 
@@ -115,7 +115,7 @@ def _bare_type(parameter: FieldInfo) -> Any:
     return get_origin(type_) or type_
 
 
-def _body(parameters: type[msgspec.Struct], route: Route[Any]) -> type[msgspec.Struct]:
+def _make_body_type(parameters: type[msgspec.Struct], route: Route[Any]) -> type[msgspec.Struct]:
     """Return the type of a route's body: the parameters outside of path and query."""
     members: list[Any] = []
     for field in fields(parameters):

@@ -11,7 +11,7 @@ from msgspec import Struct
 from cxbridge.interfaces.assignments import set_field
 from cxbridge.rights import Right
 from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Query
-from cxbridge_web.fawkes.blackboard import InterfaceData, find_interface, read_data
+from cxbridge_web.fawkes.blackboard import InterfaceData, find_interface, read_all_data
 from cxbridge_web.models import Model
 from cxbridge_web.paging import matches
 
@@ -53,7 +53,9 @@ def _list_navgraphs(state: ServerState, _call: ApiCall) -> list[NavGraph]:
 def _list_interfaces(call: ApiCall) -> list[InterfaceData]:
     types, ids = call.query.get("type", ""), call.query.get("id", "")
     infos = call.host.board.list_all()
-    return read_data(call, [info for info in infos if matches(info.type, types) and matches(info.id, ids)])
+    return read_all_data(
+        call, [info for info in infos if matches(info.type, types) and matches(info.id, ids)]
+    )
 
 
 def _send_message(call: ApiCall) -> MessageId:

@@ -105,7 +105,7 @@ def _explain(call: ApiCall) -> Answer:
     kind, name = subjects[0] if subjects else ("run", "")
     if "\0" in name or len(name.encode("utf-8", "replace")) > _MAX_NAME_BYTES:
         raise ApiError(400, "There is nothing with this name")
-    explanation = call.host.why(name, kind, _ANSWER_TIMEOUT_S)
+    explanation = call.host.explain(name, kind, _ANSWER_TIMEOUT_S)
     if explanation is None:
         raise ApiError(503, f"There was no answer within {_ANSWER_TIMEOUT_S:g} s")
     return Answer(lines=explanation["lines"], data=explanation["data"])

@@ -93,8 +93,8 @@ def _get_status_without_environments(state: ServerState, call: ApiCall) -> Statu
         remote_control=call.host.rights.control,
         remote_programs=call.host.rights.programs,
         environments=[],
-        web=WebState(state.streams.clients, state.streams.count, state.streams.dropped),
-        stalled=call.host.stall,
+        web=WebState(state.streams.client_count, state.streams.event_count, state.streams.dropped_count),
+        stalled=call.host.stall_reason,
     )
 
 
@@ -112,7 +112,7 @@ def _get_status(state: ServerState, call: ApiCall) -> Status:
 
 def _get_health(call: ApiCall) -> Health:
     host_status = call.host.status()
-    health = Health(state=host_status["state"], error=host_status["error"] or call.host.stall)
+    health = Health(state=host_status["state"], error=host_status["error"] or call.host.stall_reason)
     if health.state not in {"RUNNING", "PAUSED"}:
         raise ApiError(503, health.error, health)
     return health
@@ -125,14 +125,14 @@ def _interrupt_rules(state: ServerState, call: ApiCall) -> Status:
 
 
 def _make_command_endpoint(state: ServerState, verb: str, summary: str) -> Endpoint:
-    def carry_out(call: ApiCall) -> Status:
-        call.host.command(verb)
+    def run_command(call: ApiCall) -> Status:
+        call.host.run_command(verb)
         return _get_status(state, call)
 
     return Endpoint(
         method="POST",
         path=f"/cxbridge/{verb}",
-        handler=carry_out,
+        handler=run_command,
         summary=summary,
         reply=Status,
         right=Right.CONTROL,
@@ -149,7 +149,7 @@ def endpoints(state: ServerState) -> Sequence[Endpoint]:
             summary="The status of the daemon and its components. While the main loop is stuck, the list of "
             "environments is empty.",
             reply=Status,
-            stalled=partial(_get_status_without_environments, state),
+            stalled_handler=partial(_get_status_without_environments, state),
         ),
         Endpoint(
             method="GET",

@@ -135,21 +135,21 @@ def _get_data(call: ApiCall) -> InterfaceData:
         uid = f"{call.path['type']}::{call.path['id']}"
         raise ApiError(404, f"Interface {uid}: is currently not available")
     try:
-        return _read_data(call, info)
+        return _read_interface_data(call, info)
     except CxbridgeError as error:
         raise ApiError(404, f"Failed to open {info.uid}: {error.message}") from error
 
 
-def read_data(call: ApiCall, infos: Iterable[BoardInfo]) -> list[InterfaceData]:
+def read_all_data(call: ApiCall, infos: Iterable[BoardInfo]) -> list[InterfaceData]:
     """Return the values of interfaces, except interfaces without a local definition."""
     models = []
     for info in infos:
         with suppress(CxbridgeError):
-            models.append(_read_data(call, info))
+            models.append(_read_interface_data(call, info))
     return models
 
 
-def _read_data(call: ApiCall, info: BoardInfo) -> InterfaceData:
+def _read_interface_data(call: ApiCall, info: BoardInfo) -> InterfaceData:
     """Return the values of an interface.
 
     :raises CxbridgeError: if the interface cannot be opened.

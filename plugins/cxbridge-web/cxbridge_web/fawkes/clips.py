@@ -65,8 +65,8 @@ def _make_fact(template: FactTemplate, row: FactRow, *, formatted: bool) -> Fact
         # an ordered fact has a single multislot, which CLIPS calls implied
         slots = (("implied", True),) if template.slots is None else template.slots
         fact.slots = [
-            SlotValue(name, multi, read_texts({name: value}, name, "ADDR"))
-            for (name, multi), value in zip(slots, row.values, strict=True)
+            SlotValue(name, is_multislot, read_texts({name: value}, name, "ADDR"))
+            for (name, is_multislot), value in zip(slots, row.values, strict=True)
         ]
     return fact
 

@@ -158,13 +158,13 @@ class GroundedPDDLPredicate(Model, kw_only=True, rename="kebab"):
 
 
 def _make_models(
-    call: ApiCall, noun: str, rows: Iterable[Slots], make_operator: Callable[[Slots], _ModelT]
+    call: ApiCall, noun: str, rows: Iterable[Slots], make_model: Callable[[Slots], _ModelT]
 ) -> list[_ModelT]:
     """Return the models of facts. An unreadable fact is logged and skipped, as in Fawkes."""
     models = []
     for slots in rows:
         try:
-            models.append(make_operator(slots))
+            models.append(make_model(slots))
         except SlotError as error:
             call.host.bus.logger(COMPONENT).warn(f"Failed to add {noun}: {error}")
     return models
@@ -208,10 +208,10 @@ def _list_operators(call: ApiCall) -> list[DomainOperator]:
         param = DomainOperatorParameter(read_text(slots, "name"), read_text(slots, "type"))
         params.setdefault(read_text(slots, "operator"), []).append(param)
 
-    def make_operator(slots: Slots) -> DomainOperator:
+    def make_model(slots: Slots) -> DomainOperator:
         return read_model(DomainOperator, slots, parameters=params.get(read_text(slots, "name"), []))
 
-    return _make_models(call, "operator", facts(call, "domain-operator"), make_operator)
+    return _make_models(call, "operator", facts(call, "domain-operator"), make_model)
 
 
 # -- plans

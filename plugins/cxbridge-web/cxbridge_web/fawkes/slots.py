@@ -57,10 +57,10 @@ def copy_facts(
     env = find_environment(call, name, status)
     begin, end = (0, None) if window is None or window.search else window.range
     copier = FactCopier(env.env, is_selected, begin, end)
-    pieces, done = copier.pieces(), object()
+    pieces, end_marker = copier.pieces(), object()
     while True:
         with env.lock:
-            if next(pieces, done) is done:
+            if next(pieces, end_marker) is end_marker:
                 return copier.copy
         yield  # without the lock: the rules may run before the next piece
         if find_environment(call, name, status) is not env:
@@ -179,8 +179,8 @@ def read_model(model: type[_ModelT], slots: Slots, **members: Any) -> _ModelT:
     :param members: the members that are not in the fact.
     :raises SlotError: if a slot has no value or a wrong type.
     """
-    for member, name, reader, required in _find_member_slots(model):
-        if member not in members and (required or name in slots):
+    for member, name, reader, is_required in _find_member_slots(model):
+        if member not in members and (is_required or name in slots):
             members[member] = reader(slots, name)
     return model(**members)
 

@@ -86,8 +86,8 @@ _SCALAR_CONVERTERS: Final = {
 
 
 def _convert_scalar(text: str, kind: ConfigType) -> Any:
-    convert = _SCALAR_CONVERTERS.get(kind)
-    value = text if convert is None else convert(text)
+    converter = _SCALAR_CONVERTERS.get(kind)
+    value = text if converter is None else converter(text)
     return text if value is None else value  # a text that is no value of its type stays a text
 
 
@@ -120,8 +120,8 @@ def _get_config(call: ApiCall) -> ConfigTree:
 
 def _list_plugins(call: ApiCall) -> list[Plugin]:
     return [
-        Plugin(name=name, description=description, is_loaded=loaded)
-        for name, description, loaded in sorted(call.host.plugins())
+        Plugin(name=name, description=description, is_loaded=is_loaded)
+        for name, description, is_loaded in sorted(call.host.plugins())
     ]
 
 

@@ -52,7 +52,7 @@ class FoxgloveProxy(Closing):
         # a public server may be reached by names that it does not know
         self._names: Collection[str] | None = LOCAL_NAMES | {settings.host.lower()} if is_local else None
         family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
-        self._connections = 0
+        self._connection_count = 0
         listening = socket.create_server((settings.host, settings.port), family=family)
         self.port: int = listening.getsockname()[1]
         self._thread = LoopThread("foxglove proxy")
@@ -67,12 +67,12 @@ class FoxgloveProxy(Closing):
         return await asyncio.start_server(self._accept, sock=listening, limit=_MAX_HEAD_BYTES)
 
     async def _accept(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        self._connections += 1
+        self._connection_count += 1
         try:
             with suppress(OSError, asyncio.IncompleteReadError, asyncio.LimitOverrunError, TimeoutError):
                 await self._forward(reader, writer)
         finally:
-            self._connections -= 1
+            self._connection_count -= 1
             writer.close()
 
     async def _forward(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
@@ -94,7 +94,7 @@ class FoxgloveProxy(Closing):
 
     def _find_refusal(self, head: bytes) -> str:
         """Return the status and the reason of a rejection; empty for an accepted request."""
-        if self._connections > MAX_CONNECTIONS:
+        if self._connection_count > MAX_CONNECTIONS:
             return "503 Too many connections"
         hosts, origins = _header_values(head, "host"), _header_values(head, "origin")
         if len(hosts) != 1 or len(origins) > 1:

@@ -44,14 +44,14 @@ def make_pose(position: Sequence[float], rotation: Sequence[float] = (0.0, 0.0, 
 
 def make_navgraph_scene(event: NavGraphRead) -> dict[str, Any]:
     """Return a ``SceneUpdate`` with spheres for nodes, lines for edges and arrows for directed edges."""
-    positions = dict(_positions(event))
-    two_way: list[tuple[_Point, _Point]] = []
-    one_way: list[tuple[_Point, _Point]] = []
+    positions = dict(_node_positions(event))
+    undirected_edges: list[tuple[_Point, _Point]] = []
+    directed_edges: list[tuple[_Point, _Point]] = []
     for edge in event.edges.values():
         start, end = positions.get(edge.get("from")), positions.get(edge.get("to"))
         if start is not None and end is not None:
-            (one_way if edge.get("directed") else two_way).append((start, end))
-    points = [make_vector((*point, 0.0)) for edge in two_way for point in edge]
+            (directed_edges if edge.get("directed") else undirected_edges).append((start, end))
+    points = [make_vector((*point, 0.0)) for edge in undirected_edges for point in edge]
     entity: dict[str, Any] = {
         "timestamp": make_time(event.time_us),
         "frame_id": MAP_FRAME,
@@ -69,13 +69,13 @@ def make_navgraph_scene(event: NavGraphRead) -> dict[str, Any]:
             for x, y in positions.values()
         ],
         "lines": [_make_line_list(points)] if points else [],
-        "arrows": [_make_arrow(start, end) for start, end in one_way],
+        "arrows": [_make_arrow(start, end) for start, end in directed_edges],
         "texts": [_make_label(name, *point) for name, point in positions.items()],
     }
     return {"deletions": [], "entities": [entity]}
 
 
-def _positions(event: NavGraphRead) -> Iterator[tuple[str, _Point]]:
+def _node_positions(event: NavGraphRead) -> Iterator[tuple[str, _Point]]:
     """Yield the nodes with a position. A recording of another program may have any value."""
     for name, node in event.nodes.items():
         x, y = node.get("x"), node.get("y")
@@ -105,12 +105,12 @@ def _make_arrow(start: tuple[float, float], end: tuple[float, float]) -> dict[st
     """Return an arrow, rotated from the x axis, along which Foxglove's arrows point."""
     dx, dy = end[0] - start[0], end[1] - start[1]
     length, half_angle = hypot(dx, dy), atan2(dy, dx) / 2  # a quaternion has half the angle of its rotation
-    head = min(_MAX_HEAD_LENGTH_M, length / 2)
+    head_length = min(_MAX_HEAD_LENGTH_M, length / 2)
     return {
         "pose": make_pose((*start, 0.0), (0.0, 0.0, sin(half_angle), cos(half_angle))),
-        "shaft_length": length - head,
+        "shaft_length": length - head_length,
         "shaft_diameter": _EDGE_WIDTH_M,
-        "head_length": head,
+        "head_length": head_length,
         "head_diameter": 3 * _EDGE_WIDTH_M,
         "color": _EDGE_COLOUR,
     }

@@ -87,7 +87,7 @@ class RecordingsApp:
         path = scope["path"]
         if path == COMPARE_PATH:
             query = dict(parse_qsl(scope["query_string"].decode()))
-            response = await run_in_threadpool(self._make_comparison, query)
+            response = await run_in_threadpool(self._compare_runs, query)
             await response(scope, receive, send)
         elif path.startswith(RUNS_PATH):
             response = await run_in_threadpool(
@@ -125,7 +125,7 @@ class RecordingsApp:
             )
         return f"<li>{link}</li>"
 
-    def _make_comparison(self, query: Mapping[str, str]) -> Response:
+    def _compare_runs(self, query: Mapping[str, str]) -> Response:
         """Return the page that compares two runs."""
         addresses = list(self._paths)
         try:
@@ -148,21 +148,21 @@ class RecordingsApp:
         except CxbridgeError as error:
             return JSONResponse({"message": str(error)}, 400)
 
-    def _get_explainer(self, file: Path, at: str, env: str) -> Explainer:
+    def _get_explainer(self, file: Path, at_text: str, env: str) -> Explainer:
         """Return the explainer of a recording at a time. The last explainer is cached.
 
-        :param at: the seconds since the start; empty for the end of the recording.
+        :param at_text: the seconds since the start; empty for the end of the recording.
         :param env: the CLIPS environment; empty for the default.
         :raises CxbridgeError: if the recording has no explanation, or the time is not a number.
         """
-        key = (file, at, env)
+        key = (file, at_text, env)
         with self._lock:
             if self._explainer is None or self._explainer[0] != key:
                 try:
-                    at_s = float(at) if at else None
+                    at_s = float(at_text) if at_text else None
                 except ValueError:
                     raise CxbridgeError(
-                        f"'{at}' is not a time", hint="give the seconds since the start"
+                        f"'{at_text}' is not a time", hint="give the seconds since the start"
                     ) from None
                 self._explainer = key, explainer(open_run(file), at_s, env or None)
             return self._explainer[1]

@@ -59,7 +59,7 @@ class DaemonHost(WebHost):
         self._daemon, self._node = daemon, daemon.node
         self.operations = daemon.operations
 
-    def command(self, verb: str) -> None:
+    def run_command(self, verb: str) -> None:
         self._daemon.carry_out(verb)
 
     @property
@@ -91,7 +91,7 @@ class DaemonHost(WebHost):
         )
 
     @property
-    def stall(self) -> str:
+    def stall_reason(self) -> str:
         return self._daemon.stalls.text
 
     def interrupt(self) -> None:

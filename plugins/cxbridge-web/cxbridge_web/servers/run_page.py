@@ -80,7 +80,7 @@ class RunHost(WebHost):
         )
         return status | ({"result": self._result} if is_over else {})
 
-    def command(self, verb: str) -> None:
+    def run_command(self, verb: str) -> None:
         """Pause or resume the run.
 
         :raises CxbridgeError: for ``reset``, since a run cannot restart.
@@ -95,7 +95,7 @@ class RunHost(WebHost):
             raise CxbridgeError("a run cannot be reset", hint="a daemon can: 'cxbridge daemon start --web'")
 
     @property
-    def stall(self) -> str:
+    def stall_reason(self) -> str:
         """Always empty: a run with a page has no watchdog of its loops."""
         return ""
 

@@ -102,7 +102,7 @@ def test_events_of_both_groups_come_in_their_order_in_bunches():
 def test_bytes_are_bounded():
     buffer = EventBuffer(max_bytes=10_000)
     buffer.add([line("y" * 1000) for _ in range(50)])
-    assert buffer.size <= 10_000
+    assert buffer.byte_count <= 10_000
     assert 0 < len(buffer) < 10
 
 

@@ -123,7 +123,7 @@ def test_why_of_a_daemon_without_explainers_names_the_package():
 
 
 def test_why_that_takes_too_long(there, monkeypatch):
-    monkeypatch.setattr(DaemonHost, "why", lambda *_: None)
+    monkeypatch.setattr(DaemonHost, "explain", lambda *_: None)
     assert there[1].get("/api/cxbridge/why?rule=mini-never").status == 503
 
 

@@ -77,7 +77,7 @@ def test_a_client_that_stands_still_holds_one_bunch_and_is_told_what_is_gone():
         await until(lambda: sent[-1].count(b"data: ") > 1 and len(sent[-1]) < BUNCH_BYTES)
         streams.close()
         await asyncio.wait_for(following, WAIT_S)
-        assert streams.dropped == 400
+        assert streams.dropped_count == 400
 
     asyncio.run(asyncio.wait_for(scenario(), WAIT_S))
     assert max(map(len, sent)) < BUNCH_BYTES + 4000
@@ -118,7 +118,7 @@ def test_a_stream_says_that_it_lives():
     alive = asyncio.Event()
 
     async def scenario() -> None:
-        streams = EventStreams(host, collector, alive_s=0.01)  # type: ignore[arg-type]
+        streams = EventStreams(host, collector, keep_alive_s=0.01)  # type: ignore[arg-type]
 
         async def send(message: Any) -> None:
             if message.get("body") == b": alive\n\n":
@@ -129,7 +129,7 @@ def test_a_stream_says_that_it_lives():
             return {"type": "http.disconnect"}
 
         await streams(scope(), receive, send)
-        assert streams.clients == 0
+        assert streams.client_count == 0
 
     asyncio.run(asyncio.wait_for(scenario(), WAIT_S))
     assert alive.is_set()

@@ -122,7 +122,7 @@ def test_recordings_are_viewed_without_a_daemon_and_without_asking_for_one(tab, 
     asked = []
     tab.on("request", lambda request: asked.append(request.url) if "/api/" in request.url else None)
     with viewing(*runs) as (url, recordings):
-        tab.goto(url + recordings.start)
+        tab.goto(url + recordings.start_path)
         tab.click("a >> text=one")
         tab.wait_for_selector("#state >> text=RECORDING")
         tab.wait_for_selector(".tl [role=treeitem] >> text=G")

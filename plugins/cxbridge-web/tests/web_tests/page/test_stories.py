@@ -48,7 +48,7 @@ def test_what_changed_since_the_run_of_yesterday(tab, tmp_path):
     yesterday = recorded(tmp_path / "yesterday.mcap", delivery(fails=False))
     today = recorded(tmp_path / "today.mcap", delivery(fails=True))
     with viewing(yesterday, today) as (url, recordings):
-        tab.goto(url + recordings.start)
+        tab.goto(url + recordings.start_path)
         tab.wait_for_selector(".verdict >> text=They part at 5.000 s in A, 4.000 s in B")
         assert "S_FAILED" in tab.locator(".verdict").inner_text()
         assert tab.locator(".pair li.differs .pair-name").all_inner_texts() == ["deliver1 ≠"]
@@ -65,10 +65,10 @@ def test_why_did_this_rule_not_fire(tab, tmp_path):
     scenario, path = write_scenario(tmp_path / "mini", agent=never), tmp_path / "run.mcap"
     run_scenario(RunOptions(scenario=scenario, trace=path, trace_level="facts"))
     with viewing(path) as (url, recordings):
-        tab.goto(url + recordings.start + "#/clips/rules/mini-never")
+        tab.goto(url + recordings.start_path + "#/clips/rules/mini-never")
         tab.click("#why-rule")
         tab.wait_for_selector("#why-text .failing >> text=RETRACTED")
-        tab.goto(url + recordings.start + "#/clips/facts")
+        tab.goto(url + recordings.start_path + "#/clips/facts")
         tab.click("[role=option] >> text=(begun)")
         tab.click("#why-fact")
         tab.wait_for_selector("#why-text .cause >> text=rule mini-begin fired just before")
@@ -78,9 +78,9 @@ def test_is_it_stuck_and_on_what(tab, tmp_path):
     """An action waits, and nothing is under way: the page and its detail say on what."""
     events = [*delivery(fails=False)[:3], made.action(1, "deliver1", 1, "drive", "PENDING")]
     with viewing(recorded(tmp_path / "run.mcap", [*events[:2], events[3]])) as (url, recordings):
-        tab.goto(url + recordings.start)
+        tab.goto(url + recordings.start_path)
         tab.wait_for_selector(".story-why >> text=action 1 drive is PENDING since 1.000 s")
-        tab.goto(url + recordings.start + "#/timeline/goal/deliver1")
+        tab.goto(url + recordings.start_path + "#/timeline/goal/deliver1")
         tab.click("#why")
         tab.wait_for_selector("#why-text >> text=waits for what was dispatched")
 
@@ -96,7 +96,7 @@ def test_where_was_the_robot_when_the_skill_failed(tab, tmp_path):
     ]
     events = sorted([*delivery(fails=True), *places], key=lambda event: event.time_us)
     with viewing(recorded(tmp_path / "run.mcap", events)) as (url, recordings):
-        tab.goto(url + recordings.start)
+        tab.goto(url + recordings.start_path)
         tab.click("nav >> text=World")
         tab.wait_for_selector(".lane-bar.o-failed")
         box = tab.locator(".lane-bar.o-failed").bounding_box()
@@ -108,7 +108,7 @@ def test_where_was_the_robot_when_the_skill_failed(tab, tmp_path):
 
 def test_a_run_without_poses_has_no_map_and_is_played_at_a_speed(tab, tmp_path):
     with viewing(recorded(tmp_path / "run.mcap", delivery(fails=False))) as (url, recordings):
-        tab.goto(url + recordings.start + "#/world")
+        tab.goto(url + recordings.start_path + "#/world")
         tab.wait_for_selector("[data-robot=Skiller]")
         assert tab.locator(".map-box").is_hidden()
         tab.select_option("#speed", "50")
@@ -126,7 +126,7 @@ def test_plot_proposes_the_values_that_changed(tab, tmp_path):
         ),
     ]
     with viewing(recorded(tmp_path / "run.mcap", events)) as (url, recordings):
-        tab.goto(url + recordings.start + "#/plot")
+        tab.goto(url + recordings.start_path + "#/plot")
         tab.click("[aria-label='plot BatteryInterface::B.voltage']")
         tab.wait_for_selector("#plot-legend [data-series='BatteryInterface::B.voltage']")
         assert "BatteryInterface" in tab.url
