@@ -25,7 +25,7 @@ class EventCollector:
     def __init__(self) -> None:
         self.events: deque[LogLine] = deque()
 
-    def request(self, kinds: Any, *, add: bool) -> None:
+    def change_requests(self, kinds: Any, *, add: bool) -> None:
         pass
 
     def take_events(self) -> tuple[list[Any], int]:
