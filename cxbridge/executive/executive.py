@@ -65,7 +65,7 @@ class ActionMapper(Protocol):
     The implementation is in :mod:`cxbridge.skiller.mapping`, which this package must not import.
     """
 
-    def has(self, action: str) -> bool:
+    def has_template(self, action: str) -> bool:
         """Return whether the action has a mapping."""
 
     def map(self, action: str, params: Mapping[str, str]) -> MappedAction:
@@ -328,7 +328,7 @@ class Executive:
         if action == "":
             self.log.warn("Failed to map, action name is empty")
             return ""
-        if not self._mapper.has(action):
+        if not self._mapper.has_template(action):
             self.log.warn(f"No mapping for action '{action}' known")
             return ""
         if len(names) != len(values):

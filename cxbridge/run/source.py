@@ -339,9 +339,9 @@ def skill_board_settings(
         return None
     from cxbridge.skiller.board.settings import BoardSettings  # noqa: PLC0415 - start-up time is a feature
 
-    settings = BoardSettings.of(config, paths.confdir) or BoardSettings()
+    settings = BoardSettings.from_config(config, paths.confdir) or BoardSettings()
     if executors:
-        settings = settings.with_executors(executors, config.keys(INSTANCES) or [DEFAULT_SKILLER])
+        settings = settings.replace_executors(executors, config.keys(INSTANCES) or [DEFAULT_SKILLER])
     return settings
 
 

@@ -1,8 +1,8 @@
 """A client's side of SkillerInterface: acquires control, sends a skill string, waits for its end.
 
-Each step is a generator that receives the changes of the interface and yields a time limit for the next
-change. So the same steps serve a blocking command (:meth:`SkillerCall.execute`) and a caller in a main loop
-(:meth:`SkillerCall.poll`).
+The methods ``..._steps`` are generators that receive the changes of the interface and yield a time limit for
+the next change. So the same steps serve a blocking command (:meth:`SkillerCall.execute`) and a caller in a
+main loop (:meth:`SkillerCall.poll`).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from cxbridge.interfaces.instance import Interface
 OWNER = "cxbridge skill"
 TYPE = "SkillerInterface"
 CONTROL_S = 5.0
-"""Seconds in which a Skiller must reply about control."""
+"""The seconds in which a Skiller must grant control."""
 
 RELEASE_S = 0.5
 """Seconds to wait for control, because a caller that has just ended releases it one loop later."""
@@ -77,7 +77,7 @@ class SkillerCall(Closing):
         self._on_status = on_status
         self._feed = Feed(board, OWNER)
         self._interface: Interface = self._feed.open(TYPE, skiller)
-        self._in_control = self._is_running = False
+        self._has_control = self._is_running = False
         self._msgid = 0
         if not self._interface.has_writer:
             self._feed.close()
@@ -90,7 +90,7 @@ class SkillerCall(Closing):
 
         :param timeout_s: seconds of real time; None: no limit.
         """
-        result = self._drive(self._attempt(skill_string), Deadline(timeout_s))
+        result = self._run_steps(self._execution_steps(skill_string), Deadline(timeout_s))
         if result is None:
             self.stop()
             return SkillResult(CallOutcome.TIMED_OUT, f"not over after {timeout_s:g} s", self._msgid)
@@ -101,15 +101,15 @@ class SkillerCall(Closing):
 
         :returns: the result.
         """
-        attempt = self._attempt(skill_string)
+        attempt = self._execution_steps(skill_string)
         try:
             limit = next(attempt)
             while True:
-                news = self._feed.wait_for_change(Deadline(0))
-                if news is None and (limit is None or limit.remaining_s()):
+                change = self._feed.wait_for_change(Deadline(0))
+                if change is None and (limit is None or limit.remaining_s()):
                     yield
                 else:
-                    limit = attempt.send(news)
+                    limit = attempt.send(change)
         except StopIteration as end:
             result: SkillResult = end.value
             return result
@@ -119,7 +119,7 @@ class SkillerCall(Closing):
 
         :raises SkillerError: if another client has control.
         """
-        refusal = self._drive(self._acquire(), Deadline(None))
+        refusal = self._run_steps(self._control_steps(), Deadline(None))
         if refusal:
             raise SkillerError(refusal)
         skip_stale_ids(self._interface, may_control=True)
@@ -132,11 +132,12 @@ class SkillerCall(Closing):
 
     def close(self) -> None:
         """Stop a running skill string, release control, close the interface."""
+        # the messages are sent without a wait for their effect: the Skiller may be gone
         try:
             if self._interface.valid and self._interface.has_writer:
                 if self._is_running:
                     self.stop()
-                if self._in_control:
+                if self._has_control:
                     self._send("ReleaseControlMessage")
         except BlackBoardError:
             pass  # the Skiller has just ended
@@ -148,46 +149,47 @@ class SkillerCall(Closing):
             message.set(name, value)
         return self._interface.msgq_enqueue(message)
 
-    def _drive(self, steps: _Steps[T], deadline: Deadline) -> T | None:
+    def _run_steps(self, steps: _Steps[T], deadline: Deadline) -> T | None:
         """Feed interface changes to the steps; return their result, or None after the deadline."""
         try:
             limit = next(steps)
-            while (news := self._feed.wait_for_change(limit or deadline)) is not None or limit is not None:
-                limit = steps.send(news)
+            while (change := self._feed.wait_for_change(limit or deadline)) is not None or limit is not None:
+                limit = steps.send(change)
         except StopIteration as end:
             result: T = end.value
             return result
         return None
 
-    def _attempt(self, skill_string: str) -> _Steps[SkillResult]:
-        refusal = yield from self._acquire()
+    def _execution_steps(self, skill_string: str) -> _Steps[SkillResult]:
+        refusal = yield from self._control_steps()
         if refusal:
             return SkillResult(CallOutcome.FAILED, refusal, 0)
         skip_stale_ids(self._interface, may_control=True)
         former_state = self._feed.read_change(self._interface)
         self._msgid = self._send("ExecSkillMessage", skill_string=skill_string)
         self._is_running = True
-        result = yield from self._wait(self._msgid, skill_string, former_state)
+        result = yield from self._outcome_steps(self._msgid, skill_string, former_state)
         self._is_running = False
         return result
 
-    def _acquire(self) -> _Steps[str]:
+    def _control_steps(self) -> _Steps[str]:
         """Acquire control; return why it failed, or an empty text."""
         own_serial = str(self._interface.serial)
-        news: InterfaceChange | None = self._feed.read_change(self._interface)
-        assert news is not None
+        change: InterfaceChange | None = self._feed.read_change(self._interface)
+        assert change is not None
         deadline = Deadline(RELEASE_S)
-        while (holder := news.values["exclusive_controller"]) not in ("", own_serial) and not self._steal:
-            news = yield deadline
-            if news is None:
-                name = describe_controller(self._interface, holder)
+        free = ("", own_serial)
+        while (controller := change.values["exclusive_controller"]) not in free and not self._steal:
+            change = yield deadline
+            if change is None:
+                name = describe_controller(self._interface, controller)
                 return f"{name} has control of the Skiller; --steal takes it"
         self._send("AcquireControlMessage", steal_control=self._steal)
         deadline = Deadline(CONTROL_S)
-        while news is not None and news.values["exclusive_controller"] != own_serial:
-            news = yield deadline
-        self._in_control = news is not None
-        return "" if self._in_control else f"the Skiller did not give control within {CONTROL_S:g} s"
+        while change is not None and change.values["exclusive_controller"] != own_serial:
+            change = yield deadline
+        self._has_control = change is not None
+        return "" if self._has_control else f"the Skiller did not give control within {CONTROL_S:g} s"
 
     def _loss_text(self, controller: str) -> str:
         """Return the reason for the loss of control."""
@@ -195,7 +197,9 @@ class SkillerCall(Closing):
             return "the Skiller is gone"
         return f"control of the Skiller was lost to {describe_controller(self._interface, controller)}"
 
-    def _wait(self, msgid: int, skill_string: str, former_state: InterfaceChange) -> _Steps[SkillResult]:
+    def _outcome_steps(
+        self, msgid: int, skill_string: str, former_state: InterfaceChange
+    ) -> _Steps[SkillResult]:
         """Wait for the end of a message's skill string.
 
         :param former_state: the state at the time of sending, which may show the same id of an earlier
@@ -207,15 +211,15 @@ class SkillerCall(Closing):
         own_serial, is_accepted, reported_status = str(self._interface.serial), False, ""
         error_tracker = ErrorTracker(former_state.values["msgid"], former_state.values["error"])
         while True:
-            news = yield None
-            assert news is not None  # yield None sets no limit
-            values = news.values
+            change = yield None
+            assert change is not None  # yield None sets no limit
+            values = change.values
             status = getattr(values["status"], "name", str(values["status"]))
-            if news.kind == "writer removed":
+            if change.kind == "writer removed":
                 return SkillResult(CallOutcome.FAILED, "the Skiller is gone", msgid)
             # the feed may still deliver earlier states, and the state at the time of sending
-            if news.time_us < former_state.time_us or (
-                news.time_us == former_state.time_us and values == former_state.values
+            if change.time_us < former_state.time_us or (
+                change.time_us == former_state.time_us and values == former_state.values
             ):
                 continue
             shown_string = values["skill_string"]
@@ -223,7 +227,7 @@ class SkillerCall(Closing):
             is_replaced = values["msgid"] == msgid and not skill_string.startswith(shown_string or "?")
             has_ended = values["msgid"] == msgid and not is_replaced and status in (_FINAL, _FAILED)
             if (controller := values["exclusive_controller"]) != own_serial:
-                self._in_control = False
+                self._has_control = False
                 if controller or not has_ended:
                     return SkillResult(CallOutcome.FAILED, self._loss_text(controller), msgid)
             if values["msgid"] != msgid or is_replaced:
@@ -239,17 +243,18 @@ class SkillerCall(Closing):
                 reported_status = status
                 self._on_status(status, error)
             if status != _RUNNING:
-                return _result(status, error, msgid)
+                return _make_result(status, error, msgid)
 
 
-def _result(status: str, error: str, msgid: int) -> SkillResult:
+def _make_result(status: str, error: str, msgid: int) -> SkillResult:
     if status == _FINAL:
         return SkillResult(CallOutcome.FINAL, "", msgid)
-    why = "the Skiller gives no reason" if status == _FAILED else "it called no skill, or was stopped"
-    return SkillResult(CallOutcome.FAILED, error or why, msgid)
+    if not error and status == _FAILED:
+        error = "the Skiller gives no reason"
+    return SkillResult(CallOutcome.FAILED, error or "it called no skill, or was stopped", msgid)
 
 
-def skill_names(board: BlackBoard, skiller: str, timeout_s: float) -> list[str] | None:
+def request_skill_names(board: BlackBoard, skiller: str, timeout_s: float) -> list[str] | None:
     """Return the skills of a Skiller, requested as skillgui does; None without reply."""
     # the Skiller shows the list in SkillerDebugInterface; afterwards the earlier graph is requested again for
     # its viewers. A Skiller without that interface may belong to an agent on the skill board, whose executors
@@ -257,20 +262,20 @@ def skill_names(board: BlackBoard, skiller: str, timeout_s: float) -> list[str] 
     with Feed(board, OWNER) as feed:
         interface = feed.open("SkillerDebugInterface", skiller)
         if not interface.has_writer:
-            return _skills_on_board(board, skiller)
-        news: InterfaceChange | None = feed.read_change(interface)
-        assert news is not None
-        former_subject = news.values["graph_fsm"]
+            return _find_board_skills(board, skiller)
+        change: InterfaceChange | None = feed.read_change(interface)
+        assert change is not None
+        former_subject = change.values["graph_fsm"]
         deadline = Deadline(timeout_s)
         _request_graph(interface, "LIST")
-        while news is not None and news.values["graph_fsm"] != "LIST":
-            news = feed.wait_for_change(deadline)
+        while change is not None and change.values["graph_fsm"] != "LIST":
+            change = feed.wait_for_change(deadline)
         if former_subject != "LIST":
             _request_graph(interface, former_subject or "ACTIVE")
-        return None if news is None else str(news.values["graph"]).split()
+        return None if change is None else str(change.values["graph"]).split()
 
 
-def _skills_on_board(board: BlackBoard, agent: str) -> list[str] | None:
+def _find_board_skills(board: BlackBoard, agent: str) -> list[str] | None:
     names: set[str] = set()
     for info in board.list("SkillExecutorInterface"):
         with board.open_for_reading(info.type, info.id, owner=OWNER) as interface:

@@ -21,12 +21,12 @@ UNKNOWN_SENDER = "Unknown"
 """The thread name of a sender on another host."""
 
 
-def serial_of(message: Message) -> str:
+def sender_serial(message: Message) -> str:
     """Return the serial of the original sender."""
     return str(message.source_id)
 
 
-def sender_of(message: Message) -> str:
+def sender_name(message: Message) -> str:
     """Return the sender's name for log lines."""
     name = message.sender_thread_name
     return "Remote" if name == UNKNOWN_SENDER else name
@@ -77,13 +77,13 @@ class ExclusiveControl:
 
     def may_execute(self, message: Message) -> bool:
         """Return whether the sender is the controller, or there is none."""
-        return self.controller in ("", serial_of(message))
+        return self.controller in ("", sender_serial(message))
 
-    def admit(self, message: Any, *, is_second: bool, running: bool) -> bool:
+    def admit(self, message: Any, *, is_second: bool, is_running: bool) -> bool:
         """Decide on an ExecSkillMessage and log the decision.
 
         :param is_second: an earlier message of the same loop is replaced.
-        :param running: a running skill string is aborted.
+        :param is_running: a running skill string is aborted.
         :returns: whether to execute the skill string.
         """
         thread, text = message.sender_thread_name, message.skill_string
@@ -98,8 +98,8 @@ class ExclusiveControl:
         if self.controller:
             self._log.info(f"{thread} executes '{text}'")
         else:
-            self._log.debug(f"{sender_of(message)} executes '{text}' without any exclusive controller")
-        if running:
+            self._log.debug(f"{sender_name(message)} executes '{text}' without any exclusive controller")
+        if is_running:
             self._log.info(f"Aborting execution of previous skill string '{former_string}' for new goal")
         return True
 
@@ -108,7 +108,7 @@ class ExclusiveControl:
 
         :returns: whether to write the interface.
         """
-        serial, thread = serial_of(message), message.sender_thread_name
+        serial, thread = sender_serial(message), message.sender_thread_name
         if not self.controller:
             self._log.debug(f"{thread} (serial {serial}) is new exclusive controller")
         # logged also if the sender has control already, as in Fawkes
@@ -130,7 +130,7 @@ class ExclusiveControl:
         :returns: whether to write the interface.
         """
         thread = message.sender_thread_name
-        if self.controller == serial_of(message):
+        if self.controller == sender_serial(message):
             self._log.debug(f"{thread} releases exclusive control")
             self._interface.exclusive_controller = ""
             return True

@@ -1,4 +1,7 @@
-"""SkillerDebugInterface: the graph of the running state machine."""
+"""SkillerDebugInterface: the graph of the running state machine, for viewers such as skillgui.
+
+A viewer selects the subject of the graph by a message: a skill, or one of the special subjects below.
+"""
 
 from __future__ import annotations
 
@@ -33,21 +36,21 @@ class DebugBoard:
         # the classes of the interfaces are made from XML at run time, so they have no static types
         self._main: Any = board.open_for_writing("SkillerDebugInterface", name, owner=owner)
         self._twin: Any = board.open_for_writing("SkillerDebugInterface", f"{name}Layouted", owner=owner)
-        self._both: tuple[Any, ...] = (self._main, self._twin)
+        self._interfaces: tuple[Any, ...] = (self._main, self._twin)
         self._max_bytes = self._main.maxlenof("graph") - 1
         self._subject = ACTIVE
         self._direction = "TB"
-        self._coloured = True
-        self._redraw = False
-        self._started = False
+        self._is_coloured = True
+        self._needs_redraw = False
+        self._has_started = False
 
     def loop(self) -> None:
         """Write the initial values in the first loop; then handle messages."""
         # in the first loop, as in Fawkes, where the skills are loaded before the first write
-        if not self._started:
-            self._started = True
-            for interface in self._both:
-                interface.graph_colored = self._coloured
+        if not self._has_started:
+            self._has_started = True
+            for interface in self._interfaces:
+                interface.graph_colored = self._is_coloured
                 interface.write()
         while not self._main.msgq_empty():
             self._process(self._main.msgq_first())
@@ -58,12 +61,12 @@ class DebugBoard:
             self._subject = message.graph_fsm
         elif message.type == "SetGraphDirectionMessage":
             direction = getattr(message.graph_dir, "name", "GD_TOP_BOTTOM")
-            self._redraw |= self._direction != _DIRECTIONS[direction]
+            self._needs_redraw |= self._direction != _DIRECTIONS[direction]
             self._direction = _DIRECTIONS[direction]
             self._main.graph_dir = direction
         elif message.type == "SetGraphColoredMessage":
-            self._redraw |= self._coloured != message.graph_colored
-            self._coloured = self._main.graph_colored = message.graph_colored
+            self._needs_redraw |= self._is_coloured != message.graph_colored
+            self._is_coloured = self._main.graph_colored = message.graph_colored
         self.publish()
 
     def publish(self) -> None:
@@ -76,8 +79,8 @@ class DebugBoard:
         has_machine, graph = self._engine.graph(
             "" if self._subject == ACTIVE else self._subject,
             self._direction,
-            coloured=self._coloured,
-            always=is_new or self._redraw,
+            coloured=self._is_coloured,
+            redraw=is_new or self._needs_redraw,
         )
         if has_machine:
             self._publish_machine(graph)
@@ -85,9 +88,9 @@ class DebugBoard:
             if self._subject not in ("", ACTIVE):
                 self._log.warn(f"Could not write FSM graph, FSM for {self._subject} not found")
             self._write("")
-        elif self._redraw:
+        elif self._needs_redraw:
             self._main.write()
-        self._redraw = False
+        self._needs_redraw = False
 
     def _publish_machine(self, graph: str) -> None:
         if graph:
@@ -106,5 +109,5 @@ class DebugBoard:
 
     def close(self) -> None:
         """Close both interfaces."""
-        for interface in self._both:
+        for interface in self._interfaces:
             self._board.close(interface)

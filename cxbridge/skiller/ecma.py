@@ -36,7 +36,7 @@ _TOKEN = re.compile(
 )
 _CLASS_ITEM = re.compile(rf"\[:(\w+):\]|({_ESCAPE})|[\[&~|]", re.DOTALL)
 
-_REFUSED = {
+_SYNTAX_MISTAKES = {
     "\\": "an invalid escape",
     "[": "a '[' that is never closed",
     "(": "a group that ECMAScript does not know",
@@ -104,7 +104,7 @@ def _translate(pattern: str) -> str:
     while position < len(pattern):
         token = _TOKEN.match(pattern, position)
         if token is None:
-            raise EcmaRegexError(f"{_REFUSED[pattern[position]]} at position {position + 1}")
+            raise EcmaRegexError(f"{_SYNTAX_MISTAKES[pattern[position]]} at position {position + 1}")
         kind, text = token.lastgroup, token.group()
         if kind == "quantifier" and not is_repeatable:
             raise EcmaRegexError(f"nothing to repeat at position {position + 1}")

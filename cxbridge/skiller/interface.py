@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING, Any
 from cxbridge.errors import SkillError
 from cxbridge.events import EventBus
 from cxbridge.skiller.backend import SkillerBackend
-from cxbridge.skiller.control import ExclusiveControl, ReaderWatch, sender_of
+from cxbridge.skiller.control import ExclusiveControl, ReaderWatch, sender_name
 from cxbridge.skiller.status import Status
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
 
-_NO_MESSAGE = 0
+_NO_MESSAGE_ID = 0
 
 
 class InterfaceSkiller(SkillerBackend):
@@ -28,7 +28,8 @@ class InterfaceSkiller(SkillerBackend):
 
     :param name: the id of the interface.
     :param component: the name in log lines, and the interface's owner.
-    :param place_of: returns the place of a skill string's action mapping, for log lines; empty if unknown.
+    :param find_mapping_place: returns the place of a skill string's action mapping, for log lines; empty if
+        the mapping is unknown.
     :raises BlackBoardError: if the interface has another writer.
     """
 
@@ -39,12 +40,12 @@ class InterfaceSkiller(SkillerBackend):
         *,
         name: str,
         component: str,
-        place_of: Callable[[str], str] = lambda _skill_string: "",
+        find_mapping_place: Callable[[str], str] = lambda _skill_string: "",
     ) -> None:
         super().__init__(name)
         self._board = board
         self._log = bus.logger(component)
-        self._place_of = place_of
+        self._find_mapping_place = find_mapping_place
         self._readers = ReaderWatch(board)
         # the class of the interface is made from XML at run time, so it has no static type
         self._interface: Any = board.open_for_writing(
@@ -55,8 +56,8 @@ class InterfaceSkiller(SkillerBackend):
         self._handlers = {
             "AcquireControlMessage": self._control.acquire,
             "ReleaseControlMessage": self._control.release,
-            "ExecSkillMessage": self._exec,
-            "StopExecMessage": self._stop,
+            "ExecSkillMessage": self._start_skill_string,
+            "StopExecMessage": self._stop_skill_string,
         }
 
     @property
@@ -87,14 +88,14 @@ class InterfaceSkiller(SkillerBackend):
 
     def handle_messages(self) -> None:
         """Handle the messages since the last loop, and write the interface once if they changed it."""
-        self._has_started_string = to_write = False
+        self._has_started_string = is_changed = False
         # first the closed readers: a message may ask for the control that such a reader still has
         while (serial := self._readers.pop()) is not None:
-            to_write |= self._control.revoke(serial)
+            is_changed |= self._control.revoke(serial)
         while (message := self._interface.msgq_first()) is not None:
-            to_write |= self._handle(message)
+            is_changed |= self._handle(message)
             self._interface.msgq_pop()
-        if to_write:
+        if is_changed:
             self._interface.write()
 
     def end(self, status: Status, error: str = "") -> None:
@@ -118,9 +119,9 @@ class InterfaceSkiller(SkillerBackend):
             return False
         return handler(message)
 
-    def _exec(self, message: Any) -> bool:
+    def _start_skill_string(self, message: Any) -> bool:
         skill_string = message.skill_string
-        if not self._control.admit(message, is_second=self._has_started_string, running=self.is_executing):
+        if not self._control.admit(message, is_second=self._has_started_string, is_running=self.is_executing):
             return False
         if self.is_executing:
             self.drop()
@@ -134,21 +135,21 @@ class InterfaceSkiller(SkillerBackend):
             self.start(skill_string)
         except SkillError as error:
             self.drop()
-            place = self._place_of(skill_string)
-            mapped = f" (mapped at {place})" if place else ""
-            self._log.error(f"Failed to compile skill string: {skill_string}|{error.message}{mapped}")
+            place = self._find_mapping_place(skill_string)
+            mapping_note = f" (mapped at {place})" if place else ""
+            self._log.error(f"Failed to compile skill string: {skill_string}|{error.message}{mapping_note}")
             self._interface.error = error.message
             self._interface.status = Status.S_FAILED
         return True
 
-    def _stop(self, message: Any) -> bool:
+    def _stop_skill_string(self, message: Any) -> bool:
         # unlike in Fawkes, a client may also stop a Skiller without a controller, as it may start it
         if not self._control.may_execute(message):
-            self._log.debug(f"{sender_of(message)} sent stop without any exclusive controller")
+            self._log.debug(f"{sender_name(message)} sent stop without any exclusive controller")
             return False
         self._log.debug(f"Stopping execution of '{self.skill_string}' on request")
         self.drop()
         self._interface.skill_string = ""
-        self._interface.msgid = _NO_MESSAGE
+        self._interface.msgid = _NO_MESSAGE_ID
         self._interface.status = Status.S_INACTIVE
         return True

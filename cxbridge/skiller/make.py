@@ -50,8 +50,8 @@ def skill_folders(
 
 def skills_see_navgraph(config: Configuration) -> bool:
     """Return whether ``/skiller/features/navgraph/enable`` is true."""
-    enable = "/skiller/features/navgraph/enable"
-    return config.exists(enable) and config.get_bool(enable)
+    enable_key = "/skiller/features/navgraph/enable"
+    return config.exists(enable_key) and config.get_bool(enable_key)
 
 
 def load_configured_navgraph(config: Configuration, folder: Path) -> NavGraph:
@@ -61,8 +61,8 @@ def load_configured_navgraph(config: Configuration, folder: Path) -> NavGraph:
     """
     from cxbridge.space.navgraph import load_navgraph  # noqa: PLC0415 - most runs have no graph, and start faster without this import
 
-    multi = "/navgraph/allow_multi_graph"
-    allow_multi_graph = config.exists(multi) and config.get_bool(multi)
+    multi_key = "/navgraph/allow_multi_graph"
+    allow_multi_graph = config.exists(multi_key) and config.get_bool(multi_key)
     return load_navgraph(folder / config.get_str("/navgraph/graph_file"), allow_multi_graph=allow_multi_graph)
 
 
@@ -80,7 +80,7 @@ def make_lua_skiller(  # noqa: PLR0913 - each is an option of the command line
     navgraph: NavGraph | None = None,
     watch: ModuleWatch | None = None,
     seed: int = 0,
-    place_of: Callable[[str], str] = lambda _skill_string: "",
+    find_mapping_place: Callable[[str], str] = lambda _skill_string: "",
 ) -> Skiller:
     """Load a skill space and make its Skiller.
 
@@ -89,7 +89,7 @@ def make_lua_skiller(  # noqa: PLR0913 - each is an option of the command line
     :param name: the id of the SkillerInterface.
     :param navgraph: the graph for ``navgraph``, see :func:`skills_see_navgraph`.
     :param watch: detects changed skill files; None: made if ``/skiller/watch_files`` is true.
-    :param place_of: returns the place of a skill string's mapping, for messages.
+    :param find_mapping_place: returns the place of a skill string's mapping, for messages.
     :raises SkillError: if the space or a skill cannot be loaded, with file and line.
     :raises BlackBoardError: if an interface has another writer.
     """
@@ -101,8 +101,8 @@ def make_lua_skiller(  # noqa: PLR0913 - each is an option of the command line
     bus.logger("SkillerExecutionThread").debug(f"Skill space: {space}")
     log = bus.logger(LOG_COMPONENT)
     transforms = TransformListener(board, owner=LOG_COMPONENT)
-    with contextlib.ExitStack() as undo:
-        undo.callback(transforms.close)
+    with contextlib.ExitStack() as cleanup:
+        cleanup.callback(transforms.close)
         engine = LuaEngine(
             board,
             clock,
@@ -116,12 +116,19 @@ def make_lua_skiller(  # noqa: PLR0913 - each is an option of the command line
             owner=LOG_COMPONENT,
             seed=seed,
         )
-        undo.callback(engine.close)
+        cleanup.callback(engine.close)
         skiller = Skiller(
-            board, engine, transforms, bus, name=name, mode=mode, watch=watch, place_of=place_of
+            board,
+            engine,
+            transforms,
+            bus,
+            name=name,
+            mode=mode,
+            watch=watch,
+            find_mapping_place=find_mapping_place,
         )
         # the Skiller closes them from here on
-        undo.pop_all()
+        cleanup.pop_all()
     log.debug("Lua startup completed")
     return skiller
 

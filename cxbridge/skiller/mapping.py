@@ -54,7 +54,7 @@ class ActionSkillMapping:
         """The actions with a template."""
         return tuple(self._templates)
 
-    def has(self, action: str) -> bool:
+    def has_template(self, action: str) -> bool:
         return action in self._templates
 
     def require(self, action: str) -> str:
@@ -74,7 +74,7 @@ class ActionSkillMapping:
 
     def map(self, action: str, params: Mapping[str, str]) -> MappedSkill:
         """Return the skill string of an action."""
-        # as in Fawkes, a missing template is not an error: callers check has()
+        # as in Fawkes, a missing template is not an error: callers check has_template()
         template = self._templates.get(action)
         if template is None:
             return MappedSkill("")
@@ -86,7 +86,7 @@ class ActionSkillMapping:
                     text = self._concatenate(action, text, part)
                 else:
                     value = _look_up(part, action, params)
-                    value_text = self._text_of(part, _apply_steps(part, value, messages), text)
+                    value_text = self._format_value(part, _apply_steps(part, value, messages), text)
                     text = self._concatenate(action, text, value_text)
         except _CannotMapError as error:
             messages.insert(0, (Level.ERROR, str(error)))
@@ -98,13 +98,13 @@ class ActionSkillMapping:
         # such a text stays in the skill string, where the skill would get it
         warnings: list[Message] = []
         for action, template in self._templates.items():
-            warnings.extend(_describe(action, doubt) for doubt in find_doubts(template))
+            warnings.extend(_doubt_message(action, doubt) for doubt in find_doubts(template))
             for part in parse_template(template):
                 if isinstance(part, Placeholder):
                     warnings.extend(_check_steps(action, part))
         return warnings
 
-    def _text_of(self, placeholder: Placeholder, value: str, prefix: str) -> str:
+    def _format_value(self, placeholder: Placeholder, value: str, prefix: str) -> str:
         """Return the text of a value to append to ``prefix``, the skill string so far.
 
         :raises _CannotMapError: if the value is not a number although the placeholder needs one, or cannot
@@ -120,11 +120,11 @@ class ActionSkillMapping:
             raise _CannotMapError(f"Failed to convert '{value}' to {kind}: {error}") from None
         # s and S quote the value, y and Y do not; S and Y convert it to upper case
         if placeholder.kind in "SY":
-            value = _upper(value)
+            value = _to_upper(value)
         if placeholder.kind in "sS":
-            quoted = self._escaped(placeholder, value, f'{prefix}"')
+            quoted = self._escape_value(placeholder, value, f'{prefix}"')
             return f'"{quoted}"'
-        return self._escaped(placeholder, value, prefix)
+        return self._escape_value(placeholder, value, prefix)
 
     def _concatenate(self, action: str, prefix: str, suffix: str) -> str:
         """Return two parts of a skill string as one.
@@ -138,12 +138,12 @@ class ActionSkillMapping:
             )
         return prefix + suffix
 
-    def _escaped(self, placeholder: Placeholder, value: str, prefix: str) -> str:
+    def _escape_value(self, placeholder: Placeholder, value: str, prefix: str) -> str:
         """Return the text of a value to append to ``prefix``, escaped unless the mode is ``fawkes``."""
-        return _escape(placeholder, value, prefix) if self.mode == "strict" else value
+        return _escape_for_lua(placeholder, value, prefix) if self.mode == "strict" else value
 
 
-def _describe(action: str, doubt: Doubt) -> Message:
+def _doubt_message(action: str, doubt: Doubt) -> Message:
     excerpt = f"'{doubt.text}' at column {doubt.offset + 1}"
     return (Level.WARN, f"action-mapping/{action}: {excerpt} is kept as text: {doubt.reason}")
 
@@ -171,13 +171,13 @@ def _apply_steps(placeholder: Placeholder, value: str, messages: list[Message]) 
 
 
 def _check_steps(action: str, placeholder: Placeholder) -> list[Message]:
-    problems = filter(None, map(_problem_of, placeholder.steps))
+    problems = filter(None, map(_find_step_mistake, placeholder.steps))
     return [
         (Level.WARN, f"action-mapping/{action}: ?({placeholder.name}...): {problem}") for problem in problems
     ]
 
 
-def _problem_of(step: Replacement | Misfit) -> str:
+def _find_step_mistake(step: Replacement | Misfit) -> str:
     """Return the mistake in a step, or an empty text."""
     if isinstance(step, Misfit):
         return step.warning.strip()
@@ -188,7 +188,7 @@ def _problem_of(step: Replacement | Misfit) -> str:
     return ""
 
 
-def _escape(placeholder: Placeholder, value: str, prefix: str) -> str:
+def _escape_for_lua(placeholder: Placeholder, value: str, prefix: str) -> str:
     """Return the text of a value to append to ``prefix``, escaped so that Lua cannot run it.
 
     :raises _CannotMapError: if the value is not in quotes and is not a single word or number.
@@ -204,6 +204,6 @@ def _escape(placeholder: Placeholder, value: str, prefix: str) -> str:
     return value
 
 
-def _upper(value: str) -> str:
+def _to_upper(value: str) -> str:
     """Upper-case only ASCII letters, as C's ``toupper`` does in its default locale."""
     return "".join(char.upper() if char.isascii() else char for char in value)

@@ -68,7 +68,7 @@ def context_at_end(text: str) -> QuotingContext:
             if closing < 0:
                 return QuotingContext.OTHER
             position = closing + len(token["level"]) + 2
-        # a comment that a line end follows is over
+        # a comment ends at its line end, so only a comment at the end of the text is the context
         elif token["comment"] and position == len(text):
             return QuotingContext.OTHER
     return QuotingContext.CODE

@@ -36,7 +36,7 @@ class Skiller(InterfaceSkiller):
     :param name: the id of the SkillerInterface and SkillerDebugInterface.
     :param mode: ``fawkes`` evaluates skill strings as Lua, ``strict`` reads them as data.
     :param watch: detects changed skill files, which are then reloaded.
-    :param place_of: see :class:`InterfaceSkiller`.
+    :param find_mapping_place: see :class:`InterfaceSkiller`.
     :raises BlackBoardError: if an interface has another writer.
     """
 
@@ -50,15 +50,17 @@ class Skiller(InterfaceSkiller):
         name: str = "Skiller",
         mode: Mode = "strict",
         watch: ModuleWatch | None = None,
-        place_of: Callable[[str], str] = lambda _skill_string: "",
+        find_mapping_place: Callable[[str], str] = lambda _skill_string: "",
     ) -> None:
-        super().__init__(board, bus, name=name, component=LOG_COMPONENT, place_of=place_of)
+        super().__init__(
+            board, bus, name=name, component=LOG_COMPONENT, find_mapping_place=find_mapping_place
+        )
         self.mode: Mode = mode
         self.engine = engine
         self._transforms = transforms
         self._interface.read()
         self._debug = DebugBoard(board, engine, self._log, name=name, owner=LOG_COMPONENT)
-        self._active = False
+        self._is_active = False
         if mode == "fawkes":
             self._log.warn(
                 f"/skiller/mode: fawkes: {name} evaluates skill strings as Lua, no matter who sends them"
@@ -70,7 +72,7 @@ class Skiller(InterfaceSkiller):
 
     @property
     def is_executing(self) -> bool:
-        return self._active
+        return self._is_active
 
     @property
     def skills(self) -> tuple[str, ...]:
@@ -93,7 +95,7 @@ class Skiller(InterfaceSkiller):
             self._look_for_changes(self._watch)
         self._debug.loop()
         self.handle_messages()
-        if self._active:
+        if self._is_active:
             self._execute()
             self._log_problem(self.engine.finish_loop())
         elif self.engine.has_callbacks:
@@ -101,17 +103,17 @@ class Skiller(InterfaceSkiller):
 
     def close(self) -> None:
         """Drop the skill string, and close all interfaces of the Skiller and its skills."""
-        self._active = False
+        self._is_active = False
         self.engine.close()
         self._debug.close()
         super().close()
         self._transforms.close()
 
     def start(self, skill_string: str) -> None:
-        longest = self._interface.maxlenof("skill_string") - 1
-        if len(skill_string.encode("utf-8", "surrogateescape")) >= longest:
+        max_bytes = self._interface.maxlenof("skill_string") - 1
+        if len(skill_string.encode("utf-8", "surrogateescape")) >= max_bytes:
             # the start of a cut text may be a whole chunk of another meaning
-            raise SkillError(f"the skill string fills its field of {longest} bytes: it may have been cut")
+            raise SkillError(f"the skill string fills its field of {max_bytes} bytes: it may have been cut")
         if self.mode == "fawkes":
             problem = self.engine.compile(skill_string)
         else:
@@ -119,11 +121,11 @@ class Skiller(InterfaceSkiller):
             problem = self.engine.prepare(read_calls(skill_string))
         if problem:
             raise SkillError(problem)
-        self._active = True
+        self._is_active = True
         self._reset()
 
     def drop(self) -> None:
-        self._active = False
+        self._is_active = False
         self.engine.drop()
         self._reset()
 
@@ -132,12 +134,12 @@ class Skiller(InterfaceSkiller):
         # Fawkes reloads at once and loses the running skill string, so that saving a file stops a driving
         # robot
         changed = watch.changed_modules()
-        if changed and not self._changed_modules and self._active:
+        if changed and not self._changed_modules and self._is_active:
             self._log.info(
                 f"Skill files changed ({', '.join(changed)}); they are loaded after this skill string"
             )
         self._changed_modules = changed or self._changed_modules
-        if self._changed_modules and not self._active:
+        if self._changed_modules and not self._is_active:
             self._reload(watch)
 
     def _reload(self, watch: ModuleWatch) -> None:
@@ -148,7 +150,7 @@ class Skiller(InterfaceSkiller):
         except SkillError as error:
             self._log.error(f"{error}")
             self._log.error("Could not load the skills again, those from before stay")
-            watch.follow(self.engine.attempt, keep_former=True)
+            watch.follow(self.engine.attempted_modules, keep_former=True)
             return
         watch.follow(self.engine.modules)
 
@@ -169,10 +171,12 @@ class Skiller(InterfaceSkiller):
 
     def _fail(self, problem: str) -> None:
         """Log an error in a skill's code and write the failure."""
-        place = self._place_of(self.skill_string)
-        mapped = f" (mapped at {place})" if place else ""
+        place = self._find_mapping_place(self.skill_string)
+        mapping_note = f" (mapped at {place})" if place else ""
         text = f"{self.skill_string}|{problem}"
-        log_error(self._log, Level.ERROR, f"Failed to execute skill{mapped}: {text}", self.engine.modules)
+        log_error(
+            self._log, Level.ERROR, f"Failed to execute skill{mapping_note}: {text}", self.engine.modules
+        )
         self.end(Status.S_FAILED, text)
 
     def _reset(self) -> None:

@@ -21,7 +21,8 @@ from cxbridge.events import EventBus
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
 
-_PATIENCE = 10  # the limit as a multiple of the estimated duration, because some drivers report no end
+# The limit as a multiple of the estimated duration: some drivers do not report the end of a text.
+_MAX_DURATION_FACTOR = 10
 _LINUX_PLAYER = "aplay"
 _SECONDS_PER_TEXT = 0.343
 _SECONDS_PER_CHARACTER = 0.070
@@ -52,13 +53,12 @@ class Voice(ABC):
     def is_done(self) -> bool:
         """Return whether the last text is finished."""
 
-    def trouble(self) -> str:
+    def failure(self) -> str:
         """Return why the last text failed; empty if it did not."""
         return ""
 
-    def close(self) -> None:
+    def close(self) -> None:  # noqa: B027 - optional
         """Stop speaking."""
-        return
 
 
 class SilentVoice(Voice):
@@ -90,55 +90,55 @@ class SpeakerVoice(Voice):
                 f"speech is not possible here: the program '{_LINUX_PLAYER}' is missing, which plays it",
                 hint="install it, for example with 'apt install alsa-utils'",
             )
-        self._trouble = ""
+        self._failure = ""
         self._texts: queue.SimpleQueue[str | None] = queue.SimpleQueue()
-        self._done = threading.Event()
-        self._done.set()
-        started: queue.SimpleQueue[str | None] = queue.SimpleQueue()
-        self._thread = threading.Thread(target=self._speak, args=(started,), name="Speech", daemon=True)
+        self._done_event = threading.Event()
+        self._done_event.set()
+        start_result: queue.SimpleQueue[str | None] = queue.SimpleQueue()
+        self._thread = threading.Thread(target=self._speak, args=(start_result,), name="Speech", daemon=True)
         self._thread.start()
-        problem = started.get()
+        problem = start_result.get()
         if problem is not None:
             raise SkillerError(f"speech is not possible here: {problem}", hint=INSTALL_VOICE)
 
-    def _speak(self, started: queue.SimpleQueue[str | None]) -> None:
+    def _speak(self, start_result: queue.SimpleQueue[str | None]) -> None:
         # a missing voice raises one of many exceptions, depending on the platform
         try:
             import pyttsx3  # noqa: PLC0415 - slow to import, and seldom needed
 
-            spoken = threading.Event()
+            spoken_event = threading.Event()
             engine = pyttsx3.init()
-            engine.connect("finished-utterance", lambda **_details: spoken.set())
+            engine.connect("finished-utterance", lambda **_details: spoken_event.set())
         except Exception as error:  # noqa: BLE001
             reason = str(error).strip().partition("\n")[0]
-            started.put(reason or type(error).__name__)
+            start_result.put(reason or type(error).__name__)
             return
-        started.put(None)
+        start_result.put(None)
         while (text := self._texts.get()) is not None:
-            spoken.clear()
+            spoken_event.clear()
             try:
                 engine.say(text)
                 engine.runAndWait()
                 # espeak returns before its own thread has played the sound
                 if text.strip():
-                    spoken.wait(_PATIENCE * (1 + estimate_duration(text)))
+                    spoken_event.wait(_MAX_DURATION_FACTOR * (1 + estimate_duration(text)))
             except Exception as error:  # noqa: BLE001 - as above; the next text may succeed
-                self._trouble = str(error) or type(error).__name__
+                self._failure = str(error) or type(error).__name__
             finally:
-                self._done.set()
+                self._done_event.set()
 
     def start(self, text: str) -> float:
         """Queue a text for the speaker; return its estimated duration."""
-        self._done.clear()
-        self._trouble = ""
+        self._done_event.clear()
+        self._failure = ""
         self._texts.put(text)
         return estimate_duration(text)
 
     def is_done(self) -> bool:
-        return self._done.is_set()
+        return self._done_event.is_set()
 
-    def trouble(self) -> str:
-        return self._trouble
+    def failure(self) -> str:
+        return self._failure
 
     def close(self) -> None:
         """End the thread after the current text."""
@@ -169,45 +169,45 @@ class SpeechSynthWriter:
         self._log = bus.logger("SpeechSynth")
         # the class of the interface is made from XML at run time, so it has no static type
         self._interface: Any = board.open_for_writing("SpeechSynthInterface", name, owner="SpeechSynth")
-        self._speaking = False
+        self._is_speaking = False
         if greeting is not None:
             self._start_text(greeting)
 
     @property
-    def speaking(self) -> bool:
+    def is_speaking(self) -> bool:
         """Whether a text is spoken or queued."""
-        return self._speaking or not self._interface.msgq_empty()
+        return self._is_speaking or not self._interface.msgq_empty()
 
     def loop(self) -> None:
         """End the finished text and start the next one. To be called once per main loop."""
-        if self._speaking and self._voice.is_done():
-            self._speaking = False
-            self._log_trouble(self._voice.trouble())
+        if self._is_speaking and self._voice.is_done():
+            self._is_speaking = False
+            self._log_failure(self._voice.failure())
             self._interface.final = True
             self._interface.write()
         if self._interface.msgq_empty():
             return
-        while not self._speaking and (message := self._interface.msgq_first()) is not None:
+        while not self._is_speaking and (message := self._interface.msgq_first()) is not None:
             if message.type == "SayMessage":
                 self._interface.msgid = message.id
                 self._start_text(message.text)
             self._interface.msgq_pop()
 
     def _start_text(self, text: str) -> None:
-        self._speaking = True
+        self._is_speaking = True
         self._interface.text = text
         self._interface.final = False
         try:
             self._interface.duration = self._voice.start(text)
         except SkillerError as error:
             # skills that wait for the text must continue: the text ends in the next loop
-            self._log_trouble(str(error))
+            self._log_failure(str(error))
             self._interface.duration = 0.0
         self._interface.write()
 
-    def _log_trouble(self, trouble: str) -> None:
-        if trouble:
-            self._log.error(f"cannot say '{self._interface.text}': {trouble}")
+    def _log_failure(self, failure: str) -> None:
+        if failure:
+            self._log.error(f"cannot say '{self._interface.text}': {failure}")
 
     def close(self) -> None:
         """Stop speaking and close the interface."""

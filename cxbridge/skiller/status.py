@@ -1,10 +1,12 @@
+"""The states of a skill string."""
+
 from __future__ import annotations
 
 from enum import IntEnum
 
 
 class Status(IntEnum):
-    """SkillStatusEnum of SkillerInterface."""
+    """The values of SkillStatusEnum in SkillerInterface."""
 
     S_INACTIVE = 0
     S_FINAL = 1

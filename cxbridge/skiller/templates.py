@@ -1,4 +1,4 @@
-"""Templates of skill strings: text with placeholders. The grammar is ``templates.lark``.
+"""Templates of skill strings: text with placeholders such as ``?(name)s``. The grammar is ``templates.lark``.
 
 :func:`find_doubts` finds texts that resemble placeholders.
 """
@@ -19,7 +19,7 @@ TERMINALS: Final = Path(__file__).with_name("templates.json")
 
 
 @cache
-def _terminals() -> dict[str, re.Pattern[str]]:
+def _load_terminals() -> dict[str, re.Pattern[str]]:
     """Return the regular expression of each terminal of the grammar."""
     # a test keeps the file equal to the grammar: reading the grammar with lark would delay the start
     texts = msgspec.json.decode(TERMINALS.read_bytes(), type=dict[str, str])
@@ -78,24 +78,24 @@ def parse_template(template: str) -> tuple[Part, ...]:
 def _scan(template: str) -> Iterator[tuple[int, Part]]:
     end = 0
     # as in Fawkes, all text between placeholders stays unchanged
-    for match in _terminals()["PLACEHOLDER"].finditer(template):
+    for match in _load_terminals()["PLACEHOLDER"].finditer(template):
         if match.start() > end:
             yield end, template[end : match.start()]
-        yield match.start(), _placeholder(match.group())
+        yield match.start(), _parse_placeholder(match.group())
         end = match.end()
     if end < len(template):
         yield end, template[end:]
 
 
-def _placeholder(text: str) -> Placeholder:
-    name = _terminals()["NAME"].match(text, len("?("))
+def _parse_placeholder(text: str) -> Placeholder:
+    name = _load_terminals()["NAME"].match(text, len("?("))
     assert name is not None
     # Fawkes splits at every bar, even inside a pattern, so patterns cannot have alternatives
     pieces = text[name.end() : -len(")s")].split("|")
-    return Placeholder(name.group(), tuple(_step(piece) for piece in pieces if piece), text[-1])
+    return Placeholder(name.group(), tuple(_parse_step(piece) for piece in pieces if piece), text[-1])
 
 
-def _step(piece: str) -> Replacement | Misfit:
+def _parse_step(piece: str) -> Replacement | Misfit:
     if not (len(piece) > 2 and piece[0] == piece[-1] == "/"):  # noqa: PLR2004 - a slash at each end
         return Misfit(f"regex '{piece}' missing start/end slashes, ignoring")
     pattern, slash, replacement = piece[1:-1].partition("/")
@@ -112,7 +112,7 @@ def find_doubts(template: str) -> list[Doubt]:
         if isinstance(part, str)
         for match in re.finditer(r"\?\(", part)
     ]
-    return [Doubt(start, _excerpt(template[start:]), _reason(template[start:])) for start in starts]
+    return [Doubt(start, _excerpt(template[start:]), _doubt_reason(template[start:])) for start in starts]
 
 
 _EXCERPT_LENGTH = 40  # characters in an error
@@ -124,9 +124,9 @@ def _excerpt(text: str) -> str:
     return text[: closing + 2] if closing >= 0 else text[:_EXCERPT_LENGTH]
 
 
-def _reason(text: str) -> str:
+def _doubt_reason(text: str) -> str:
     """Return why a text that starts with ``?(`` is not a placeholder."""
-    name = _terminals()["NAME"].match(text, len("?("))
+    name = _load_terminals()["NAME"].match(text, len("?("))
     if name is None:
         return "the name of a parameter is missing after '?('"
     suffix = text[name.end() :]

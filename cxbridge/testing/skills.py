@@ -11,7 +11,7 @@ from typing import Any, Final, Protocol, Self
 
 from cxbridge.clock import MICROSECONDS, Clock
 from cxbridge.skiller.simulation.deciders import FOREVER, Decider, Effect, Outcome
-from cxbridge.skiller.simulation.estimators import as_text
+from cxbridge.skiller.simulation.estimators import argument_text
 from cxbridge.skiller.skillstring import SkillStringCall
 from cxbridge.skiller.status import Status
 from cxbridge.suggestions import nearest_names
@@ -166,7 +166,7 @@ def _always(outcome: Outcome) -> SkillAnswer:
 
 
 def _is_like(value: object, pattern: object) -> bool:
-    return fnmatchcase(as_text(value), pattern) if isinstance(pattern, str) else value == pattern
+    return fnmatchcase(argument_text(value), pattern) if isinstance(pattern, str) else value == pattern
 
 
 class SkillScript:

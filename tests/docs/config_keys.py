@@ -119,5 +119,5 @@ def fixed_lists() -> list[str]:
         *(f"/clips-executive/{name}" for name in (*specs._BOOLEAN_KEYS, *specs._LIST_KEYS)),
         *(f"/clips-executive/specs/*/init/*/*/{name}" for name in specs._ENTRY_KEYS),
         *(f"/skill-board/timeouts/{name}" for name in settings._TIMEOUT_KEYS),
-        *(f"/plugins/skiller-simulator/failures/*/{name}" for name in faults._KEYS),
+        *(f"/plugins/skiller-simulator/failures/*/{name}" for name in faults._ENTRY_KEYS),
     ]

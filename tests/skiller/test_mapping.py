@@ -152,7 +152,7 @@ def test_errors_come_before_warnings():
 def test_an_action_without_a_mapping():
     mapping = ActionSkillMapping({"say": "say{}"})
     assert mapping.map("sing", {}) == MappedSkill("")
-    assert (mapping.has("say"), mapping.has("sing")) == (True, False)
+    assert (mapping.has_template("say"), mapping.has_template("sing")) == (True, False)
     with pytest.raises(ActionMappingError, match="action 'sing' has no action mapping") as caught:
         mapping.require("sing")
     assert "mapped actions: say" in str(caught.value)

@@ -49,7 +49,7 @@ def test_orders_wait_for_each_other():
     order(rig, "one")
     order(rig, "two")
     rig.loop(3)
-    assert (voice.said, speech.speaking) == (["one"], True)
+    assert (voice.said, speech.is_speaking) == (["one"], True)
     voice.done = True
     rig.loop()
     voice.done = True
@@ -60,7 +60,7 @@ def test_orders_wait_for_each_other():
         ("two", False, 2.5),
         ("two", True, 2.5),
     ]
-    assert not speech.speaking
+    assert not speech.is_speaking
 
 
 def test_without_a_voice_there_is_one_clear_message(monkeypatch: pytest.MonkeyPatch, player: Path):
@@ -122,10 +122,10 @@ def test_a_text_that_cannot_be_said_is_told_and_does_not_stop_the_next(
     for text in ("bad", "good"):
         order(rig, text)
         rig.loop()
-        assert voice._done.wait(20)
+        assert voice._done_event.wait(20)
         rig.loop()
     assert rig.logged(Level.ERROR) == ["cannot say 'bad': no such voice"]
-    assert not speech.speaking
+    assert not speech.is_speaking
     speech.close()
 
 

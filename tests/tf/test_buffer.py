@@ -8,7 +8,7 @@ import pytest
 
 from cxbridge.space.tf import StampedTransform, Transform, TransformBuffer
 from cxbridge.space.tf.errors import ExtrapolationError, NotConnectedError, UnknownFrameError
-from cxbridge.space.tf.geometry import quaternion_from_yaw, yaw_of
+from cxbridge.space.tf.geometry import quaternion_from_yaw, quaternion_yaw
 
 S = 1_000_000
 
@@ -48,7 +48,7 @@ def test_the_other_way_round(robot: TransformBuffer):
 def test_between_two_branches(robot: TransformBuffer):
     found = robot.lookup("gripper", "laser")
     assert found.transform.translation == pytest.approx((0.0, -0.25, 0.0))
-    assert yaw_of(found.transform.rotation) == pytest.approx(-math.pi / 2)
+    assert quaternion_yaw(found.transform.rotation) == pytest.approx(-math.pi / 2)
     assert found.stamp_us == 0  # both are static
 
 
@@ -150,7 +150,7 @@ def test_points_vectors_rotations_and_poses(robot: TransformBuffer):
         (0.0, 1.0, 0.0)
     )
     rotation, _ = robot.transform_quaternion("base_link", quaternion_from_yaw(0.5), "gripper")
-    assert yaw_of(rotation) == pytest.approx(math.pi / 2 + 0.5)
+    assert quaternion_yaw(rotation) == pytest.approx(math.pi / 2 + 0.5)
     pose, at = robot.transform_pose("map", Transform((1.0, 0.0, 0.0)), "gripper")
     assert pose.translation == pytest.approx((3.25, 1.0, 0.0))
     assert at == 12 * S

@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 from cxbridge.space.tf.errors import InvalidRotationError
 from cxbridge.space.tf.geometry import (
     Transform,
-    normalized,
+    normalize,
     quaternion_from_yaw,
+    quaternion_yaw,
     rotate,
     slerp,
-    yaw_of,
 )
 
 angles = st.floats(-3.1, 3.1)
@@ -51,7 +51,7 @@ def test_roll_then_pitch_then_yaw():
 
 @given(angles)
 def test_the_yaw_comes_back(yaw: float):
-    assert yaw_of(quaternion_from_yaw(yaw)) == pytest.approx(yaw)
+    assert quaternion_yaw(quaternion_from_yaw(yaw)) == pytest.approx(yaw)
 
 
 @given(transforms, st.tuples(metres, metres, metres))
@@ -70,15 +70,15 @@ def test_between_two_rotations_is_a_rotation(a, b, ratio: float):
 
 
 def test_halfway_is_half_the_angle():
-    assert yaw_of(slerp(quaternion_from_yaw(0), quaternion_from_yaw(1), 0.5)) == pytest.approx(0.5)
+    assert quaternion_yaw(slerp(quaternion_from_yaw(0), quaternion_from_yaw(1), 0.5)) == pytest.approx(0.5)
 
 
 def test_the_shorter_way_is_taken():
     a, b = quaternion_from_yaw(3.0), quaternion_from_yaw(-3.0)
-    assert abs(yaw_of(slerp(a, b, 0.5))) == pytest.approx(math.pi)
+    assert abs(quaternion_yaw(slerp(a, b, 0.5))) == pytest.approx(math.pi)
 
 
 @pytest.mark.parametrize("q", [(0.0, 0.0, 0.0, 0.0), (1.0, 1.0, 0.0, 0.0), (0.0, 0.0, math.nan, 1.0)])
 def test_what_is_no_rotation_is_refused(q):
     with pytest.raises(InvalidRotationError, match="Quaternion malformed"):
-        normalized(q)
+        normalize(q)

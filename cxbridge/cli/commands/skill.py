@@ -86,7 +86,7 @@ def list_skills(
     """
     from cxbridge.blackboard.exclusive_control import describe_controller
     from cxbridge.interfaces.assignments import json_value
-    from cxbridge.skiller.calls import OWNER, TYPE, skill_names
+    from cxbridge.skiller.calls import OWNER, TYPE, request_skill_names
 
     rows: list[dict[str, Any]] = []
     controllers: dict[str, str] = {}
@@ -100,7 +100,7 @@ def list_skills(
                 for name, value in instance.as_dict().items():
                     row[name] = json_value(value)
                 controllers[info.id] = describe_controller(instance, row["exclusive_controller"])
-            row["skills"] = skill_names(board, info.id, _LIST_TIMEOUT_S)
+            row["skills"] = request_skill_names(board, info.id, _LIST_TIMEOUT_S)
             rows.append(row)
     if as_json:
         say_json(rows, indent=2)

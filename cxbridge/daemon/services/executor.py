@@ -105,14 +105,14 @@ def parse_settings(texts: Iterable[str]) -> dict[str, Any]:
 
     :raises SkillerError: if a setting has another form.
     """
-    from cxbridge.skiller.board.settings import value_of  # noqa: PLC0415 - needed with settings only
+    from cxbridge.skiller.board.settings import parse_value  # noqa: PLC0415 - needed with settings only
 
     settings = {}
     for text in texts:
         name, equals, value = text.partition("=")
         if not name or not equals:
             raise SkillerError(f"'{text}' sets nothing", hint="write NAME=VALUE")
-        settings[name] = value_of(value)
+        settings[name] = parse_value(value)
     return settings
 
 

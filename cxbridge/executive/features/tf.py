@@ -117,7 +117,7 @@ class _TransformFunctions:
         return self._geometry.quaternion_from_yaw(float(yaw))
 
     def yaw_from_quat(self, quat: Value) -> Value:
-        return self._geometry.yaw_of(_numbers("quaternion", quat, 4))
+        return self._geometry.quaternion_yaw(_numbers("quaternion", quat, 4))
 
     def frame_exists(self, frame: str) -> Value:
         return self._buffer.frame_exists(frame)
@@ -144,7 +144,7 @@ class _TransformFunctions:
         time_us = _microseconds(time)
         origin, quat = _numbers("vector", translation, 3), _numbers("quaternion", rotation, 4)
         with _frames_in_errors("pose", target, source):
-            pose = self._geometry.Transform(origin, self._geometry.normalized(quat))
+            pose = self._geometry.Transform(origin, self._geometry.normalize(quat))
             transformed, _ = self._buffer.transform_pose(target, pose, source, time_us)
             return (*transformed.translation, *transformed.rotation)
 

@@ -7,7 +7,7 @@ from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
 from cxbridge.run.skillers import make_deciders
 from cxbridge.skiller.board.board import SkillBoard
-from cxbridge.skiller.board.executor import Execution, as_executor
+from cxbridge.skiller.board.executor import Execution, execute_itself
 from cxbridge.skiller.board.service import SkillBoardService
 from cxbridge.skiller.board.settings import BoardSettings
 
@@ -62,7 +62,7 @@ def _execution(context: Run) -> Execution:
     if context.execution is not None:
         return context.execution
     if context.options.skiller != "simulator":
-        return as_executor
+        return execute_itself
     from cxbridge.skiller.simulation.deciders import Deciders  # noqa: PLC0415
     from cxbridge.skiller.simulation.execution import DecidedExecution  # noqa: PLC0415
     from cxbridge.skiller.simulation.make import make_failures  # noqa: PLC0415

@@ -101,9 +101,9 @@ def _make(context: Run, settings: SkillerSettings) -> SkillerBackend:
             name=settings.name,
             read_samples=read_samples,
             navgraph=navgraph,
-            more=make_deciders(context, settings.name),
+            further_deciders=make_deciders(context, settings.name),
         )
-    from cxbridge.skiller.lua.limits import limits_of  # noqa: PLC0415
+    from cxbridge.skiller.lua.limits import read_limits  # noqa: PLC0415
 
     try:
         return make_lua_skiller(
@@ -115,9 +115,9 @@ def _make(context: Run, settings: SkillerSettings) -> SkillerBackend:
             space=settings.space,
             name=settings.name,
             mode=settings.mode,
-            limits=limits_of(config),
+            limits=read_limits(config),
             navgraph=navgraph,
-            place_of=partial(place_of_skill, config, context.spec),
+            find_mapping_place=partial(place_of_skill, config, context.spec),
         )
     except SkillError as error:
         if error.file is None and config.exists(_SPACE):

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeAlias
 
 from cxbridge.errors import SkillError
-from cxbridge.skiller.board.executor import Progress, SkillExecutor, SkillFailedError, Steps, checked_executor
+from cxbridge.skiller.board.executor import Progress, SkillExecutor, SkillFailedError, Steps, check_executor
 from cxbridge.skiller.board.protocol import SkillCall
 
 SkillFunction: TypeAlias = Callable[..., Any]
@@ -34,7 +34,7 @@ def executor_classes(skills: Skills) -> tuple[type[SkillExecutor], ...]:
 
 def _executor_class(skill: type[SkillExecutor] | SkillFunction) -> type[SkillExecutor]:
     if isinstance(skill, type) and issubclass(skill, SkillExecutor):
-        return checked_executor(skill)
+        return check_executor(skill)
     return function_skill(skill)
 
 

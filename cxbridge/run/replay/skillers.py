@@ -89,7 +89,7 @@ class RecordedSkiller(SkillerBackend):
             elif message.type != "ExecSkillMessage" or self._control.admit(
                 message,
                 is_second=command is not None and command.type == "ExecSkillMessage",
-                running=bool(self._due),
+                is_running=bool(self._due),
             ):
                 command = message  # the Skiller obeys the last command of a loop
         if command is not None:

@@ -23,7 +23,7 @@ from cxbridge.skiller.board.protocol import (
     SkillOutcome,
     check_name,
     encode_parameters,
-    name_of,
+    enum_name,
 )
 from cxbridge.skiller.board.watch import ExecutorInfo, ExecutorWatch
 
@@ -41,7 +41,7 @@ A new action takes about 0.13 ms of the loop, so a thousand at once would delay 
 """
 
 _EPOCH_US = 1000  # an epoch is the time of the start in milliseconds
-_EPOCHS = 2**32  # the field of the epoch has 32 bits
+_EPOCH_COUNT = 2**32  # the field of the epoch has 32 bits
 
 
 class SkillBoard:
@@ -86,7 +86,12 @@ class SkillBoard:
         self._last_number = 0
         self._watch = ExecutorWatch(board, self._log, LOG_COMPONENT)
         self._sender = Sender(
-            board, self._watch, name=name, epoch=self.epoch, owner=LOG_COMPONENT, at_once=clock.is_virtual
+            board,
+            self._watch,
+            name=name,
+            epoch=self.epoch,
+            owner=LOG_COMPONENT,
+            is_synchronous=clock.is_virtual,
         )
         self._watchers: dict[int, Callable[[Master], None]] = {}
         self._handlers = {
@@ -101,16 +106,14 @@ class SkillBoard:
         # an executor may still remember the tickets of the previous epoch
         interface = self._interface
         interface.read()
-        epoch: int = self._clock.now_us() // _EPOCH_US % _EPOCHS
+        epoch: int = self._clock.now_us() // _EPOCH_US % _EPOCH_COUNT
         if epoch == interface.epoch:
-            epoch = (epoch + 1) % _EPOCHS
+            epoch = (epoch + 1) % _EPOCH_COUNT
         interface.epoch, interface.asking, interface.running = epoch, 0, 0
         interface.write()
         return epoch
 
-    def request(
-        self, call: SkillCall, on_change: Callable[[Master], None] = lambda _master_of: None
-    ) -> Master:
+    def request(self, call: SkillCall, on_change: Callable[[Master], None] = lambda _master: None) -> Master:
         """Request a skill.
 
         :param on_change: called in the board's thread after each change of the master.
@@ -128,7 +131,7 @@ class SkillBoard:
             self._timeouts,
             self._clock.now_us(),
             explain=self._explain,
-            on_change=self._note_change,
+            on_change=self._process_change,
         )
         self._masters[master.number] = master
         self._watchers[master.number] = on_change
@@ -151,9 +154,9 @@ class SkillBoard:
         return master.cancel(self._clock.now_us())
 
     @property
-    def local(self) -> set[str]:
+    def local_executors(self) -> set[str]:
         """Executors in this process, which get their messages synchronously."""
-        return self._sender.local
+        return self._sender.local_executors
 
     @property
     def executors(self) -> Iterable[ExecutorInfo]:
@@ -161,9 +164,9 @@ class SkillBoard:
         return self._watch.all()
 
     @property
-    def offered(self) -> set[tuple[str, str]]:
+    def offered_skills(self) -> set[tuple[str, str]]:
         """Agents and skills of all present and former executors."""
-        return self._watch.offered
+        return self._watch.offered_skills
 
     @property
     def is_full(self) -> bool:
@@ -183,15 +186,15 @@ class SkillBoard:
     def exchange(self) -> bool:
         """Handle and answer messages of executors; return whether there were any."""
         # first the events: an executor's messages were sent before its end, so they are in the queue by then
-        news = self._watch.take()
-        quiet = not news and not self._can_request and self._interface.msgq_empty()
+        changes = self._watch.take()
+        is_quiet = not changes and not self._can_request and self._interface.msgq_empty()
         while (message := self._interface.msgq_pop()) is not None:
             handler = self._handlers.get(message.type)
             if handler is not None:
                 handler(message)
         while (failure := self._sender.next_failure()) is not None:
-            self._note_failure(*failure)
-        for executor, is_gone in news:
+            self._process_failure(*failure)
+        for executor, is_gone in changes:
             self._end_request(executor)
             if is_gone:
                 self._lose_executor(executor)
@@ -199,7 +202,7 @@ class SkillBoard:
                 self.offer(executor)
         if self._can_request:
             self._request_for_new_masters()
-        return not quiet
+        return not is_quiet
 
     def expire(self) -> None:
         """End a loop: expire overdue masters and publish the number of masters."""
@@ -241,7 +244,7 @@ class SkillBoard:
         if info is None:
             self._log.debug(f"RESPONSE of {executor}, which is unknown")
             return
-        master = self._master_of(message)
+        master = self._find_master(message)
         if master is None:
             self.refuse_late(message)
         elif info.agent != master.call.agent:
@@ -253,15 +256,15 @@ class SkillBoard:
             master.handle_response(executor, self._clock.now_us())
 
     def _handle_feedback(self, message: Any) -> None:
-        master = self._master_of(message)
+        master = self._find_master(message)
         if master is None:
             self.refuse_late(message)
         else:
             master.handle_feedback(message.executor, message.progress, message.text, self._clock.now_us())
 
     def _handle_finish(self, message: Any) -> None:
-        master = self._master_of(message)
-        outcome = name_of(message.outcome)
+        master = self._find_master(message)
+        outcome = enum_name(message.outcome)
         if master is None or outcome not in SkillOutcome.__members__:
             return
         executor = message.executor
@@ -270,7 +273,7 @@ class SkillBoard:
         if master.state is MasterState.ASKING:
             self.ask_all(master, excluded=executor)
 
-    def _master_of(self, message: Any) -> Master | None:
+    def _find_master(self, message: Any) -> Master | None:
         """Return the master of a message; None if it has ended or the epoch differs."""
         return self._masters.get(message.master) if message.epoch == self.epoch else None
 
@@ -279,14 +282,14 @@ class SkillBoard:
         for master in [m for m in self._masters.values() if m.executor == executor]:
             master.handle_loss(executor)
 
-    def _note_failure(self, executor: str, message: Any, error: BlackBoardError) -> None:
+    def _process_failure(self, executor: str, message: Any, error: BlackBoardError) -> None:
         if isinstance(error, NoWriterError):
             return  # the watch reports the end of the executor
         self._log.warn(f"{message.type} does not reach {executor}: {error.message}")
         if message.type == "RequestMessage":
             self._end_request(executor)
         elif message.type == "ConfirmMessage":
-            master = self._master_of(message)
+            master = self._find_master(message)
             if master is not None:
                 master.handle_undelivered(executor, error.message)
 
@@ -298,15 +301,15 @@ class SkillBoard:
         """Send requests for new masters to idle executors, in turn."""
         # one executor for each master in turn: an executor answers one request at a time, so the first master
         # must not occupy all of them
-        fresh, self._new_masters = self._new_masters, {}
-        waiting = [master for master in fresh.values() if master.state is MasterState.ASKING]
+        new_masters, self._new_masters = self._new_masters, {}
+        waiting_masters = [master for master in new_masters.values() if master.state is MasterState.ASKING]
         # first the masters without a pending request
-        waiting.sort(key=lambda master: master.number in self._pending_by_master)
-        agents = dict.fromkeys(master.call.agent for master in waiting)
+        waiting_masters.sort(key=lambda master: master.number in self._pending_by_master)
+        agents = dict.fromkeys(master.call.agent for master in waiting_masters)
         idle_executors = {agent: self._idle_executors(agent) for agent in agents}
-        while waiting:
+        while waiting_masters:
             unsatisfied = []
-            for master in waiting:
+            for master in waiting_masters:
                 if self._quota <= 0:
                     self._new_masters[master.number] = master
                     continue
@@ -316,12 +319,12 @@ class SkillBoard:
                     del executors[info.id]
                     self._send_request(info.id, master)
                     unsatisfied.append(master)
-            waiting = unsatisfied
+            waiting_masters = unsatisfied
 
     def ask(self, master: Master) -> None:
         """Send the request of a new master to the first idle executor without a pending request."""
         skill = master.call.skill
-        for info in self._watch.of_agent(master.call.agent):
+        for info in self._watch.agent_executors(master.call.agent):
             if (
                 info.state is ExecutorState.IDLE
                 and skill in info.skills
@@ -334,7 +337,7 @@ class SkillBoard:
         """Return the idle executors of an agent that have no pending request, by id."""
         return {
             info.id: info
-            for info in self._watch.of_agent(agent)
+            for info in self._watch.agent_executors(agent)
             if info.state is ExecutorState.IDLE and info.id not in self._pending_by_executor
         }
 
@@ -385,7 +388,7 @@ class SkillBoard:
             if not waits_for:
                 del self._pending_by_master[number]
 
-    def _note_change(self, master: Master) -> None:
+    def _process_change(self, master: Master) -> None:
         """Update the indexes after a change and notify the caller."""
         number, agent = master.number, master.call.agent
         self._new_masters.pop(number, None)
@@ -419,18 +422,20 @@ class SkillBoard:
     def _explain(self, master: Master) -> str:
         """Return why no executor has started to execute an action."""
         call = master.call
-        executors = self._watch.of_agent(call.agent)
-        able = [info for info in executors if call.skill in info.skills]
+        executors = self._watch.agent_executors(call.agent)
+        capable_executors = [info for info in executors if call.skill in info.skills]
         if not executors:
             return f"no executor of the agent {call.agent} is there"
-        if not able:
+        if not capable_executors:
             skills = sorted({skill for info in executors for skill in info.skills})
             return f"no executor of {call.agent} knows {call.skill}; they know: {', '.join(skills)}"
-        silent = [info.id for info in able if self._pending_by_executor.get(info.id) == master.number]
-        if len(silent) == len(able):
-            return f"no executor of {call.agent} answers: {', '.join(silent)}"
-        busy = [self._occupation(info) for info in able if info.id not in silent]
-        return f"no executor of {call.agent} is free for {call.skill}: {', '.join(busy)}"
+        silent_ids = [
+            info.id for info in capable_executors if self._pending_by_executor.get(info.id) == master.number
+        ]
+        if len(silent_ids) == len(capable_executors):
+            return f"no executor of {call.agent} answers: {', '.join(silent_ids)}"
+        occupations = [self._occupation(info) for info in capable_executors if info.id not in silent_ids]
+        return f"no executor of {call.agent} is free for {call.skill}: {', '.join(occupations)}"
 
     @staticmethod
     def _occupation(info: ExecutorInfo) -> str:

@@ -23,26 +23,33 @@ class Sender:
     """Makes the messages of a board's masters and delivers them to executors.
 
     :param epoch: the board's epoch, in tickets.
-    :param at_once: deliver synchronously to all executors, as a virtual clock requires.
+    :param is_synchronous: deliver synchronously to all executors, as a virtual clock requires.
     """
 
     def __init__(
-        self, board: BlackBoard, watch: ExecutorWatch, *, name: str, epoch: int, owner: str, at_once: bool
+        self,
+        board: BlackBoard,
+        watch: ExecutorWatch,
+        *,
+        name: str,
+        epoch: int,
+        owner: str,
+        is_synchronous: bool,
     ) -> None:
-        self.local: set[str] = set()
+        self.local_executors: set[str] = set()
         """Executors in this process, which get their messages synchronously."""
         self._board = board
         self._watch = watch
         self._name = name
         self._epoch = epoch
         self._owner = owner
-        self._at_once = at_once
+        self._is_synchronous = is_synchronous
         self._failures: deque[tuple[str, Any, BlackBoardError]] = deque()
         self._instances: dict[str, Interface] = {}
         self._lock = threading.Lock()  # guards the three attributes below
-        self._waiting: dict[str, deque[tuple[Interface, Message]]] = {}
+        self._waiting_messages: dict[str, deque[tuple[Interface, Message]]] = {}
         self._pool: ThreadPoolExecutor | None = None
-        self._closed = False
+        self._is_closed = False
 
     def request(self, executor: str, number: int, call: SkillCall, parameters: str) -> None:
         """Send REQUEST.
@@ -85,7 +92,7 @@ class Sender:
     def close(self) -> None:
         """Deliver pending messages, refuse further ones, and release all resources."""
         with self._lock:
-            self._closed = True
+            self._is_closed = True
             pool, self._pool = self._pool, None
         if pool is not None:
             pool.shutdown(wait=True)
@@ -105,7 +112,7 @@ class Sender:
         if reader is None:
             return  # the watch reports the end of the executor
         message: Message = reader.create_message(message_type, *ticket, *values)
-        if self._at_once or executor in self.local:
+        if self._is_synchronous or executor in self.local_executors:
             self._deliver(reader, message)
             return
         try:
@@ -119,41 +126,41 @@ class Sender:
         else:
             self._post(instance, message)
 
-    def _deliver(self, to: Interface, message: Message) -> bool:
+    def _deliver(self, receiver: Interface, message: Message) -> bool:
         """Deliver a message in this thread; return whether that succeeded."""
         try:
-            to.msgq_enqueue(message)
+            receiver.msgq_enqueue(message)
         except BlackBoardError as error:
-            self._failures.append((to.id, message, error))
+            self._failures.append((receiver.id, message, error))
             return False
         return True
 
-    def _post(self, to: Interface, message: Message) -> None:
+    def _post(self, receiver: Interface, message: Message) -> None:
         """Deliver a message in another thread, after earlier messages to the same executor.
 
-        :param to: an instance for exclusive use.
+        :param receiver: an instance for exclusive use.
         """
         with self._lock:
-            if self._closed:
+            if self._is_closed:
                 return
-            queue = self._waiting.get(to.id)
+            queue = self._waiting_messages.get(receiver.id)
             if queue is not None:
-                queue.append((to, message))
+                queue.append((receiver, message))
                 return
-            self._waiting[to.id] = deque([(to, message)])
+            self._waiting_messages[receiver.id] = deque([(receiver, message)])
             if self._pool is None:
                 self._pool = ThreadPoolExecutor(THREADS, thread_name_prefix="skill-board")
             # one job per executor at a time keeps its messages in order
-            self._pool.submit(self._deliver_waiting, to.id)
+            self._pool.submit(self._deliver_waiting, receiver.id)
 
     def _deliver_waiting(self, executor: str) -> None:
         """Deliver the waiting messages of an executor in a thread of the pool."""
         while True:
             with self._lock:
-                queue = self._waiting[executor]
+                queue = self._waiting_messages[executor]
                 if not queue:
-                    del self._waiting[executor]
+                    del self._waiting_messages[executor]
                     return
-                to, message = queue.popleft()
-            if not self._deliver(to, message) and self._closed:
+                receiver, message = queue.popleft()
+            if not self._deliver(receiver, message) and self._is_closed:
                 queue.clear()  # after closing, no thread retries for this executor

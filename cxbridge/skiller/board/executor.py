@@ -32,14 +32,14 @@ def load_executor(target: str, folder: Path) -> type[SkillExecutor]:
     """
     module_name, name = split_target(target)
     module = _load_file(folder / module_name) if module_name.endswith(".py") else _load_module(module_name)
-    kind = getattr(module, name, None)
-    if not isinstance(kind, type) or not issubclass(kind, SkillExecutor):
+    executor_class = getattr(module, name, None)
+    if not isinstance(executor_class, type) or not issubclass(executor_class, SkillExecutor):
         executors = [key for key, value in vars(module).items() if _is_executor(value)]
         raise SkillError(
             f"{module_name} has no executor '{name}'",
             hint=f"it has: {', '.join(executors) or 'no SkillExecutor'}",
         )
-    return checked_executor(kind)
+    return check_executor(executor_class)
 
 
 def split_target(target: str) -> tuple[str, str]:
@@ -53,22 +53,26 @@ def split_target(target: str) -> tuple[str, str]:
     return module_name, name
 
 
-def checked_executor(kind: type[SkillExecutor]) -> type[SkillExecutor]:
-    """Return a class after the check that it can execute skills, before any skill is requested.
+def check_executor(executor_class: type[SkillExecutor]) -> type[SkillExecutor]:
+    """Check that a class can execute skills, before any skill is requested; return the class.
 
     :raises SkillError: if it cannot, with file and line.
     """
-    execute: Any = kind.execute
+    execute: Any = executor_class.execute
     if execute is SkillExecutor.execute:
         raise _shape_error(
-            kind, f"{kind.__name__} has no execute()", "write: def execute(self, call): yield 0.5"
+            executor_class,
+            f"{executor_class.__name__} has no execute()",
+            "write: def execute(self, call): yield 0.5",
         )
     try:
         inspect.signature(execute).bind(None, None)
     except TypeError:
         hint = "write: def execute(self, call)"
-        raise _shape_error(execute, f"{kind.__name__}.execute() does not take a call", hint) from None
-    return kind
+        raise _shape_error(
+            execute, f"{executor_class.__name__}.execute() does not take a call", hint
+        ) from None
+    return executor_class
 
 
 def _shape_error(declared: Any, message: str, hint: str) -> SkillError:
@@ -108,12 +112,12 @@ def _load_file(file: Path) -> Any:
         spec.loader.exec_module(module)
     except (Exception, SystemExit) as error:  # e.g. sys.exit() in a script must not end the run
         del sys.modules[name]
-        line = error.lineno if isinstance(error, SyntaxError) else _line_in(error, file)
+        line = error.lineno if isinstance(error, SyntaxError) else _find_line(error, file)
         raise SkillError(f"it does not load: {_error_text(error)}", file=file, line=line) from error
     return module
 
 
-def _line_in(error: BaseException, file: Path) -> int | None:
+def _find_line(error: BaseException, file: Path) -> int | None:
     line, trace = None, error.__traceback__
     # the last line of the file itself: the error may come from a library that it calls
     while trace is not None:
@@ -235,8 +239,8 @@ class SkillExecutor:
         if isinstance(default, float) and isinstance(value, int) and not isinstance(value, bool):
             return type(default)(value)
         if default is not _REQUIRED and not isinstance(value, type(default)):
-            kind = type(default).__name__
-            raise ConfigError(f"{type(self).__name__} needs a {kind} as '{name}', not {value!r}")
+            type_name = type(default).__name__
+            raise ConfigError(f"{type(self).__name__} needs a {type_name} as '{name}', not {value!r}")
         return value
 
     def start(self) -> None:
@@ -260,6 +264,6 @@ Execution: TypeAlias = Callable[[SkillExecutor, SkillCall], Steps]
 """Executes a call: the executor itself, a test or a simulation."""
 
 
-def as_executor(executor: SkillExecutor, call: SkillCall) -> Steps:
+def execute_itself(executor: SkillExecutor, call: SkillCall) -> Steps:
     """Execute a call by the executor itself."""
     return executor.execute(call)

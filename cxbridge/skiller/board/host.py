@@ -26,7 +26,7 @@ from cxbridge.skiller.board.executor import (
     SkillExecutor,
     SkillFailedError,
     Steps,
-    as_executor,
+    execute_itself,
 )
 from cxbridge.skiller.board.protocol import (
     BOARD_TYPE,
@@ -77,7 +77,7 @@ class ExecutorHost(Listener):
         self.state = ExecutorState.IDLE
         self.ticket = _NO_TICKET
         """The ticket of the reservation or the running skill."""
-        self.execution: Execution = as_executor
+        self.execution: Execution = execute_itself
         """Executes new calls."""
         check_name("an agent", executor.agent)
         self._skills = frozenset(executor.skills)
@@ -108,7 +108,7 @@ class ExecutorHost(Listener):
         except BlackBoardError:
             executor.close()
             raise
-        self._introduce(skills)
+        self._publish_skills(skills)
 
     @property
     def valid(self) -> bool:
@@ -121,11 +121,11 @@ class ExecutorHost(Listener):
         :raises BlackBoardError: if the interface cannot be opened.
         """
         # many hosts may start to send in the same loop, which should not open all interfaces
-        self._reader(board)
+        self._open_reader(board)
 
-    def listen(self, listener: Listener, kind: EventKind) -> None:
+    def listen(self, listener: Listener, event_kind: EventKind) -> None:
         """Register a listener for events of the interface."""
-        self._board.register_listener(listener, self._interface, kind)
+        self._board.register_listener(listener, self._interface, event_kind)
 
     def exchange(self) -> bool:
         """Handle and answer messages; return whether there were any."""
@@ -144,7 +144,7 @@ class ExecutorHost(Listener):
     def step(self) -> None:
         """Execute a step."""
         if self._steps is None:
-            self._idle()
+            self._run_idle_step()
             return
         try:
             progress = next(self._steps)
@@ -152,7 +152,7 @@ class ExecutorHost(Listener):
             self._progress = end.value if isinstance(end.value, Progress) else Progress(1.0)
             self._finish(SkillOutcome.SUCCEEDED)
         except CxbridgeError as error:
-            self._note_progress(error)
+            self._take_failure_progress(error)
             self._finish(SkillOutcome.FAILED, error.message)
         except Exception as error:  # noqa: BLE001 - a skill may fail in any way
             self._log.error(f"{self.name}: {self._call.skill} failed: {_error_text(error)}")
@@ -164,7 +164,7 @@ class ExecutorHost(Listener):
             self._end_steps()
             self._finish(SkillOutcome.FAILED, f"{self._call.skill} has yielded no progress, but {progress!r}")
 
-    def _idle(self) -> None:
+    def _run_idle_step(self) -> None:
         """Let the executor do a step without a skill, unless such a step has failed."""
         if self._can_idle:
             try:
@@ -265,7 +265,7 @@ class ExecutorHost(Listener):
         except Exception as error:  # noqa: BLE001 - a skill may fail in any way
             self._finish(SkillOutcome.FAILED, _error_text(error))
 
-    def _note_progress(self, error: CxbridgeError) -> None:
+    def _take_failure_progress(self, error: CxbridgeError) -> None:
         if isinstance(error, SkillFailedError) and error.progress is not None:
             self._progress = Progress(error.progress)
 
@@ -319,7 +319,7 @@ class ExecutorHost(Listener):
         self.state, self.ticket = ExecutorState.IDLE, _NO_TICKET
         self._publish()
 
-    def _introduce(self, skills: str) -> None:
+    def _publish_skills(self, skills: str) -> None:
         """Publish agent and skills."""
         self._interface.agent = self.executor.agent
         self._interface.skills = skills
@@ -341,14 +341,14 @@ class ExecutorHost(Listener):
         """
         board, epoch, master = self.ticket if ticket is None else ticket
         try:
-            reader = self._reader(board)
+            reader = self._open_reader(board)
             reader.msgq_enqueue(reader.create_message(message_type, epoch, master, self.name, *values))
         except CxbridgeError as error:
             self._log.warn(f"{self.name}: {message_type} does not reach {board}: {error.message}")
             return False
         return True
 
-    def _reader(self, board: str) -> Interface:
+    def _open_reader(self, board: str) -> Interface:
         reader = self._readers.get(board)
         if reader is not None and reader.valid:
             return reader
@@ -366,7 +366,7 @@ class ExecutorHost(Listener):
 
 
 def make_host(
-    kind: type[SkillExecutor], context: ExecutorContext, name: str, *, verbatim: bool = False
+    executor_class: type[SkillExecutor], context: ExecutorContext, name: str, *, verbatim: bool = False
 ) -> ExecutorHost:
     """Make an executor and its host.
 
@@ -375,11 +375,11 @@ def make_host(
     :raises CxbridgeError: if the class refuses its settings, or an interface has another writer.
     """
     try:
-        return ExecutorHost(kind(context), name, verbatim=verbatim)
+        return ExecutorHost(executor_class(context), name, verbatim=verbatim)
     except CxbridgeError:
         raise
     except Exception as error:
-        raise SkillError(f"{kind.__name__} does not start: {_error_text(error)}") from error
+        raise SkillError(f"{executor_class.__name__} does not start: {_error_text(error)}") from error
 
 
 def _error_text(error: Exception) -> str:
@@ -391,13 +391,13 @@ def check_skills(executor: SkillExecutor) -> tuple[str, ...]:
 
     :raises SkillError: if there are none, or they do not fit into the interface.
     """
-    kind, skills = type(executor).__name__, executor.skills
+    class_name, skills = type(executor).__name__, executor.skills
     if isinstance(skills, str) or not skills:
-        raise SkillError(f"{kind} has no skills", hint="name them: skills = ('move',)")
+        raise SkillError(f"{class_name} has no skills", hint="name them: skills = ('move',)")
     for skill in skills:
         check_name("a skill", skill)
         if len(skill.split()) != 1:
-            raise SkillError(f"{kind}: a skill's name has no blanks: {skill!r}")
+            raise SkillError(f"{class_name}: a skill's name has no blanks: {skill!r}")
     if len(" ".join(skills).encode()) > SKILLS_BYTES:
-        raise SkillError(f"{kind} has more skills than fit into {SKILLS_BYTES} bytes")
+        raise SkillError(f"{class_name} has more skills than fit into {SKILLS_BYTES} bytes")
     return tuple(skills)

@@ -98,7 +98,7 @@ class Master:
         self._timeouts = timeouts
         self._explain = explain
         self._on_change = on_change
-        self._start_us = self.deadline_us = now_us + _us(timeouts.start)
+        self._start_us = self.deadline_us = now_us + _to_us(timeouts.start)
 
     @property
     def skill(self) -> str:
@@ -129,7 +129,7 @@ class Master:
         """Handle the RESPONSE of an executor of this agent."""
         if self.state is MasterState.ASKING:
             self.executor = executor
-            self.deadline_us = now_us + _us(self._timeouts.start)
+            self.deadline_us = now_us + _to_us(self._timeouts.start)
             self._enter(MasterState.CONFIRMED)
             self._sender.confirm(executor, self.number)
         # a second answer of the confirmed executor is a repetition
@@ -143,7 +143,7 @@ class Master:
             return
         if self.state is MasterState.CANCELLING:
             return
-        self.deadline_us = now_us + _us(self._timeouts.silence)
+        self.deadline_us = now_us + _to_us(self._timeouts.silence)
         # a repetition is a sign of life, without news for the caller
         if self.state is MasterState.RUNNING and (self.progress, self.feedback) == (progress, text):
             return
@@ -159,9 +159,9 @@ class Master:
         """
         if executor != self.executor or not self.has_executor:
             return
-        cancelling = self.state is MasterState.CANCELLING
+        is_cancelling = self.state is MasterState.CANCELLING
         if outcome is SkillOutcome.REFUSED:
-            if cancelling:
+            if is_cancelling:
                 self._enter(MasterState.CANCELLED)
             elif self.state is MasterState.CONFIRMED:
                 self.executor = ""
@@ -173,7 +173,7 @@ class Master:
         elif outcome is SkillOutcome.SUCCEEDED:
             self.progress, self.feedback = 1.0, text or self.feedback
             self._enter(MasterState.SUCCEEDED)
-        elif outcome is SkillOutcome.CANCELLED and cancelling:
+        elif outcome is SkillOutcome.CANCELLED and is_cancelling:
             self._enter(MasterState.CANCELLED)
         else:
             reason = f"{executor} has stopped it" if outcome is SkillOutcome.CANCELLED else "it failed"
@@ -188,11 +188,11 @@ class Master:
         else:
             self._fail(f"the executor {executor} is gone")
 
-    def handle_undelivered(self, executor: str, why: str) -> None:
+    def handle_undelivered(self, executor: str, reason: str) -> None:
         """Handle a CONFIRM that was probably not delivered."""
         if executor == self.executor and self.state is MasterState.CONFIRMED:
             self._sender.cancel(executor, self.number)
-            self._fail(f"the executor {executor} does not take messages: {why}")
+            self._fail(f"the executor {executor} does not take messages: {reason}")
 
     def cancel(self, now_us: int) -> bool:
         """Cancel the action; return whether it was running."""
@@ -201,7 +201,7 @@ class Master:
         if self.state is MasterState.ASKING:
             self._enter(MasterState.CANCELLED)
         else:
-            self.deadline_us = now_us + _us(self._timeouts.cancel)
+            self.deadline_us = now_us + _to_us(self._timeouts.cancel)
             self._enter(MasterState.CANCELLING)
             self._sender.cancel(self.executor, self.number)
         return True
@@ -216,14 +216,14 @@ class Master:
         elif self.has_executor:
             has_begun = self.state is MasterState.RUNNING
             seconds = self._timeouts.silence if has_begun else self._timeouts.start
-            fault = "was silent" if has_begun else "did not begin"
+            failure = "was silent" if has_begun else "did not begin"
             self._sender.cancel(self.executor, self.number)
-            self._fail(f"the executor {self.executor} {fault} for {seconds:g} s")
+            self._fail(f"the executor {self.executor} {failure} for {seconds:g} s")
 
-    def give_up(self, why: str) -> None:
+    def give_up(self, reason: str) -> None:
         """Become CANCELLED without an answer of the executor, because the board closes."""
         if not self.is_over:
-            self.error = why
+            self.error = reason
             self._enter(MasterState.CANCELLED)
 
     def _fail(self, error: str) -> None:
@@ -238,5 +238,5 @@ class Master:
         self._on_change(self)
 
 
-def _us(seconds: float) -> int:
+def _to_us(seconds: float) -> int:
     return round(seconds * MICROSECONDS)

@@ -182,7 +182,7 @@ def decode_parameters(text: str) -> dict[str, Any]:
     return value
 
 
-def name_of(value: object) -> str:
+def enum_name(value: object) -> str:
     """Return the name of an enum value, or the number of an unknown value."""
     return value._name_ if isinstance(value, Enum) else str(value)  # .name would take five times as long
 

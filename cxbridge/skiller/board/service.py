@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from cxbridge.errors import SkillError
 from cxbridge.skiller.board.board import SkillBoard
-from cxbridge.skiller.board.executor import as_executor
+from cxbridge.skiller.board.executor import execute_itself
 from cxbridge.skiller.board.host import ExecutorHost
 from cxbridge.skiller.board.master import Master
 from cxbridge.skiller.board.protocol import MasterState, SkillCall
@@ -60,7 +60,7 @@ class BoardSkiller(InterfaceSkiller):
             self.end(Status.S_FINAL)
 
     def start(self, skill_string: str) -> None:
-        for call in calls_of(skill_string, self.agent):
+        for call in parse_calls(skill_string, self.agent):
             self._masters.append(self._skills.request(call))
 
     def drop(self) -> None:
@@ -106,7 +106,7 @@ class LocalSkillCalls:
 
         :raises SkillError: if the skill string is invalid, or names or parameters do not fit into messages.
         """
-        calls = calls_of(skill_string, agent)
+        calls = parse_calls(skill_string, agent)
         if len(calls) != 1:
             raise SkillError(f"the skill string '{skill_string}' has {len(calls)} calls, expected one")
         return self._skills.request(calls[0], on_change)
@@ -117,21 +117,21 @@ class LocalSkillCalls:
         return master is not None and self._skills.cancel(master)
 
 
-def calls_of(text: str, agent: str) -> list[SkillCall]:
+def parse_calls(text: str, agent: str) -> list[SkillCall]:
     """Return the calls in a skill string.
 
     :raises SkillError: if the skill string is invalid.
     """
     return [
-        SkillCall(call.name, agent, {str(key): _with_text_keys(value) for key, value in call.args.items()})
+        SkillCall(call.name, agent, {str(key): _convert_keys(value) for key, value in call.args.items()})
         for call in parse_skill_string(text)
     ]
 
 
-def _with_text_keys(value: Any) -> Any:
+def _convert_keys(value: Any) -> Any:
     """Return an argument with text keys, as JSON requires."""
     if isinstance(value, dict):
-        return {str(key): _with_text_keys(item) for key, item in value.items()}
+        return {str(key): _convert_keys(item) for key, item in value.items()}
     return value
 
 
@@ -154,7 +154,7 @@ class SkillBoardService:
         bus: EventBus,
         settings: BoardSettings,
         board_class: type[SkillBoard] = SkillBoard,
-        execution: Execution = as_executor,
+        execution: Execution = execute_itself,
     ) -> None:
         self.skills = board_class(board, clock, bus, name=settings.name, timeouts=settings.timeouts)
         self.local_calls = LocalSkillCalls(self.skills)
@@ -168,7 +168,9 @@ class SkillBoardService:
                     BoardSkiller(board, self.skills, bus, agent=agent.name, name=agent.skiller)
                 )
                 for executor in agent.executors if settings.in_process else ():
-                    self.add(executor.host(agent.name, board, clock, bus, verbatim=board_class.is_verbatim))
+                    self.add(
+                        executor.make_host(agent.name, board, clock, bus, verbatim=board_class.is_verbatim)
+                    )
         except Exception:
             self.close()
             raise
@@ -178,7 +180,7 @@ class SkillBoardService:
         host.execution = self._execution
         self.hosts.append(host)
         host.open_board(self.skills.name)
-        self.skills.local.add(host.name)
+        self.skills.local_executors.add(host.name)
 
     def remove(self, host: ExecutorHost, leave: Callable[[ExecutorHost], None] = ExecutorHost.close) -> None:
         """Remove an executor.
@@ -187,7 +189,7 @@ class SkillBoardService:
         """
         self.hosts.remove(host)
         leave(host)
-        self.skills.local.discard(host.name)
+        self.skills.local_executors.discard(host.name)
 
     @property
     def running(self) -> bool:
@@ -219,10 +221,10 @@ class SkillBoardService:
     def settle(self) -> None:
         """Exchange messages until each master has an executor, without executing steps."""
         for _ in range(_MAX_ROUNDS):
-            active = self.skills.exchange()
+            is_active = self.skills.exchange()
             for host in self.hosts:
-                active |= host.exchange()
-            if not active:
+                is_active |= host.exchange()
+            if not is_active:
                 break
 
     def close(self) -> None:

@@ -12,7 +12,7 @@ from cxbridge.config import Configuration, ConfigValue
 from cxbridge.config.scalars import to_bool, to_float, to_int, to_uint
 from cxbridge.errors import ConfigError, CxbridgeError, SkillError
 from cxbridge.plugins import is_installed
-from cxbridge.skiller.board.executor import ExecutorContext, SkillExecutor, checked_executor, load_executor
+from cxbridge.skiller.board.executor import ExecutorContext, SkillExecutor, check_executor, load_executor
 from cxbridge.skiller.board.host import ExecutorHost, make_host
 from cxbridge.skiller.board.master import Timeouts
 from cxbridge.skiller.board.protocol import DEFAULT_BOARD, check_name
@@ -52,7 +52,7 @@ class ExecutorSettings:
         """
         if isinstance(self.target, str):
             return load_executor(self.target, self.folder)
-        return checked_executor(self.target)
+        return check_executor(self.target)
 
     def skills(self) -> tuple[str, ...]:
         """Return the executed skills.
@@ -83,7 +83,7 @@ class ExecutorSettings:
         with self._locating_errors():
             return tuple(self.load().mistakes(self.settings, self.folder))
 
-    def host(
+    def make_host(
         self, agent: str, board: BlackBoard, clock: Clock, bus: EventBus, *, verbatim: bool = False
     ) -> ExecutorHost:
         """Make the executor and its host.
@@ -92,10 +92,10 @@ class ExecutorSettings:
         :raises CxbridgeError: if the class cannot be loaded, or refuses the settings.
         """
         with self._locating_errors():
-            kind = self.load()
+            executor_class = self.load()
             log = bus.logger(self.name)
             context = ExecutorContext(agent, board, clock, log, self.settings, self.folder)
-            return make_host(kind, context, self.name, verbatim=verbatim)
+            return make_host(executor_class, context, self.name, verbatim=verbatim)
 
     @contextmanager
     def _locating_errors(self) -> Iterator[None]:
@@ -107,7 +107,7 @@ class ExecutorSettings:
                 error.file, error.line = self.place.file, self.place.line
             raise
 
-    def yields_to(self, skills: Collection[str]) -> bool:
+    def is_replaced_by(self, skills: Collection[str]) -> bool:
         """Return whether executors of a program replace this executor.
 
         :param skills: the skills of the program's executors.
@@ -117,9 +117,9 @@ class ExecutorSettings:
         replaced = [skill for skill in own_skills if skill in skills]
         if replaced and len(replaced) < len(own_skills):
             # one executor executes one skill at a time, so that half of its skills cannot move to another
-            names, some = ", ".join(own_skills), ", ".join(replaced)
+            names, replaced_names = ", ".join(own_skills), ", ".join(replaced)
             raise SkillError(
-                f"{self.name} executes {names}: {some} alone cannot be replaced",
+                f"{self.name} executes {names}: {replaced_names} alone cannot be replaced",
                 hint="replace all of its skills",
             )
         return bool(replaced)
@@ -150,7 +150,7 @@ class BoardSettings:
     agents: tuple[AgentSettings, ...] = ()
 
     @classmethod
-    def of(cls, config: Configuration, folder: Path) -> BoardSettings | None:
+    def from_config(cls, config: Configuration, folder: Path) -> BoardSettings | None:
         """Read the settings; None without a skill board.
 
         :param folder: the base of relative files.
@@ -172,7 +172,7 @@ class BoardSettings:
             agents=agents,
         )
 
-    def with_executors(self, kinds: Sequence[type[SkillExecutor]], skillers: Sequence[str]) -> Self:
+    def replace_executors(self, kinds: Sequence[type[SkillExecutor]], skillers: Sequence[str]) -> Self:
         """Return the settings with additional executor classes for each agent.
 
         They replace configured executors of the same skills.
@@ -180,8 +180,8 @@ class BoardSettings:
         :param skillers: the ids of the SkillerInterfaces. Without configured agents, each becomes an agent.
         :raises SkillError: if a configured executor has only some of these skills.
         """
-        skills = {skill for kind in kinds for skill in kind.skills}
-        added = {kind.__name__: kind for kind in kinds}
+        skills = {skill for executor_class in kinds for skill in executor_class.skills}
+        added = {executor_class.__name__: executor_class for executor_class in kinds}
         return replace(
             self,
             in_process=True,
@@ -192,9 +192,12 @@ class BoardSettings:
                         *(
                             executor
                             for executor in agent.executors
-                            if self.in_process and not executor.yields_to(skills)
+                            if self.in_process and not executor.is_replaced_by(skills)
                         ),
-                        *(ExecutorSettings(f"{agent.name}-{name}", kind) for name, kind in added.items()),
+                        *(
+                            ExecutorSettings(f"{agent.name}-{name}", executor_class)
+                            for name, executor_class in added.items()
+                        ),
                     ),
                 )
                 for agent in self.agents or tuple(AgentSettings(name, name) for name in skillers)
@@ -239,11 +242,13 @@ def _read_executor(config: Configuration, agent: str, key: str, folder: Path) ->
     for value in config.search(f"{tree}/"):
         name = value.path.removeprefix(f"{tree}/")
         if name != "class":
-            values[name] = [value_of(text) for text in value.items] if value.is_list else value_of(value.text)
+            values[name] = (
+                [parse_value(text) for text in value.items] if value.is_list else parse_value(value.text)
+            )
     return ExecutorSettings(f"{agent}-{key}", target, values, folder, config.get(f"{tree}/class"))
 
 
-def value_of(text: str) -> bool | float | str:
+def parse_value(text: str) -> bool | float | str:
     """Return the value of a configured text or of ``--set``: a number, a boolean, or the text."""
     # the narrowest type first, as Fawkes' YAML reader tries them
     for convert in (to_uint, to_int, to_float, to_bool):

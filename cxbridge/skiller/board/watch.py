@@ -12,7 +12,7 @@ from uuid import UUID
 
 from cxbridge.blackboard.errors import BlackBoardError
 from cxbridge.blackboard.listeners import EventKind, Listener, Observer, listening
-from cxbridge.skiller.board.protocol import EXECUTOR_TYPE, ExecutorState, name_of
+from cxbridge.skiller.board.protocol import EXECUTOR_TYPE, ExecutorState, enum_name
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
@@ -36,7 +36,7 @@ class ExecutorInfo(NamedTuple):
     skill: str
 
 
-class News(NamedTuple):
+class ExecutorChange(NamedTuple):
     """A change of an executor.
 
     :param is_gone: whether the executor has ended; otherwise it has written its state.
@@ -65,7 +65,7 @@ class ExecutorWatch(Listener, Observer):
         self._agents: dict[str, dict[str, ExecutorInfo]] = {}
         self.version = 0
         """A number that changes with the executors or their states."""
-        self.offered: set[tuple[str, str]] = set()
+        self.offered_skills: set[tuple[str, str]] = set()
         """Agents and skills of all present and former executors."""
         board.register_observer(self, EXECUTOR_TYPE)
         for info in board.list(EXECUTOR_TYPE):
@@ -83,22 +83,22 @@ class ExecutorWatch(Listener, Observer):
         """Return the reading instance of an executor, for sending messages, or None."""
         return self._instances.get(executor) if executor in self._infos else None
 
-    def of_agent(self, agent: str) -> list[ExecutorInfo]:
+    def agent_executors(self, agent: str) -> list[ExecutorInfo]:
         """Return the executors of an agent in order of appearance."""
         return list(self._agents.get(agent, {}).values())
 
-    def take(self) -> list[News]:
+    def take(self) -> list[ExecutorChange]:
         """Return the changes since the last call, in order."""
-        news: list[News] = []
+        changes: list[ExecutorChange] = []
         while self._events:
             kind, executor = self._events.popleft()
             if kind == "there":
-                self._open(executor, news)
+                self._open(executor, changes)
             elif kind == "gone":
-                self._forget(executor, news)
+                self._forget(executor, changes)
             elif (instance := self._instances.get(executor)) is not None:
-                self._read(executor, instance, news)
-        return news
+                self._read(executor, instance, changes)
+        return changes
 
     def close(self) -> None:
         """Stop watching."""
@@ -109,7 +109,7 @@ class ExecutorWatch(Listener, Observer):
         self._infos.clear()
         self._agents.clear()
 
-    def _open(self, executor: str, news: list[News]) -> None:
+    def _open(self, executor: str, changes: list[ExecutorChange]) -> None:
         if executor in self._instances:
             return
         try:
@@ -119,39 +119,39 @@ class ExecutorWatch(Listener, Observer):
             self._log.warn(f"cannot look at the executor {executor}: {error.message}")
             return
         self._instances[executor] = instance
-        self._read(executor, instance, news)
+        self._read(executor, instance, changes)
 
-    def _read(self, executor: str, instance: Any, news: list[News]) -> None:
+    def _read(self, executor: str, instance: Any, changes: list[ExecutorChange]) -> None:
         if not instance.valid:
-            self._forget(executor, news)
+            self._forget(executor, changes)
             return
         instance.read()
         agent = instance.agent
         if not agent or not instance.has_writer:
             return  # it has published nothing yet, or has ended and the next event reports that
-        state = _STATES.get(name_of(instance.state))
+        state = _STATES.get(enum_name(instance.state))
         if state is None:
-            self._log.warn(f"the executor {executor} is in an unknown state: {name_of(instance.state)}")
+            self._log.warn(f"the executor {executor} is in an unknown state: {enum_name(instance.state)}")
             return
-        former = self._infos.get(executor)
+        former_info = self._infos.get(executor)
         info = ExecutorInfo(executor, agent, tuple(instance.skills.split()), state, instance.skill)
-        self.offered.update((agent, skill) for skill in info.skills)
+        self.offered_skills.update((agent, skill) for skill in info.skills)
         # another program may reuse the id of an executor
-        if former is not None and former.agent != agent:
-            del self._agents[former.agent][executor]
+        if former_info is not None and former_info.agent != agent:
+            del self._agents[former_info.agent][executor]
         self._infos[executor] = info
         self._agents.setdefault(agent, {})[executor] = info
         self.version += 1
-        news.append(News(executor, is_gone=False))
+        changes.append(ExecutorChange(executor, is_gone=False))
 
-    def _forget(self, executor: str, news: list[News]) -> None:
+    def _forget(self, executor: str, changes: list[ExecutorChange]) -> None:
         """Handle the end of an executor. A successor may exist already."""
         instance = self._instances.pop(executor, None)
         info = self._infos.pop(executor, None)
         if info is not None:
             del self._agents[info.agent][executor]
             self.version += 1
-            news.append(News(executor, is_gone=True))
+            changes.append(ExecutorChange(executor, is_gone=True))
         if instance is not None:
             instance.close()
             try:

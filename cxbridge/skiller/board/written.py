@@ -30,7 +30,7 @@ def written_skills(target: str, folder: Path) -> tuple[str, ...] | None:
     :raises SkillError: if the class is missing or not an executor, with file and line.
     """
     module_name, name = split_target(target)
-    file = folder / module_name if module_name.endswith(".py") else _file_of_module(module_name)
+    file = folder / module_name if module_name.endswith(".py") else _find_module_file(module_name)
     if file is None:
         return None
     body = _read(file).body
@@ -44,7 +44,7 @@ def written_skills(target: str, folder: Path) -> tuple[str, ...] | None:
         raise SkillError(
             f"{module_name} has no executor '{name}'", hint=f"it has: {names or 'no SkillExecutor'}"
         )
-    return _skills_of(classes[name], classes, file)
+    return _class_skills(classes[name], classes, file)
 
 
 def _read(file: Path) -> ast.Module:
@@ -58,7 +58,7 @@ def _read(file: Path) -> ast.Module:
         raise SkillError(f"it does not load: {type(error).__name__}: {error}", file=file) from None
 
 
-def _file_of_module(name: str) -> Path | None:
+def _find_module_file(name: str) -> Path | None:
     """Return the Python file of a module without importing it; None if it has no file."""
     top, *inner = name.split(".")
     try:
@@ -66,8 +66,8 @@ def _file_of_module(name: str) -> Path | None:
         for depth in range(len(inner)):
             if spec is None:
                 break
-            below = ".".join((top, *inner[: depth + 1]))
-            spec = PathFinder.find_spec(below, spec.submodule_search_locations or [])
+            submodule = ".".join((top, *inner[: depth + 1]))
+            spec = PathFinder.find_spec(submodule, spec.submodule_search_locations or [])
     except (ImportError, ValueError):
         spec = None
     if spec is None:
@@ -100,34 +100,34 @@ def _may_bind(body: Iterable[ast.stmt], name: str) -> bool:
     return False
 
 
-def _skills_of(
-    kind: ast.ClassDef, classes: dict[str, ast.ClassDef], file: Path, subclasses: tuple[str, ...] = ()
+def _class_skills(
+    definition: ast.ClassDef, classes: dict[str, ast.ClassDef], file: Path, subclasses: tuple[str, ...] = ()
 ) -> tuple[str, ...] | None:
     """Return the skills of a class; None if they are computed or inherited from another file.
 
     :param subclasses: the names of the classes that led to this base class; empty for the executor's class.
     """
-    bases = [ast.unparse(base).rpartition(".")[2] for base in kind.bases]
+    bases = [ast.unparse(base).rpartition(".")[2] for base in definition.bases]
     is_first = not subclasses
-    if is_first and not bases and not kind.keywords:
-        raise SkillError(f"{kind.name} is no SkillExecutor", file=file, line=kind.lineno)
-    members = list(_statements(kind.body))
+    if is_first and not bases and not definition.keywords:
+        raise SkillError(f"{definition.name} is no SkillExecutor", file=file, line=definition.lineno)
+    members = list(_statements(definition.body))
     if is_first:
-        _check_execute(kind, members, file, is_direct=set(bases) <= _BASES)
+        _check_execute(definition, members, file, is_direct=set(bases) <= _BASES)
     if any(isinstance(member, ast.FunctionDef) and member.name == "skills_with" for member in members):
         return None
     # the last assignment counts
     for member in reversed(members):
         targets = member.targets if isinstance(member, ast.Assign) else [getattr(member, "target", None)]
         if any(isinstance(target, ast.Name) and target.id == "skills" for target in targets):
-            return _names(getattr(member, "value", None))
+            return _literal_names(getattr(member, "value", None))
     for base in bases:
-        if base in classes and base not in (*subclasses, kind.name):
-            return _skills_of(classes[base], classes, file, (*subclasses, kind.name))
+        if base in classes and base not in (*subclasses, definition.name):
+            return _class_skills(classes[base], classes, file, (*subclasses, definition.name))
     return () if set(bases) <= _BASES else None
 
 
-def _names(value: ast.expr | None) -> tuple[str, ...] | None:
+def _literal_names(value: ast.expr | None) -> tuple[str, ...] | None:
     """Return the texts of a literal tuple or list; None if any element is computed."""
     if not isinstance(value, ast.Tuple | ast.List):
         return None
@@ -136,7 +136,7 @@ def _names(value: ast.expr | None) -> tuple[str, ...] | None:
     return names if len(names) == len(value.elts) else None
 
 
-def _check_execute(kind: ast.ClassDef, members: list[ast.stmt], file: Path, *, is_direct: bool) -> None:
+def _check_execute(definition: ast.ClassDef, members: list[ast.stmt], file: Path, *, is_direct: bool) -> None:
     """Check that a class has a valid ``execute``.
 
     :param is_direct: whether all bases are base classes of executors, so that no class between can define
@@ -147,17 +147,19 @@ def _check_execute(kind: ast.ClassDef, members: list[ast.stmt], file: Path, *, i
         # e.g. `execute = other_function` also defines it
         if is_direct and not any("execute" in ast.unparse(member) for member in members):
             hint = f"{_EXECUTE_HINT}: yield 0.5"
-            raise SkillError(f"{kind.name} has no execute()", file=file, line=kind.lineno, hint=hint)
+            raise SkillError(
+                f"{definition.name} has no execute()", file=file, line=definition.lineno, hint=hint
+            )
         return
     arguments = execute.args
-    maximum = len(arguments.posonlyargs) + len(arguments.args)
-    minimum = maximum - len(arguments.defaults)
-    required = any(default is None for default in arguments.kw_defaults)
+    max_arguments = len(arguments.posonlyargs) + len(arguments.args)
+    min_arguments = max_arguments - len(arguments.defaults)
+    has_required_keyword = any(default is None for default in arguments.kw_defaults)
     is_callable = (
-        minimum <= _EXECUTE_ARGUMENTS
-        and (maximum >= _EXECUTE_ARGUMENTS or arguments.vararg is not None)
-        and not required
+        min_arguments <= _EXECUTE_ARGUMENTS
+        and (max_arguments >= _EXECUTE_ARGUMENTS or arguments.vararg is not None)
+        and not has_required_keyword
     )
     if not is_callable and not execute.decorator_list:
-        message = f"{kind.name}.execute() does not take a call"
+        message = f"{definition.name}.execute() does not take a call"
         raise SkillError(message, file=file, line=execute.lineno, hint=_EXECUTE_HINT)

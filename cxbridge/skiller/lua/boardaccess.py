@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from cxbridge.errors import InterfaceError
-from cxbridge.skiller.lua.host import from_lua, guarded, is_plain, to_lua
+from cxbridge.skiller.lua.host import from_lua, guard, is_plain, to_lua
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
@@ -45,19 +45,19 @@ class InterfacePool:
 
         :raises BlackBoardError: if the blackboard refuses.
         """
-        holders = self._shared.setdefault((type_name, interface_id, writing), [])
-        if not holders:
-            holders.append(self.open(type_name, interface_id, writing=writing))
+        users = self._shared.setdefault((type_name, interface_id, writing), [])
+        if not users:
+            users.append(self.open(type_name, interface_id, writing=writing))
         else:
-            holders.append(holders[0])
-        return holders[-1]
+            users.append(users[0])
+        return users[-1]
 
     def give_back(self, instance: Interface) -> None:
         """Release an instance; the last user of a shared one closes it."""
-        for key, holders in self._shared.items():
-            if holders and holders[0] is instance:
-                holders.pop()
-                if holders:
+        for key, users in self._shared.items():
+            if users and users[0] is instance:
+                users.pop()
+                if users:
                     return
                 del self._shared[key]
                 break
@@ -89,32 +89,32 @@ class BoardAccess:
         self._writers: list[Interface] = []
         self._last_handle = 0
 
-    def table(self) -> dict[str, Callable[..., Any]]:
+    def functions_by_name(self) -> dict[str, Callable[..., Any]]:
         """Return the functions by their Lua names."""
         # `and None`: as in Fawkes, these functions return no value
         functions: dict[str, Callable[..., Any]] = {
             "describe": self._describe,
             "open": self._open,
             "close": self._close,
-            "read": lambda handle: self._interface_of(handle).read() and None,
-            "write": lambda handle: self._interface_of(handle).write(),
+            "read": lambda handle: self._find_interface(handle).read() and None,
+            "write": lambda handle: self._find_interface(handle).write(),
             "read_all": self._read_all,
             "write_changed": self._write_changed,
             "query": self._query,
-            "timestamp": lambda handle: self._interface_of(handle).timestamp_us,
+            "timestamp": lambda handle: self._find_interface(handle).timestamp_us,
             "get": self._get,
             "set": self._set,
             "send": self._send,
             "queue_first": self._queue_first,
-            "queue_size": lambda handle: self._interface_of(handle).msgq_size(),
-            "queue_pop": lambda handle: self._interface_of(handle).msgq_pop() and None,
-            "queue_flush": lambda handle: self._interface_of(handle).msgq_flush(),
+            "queue_size": lambda handle: self._find_interface(handle).msgq_size(),
+            "queue_pop": lambda handle: self._find_interface(handle).msgq_pop() and None,
+            "queue_flush": lambda handle: self._find_interface(handle).msgq_flush(),
             "queue_remove": lambda handle, number: (
-                self._interface_of(handle).msgq_remove(int(number)) and None
+                self._find_interface(handle).msgq_remove(int(number)) and None
             ),
         }
         return {
-            name: guarded(function, takes_tables=name in _WITH_TABLES) for name, function in functions.items()
+            name: guard(function, takes_tables=name in _WITH_TABLES) for name, function in functions.items()
         }
 
     def close_all(self) -> None:
@@ -127,7 +127,7 @@ class BoardAccess:
         self._readers.clear()
         self._writers.clear()
 
-    def _interface_of(self, handle: int) -> Interface:
+    def _find_interface(self, handle: int) -> Interface:
         return self._opened[int(handle)]
 
     def _open(self, type_name: str, interface_id: str, for_writing: object, shared: object) -> int:
@@ -156,7 +156,7 @@ class BoardAccess:
                 instance.write()
 
     def _query(self, handle: int, name: str) -> Any:
-        instance = self._interface_of(handle)
+        instance = self._find_interface(handle)
         if name == "serial":
             return str(instance.serial)
         if name not in _PROPERTIES:
@@ -174,21 +174,21 @@ class BoardAccess:
             self._make_table(
                 {
                     "name": message.name,
-                    "order": self._list([field.name for field in message.fields]),
-                    "fields": self._fields(message.fields),
+                    "order": self._make_list([field.name for field in message.fields]),
+                    "fields": self._make_field_table(message.fields),
                 }
             )
             for message in schema.messages
         ]
         return self._make_table(
             {
-                "fields": self._fields(schema.fields),
+                "fields": self._make_field_table(schema.fields),
                 "constants": self._make_table(constants),
-                "messages": self._list(messages),
+                "messages": self._make_list(messages),
             }
         )
 
-    def _fields(self, fields: tuple[FieldSchema, ...]) -> Any:
+    def _make_field_table(self, fields: tuple[FieldSchema, ...]) -> Any:
         return self._make_table(
             {
                 field.name: self._make_table(
@@ -198,21 +198,25 @@ class BoardAccess:
             }
         )
 
-    def _list(self, items: list[Any]) -> Any:
+    def _make_list(self, items: list[Any]) -> Any:
         return self._make_table(dict(enumerate(items, start=1)))
 
     def _get(self, handle: int, name: str, index: float | None = None) -> Any:
-        return self._to_lua(self._interface_of(handle).get(name, None if index is None else int(index)))
+        return self._to_lua(self._find_interface(handle).get(name, None if index is None else int(index)))
 
     def _to_lua(self, value: Any) -> Any:
         """Return the value of a field for Lua; an array becomes a table."""
-        return self._list([*map(_plain_value, value)]) if isinstance(value, tuple) else _plain_value(value)
+        return (
+            self._make_list([*map(_convert_value, value)])
+            if isinstance(value, tuple)
+            else _convert_value(value)
+        )
 
     def _set(self, handle: int, name: str, value: Any, index: float | None = None) -> None:
-        _assign(self._interface_of(handle), name, value, index)
+        _assign(self._find_interface(handle), name, value, index)
 
     def _send(self, handle: int, message_type: str, values: Any) -> int:
-        instance = self._interface_of(handle)
+        instance = self._find_interface(handle)
         message = instance.create_message(message_type)
         for name, value in values.items():
             if not is_plain(value):
@@ -223,7 +227,7 @@ class BoardAccess:
         return instance.msgq_enqueue(message)
 
     def _queue_first(self, handle: int) -> Any:
-        message = self._interface_of(handle).msgq_first()
+        message = self._find_interface(handle).msgq_first()
         if message is None:
             return None
         values = {name: self._to_lua(value) for name, value in message.as_dict().items()}
@@ -236,7 +240,7 @@ class BoardAccess:
         return message.type, self._make_table(values), self._make_table(envelope)
 
 
-def _plain_value(value: Any) -> Any:
+def _convert_value(value: Any) -> Any:
     if isinstance(value, str):
         return to_lua(value)
     return int(value) if isinstance(value, int) and not isinstance(value, bool) else value
@@ -249,24 +253,24 @@ def _assign(block: Block, name: str, value: Any, index: float | None) -> None:
     field = block.field(name)
     if not is_plain(value):
         raise InterfaceError(f"{name} of type {field.type} cannot be a table or a function")
-    converted: Any
+    field_value: Any
     if field.is_string:
         if not isinstance(value, str | int | float):
             raise InterfaceError(f"{name} of type string cannot be {value!r}")
         # Lua converts numbers to text with this format
-        converted = from_lua(value) if isinstance(value, str) else f"{value:.14g}"
+        field_value = from_lua(value) if isinstance(value, str) else f"{value:.14g}"
     elif field.type == "bool":
-        converted = bool(value)
+        field_value = bool(value)
     elif isinstance(value, str | bool | None):
         raise InterfaceError(f"{name} of type {field.type} cannot be {value!r}", hint="it takes a number")
     elif field.type in ("float", "double"):
-        converted = float(value)
+        field_value = float(value)
     else:
-        converted = int(value)
+        field_value = int(value)
     if index is not None:
         block.get(name, int(index))  # raises for an unknown element
         elements = list(block.get(name))
-        elements[int(index)] = converted
-        converted = elements
+        elements[int(index)] = field_value
+        field_value = elements
     # not by set(), which never marks a block as changed: at the end of a loop, only marked blocks are written
-    block.ACCESSORS[name].fset(block, converted)
+    block.ACCESSORS[name].fset(block, field_value)

@@ -62,27 +62,27 @@ class LuaEngine:
         self._bus = logger.bus
 
         def make_host_functions(modules: ModulePath) -> HostTable:
-            functions = HostFunctions(logger, clock, modules, config, seed).table()
-            return functions | PlaceAccess(transforms, navgraph).table()
+            functions = HostFunctions(logger, clock, modules, config, seed).functions_by_name()
+            return functions | PlaceAccess(transforms, navgraph).functions_by_name()
 
         self._make_host_functions = make_host_functions
         self.space = space
-        self.attempt = ModulePath(())
+        self.attempted_modules = ModulePath(())
         """The module path of the last :meth:`reload`, even a failed one."""
-        self._use(*self._load())
+        self._set_state(*self._load())
 
     def _load(self) -> tuple[LuaState, BoardAccess]:
         """Load the present skill files into a new Lua state."""
         bounds = {name: value for name, value in asdict(self._limits).items() if name != "memory"}
         bounds["largest_text"] = self._limits.memory_per_loop
-        modules = self.attempt = ModulePath(self._folders)
+        modules = self.attempted_modules = ModulePath(self._folders)
         access: list[BoardAccess] = []
 
         def make_host(make_table: MakeTable) -> HostTable:
             # the access needs a function of the state, and the state the functions of the access: so the
             # state calls this function while it is being made
             access.append(BoardAccess(self._pool, make_table))
-            return self._make_host_functions(modules) | access[0].table()
+            return self._make_host_functions(modules) | access[0].functions_by_name()
 
         state = LuaState(self._limits.memory, bounds, modules, make_host)
         try:
@@ -96,7 +96,7 @@ class LuaEngine:
                     self._bus.emit_source("skill", "", label, path.read_bytes())
         return state, access[0]
 
-    def _use(self, state: LuaState, access: BoardAccess) -> None:
+    def _set_state(self, state: LuaState, access: BoardAccess) -> None:
         self._state = state
         self._board_access = access
         self._has_callbacks: bool | None = None
@@ -117,7 +117,7 @@ class LuaEngine:
         state, access = self._load()
         self._call("finalize")
         former_access = self._board_access
-        self._use(state, access)
+        self._set_state(state, access)
         former_access.close_all()
 
     @property
@@ -128,11 +128,11 @@ class LuaEngine:
     @property
     def skills(self) -> tuple[str, ...]:
         """The skills in order of registration."""
-        return tuple(self._text("names").split())
+        return tuple(self._call_for_text("names").split())
 
     def documentation(self, skill: str) -> str | None:
         """Return the documentation of a skill, or None."""
-        return decode_lua_text(self._text("documentation", to_lua(skill))) if skill in self.skills else None
+        return decode_lua_text(self._call_for_text("documentation", to_lua(skill))) if skill in self.skills else None
 
     def prepare(self, calls: Sequence[LuaCall]) -> str:
         """Set the calls for :meth:`run`.
@@ -140,15 +140,15 @@ class LuaEngine:
         :returns: the mistakes in the calls; empty if there are none.
         """
         make = self._state.table
-        prepared = make({number: _table_of(call, make) for number, call in enumerate(calls, start=1)})
+        prepared = make({number: _make_call_table(call, make) for number, call in enumerate(calls, start=1)})
         ok, unknown = self._call("prepare", prepared)[:2]
         if ok:
             return ""
         if not isinstance(unknown, int | float):
             return str(unknown)
         call = calls[int(unknown) - 1]
-        where = f"column {call.column}" if call.line == 1 else f"line {call.line}, column {call.column}"
-        return f"{where}: there is no skill '{call.name}'; {ONLY_FAWKES}"
+        position = f"column {call.column}" if call.line == 1 else f"line {call.line}, column {call.column}"
+        return f"{position}: there is no skill '{call.name}'; {ONLY_FAWKES}"
 
     def compile(self, skill_string: str) -> str:
         """Compile a skill string as Lua code for :meth:`run`.
@@ -156,7 +156,7 @@ class LuaEngine:
         :returns: the mistakes; empty if there are none.
         """
         # only in mode `fawkes`, because any client may send the skill string
-        return self._outcome(self._call("compile", to_lua(skill_string)))
+        return self._error_text(self._call("compile", to_lua(skill_string)))
 
     def run(self) -> tuple[str, Status]:
         """Execute the compiled skill string once, in one loop.
@@ -165,7 +165,7 @@ class LuaEngine:
             skills.
         """
         ok, error, *status = self._call("run")
-        return self._outcome((ok, error)), _status(status[0] if status else Status.S_INACTIVE)
+        return self._error_text((ok, error)), _to_status(status[0] if status else Status.S_INACTIVE)
 
     def drop(self) -> None:
         self._call("drop")
@@ -175,40 +175,40 @@ class LuaEngine:
 
         :returns: errors of their code; empty if there are none.
         """
-        return self._outcome(self._call("reset_all"))
+        return self._error_text(self._call("reset_all"))
 
     @property
     def status(self) -> Status:
         """The combined status of the skills called in the last loop; S_INACTIVE without calls."""
-        return _status(self._call("overall_status")[0])
+        return _to_status(self._call("overall_status")[0])
 
     def failure(self) -> str:
         """Return the reason of a failure, as reported by a skill; empty if no skill reports one."""
-        return from_lua(self._text("failure"))
+        return from_lua(self._call_for_text("failure"))
 
-    def graph(self, skill: str, direction: str, *, coloured: bool, always: bool) -> tuple[bool, str]:
+    def graph(self, skill: str, direction: str, *, coloured: bool, redraw: bool) -> tuple[bool, str]:
         """Return a skill's state machine in the dot language.
 
         :param skill: the skill; empty: the first called skill of the last loop.
         :param direction: ``TB``, ``BT``, ``LR`` or ``RL``.
-        :param always: draw an unchanged machine again.
+        :param redraw: draw an unchanged machine again.
         :returns: whether the machine exists, and its graph, empty if unchanged.
         """
-        exists, text = self._call("graph", to_lua(skill), direction, coloured, always)[:2]
+        exists, text = self._call("graph", to_lua(skill), direction, coloured, redraw)[:2]
         return bool(exists), from_lua(text) if exists else ""
 
     def overview(self, subject: str) -> str:
         """Return all skills, one per line (``LIST``), or the graph of their dependencies (``SKILL_DEP``)."""
         if subject == "LIST":
             return "".join(f"{name}\n" for name in self.skills)
-        return from_lua(self._text("dependencies"))
+        return from_lua(self._call_for_text("dependencies"))
 
     def finish_loop(self) -> str:
         """End a loop: write the changed interfaces.
 
         :returns: errors; empty if there are none.
         """
-        return self._outcome(self._call("finish_loop"))
+        return self._error_text(self._call("finish_loop"))
 
     @property
     def has_callbacks(self) -> bool:
@@ -222,10 +222,10 @@ class LuaEngine:
 
         :returns: errors; empty if there are none.
         """
-        return self._outcome(self._call("run_preloop_callbacks")) or self.finish_loop()
+        return self._error_text(self._call("run_preloop_callbacks")) or self.finish_loop()
 
     @staticmethod
-    def _outcome(result: tuple[Any, ...]) -> str:
+    def _error_text(result: tuple[Any, ...]) -> str:
         ok, error = result[:2]
         return "" if ok else decode_lua_text(str(error)) or "unknown error"
 
@@ -234,12 +234,12 @@ class LuaEngine:
         self._call("finalize")
         self._board_access.close_all()
 
-    def _text(self, name: str, *args: Any) -> str:
+    def _call_for_text(self, name: str, *args: Any) -> str:
         text = self._call(name, *args)[0]
         return text if isinstance(text, str) else ""
 
 
-def _status(value: Any) -> Status:
+def _to_status(value: Any) -> Status:
     """Convert a status from Lua, where skills may have set any value."""
     try:
         return Status(value)
@@ -247,22 +247,22 @@ def _status(value: Any) -> Status:
         return Status.S_FAILED
 
 
-def _table_of(call: LuaCall, make: MakeTable) -> Any:
+def _make_call_table(call: LuaCall, make: MakeTable) -> Any:
     """Return a call in the runner's format."""
-    values = {position: _to_table(value, make) for position, value in enumerate(call.values, start=1)}
-    return make({"name": call.name, "count": len(call.values), **_without_nil(values)})
+    values = {position: _to_lua_value(value, make) for position, value in enumerate(call.values, start=1)}
+    return make({"name": call.name, "count": len(call.values), **_drop_nil(values)})
 
 
-def _to_table(value: Any, make: MakeTable) -> Any:
+def _to_lua_value(value: Any, make: MakeTable) -> Any:
     if isinstance(value, dict):
         return make(
             {
-                to_lua(key) if isinstance(key, str) else key: _to_table(item, make)
-                for key, item in _without_nil(value).items()
+                to_lua(key) if isinstance(key, str) else key: _to_lua_value(item, make)
+                for key, item in _drop_nil(value).items()
             }
         )
     return to_lua(value) if isinstance(value, str) else value
 
 
-def _without_nil(items: Mapping[Any, Any]) -> dict[Any, Any]:
+def _drop_nil(items: Mapping[Any, Any]) -> dict[Any, Any]:
     return {key: value for key, value in items.items() if value is not None}

@@ -35,15 +35,15 @@ def from_lua(text: str) -> str:
     return text if text.isascii() else text.encode("latin-1").decode("utf-8", "surrogateescape")
 
 
-_PLAIN = frozenset([str, int, float, bool, type(None)])
+_PLAIN_TYPES = frozenset([str, int, float, bool, type(None)])
 
 
 def is_plain(value: object) -> bool:
     """Return whether a Lua value is a text, number, boolean or nil."""
-    return type(value) in _PLAIN
+    return type(value) in _PLAIN_TYPES
 
 
-def guarded(function: Callable[..., Any], *, takes_tables: bool = False) -> Callable[..., tuple[Any, ...]]:
+def guard(function: Callable[..., Any], *, takes_tables: bool = False) -> Callable[..., tuple[Any, ...]]:
     """Wrap a function to return its result or error as a tuple for Lua.
 
     :param takes_tables: whether the function checks its arguments itself; otherwise they must be plain.
@@ -53,7 +53,7 @@ def guarded(function: Callable[..., Any], *, takes_tables: bool = False) -> Call
     def call(*args: Any) -> tuple[Any, ...]:
         try:
             # exact types: a subclass may run a skill's code
-            if not takes_tables and not _PLAIN.issuperset(map(type, args)):
+            if not takes_tables and not _PLAIN_TYPES.issuperset(map(type, args)):
                 return False, "bad argument (a text or a number expected)"
             result = function(*args)
         except CxbridgeError as error:
@@ -67,10 +67,10 @@ def guarded(function: Callable[..., Any], *, takes_tables: bool = False) -> Call
 
 def _nil_after_errors(function: Callable[..., Any]) -> Callable[..., Any]:
     """Wrap a function to return nil for invalid arguments."""
-    checked = guarded(function)
+    guarded_function = guard(function)
 
     def call(*args: Any) -> Any:
-        ok, *values = checked(*args)
+        ok, *values = guarded_function(*args)
         return values[0] if ok else None
 
     return call
@@ -88,7 +88,7 @@ def log_error(logger: Logger, level: Level, text: str, modules: ModulePath) -> N
     if not mark:
         logger.log(level, text)
         return
-    logger.log(level, modules.with_paths(line))
+    logger.log(level, modules.insert_paths(line))
     logger.debug(f"{mark.strip()}{stack}")
 
 
@@ -111,7 +111,7 @@ class HostFunctions:
         self._random = random.Random(seed)  # noqa: S311 - runs with the same seed must be equal
         self._start_us = clock.now_us()
 
-    def table(self) -> dict[str, Callable[..., Any]]:
+    def functions_by_name(self) -> dict[str, Callable[..., Any]]:
         """Return the functions by their Lua names."""
         return {
             "log": _nil_after_errors(self._log),
@@ -119,11 +119,11 @@ class HostFunctions:
             "elapsed_usec": lambda: self._clock.now_us() - self._start_us,
             "random": self._random.random,
             "randomseed": _nil_after_errors(lambda seed=None: self._random.seed(repr(seed))),
-            "find_module": guarded(self._find_module),
-            "config_exists": guarded(lambda path: self._config is not None and self._config.exists(path)),
-            "config_get": guarded(self._config_get),
-            "config_is": guarded(self._config_is),
-            "getenv": guarded(self._getenv),
+            "find_module": guard(self._find_module),
+            "config_exists": guard(lambda path: self._config is not None and self._config.exists(path)),
+            "config_get": guard(self._config_get),
+            "config_is": guard(self._config_is),
+            "getenv": guard(self._getenv),
         }
 
     def _log(self, level: str, text: str) -> None:
@@ -139,7 +139,7 @@ class HostFunctions:
         if kind != "bool" and is_secret(path):
             raise SkillError(f"{path} is secret: skills cannot read it")
         value: bool | float | str = _GETTERS[kind](self._config, path)
-        return to_lua(_readable(path, value)) if isinstance(value, str) else value
+        return to_lua(_mask_or_refuse(path, value)) if isinstance(value, str) else value
 
     def _config_is(self, path: str, kind: str) -> bool:
         try:
@@ -153,10 +153,10 @@ class HostFunctions:
         value = os.environ.get(from_lua(name))
         if value is None:
             return None
-        return to_lua(_readable(from_lua(name), value))
+        return to_lua(_mask_or_refuse(from_lua(name), value))
 
 
-def _readable(path: str, value: str) -> str:
+def _mask_or_refuse(path: str, value: str) -> str:
     """Return a value with masked secrets.
 
     :raises SkillError: if all of it is secret.

@@ -54,7 +54,7 @@ integers.
 """
 
 
-def limits_of(config: Configuration) -> Limits:
+def read_limits(config: Configuration) -> Limits:
     """Read the limits; missing ones have their defaults.
 
     :raises ConfigError: if a limit is unknown, not a number or out of range, with file and line.

@@ -73,10 +73,10 @@ class ModulePath:
         """Return the present signature of a module's file; None if it is missing."""
         try:
             path = self.find(module)
-            state = path.stat()
+            file_status = path.stat()
         except (SkillError, OSError):
             return None
-        return path, state.st_mtime_ns, state.st_size, state.st_ino
+        return path, file_status.st_mtime_ns, file_status.st_size, file_status.st_ino
 
     def _candidates(self, module: str) -> Iterator[Path]:
         words = module.split(".")
@@ -87,7 +87,7 @@ class ModulePath:
                 yield stem.with_name(stem.name + ".lua")
                 yield stem / "init.lua"
 
-    def with_paths(self, line: str) -> str:
+    def insert_paths(self, line: str) -> str:
         """Replace labels in a message by the paths of the skill files."""
         return _PLACE.sub(lambda match: f"{self.files.get(match[1], match[1])}:{match[2]}:", line)
 
@@ -113,9 +113,9 @@ class ModuleWatch:
     """
 
     def __init__(self, interval: float = 0.5, now: Callable[[], float] = time.monotonic) -> None:
-        self._interval = interval
+        self._interval_s = interval
         self._now = now
-        self._due = now() + interval
+        self._next_check_s = now() + interval
         self._path = ModulePath(())
         self._signatures: dict[str, Signature | None] = {}
 
@@ -124,16 +124,16 @@ class ModuleWatch:
 
         :param keep_former: continue to watch the earlier files in their present state.
         """
-        former = {name: path.signature(name) for name in self._signatures} if keep_former else {}
+        former_signatures = {name: path.signature(name) for name in self._signatures} if keep_former else {}
         self._path = path
-        self._signatures = former | path.requested
-        self._due = self._now() + self._interval
+        self._signatures = former_signatures | path.requested
+        self._next_check_s = self._now() + self._interval_s
 
     def changed_modules(self) -> list[str]:
         """Return the changed modules; empty before the next check is due."""
-        if self._now() < self._due:
+        if self._now() < self._next_check_s:
             return []
-        self._due = self._now() + self._interval
+        self._next_check_s = self._now() + self._interval_s
         return [
             name for name, signature in self._signatures.items() if self._path.signature(name) != signature
         ]

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from cxbridge.errors import SkillError
-from cxbridge.skiller.lua.host import from_lua, guarded, to_lua
+from cxbridge.skiller.lua.host import from_lua, guard, to_lua
 from cxbridge.space.navgraph.graph import (
     NavGraph,
     NavGraphNode,
@@ -34,7 +34,7 @@ class PlaceAccess:
         self._transforms = transforms or TransformBuffer()
         self._graph = navgraph
 
-    def table(self) -> dict[str, Callable[..., Any]]:
+    def functions_by_name(self) -> dict[str, Callable[..., Any]]:
         """Return the functions by their Lua names."""
         buffer = self._transforms
         functions: dict[str, Callable[..., Any]] = {
@@ -56,19 +56,19 @@ class PlaceAccess:
             functions |= {
                 "nav_name": lambda: to_lua(self._navgraph.name),
                 "nav_node": lambda name: _node_values(self._navgraph.node(from_lua(name))),
-                "nav_closest": self._closest,
-                "nav_search": lambda prop: self._names(self._navgraph.search_nodes(from_lua(prop))),
+                "nav_closest": self._find_closest,
+                "nav_search": lambda prop: self._node_names(self._navgraph.search_nodes(from_lua(prop))),
                 "nav_reachable": lambda name: tuple(
                     map(to_lua, self._navgraph.reachable_nodes(from_lua(name)))
                 ),
-                "nav_property": self._property,
+                "nav_property": self._find_property,
                 "nav_default": lambda name: _text_or_nil(
                     self._navgraph.default_properties.get(from_lua(name))
                 ),
                 "nav_convert": lambda kind, text: _CONVERSIONS[kind](text),
-                "nav_path": self._path,
+                "nav_path": self._find_path,
             }
-        return {name: guarded(function) for name, function in functions.items()}
+        return {name: guard(function) for name, function in functions.items()}
 
     @property
     def _navgraph(self) -> NavGraph:
@@ -77,22 +77,22 @@ class PlaceAccess:
         return self._graph
 
     @staticmethod
-    def _names(nodes: list[NavGraphNode]) -> tuple[str, ...]:
+    def _node_names(nodes: list[NavGraphNode]) -> tuple[str, ...]:
         return tuple(to_lua(node.name) for node in nodes)
 
-    def _closest(self, x: float, y: float, prop: str, unconnected: Any, other_than: str) -> Any:
+    def _find_closest(self, x: float, y: float, prop: str, unconnected: Any, other_than: str) -> Any:
         node = self._navgraph.closest_node(
             x, y, from_lua(prop), unconnected=bool(unconnected), other_than=from_lua(other_than)
         )
         return _node_values(node)
 
-    def _property(self, node_name: str, name: str) -> str | None:
+    def _find_property(self, node_name: str, name: str) -> str | None:
         node = self._navgraph.node(from_lua(node_name))
         return None if node is None else _text_or_nil(node.properties.get(from_lua(name)))
 
-    def _path(self, start: str, goal: str) -> Any:
+    def _find_path(self, start: str, goal: str) -> Any:
         path = self._navgraph.search_path(from_lua(start), from_lua(goal))
-        return None if path is None else (path.cost, *self._names(list(path.nodes)))
+        return None if path is None else (path.cost, *self._node_names(list(path.nodes)))
 
 
 def _transform_values(transform: StampedTransform) -> tuple[float, ...]:

@@ -17,29 +17,29 @@ class Base:
     :param y: the y coordinate in metres.
     :param yaw: the orientation in radians from the x axis, counter-clockwise.
     :param speed: the speed of driving in metres per second, positive.
-    :param turn: the speed of turning in radians per second, positive.
+    :param turn_speed: the speed of turning in radians per second, positive.
     """
 
     x: float
     y: float
     yaw: float
     speed: float
-    turn: float
+    turn_speed: float
 
-    def face(self, yaw: float, seconds: float) -> float:
+    def turn_to(self, yaw: float, seconds: float) -> float:
         """Turn towards an orientation by the shorter way.
 
         :param seconds: the available time.
         :returns: the remaining time; 0 unless the orientation is reached.
         """
         angle = math.remainder(yaw - self.yaw, math.tau)
-        reach = self.turn * seconds
+        reach = self.turn_speed * seconds
         if abs(angle) > reach + _ANGLE_ERROR:
             self.yaw = math.remainder(self.yaw + math.copysign(reach, angle), math.tau)
             return 0.0
         # exactly, so that rounding errors of many steps do not add up
         self.yaw = math.remainder(yaw, math.tau)
-        return max(0.0, seconds - abs(angle) / self.turn)
+        return max(0.0, seconds - abs(angle) / self.turn_speed)
 
     def approach(self, x: float, y: float, seconds: float) -> float:
         """Turn towards a point and drive to it.
@@ -50,7 +50,7 @@ class Base:
         distance = math.hypot(x - self.x, y - self.y)
         if distance <= _LENGTH_ERROR:
             return seconds
-        seconds = self.face(math.atan2(y - self.y, x - self.x), seconds)
+        seconds = self.turn_to(math.atan2(y - self.y, x - self.x), seconds)
         reach = self.speed * seconds
         if reach + _LENGTH_ERROR < distance:
             self.x += reach * (x - self.x) / distance

@@ -14,10 +14,10 @@ from cxbridge.skiller.navigation.base import Base
 from cxbridge.space.navgraph import NavGraphNode, emit_navgraph, load_navgraph
 from cxbridge.space.navgraph.graph import property_as_float
 
-SPEED = 0.22
+DEFAULT_SPEED = 0.22
 """The default speed in metres per second, that of a TurtleBot3 Burger."""
 
-TURN = 2.84
+DEFAULT_TURN_SPEED = 2.84
 """The default speed of turning in radians per second, that of a TurtleBot3 Burger."""
 
 _TOLERANCE = 1e-6  # metres, or radians
@@ -34,14 +34,14 @@ class Move(SkillExecutor):
         self.graph = load_navgraph(self.folder / str(self.setting("navgraph")), allow_multi_graph=True)
         if not self.graph.nodes:
             raise ConfigError("the navgraph has no nodes", file=self.folder / str(self.setting("navgraph")))
-        speed, turn = self.setting("speed", SPEED), self.setting("turn", TURN)
-        for name, value in (("speed", speed), ("turn", turn)):
+        speed, turn_speed = self.setting("speed", DEFAULT_SPEED), self.setting("turn", DEFAULT_TURN_SPEED)
+        for name, value in (("speed", speed), ("turn", turn_speed)):
             if not 0 < value < math.inf:
                 raise ConfigError(f"a robot's {name} must be above 0, not {value:g}")
-        start = self._node(self.setting("start", self.graph.nodes[0].name))
-        self.base = Base(start.x, start.y, _orientation(start) or 0.0, speed, turn)
+        start = self._find_node(self.setting("start", self.graph.nodes[0].name))
+        self.base = Base(start.x, start.y, _orientation(start) or 0.0, speed, turn_speed)
         self._last_us = self.clock.now_us()
-        self._updates = 0
+        self._update_count = 0
         self._pose: Any = None
 
     def start(self) -> None:
@@ -63,27 +63,27 @@ class Move(SkillExecutor):
 
     def execute(self, call: SkillCall) -> Steps:
         """Drive to the nearest place, then along the path to the target."""
-        target = self._node(call.text("to" if call.skill == "move" else "place"))
-        path = self._path_to(target)
-        length, spare_s = self._length(path), 0.0
+        target = self._find_node(call.text("to" if call.skill == "move" else "place"))
+        path = self._find_path(target)
+        length, spare_s = self._path_length(path), 0.0
         self._last_us = self.clock.now_us()
         for number, node in enumerate(path):
             spare_s = self.base.approach(node.x, node.y, spare_s)
             # one step per loop; the rest of the time of a step is used for the next node
             while self._distance(node) > _TOLERANCE:
                 self._publish()
-                yield Progress(1 - self._length(path[number:]) / length, f"to {node.name}")
+                yield Progress(1 - self._path_length(path[number:]) / length, f"to {node.name}")
                 spare_s = self.base.approach(node.x, node.y, self._elapsed_s())
         orientation = _orientation(target)
         if orientation is not None:
-            self.base.face(orientation, spare_s)
+            self.base.turn_to(orientation, spare_s)
             while abs(math.remainder(orientation - self.base.yaw, math.tau)) > _TOLERANCE:
                 self._publish()
                 yield Progress(1.0, f"turning at {target.name}")
-                self.base.face(orientation, self._elapsed_s())
+                self.base.turn_to(orientation, self._elapsed_s())
         self._publish()
 
-    def _node(self, name: str) -> NavGraphNode:
+    def _find_node(self, name: str) -> NavGraphNode:
         """Return the node of a place.
 
         :raises SkillError: if there is no such place.
@@ -94,7 +94,7 @@ class Move(SkillExecutor):
             raise SkillError(f"there is no place '{name}'", hint=f"there are: {names}")
         return node
 
-    def _path_to(self, target: NavGraphNode) -> list[NavGraphNode]:
+    def _find_path(self, target: NavGraphNode) -> list[NavGraphNode]:
         """Return the path to a place, nearest place first; in a graph without edges only the target.
 
         :raises SkillError: if no path leads there.
@@ -111,7 +111,7 @@ class Move(SkillExecutor):
         """Return the distance of a place in metres."""
         return node.distance(self.base.x, self.base.y)
 
-    def _length(self, path: list[NavGraphNode]) -> float:
+    def _path_length(self, path: list[NavGraphNode]) -> float:
         """Return the length of a path from the present pose in metres."""
         return self._distance(path[0]) + sum(start.distance(end.x, end.y) for start, end in pairwise(path))
 
@@ -124,8 +124,8 @@ class Move(SkillExecutor):
         """Write the pose."""
         pose = self._pose
         # the field has 31 bits, and a simulation may run for years
-        self._updates = min(self._updates + 1, 2**31 - 1)
-        pose.visibility_history = self._updates
+        self._update_count = min(self._update_count + 1, 2**31 - 1)
+        pose.visibility_history = self._update_count
         pose.translation = (self.base.x, self.base.y, 0.0)
         pose.rotation = self.base.quaternion
         pose.write()

@@ -40,7 +40,7 @@ class Outcome:
         """Whether the skill fails."""
         return self.status is not Status.S_FINAL
 
-    def with_duration_of(self, usual: Outcome) -> Outcome:
+    def take_duration(self, usual: Outcome) -> Outcome:
         """Return this outcome with the duration of another one; a success becomes the other outcome."""
         # a failure takes its share of the usual duration; the share of a known duration is spent
         seconds = None if usual.seconds is None else usual.seconds * self.share
@@ -97,7 +97,7 @@ class Deciders:
             if outcome is None:
                 continue
             decision = Decision(
-                decider, outcome if decision is None else decision.outcome.with_duration_of(outcome)
+                decider, outcome if decision is None else decision.outcome.take_duration(outcome)
             )
             if decision.outcome.seconds is not None:
                 break

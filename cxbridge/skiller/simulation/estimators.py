@@ -40,7 +40,7 @@ class SkillPattern:
     def matches(self, call: SkillStringCall) -> bool:
         """Return whether the entry matches a call."""
         return call.name == self.name and all(
-            key in call.args and re.fullmatch(pattern, as_text(call.args[key])) is not None
+            key in call.args and re.fullmatch(pattern, argument_text(call.args[key])) is not None
             for key, pattern in self.args.items()
         )
 
@@ -74,7 +74,7 @@ class SkillSelection:
             priority=config.get_int(f"{prefix}/priority", default=0),
         )
 
-    def entry(self, call: SkillStringCall) -> SkillPattern | None:
+    def find_entry(self, call: SkillStringCall) -> SkillPattern | None:
         """Return the first matching entry of the whitelist, or None."""
         return next((entry for entry in self.whitelist if entry.matches(call)), None)
 
@@ -84,7 +84,7 @@ class SkillSelection:
 
     def allows(self, call: SkillStringCall) -> bool:
         """Return whether the lists permit the skill."""
-        return not self.refuses(call) and (not self.whitelist or self.entry(call) is not None)
+        return not self.refuses(call) and (not self.whitelist or self.find_entry(call) is not None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,12 +138,12 @@ class StaticEstimator(SkillSelection, Decider):
     def decide(self, call: SkillStringCall) -> Outcome | None:
         if self.refuses(call):
             return None
-        entry = self.entry(call)
+        entry = self.find_entry(call)
         seconds = self.seconds if entry is None or entry.seconds is None else entry.seconds
         return None if seconds is None else Outcome(seconds / self.speed)
 
 
-def as_text(value: object) -> str:
+def argument_text(value: object) -> str:
     """Return an argument as in a skill string, without quotes."""
     return str(value).lower() if isinstance(value, bool) else str(value)
 

@@ -16,13 +16,13 @@ if TYPE_CHECKING:
     from cxbridge.clock import Clock
 
 
-def as_string_call(call: SkillCall) -> SkillStringCall:
+def to_string_call(call: SkillCall) -> SkillStringCall:
     """Return a skill board's call as a skill string's call."""
     args: dict[str | int, Any] = {int(k) if k.isdecimal() else k: v for k, v in call.parameters.items()}
     return SkillStringCall(call.skill, args)
 
 
-def ending_as(outcome: Outcome | None, executor: SkillExecutor, call: SkillCall) -> Steps:
+def decided_steps(outcome: Outcome | None, executor: SkillExecutor, call: SkillCall) -> Steps:
     """Yield the steps of a call with a decided end.
 
     :param outcome: the decided end; None: the executor decides.
@@ -35,11 +35,11 @@ def ending_as(outcome: Outcome | None, executor: SkillExecutor, call: SkillCall)
     if outcome.seconds is None and not outcome.failed:
         message = yield from executor.execute(call)
     elif outcome.seconds is None:
-        yield from _steps_until(executor.execute(call), outcome.share)
+        yield from _partial_steps(executor.execute(call), outcome.share)
     elif outcome.failed:
-        yield from _steps_for(executor, call, outcome.seconds)
+        yield from _timed_steps(executor, call, outcome.seconds)
     else:
-        yield from _wait(executor.clock, outcome.seconds)
+        yield from _waiting_steps(executor.clock, outcome.seconds)
     if outcome.then is not None:
         outcome.then()
     if outcome.failed:
@@ -47,7 +47,7 @@ def ending_as(outcome: Outcome | None, executor: SkillExecutor, call: SkillCall)
     return message
 
 
-def _steps_for(executor: SkillExecutor, call: SkillCall, seconds: float) -> Steps:
+def _timed_steps(executor: SkillExecutor, call: SkillCall, seconds: float) -> Steps:
     """Yield the steps of an executor for some seconds; if it ends earlier, yield steps without progress."""
     clock = executor.clock
     start_us = clock.now_us()
@@ -61,7 +61,7 @@ def _steps_for(executor: SkillExecutor, call: SkillCall, seconds: float) -> Step
         yield None
 
 
-def _wait(clock: Clock, seconds: float) -> Steps:
+def _waiting_steps(clock: Clock, seconds: float) -> Steps:
     """Yield the progress of a waiting skill; at least one step, like all skills."""
     start_us, duration_us = clock.now_us(), seconds * MICROSECONDS
     yield 0.0
@@ -83,11 +83,11 @@ class DecidedExecution:
         """Return the steps of a starting call."""
         if call.agent not in self._deciders:
             self._deciders[call.agent] = self._make_deciders(call.agent)
-        decision = self._deciders[call.agent].decide(as_string_call(call))
-        return ending_as(None if decision is None else decision.outcome, executor, call)
+        decision = self._deciders[call.agent].decide(to_string_call(call))
+        return decided_steps(None if decision is None else decision.outcome, executor, call)
 
 
-def _steps_until(steps: Steps, share: float) -> Steps:
+def _partial_steps(steps: Steps, share: float) -> Steps:
     """Yield the steps of an executor until it reports a share of its progress, or ends."""
     with closing(steps):
         for progress in steps:

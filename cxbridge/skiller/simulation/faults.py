@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 FAILURES_PREFIX = "/plugins/skiller-simulator/failures"
 """The configuration of failures."""
 
-_KEYS = frozenset({"name", "args", "probability", "calls", "error", "after"})
+_ENTRY_KEYS = frozenset({"name", "args", "probability", "calls", "error", "after"})
 
 
 @dataclass(slots=True)
@@ -37,16 +37,16 @@ class Failure:
     calls: Sequence[int] = ()
     error: str = "failure of the simulation"
     after: float = 1.0
-    _count: int = field(default=0, init=False)
+    _call_count: int = field(default=0, init=False)
 
     def strikes(self, call: SkillStringCall, rng: random.Random) -> bool:
         """Count a call; return whether it fails."""
         if not self.pattern.matches(call):
             return False
-        self._count += 1
+        self._call_count += 1
         # draw for each call, so that the random numbers of a run do not depend on the counts
-        drawn = rng.random() < self.probability
-        return drawn or self._count in self.calls
+        is_drawn = rng.random() < self.probability
+        return is_drawn or self._call_count in self.calls
 
 
 class FailureInjector(Decider):
@@ -75,10 +75,10 @@ class FailureInjector(Decider):
     def decide(self, call: SkillStringCall) -> Outcome | None:
         """Return the injected failure of a call, or None. Counts the call."""
         # a list, so that each failure counts the call
-        struck = [failure for failure in self._failures if failure.strikes(call, self._rng)]
-        if not struck:
+        striking_failures = [failure for failure in self._failures if failure.strikes(call, self._rng)]
+        if not striking_failures:
             return None
-        return Outcome(None, Status.S_FAILED, struck[0].error, share=struck[0].after)
+        return Outcome(None, Status.S_FAILED, striking_failures[0].error, share=striking_failures[0].after)
 
 
 def _read_failure(config: Configuration, prefix: str, key: str) -> Failure:
@@ -86,7 +86,7 @@ def _read_failure(config: Configuration, prefix: str, key: str) -> Failure:
     keys = config.keys(path)
     hint = "an entry has name, probability or calls, and may have args, error, after"
     for name in keys:
-        if name not in _KEYS:
+        if name not in _ENTRY_KEYS:
             raise invalid_value(config, f"{path}/{name}", "means nothing here", hint)
     # without a probability or calls the failure would silently never strike
     if "name" not in keys or not {"probability", "calls"} & set(keys):

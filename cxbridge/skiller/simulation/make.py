@@ -37,19 +37,19 @@ def make_simulator(
     name: str = "Skiller",
     read_samples: ReadSamples | None = None,
     navgraph: NavGraph | None = None,
-    more: Sequence[Decider] = (),
+    further_deciders: Sequence[Decider] = (),
 ) -> SkillerSimulator:
     """Make a Skiller that waits as long as the estimators in ``config`` decide, by default a second.
 
     :param name: the id of the SkillerInterface.
     :param read_samples: reads recorded runs for the lookup estimator; None: no lookup.
     :param navgraph: the graph for the estimator of driving; None: no such estimator.
-    :param more: further deciders, closed with the simulator.
+    :param further_deciders: closed with the simulator.
     :raises CxbridgeError: if the configuration is wrong or a recorded run cannot be read.
     :raises BlackBoardError: if the interface has another writer.
     """
     if config is None:
-        return SkillerSimulator(board, clock, bus, more, name=name)
+        return SkillerSimulator(board, clock, bus, further_deciders, name=name)
     log = bus.logger(ESTIMATORS_LOG)
     seed = config.get_uint(SEED_PATH, default=0)
     estimators: list[Decider] = []
@@ -63,7 +63,11 @@ def make_simulator(
         estimators.append(NavGraphEstimator.from_config(config, navgraph, board))
     elif config.keys(NAVGRAPH_PREFIX):
         log.debug("/skiller/features/navgraph/enable is not true: the navigation graph estimates nothing")
-    deciders = [make_failures(config, name), *more, *(estimators or [StaticEstimator(seconds=1.0)])]
+    deciders = [
+        make_failures(config, name),
+        *further_deciders,
+        *(estimators or [StaticEstimator(seconds=1.0)]),
+    ]
     try:
         return SkillerSimulator(board, clock, bus, deciders, name=name)
     except Exception:

@@ -11,7 +11,7 @@ from cxbridge.skiller.simulation.estimators import (
     PREFIX,
     EstimatorProperty,
     SkillSelection,
-    as_text,
+    argument_text,
 )
 from cxbridge.skiller.skillstring import SkillStringCall
 from cxbridge.space.navgraph import NavGraph
@@ -27,7 +27,7 @@ NAVGRAPH_PREFIX = f"{PREFIX}/navgraph"
 OWNER = "NavGraphEstimator"
 """The owner of the pose."""
 
-_AMCL = "/plugins/amcl"
+_AMCL_PREFIX = "/plugins/amcl"
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +94,7 @@ class NavGraphEstimator(Decider):
         selection = SkillSelection.from_config(config, prefix)
         interface: Any = None
         if config.get_bool(f"{prefix}/pose-update", default=True):
-            name = config.get_str(f"{_AMCL}/pose_interface_id", default="Pose")
+            name = config.get_str(f"{_AMCL_PREFIX}/pose_interface_id", default="Pose")
             interface = board.open_for_writing("Position3DInterface", name, owner=OWNER)
             interface.frame = config.get_str("/frames/fixed", default="map")
         return cls(
@@ -103,8 +103,8 @@ class NavGraphEstimator(Decider):
             target=EstimatorProperty.from_config(config, prefix, "target", config.get_str, "place"),
             start=EstimatorProperty.from_config(config, prefix, "start", config.get_str, ""),
             pose=(
-                config.get_float(f"{_AMCL}/init_pose_x", default=0.0),
-                config.get_float(f"{_AMCL}/init_pose_y", default=0.0),
+                config.get_float(f"{_AMCL_PREFIX}/init_pose_x", default=0.0),
+                config.get_float(f"{_AMCL_PREFIX}/init_pose_y", default=0.0),
             ),
             interface=interface,
         )
@@ -118,9 +118,9 @@ class NavGraphEstimator(Decider):
         """Return the duration of the path; None if the target is not a reachable node."""
         if not self.selection.allows(call):
             return None
-        entry = self.selection.entry(call)
-        target = as_text(call.args.get(self._target.of(entry), ""))
-        start = as_text(call.args.get(self._start.of(entry), ""))
+        entry = self.selection.find_entry(call)
+        target = argument_text(call.args.get(self._target.of(entry), ""))
+        start = argument_text(call.args.get(self._start.of(entry), ""))
         if not start:
             closest = self._graph.closest_node(*self._pose[:2])
             start = closest.name if closest is not None else ""

@@ -16,7 +16,7 @@ from cxbridge.skiller.simulation.estimators import (
     EstimatorProperty,
     SkillPattern,
     SkillSelection,
-    as_text,
+    argument_text,
     invalid_value,
 )
 from cxbridge.skiller.skillstring import SkillStringCall, parse_skill_call
@@ -86,21 +86,21 @@ class LookupEstimator(Decider):
     def from_config(
         cls,
         config: Configuration,
-        read: ReadSamples,
+        read_samples: ReadSamples,
         rng: random.Random | None = None,
         prefix: str = LOOKUP_PREFIX,
     ) -> LookupEstimator:
         """Read ``recordings``, ``fully-match-args``, ``include-failures`` and the settings of SkillSelection.
 
-        :param read: reads a recording, whose path is relative to the configuration file.
+        :param read_samples: reads a recording, whose path is relative to the configuration file.
         :raises CxbridgeError: if a recording is unreadable or the configuration is wrong.
         """
         path = f"{prefix}/recordings"
         texts = config.get_strings(path) if config.is_list(path) else [config.get_str(path)]
-        base = Path(config.get(path).file).parent
+        folder = Path(config.get(path).file).parent
         samples: list[Sample] = []
         for text in texts:
-            run_samples = list(read(base / Path(text).expanduser()))
+            run_samples = list(read_samples(folder / Path(text).expanduser()))
             if not run_samples:
                 raise invalid_value(
                     config, path, f"names '{text}', in which no skill ends", "name runs with skills"
@@ -122,7 +122,7 @@ class LookupEstimator(Decider):
         """Draw an execution of the skill; None without one."""
         if not self.selection.allows(call):
             return None
-        entry = self.selection.entry(call)
+        entry = self.selection.find_entry(call)
         failures = self._failures.of(entry)
         matches = [
             sample
@@ -131,19 +131,24 @@ class LookupEstimator(Decider):
         ]
         if not matches:
             return None
-        drawn = self._rng.choice(matches)
-        return Outcome(drawn.seconds / self.selection.speed, drawn.status, drawn.error)
+        chosen_sample = self._rng.choice(matches)
+        return Outcome(
+            chosen_sample.seconds / self.selection.speed, chosen_sample.status, chosen_sample.error
+        )
 
     def _matches(
         self, sample_call: SkillStringCall, call: SkillStringCall, entry: SkillPattern | None
     ) -> bool:
-        recorded = {key: as_text(value) for key, value in sample_call.args.items()}
+        recorded_args = {key: argument_text(value) for key, value in sample_call.args.items()}
         # all arguments of the call count; a recorded execution may have further ones, which the call leaves
         # out
         if self._fully_match.of(entry):
-            return all(recorded.get(key) in (ANY, as_text(value)) for key, value in call.args.items())
+            return all(
+                recorded_args.get(key) in (ANY, argument_text(value)) for key, value in call.args.items()
+            )
         patterns = {} if entry is None else entry.args
         return all(
-            key in recorded and (recorded[key] == ANY or re.fullmatch(pattern, recorded[key]) is not None)
+            key in recorded_args
+            and (recorded_args[key] == ANY or re.fullmatch(pattern, recorded_args[key]) is not None)
             for key, pattern in patterns.items()
         )

@@ -75,8 +75,8 @@ class SkillerSimulator(InterfaceSkiller):
         if self._outcome is None:
             return self.name, fields, self._has_started_string
         times = self._start_us - now_us, self._end_us - now_us
-        ends = tuple((call.call.name, call.outcome) for call in self._calls)
-        return self.name, fields, self._has_started_string, self._outcome, times, ends
+        outcomes = tuple((call.call.name, call.outcome) for call in self._calls)
+        return self.name, fields, self._has_started_string, self._outcome, times, outcomes
 
     def loop(self) -> None:
         """Handle messages, and end the skill string that is due."""
@@ -104,7 +104,7 @@ class SkillerSimulator(InterfaceSkiller):
 
     def start(self, skill_string: str) -> None:
         self._calls = [self._decide(call) for call in parse_skill_string(skill_string)]
-        self._outcome, seconds = _combined_outcome(self._calls)
+        self._outcome, seconds = _combine_outcomes(self._calls)
         effects = [(call.seconds, call.outcome.then) for call in self._calls if call.outcome.then]
         self._effects = sorted(effects, key=lambda effect: effect[0])
         self._start_us = self._clock.now_us()
@@ -135,8 +135,8 @@ class SkillerSimulator(InterfaceSkiller):
         self._outcome = None
 
 
-def _combined_outcome(calls: Sequence[_SimulatedCall]) -> tuple[Outcome, float]:
+def _combine_outcomes(calls: Sequence[_SimulatedCall]) -> tuple[Outcome, float]:
     """Return the end of simultaneous calls and its time: the first failure, or the last success."""
     failures = [call for call in calls if call.outcome.failed]
-    deciding = (min if failures else max)(failures or calls, key=lambda call: call.seconds)
-    return deciding.outcome, deciding.seconds
+    decisive_call = (min if failures else max)(failures or calls, key=lambda call: call.seconds)
+    return decisive_call.outcome, decisive_call.seconds

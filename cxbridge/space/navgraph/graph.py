@@ -95,7 +95,7 @@ class NavGraph:
         self.default_properties = dict(default_properties or {})
         self._nodes: dict[str, NavGraphNode] = {}
         self._edges: list[NavGraphEdge] = []
-        self._blocked: set[tuple[str, str]] = set()
+        self._blocked_directions: set[tuple[str, str]] = set()
         self._neighbours: dict[str, tuple[str, ...]] = {}  # computed on demand, until an edge changes
         self.revision = 0
         """Increases with each change of nodes and edges."""
@@ -173,7 +173,7 @@ class NavGraph:
     def remove_edge(self, edge: NavGraphEdge) -> None:
         """Remove an edge and its block, if it exists."""
         self._edges = [remaining for remaining in self._edges if remaining is not edge]
-        self._blocked = {ends for ends in self._blocked if self.edge(*ends) is not None}
+        self._blocked_directions = {ends for ends in self._blocked_directions if self.edge(*ends) is not None}
         self._neighbours.clear()
         self.revision += 1
 
@@ -202,11 +202,11 @@ class NavGraph:
         """
         if self.edge(start, end) is None:
             raise NavGraphError(f"edge {start}--{end} does not exist in the graph")
-        self._blocked.add((start, end))
+        self._blocked_directions.add((start, end))
 
     def unblock(self, start: str, end: str) -> None:
         """Undo :meth:`block`, if necessary."""
-        self._blocked.discard((start, end))
+        self._blocked_directions.discard((start, end))
 
     def search_path(
         self, start: str, goal: str, cost: Callable[[NavGraphNode, NavGraphNode], float] | None = None
@@ -234,7 +234,7 @@ class NavGraph:
                 return self._path(came_from, goal, spent)
             node = self._nodes[name]
             for neighbour in self.reachable_nodes(name):
-                if neighbour in came_from or (name, neighbour) in self._blocked:
+                if neighbour in came_from or (name, neighbour) in self._blocked_directions:
                     continue
                 end = self._nodes[neighbour]
                 total = spent + (cost(node, end) if cost else node.distance(end.x, end.y))

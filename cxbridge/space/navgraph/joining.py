@@ -1,4 +1,7 @@
-"""Edges with intersections, and connection of nodes to close ones, as graph files may request."""
+"""Edges that cross other edges, and connections of nodes to the closest node or edge.
+
+A graph file requests them by a tag of an edge, or by the property ``insert-mode`` of a node.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,9 @@ SAME_PLACE: Final = 1e-4
 Point = tuple[float, float]
 
 
-def crossing(graph: NavGraph, edge: NavGraphEdge, start: NavGraphNode, end: NavGraphNode) -> Point | None:
+def find_intersection(
+    graph: NavGraph, edge: NavGraphEdge, start: NavGraphNode, end: NavGraphNode
+) -> Point | None:
     """Return the intersection of an edge and the line between two nodes, ends included, or None."""
     a, b = graph.node(edge.start), graph.node(edge.end)
     assert a is not None
@@ -28,8 +33,8 @@ def crossing(graph: NavGraph, edge: NavGraphEdge, start: NavGraphNode, end: NavG
         return None  # parallel lines may overlap, but not in a single point
     wx, wy = start.x - a.x, start.y - a.y
     along_edge, along_line = (wx * vy - wy * vx) / across, (wx * uy - wy * ux) / across
-    near = 1e-9  # rounding must not separate lines that meet at an end
-    if not (-near <= along_edge <= 1 + near and -near <= along_line <= 1 + near):
+    tolerance = 1e-9  # rounding must not separate lines that meet at an end
+    if not (-tolerance <= along_edge <= 1 + tolerance and -tolerance <= along_line <= 1 + tolerance):
         return None
     return (start.x + along_line * vx, start.y + along_line * vy)
 
@@ -44,7 +49,7 @@ def add_without_crossing(graph: NavGraph, edge: NavGraphEdge) -> None:
         for existing in graph.edges:
             if {edge.start, edge.end} & {existing.start, existing.end}:
                 continue
-            if crossing(graph, existing, start, end):
+            if find_intersection(graph, existing, start, end):
                 raise NavGraphError(
                     f"Failed to add edge {_edge_name(edge)}: it intersects with {_edge_name(existing)}",
                     hint="tag the edge !allow-intersection or !split-intersection",
@@ -62,18 +67,18 @@ def add_and_split(graph: NavGraph, edge: NavGraphEdge) -> None:
         graph.add_edge(edge)  # raises the error
         return
     intersections = []
-    for crossed in graph.edges:
-        point = crossing(graph, crossed, start, end)
+    for crossed_edge in graph.edges:
+        point = find_intersection(graph, crossed_edge, start, end)
         if point:
-            intersections.append((start.distance(*point), point, crossed))
+            intersections.append((start.distance(*point), point, crossed_edge))
     previous = edge.start
-    for _, point, crossed in sorted(intersections, key=lambda intersection: intersection[0]):
-        middle = _node_at(graph, point)
-        if middle not in (crossed.start, crossed.end):
-            _split(graph, crossed, middle)
-        if middle not in (previous, edge.end):
-            _add_if_new(graph, _generate_edge(previous, middle, edge.properties, directed=edge.directed))
-            previous = middle
+    for _, point, crossed_edge in sorted(intersections, key=lambda intersection: intersection[0]):
+        middle_name = _find_or_add_node(graph, point)
+        if middle_name not in (crossed_edge.start, crossed_edge.end):
+            _split_edge(graph, crossed_edge, middle_name)
+        if middle_name not in (previous, edge.end):
+            _add_if_new(graph, _generate_edge(previous, middle_name, edge.properties, directed=edge.directed))
+            previous = middle_name
     _add_if_new(graph, _generate_edge(previous, edge.end, edge.properties, directed=edge.directed))
 
 
@@ -93,25 +98,25 @@ def connect_to_closest_edge(graph: NavGraph, node: NavGraphNode) -> None:
 
     :raises NavGraphError: if no edge has a perpendicular to the node.
     """
-    best: tuple[float, Point, NavGraphEdge] | None = None
+    nearest: tuple[float, Point, NavGraphEdge] | None = None
     for edge in graph.edges:
-        point = _foot(graph, edge, node)
-        if point and (best is None or node.distance(*point) < best[0]):
-            best = (node.distance(*point), point, edge)
-    if best is None:
+        point = _perpendicular_foot(graph, edge, node)
+        if point and (nearest is None or node.distance(*point) < nearest[0]):
+            nearest = (node.distance(*point), point, edge)
+    if nearest is None:
         raise NavGraphError(f"there is no edge that '{node.name}' could be connected to")
-    _, (x, y), edge = best
+    _, (x, y), edge = nearest
     closest = graph.closest_node(x, y)
     if closest is not None and closest.distance(x, y) < SAME_PLACE:
-        middle = closest.name
+        middle_name = closest.name
     else:
-        middle = f"C-{node.name}"
-        graph.add_node(NavGraphNode(middle, x, y))
-        _split(graph, edge, middle)
-    add_and_split(graph, _generate_edge(middle, node.name))
+        middle_name = f"C-{node.name}"
+        graph.add_node(NavGraphNode(middle_name, x, y))
+        _split_edge(graph, edge, middle_name)
+    add_and_split(graph, _generate_edge(middle_name, node.name))
 
 
-def _foot(graph: NavGraph, edge: NavGraphEdge, node: NavGraphNode) -> Point | None:
+def _perpendicular_foot(graph: NavGraph, edge: NavGraphEdge, node: NavGraphNode) -> Point | None:
     """Return the foot of the perpendicular from a node to an edge, or None if it is beyond the ends."""
     a, b = graph.node(edge.start), graph.node(edge.end)
     assert a is not None
@@ -122,7 +127,7 @@ def _foot(graph: NavGraph, edge: NavGraphEdge, node: NavGraphNode) -> Point | No
     return (a.x + along * ux, a.y + along * uy) if 0 <= along <= 1 else None
 
 
-def _node_at(graph: NavGraph, point: Point) -> str:
+def _find_or_add_node(graph: NavGraph, point: Point) -> str:
     """Return the name of the node at a point, adding one if necessary."""
     closest = graph.closest_node(*point)
     if closest is not None and closest.distance(*point) < SAME_PLACE:
@@ -132,10 +137,10 @@ def _node_at(graph: NavGraph, point: Point) -> str:
     return name
 
 
-def _split(graph: NavGraph, edge: NavGraphEdge, middle: str) -> None:
+def _split_edge(graph: NavGraph, edge: NavGraphEdge, middle_name: str) -> None:
     """Replace an edge by two edges that meet at a node."""
     graph.remove_edge(edge)
-    for start, end in ((edge.start, middle), (middle, edge.end)):
+    for start, end in ((edge.start, middle_name), (middle_name, edge.end)):
         _add_if_new(graph, NavGraphEdge(start, end, edge.directed, edge.properties))
 
 

@@ -51,14 +51,14 @@ def parse_navgraph(text: str | bytes, name: str, *, allow_multi_graph: bool = Fa
         raise NavGraphError(
             "a navigation graph is one map: graph-name, nodes, connections", file=name, line=1
         )
-    root = {_text(key): value for key, value in documents[0].pairs}
+    root = {_read_text(key): value for key, value in documents[0].pairs}
     if "graph-name" not in root:
         raise _error_at(documents[0], "the graph has no 'graph-name'")
-    graph = NavGraph(_text(root["graph-name"]), _properties(root.get("default-properties")))
-    for item in _items(root.get("nodes"), "nodes"):
-        with _located(item):
-            graph.add_node(_node(item))
-    for item in _items(root.get("connections"), "connections"):
+    graph = NavGraph(_read_text(root["graph-name"]), _read_properties(root.get("default-properties")))
+    for item in _read_items(root.get("nodes"), "nodes"):
+        with _locate_errors(item):
+            graph.add_node(_read_node(item))
+    for item in _read_items(root.get("connections"), "connections"):
         _add_edge(graph, item)
     # after the edges, because nodes may be connected to the closest edge
     for node in graph.nodes:
@@ -73,32 +73,36 @@ def parse_navgraph(text: str | bytes, name: str, *, allow_multi_graph: bool = Fa
     return graph
 
 
-def _node(item: YamlNode) -> NavGraphNode:
+def _read_node(item: YamlNode) -> NavGraphNode:
     if not isinstance(item, YamlMap):
         raise _error_at(item, "a node must be a map with 'name' and 'pos'")
-    fields = {_text(key): value for key, value in item.pairs}
+    fields = {_read_text(key): value for key, value in item.pairs}
     if not {"name", "pos"} <= fields.keys():
         raise _error_at(item, "a node must have 'name' and 'pos'")
     pos = fields["pos"]
     if not isinstance(pos, YamlList) or len(pos.items) < _PAIR:
         raise _error_at(pos, "'pos' must be [x, y] in metres")
     # Fawkes ignores further coordinates
-    x, y = (_number(value) for value in pos.items[:_PAIR])
+    x, y = (_read_number(value) for value in pos.items[:_PAIR])
     return NavGraphNode(
-        _text(fields["name"]), x, y, _properties(fields.get("properties")), item.tag == f"{TAG}unconnected"
+        _read_text(fields["name"]),
+        x,
+        y,
+        _read_properties(fields.get("properties")),
+        item.tag == f"{TAG}unconnected",
     )
 
 
 def _add_edge(graph: NavGraph, item: YamlNode) -> None:
     if not isinstance(item, YamlList) or len(item.items) != _PAIR:
         raise _error_at(item, "a connection must be [FROM, TO]")
-    edge = NavGraphEdge(_text(item.items[0]), _text(item.items[1]), item.tag == f"{TAG}dir")
+    edge = NavGraphEdge(_read_text(item.items[0]), _read_text(item.items[1]), item.tag == f"{TAG}dir")
     adders: dict[str, Callable[[NavGraph, NavGraphEdge], None]] = {
         f"{TAG}allow-intersection": NavGraph.add_edge,
         f"{TAG}split-intersection": joining.add_and_split,
     }
     add = adders.get(item.tag, joining.add_without_crossing)
-    with _located(item):
+    with _locate_errors(item):
         add(graph, edge)
 
 
@@ -119,23 +123,23 @@ def _connect_by_mode(graph: NavGraph, node: NavGraphNode, root: YamlNode) -> Non
                 raise _error_at(root, error.message) from None
             mode = "closest-node"
     if mode == "closest-node":
-        with _located(root):
+        with _locate_errors(root):
             joining.connect_to_closest_node(graph, node)
 
 
-def _properties(node: YamlNode | None) -> dict[str, str]:
+def _read_properties(node: YamlNode | None) -> dict[str, str]:
     properties: dict[str, str] = {}
-    for item in _items(node, "properties"):
+    for item in _read_items(node, "properties"):
         if isinstance(item, YamlScalar):  # as in Fawkes, a name alone is a flag
             properties[item.text] = "true"
         elif isinstance(item, YamlMap):
-            properties.update((_text(key), _text(value)) for key, value in item.pairs)
+            properties.update((_read_text(key), _read_text(value)) for key, value in item.pairs)
         else:
             raise _error_at(item, "a property must be a name, or 'name: value'")
     return properties
 
 
-def _items(node: YamlNode | None, name: str) -> list[YamlNode]:
+def _read_items(node: YamlNode | None, name: str) -> list[YamlNode]:
     if node is None or (isinstance(node, YamlScalar) and node.is_null):
         return []
     if not isinstance(node, YamlList):
@@ -143,25 +147,25 @@ def _items(node: YamlNode | None, name: str) -> list[YamlNode]:
     return node.items
 
 
-def _text(node: YamlNode) -> str:
+def _read_text(node: YamlNode) -> str:
     if not isinstance(node, YamlScalar) or node.is_null:
         raise _error_at(node, "a text is expected here")
     return node.text
 
 
-def _number(node: YamlNode) -> float:
+def _read_number(node: YamlNode) -> float:
     try:
-        value = float(_text(node))
+        value = float(_read_text(node))
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise _error_at(node, f"'{_text(node)}' is not a number")
+        raise _error_at(node, f"'{_read_text(node)}' is not a number")
     return value
 
 
 @contextmanager
-def _located(node: YamlNode) -> Iterator[None]:
-    """Add the position of a YAML node to the errors of the graph."""
+def _locate_errors(node: YamlNode) -> Iterator[None]:
+    """Add the position of a YAML node to the errors of the graph, which knows no files."""
     try:
         yield
     except NavGraphError as error:

@@ -21,7 +21,7 @@ from cxbridge.space.tf.geometry import (
     Vector,
     lerp,
     multiply,
-    normalized,
+    normalize,
     rotate,
     slerp,
 )
@@ -70,7 +70,7 @@ class _History:
         del self.stamps[:outdated], self.entries[:outdated]
         return True
 
-    def at(self, time_us: int) -> StampedTransform:
+    def transform_at(self, time_us: int) -> StampedTransform:
         """Return the transform at a time; after the last one, the last.
 
         :raises ExtrapolationError: if all transforms are later.
@@ -82,18 +82,18 @@ class _History:
         if right == 0:
             raise ExtrapolationError(
                 "Lookup would require extrapolation into the past. Requested time "
-                f"{_time_text(time_us)}, but the earliest data is at time {_time_text(self.stamps[0])}"
+                f"{_format_time(time_us)}, but the earliest data is at time {_format_time(self.stamps[0])}"
             )
-        older, newer = entries[right - 1], entries[right]
+        earlier, later = entries[right - 1], entries[right]
         # between two parents there is no interpolation
-        if older.stamp_us == time_us or older.frame != newer.frame:
-            return older
-        ratio = (time_us - older.stamp_us) / (newer.stamp_us - older.stamp_us)
+        if earlier.stamp_us == time_us or earlier.frame != later.frame:
+            return earlier
+        ratio = (time_us - earlier.stamp_us) / (later.stamp_us - earlier.stamp_us)
         transform = Transform(
-            lerp(older.transform.translation, newer.transform.translation, ratio),
-            slerp(older.transform.rotation, newer.transform.rotation, ratio),
+            lerp(earlier.transform.translation, later.transform.translation, ratio),
+            slerp(earlier.transform.rotation, later.transform.rotation, ratio),
         )
-        return StampedTransform(transform, time_us, older.frame, older.child_frame)
+        return StampedTransform(transform, time_us, earlier.frame, earlier.child_frame)
 
 
 class TransformBuffer:
@@ -120,10 +120,10 @@ class TransformBuffer:
             too old.
         :raises InvalidRotationError: if the rotation is invalid.
         """
-        frame, child = _strip(entry.frame), _strip(entry.child_frame)
+        frame, child = _strip_slash(entry.frame), _strip_slash(entry.child_frame)
         if not frame or not child or frame == child or any(map(math.isnan, entry.transform.translation)):
             return False
-        transform = Transform(entry.transform.translation, normalized(entry.transform.rotation))
+        transform = Transform(entry.transform.translation, normalize(entry.transform.rotation))
         with self._lock:
             history = self._histories.get(child)
             if history is None:  # the first transform decides whether the frame is static, as in tf
@@ -135,11 +135,11 @@ class TransformBuffer:
     def clear(self) -> None:
         """Drop all transforms that are not static; the frames remain known."""
         with self._lock:
-            self._histories = {name: item for name, item in self._histories.items() if item.static}
+            self._histories = {name: history for name, history in self._histories.items() if history.static}
 
     def frame_exists(self, frame: str) -> bool:
         """Return whether the frame is known."""
-        return _strip(frame) in self._frames
+        return _strip_slash(frame) in self._frames
 
     @property
     def frames(self) -> dict[str, str | None]:
@@ -155,13 +155,15 @@ class TransformBuffer:
 
         :raises TransformError: if the transform is unknown, see :mod:`cxbridge.space.tf.errors`.
         """
-        target, source = _strip(target), _strip(source)
+        target, source = _strip_slash(target), _strip_slash(source)
         with self._lock:
             for frame in (target, source):
                 if frame not in self._frames:
                     raise UnknownFrameError(f'Frame ID "{frame}" does not exist.')
-            when = self._latest_common(target, source) if time_us == LATEST else time_us
-            return StampedTransform(self._walk(target, source, when), when, target, source)
+            time_of_transform = self._latest_common(target, source) if time_us == LATEST else time_us
+            return StampedTransform(
+                self._walk(target, source, time_of_transform), time_of_transform, target, source
+            )
 
     def lookup_via(
         self, target: str, target_us: int, source: str, source_us: int, fixed: str
@@ -173,11 +175,11 @@ class TransformBuffer:
         to_fixed = self.lookup(fixed, source, source_us)
         to_target = self.lookup(target, fixed, target_us)
         transform = to_target.transform * to_fixed.transform
-        return StampedTransform(transform, to_target.stamp_us, _strip(target), _strip(source))
+        return StampedTransform(transform, to_target.stamp_us, _strip_slash(target), _strip_slash(source))
 
     def can_transform(self, target: str, source: str, time_us: int = LATEST) -> bool:
         """Return whether :meth:`lookup` succeeds; True for equal frames, even unknown ones."""
-        if _strip(target) == _strip(source):
+        if _strip_slash(target) == _strip_slash(source):
             return True  # as in tf, which does not search for equal frames
         try:
             self.lookup(target, source, time_us)
@@ -212,7 +214,7 @@ class TransformBuffer:
 
         :raises TransformError: if the transform is unknown, or the quaternion is not a rotation.
         """
-        rotation = normalized(rotation)
+        rotation = normalize(rotation)
         stamped = self.lookup(target, frame, time_us)
         return multiply(stamped.transform.rotation, rotation), stamped.stamp_us
 
@@ -283,7 +285,7 @@ class TransformBuffer:
         poses = {frame: Transform()}  # the pose of the frame in each ancestor
         while frame != goal and (stop is None or frame not in stop) and frame in self._histories:
             try:
-                entry = self._histories[frame].at(time_us)
+                entry = self._histories[frame].transform_at(time_us)
             except ExtrapolationError as error:
                 return poses, error
             if entry.frame in poses:
@@ -293,11 +295,11 @@ class TransformBuffer:
         return poses, None
 
 
-def _strip(frame: str) -> str:
+def _strip_slash(frame: str) -> str:
     return frame.removeprefix("/")
 
 
-def _time_text(time_us: int) -> str:
+def _format_time(time_us: int) -> str:
     return f"{time_us // 1_000_000}.{time_us % 1_000_000:06}"
 
 

@@ -29,13 +29,13 @@ def quaternion_from_yaw(yaw: float) -> Quaternion:
     return (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
 
 
-def yaw_of(q: Quaternion) -> float:
+def quaternion_yaw(q: Quaternion) -> float:
     """Return the angle about z of a rotation, in [-pi, pi], for a quaternion of any length."""
     x, y, z, w = q
     return math.atan2(2 * (w * z + x * y), w * w + x * x - y * y - z * z)
 
 
-def normalized(q: Quaternion) -> Quaternion:
+def normalize(q: Quaternion) -> Quaternion:
     """Return a quaternion normalised to length 1.
 
     :raises InvalidRotationError: if the quaternion has a NaN, or its squared length differs from 1 by more

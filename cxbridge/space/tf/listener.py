@@ -33,7 +33,7 @@ class TransformListener(Listener, Observer):
         self._board = board
         self._owner = owner
         self._lock = threading.RLock()
-        self._opened: dict[str, Interface | None] = {}
+        self._instances: dict[str, Interface | None] = {}
         board.register_observer(self, TYPE, ID_GLOB)
         for info in board.list(TYPE, ID_GLOB):
             self.interface_created(info.type, info.id)
@@ -41,16 +41,16 @@ class TransformListener(Listener, Observer):
     def interface_created(self, interface_type: str, interface_id: str) -> None:
         """Open a new interface."""
         with self._lock:
-            if interface_id in self._opened:
+            if interface_id in self._instances:
                 return
             # opening may create the interface, which would notify this method again
-            self._opened[interface_id] = None
+            self._instances[interface_id] = None
             try:
                 instance = self._board.open_for_reading(interface_type, interface_id, owner=self._owner)
             except BlackBoardError:  # another version of the type, which cannot be read
-                del self._opened[interface_id]
+                del self._instances[interface_id]
                 return
-            self._opened[interface_id] = instance
+            self._instances[interface_id] = instance
         self._board.register_listener(self, instance, EventKind.DATA_REFRESHED, EventKind.WRITER_REMOVED)
         self.data_refreshed(instance)
 
@@ -73,13 +73,13 @@ class TransformListener(Listener, Observer):
     def writer_removed(self, interface: Interface, serial: object) -> None:  # noqa: ARG002 - a listener's signature
         """Close an interface that only this process has open."""
         if interface.num_readers <= 1:
-            self._opened.pop(interface.id, None)
+            self._instances.pop(interface.id, None)
             self._board.close(interface)
 
     def close(self) -> None:
         """Stop listening; the buffer is kept."""
         self._board.unregister_observer(self)
-        for instance in self._opened.values():
+        for instance in self._instances.values():
             if instance is not None:
                 self._board.close(instance)
-        self._opened.clear()
+        self._instances.clear()

@@ -22,7 +22,7 @@ class TransformPublisher:
         interface_id = name if name.startswith("/") else f"/tf/{name}"
         # the class of the interface is made from XML at run time, so it has no static type
         self._interface: Any = board.open_for_writing("TransformInterface", interface_id, owner=owner)
-        self._interface.auto_timestamping = False
+        self._interface.auto_timestamping = False  # the time stamp is that of the transform
 
     def send(self, entry: StampedTransform, *, static: bool = False) -> None:
         """Publish a transform.

@@ -19,7 +19,7 @@ from msgspec import Struct
 from cxbridge.errors import ConfigError, CxbridgeError
 from cxbridge.rights import Rights
 from cxbridge.run.plugin_settings import PluginSettings
-from cxbridge.skiller.board.settings import value_of
+from cxbridge.skiller.board.settings import parse_value
 from cxbridge.suggestions import did_you_mean
 from cxbridge_ros2.definitions import DEFAULT_DISTRIBUTION, DISTRIBUTIONS, Definitions
 from cxbridge_ros2.fawkes_keys import has_cxbridge_keys, is_cxbridge_key
@@ -208,7 +208,7 @@ def read_section(config: Configuration, section: str) -> dict[str, Any]:
     for value in config.search(f"{section}/"):
         key = value.path.removeprefix(f"{section}/")
         if is_cxbridge_key(section, key):
-            values[key] = [*map(value_of, value.items)] if value.is_list else value_of(value.text)
+            values[key] = [*map(parse_value, value.items)] if value.is_list else parse_value(value.text)
     return values
 
 

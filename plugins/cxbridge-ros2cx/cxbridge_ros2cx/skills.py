@@ -90,7 +90,7 @@ class Ros2CxSkills:
 
     def _may_get_dummy(self, agent: str, skill: str) -> bool:
         # the board remembers the skills of vanished executors, too
-        offered_skills = self._service.skills.offered
+        offered_skills = self._service.skills.offered_skills
         if not self._allows_dummies or (agent, skill) in offered_skills:
             return False
         if agent == NO_AGENT or agent in self._agents:

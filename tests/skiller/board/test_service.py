@@ -52,7 +52,7 @@ def service(tmp_path):
     def make(text):
         (tmp_path / "executors.py").write_text(EXECUTORS)
         config = Configuration.from_text(text, str(tmp_path / "scenario.yaml"))
-        settings = BoardSettings.of(config, tmp_path)
+        settings = BoardSettings.from_config(config, tmp_path)
         assert settings is not None
         clock = VirtualClock()
         board = LocalBlackBoard(InterfaceRegistry(), clock)
@@ -120,7 +120,7 @@ def test_executors_may_be_elsewhere(service):
 
 
 def test_no_skill_board_without_its_part_of_the_configuration():
-    assert BoardSettings.of(Configuration(), Path()) is None
+    assert BoardSettings.from_config(Configuration(), Path()) is None
 
 
 @pytest.mark.parametrize(
@@ -163,7 +163,7 @@ def test_a_station_that_cannot_be_made_leaves_nothing_behind(tmp_path):
     clock = VirtualClock()
     board = LocalBlackBoard(InterfaceRegistry(), clock)
     text = BASE + "        other: {class: 'executors.py:Nobody'}\n"
-    settings = BoardSettings.of(Configuration.from_text(text), tmp_path)
+    settings = BoardSettings.from_config(Configuration.from_text(text), tmp_path)
     assert settings is not None
     with pytest.raises(CxbridgeError, match="Nobody"):
         SkillBoardService(board, clock, EventBus(clock), settings)

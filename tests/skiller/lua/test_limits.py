@@ -10,19 +10,19 @@ from msgspec.structs import fields
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
 from cxbridge.run import RunOptions, run_scenario
-from cxbridge.skiller.lua.limits import RANGES, Limits, limits_of
+from cxbridge.skiller.lua.limits import RANGES, Limits, read_limits
 from tests.run.mini import write_scenario, write_skill_space
 
 
 def test_what_is_not_configured_has_its_default():
-    assert limits_of(Configuration.from_text("skiller: {skillspace: mine}")) == Limits()
+    assert read_limits(Configuration.from_text("skiller: {skillspace: mine}")) == Limits()
 
 
 def test_each_limit_is_configurable_and_has_a_range():
     assert set(RANGES) == {field.name for field in fields(Limits)}
     for name, (least, most) in RANGES.items():
         for value in (least, most):
-            limits = limits_of(Configuration.from_text(f"skiller: {{limits: {{{name}: {value}}}}}"))
+            limits = read_limits(Configuration.from_text(f"skiller: {{limits: {{{name}: {value}}}}}"))
             assert getattr(limits, name) == value
         assert least <= getattr(Limits(), name) <= most
 
@@ -46,7 +46,7 @@ def test_a_slip_is_one_error_with_its_place(tmp_path: Path, text: str, message: 
     file = tmp_path / "config.yaml"
     file.write_text(f"skiller:\n  limits:\n    {text}\n")
     with pytest.raises(ConfigError, match=message) as caught:
-        limits_of(Configuration.load(file))
+        read_limits(Configuration.load(file))
     assert (caught.value.file, caught.value.line) == (str(file), 3)
 
 

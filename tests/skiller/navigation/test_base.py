@@ -32,7 +32,7 @@ def test_limits_are_kept_whatever_time_does(x, y, yaw, to_x, to_y, times, speed,
 
 @given(metres, metres, metres, metres, slices)
 def test_where_one_is_does_not_depend_on_how_time_is_cut(x, y, to_x, to_y, times):
-    cut, whole = (Base(x, y, 0.0, speed=0.3, turn=1.0) for _ in range(2))
+    cut, whole = (Base(x, y, 0.0, speed=0.3, turn_speed=1.0) for _ in range(2))
     for seconds in times:
         cut.approach(to_x, to_y, seconds)
     whole.approach(to_x, to_y, math.fsum(times))

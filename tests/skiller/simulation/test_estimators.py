@@ -120,10 +120,10 @@ def test_an_effect_comes_once_at_the_end_and_an_aborted_skill_has_none():
 
 def test_a_failure_without_a_duration_has_its_share_of_the_next_one():
     failure = Outcome(None, Status.S_FAILED, "slipped", share=0.25)
-    assert failure.with_duration_of(Outcome(4.0)) == Outcome(1.0, Status.S_FAILED, "slipped")
-    assert failure.with_duration_of(Outcome()) == failure
+    assert failure.take_duration(Outcome(4.0)) == Outcome(1.0, Status.S_FAILED, "slipped")
+    assert failure.take_duration(Outcome()) == failure
     broken = Outcome(4.0, Status.S_FAILED, "broken")
-    assert Outcome().with_duration_of(broken) == broken
+    assert Outcome().take_duration(broken) == broken
 
 
 @pytest.mark.parametrize(

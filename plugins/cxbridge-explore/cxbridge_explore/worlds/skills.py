@@ -13,7 +13,7 @@ from cxbridge.skiller.board.executor import SkillExecutor, Steps
 from cxbridge.skiller.board.protocol import SkillCall
 from cxbridge.skiller.simulation.deciders import FOREVER, Decider, Outcome
 from cxbridge.skiller.simulation.estimators import STATIC_PREFIX, StaticEstimator
-from cxbridge.skiller.simulation.execution import as_string_call
+from cxbridge.skiller.simulation.execution import to_string_call
 from cxbridge.skiller.skillstring import SkillStringCall
 from cxbridge.skiller.status import Status
 from cxbridge.testing.scripted import ScriptedSkills
@@ -78,7 +78,7 @@ class SkillChoices:
     def _execute(self, executor: SkillExecutor, call: SkillCall) -> Steps:
         """Execute a call of the skill board; its reports of progress may be muted."""
         steps = self.script.execute(executor, call)
-        string = as_string_call(call)
+        string = to_string_call(call)
         mute = self._world.skill(string).mute
         if mute:
             options = with_faults("reports", fault("mute", mute))

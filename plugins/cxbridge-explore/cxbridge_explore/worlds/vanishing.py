@@ -85,7 +85,7 @@ class AbsenceChoices:
             for executor in agent.executors:
                 if executor.name == name and service is not None:
                     service.add(
-                        executor.host(
+                        executor.make_host(
                             agent.name, run.board, run.clock, run.bus, verbatim=service.skills.is_verbatim
                         )
                     )

@@ -22,7 +22,7 @@ from cxbridge.history.exchange import MAPPED_ACTION
 from cxbridge.rights import right_of_frame
 from cxbridge.skiller.board.master import Master
 from cxbridge.skiller.board.protocol import ExecutorState, MasterState, SkillCall
-from cxbridge.skiller.board.service import LocalSkillCalls, calls_of
+from cxbridge.skiller.board.service import LocalSkillCalls, parse_calls
 from cxbridge.skiller.board.watch import ExecutorInfo
 from cxbridge.skiller.mapping import ActionSkillMapping
 from cxbridge_ros2.hub.hub import Hub
@@ -93,7 +93,7 @@ class ServedAction(Struct, frozen=True):
             skill_string = {MAPPED_ACTION: request.skill_string} if request.skill_string else {}
             return SkillCall(self.action, agent, values | skill_string, request.node)
         text = request.skill_string if self.call == _REQUESTED_CALL else self._make_skill_string(values)
-        calls = calls_of(text, agent)
+        calls = parse_calls(text, agent)
         if len(calls) != 1:
             raise SkillError(f"{request.key} maps to '{text}', which is not one skill")
         return SkillCall(calls[0].skill, agent, calls[0].parameters, request.node)

@@ -81,7 +81,7 @@ class Side:
         self.bus.subscribe(self._note, LogLine)
         config = Configuration.from_text(text, "scenario.yaml")
         self.board = LocalBlackBoard(InterfaceRegistry(), clock, self.bus)
-        settings = BoardSettings.of(config, Path())
+        settings = BoardSettings.from_config(config, Path())
         assert settings is not None
         self.service = SkillBoardService(self.board, clock, self.bus, settings)
         self.performers: list[HubPerformer] = []

@@ -126,7 +126,7 @@ def draw_graph(
     with make_lua_skiller(board, clock, bus, folders=folders, space=space) as skiller:
         if subject in OVERVIEWS:
             return skiller.engine.overview(subject)
-        skill, graph = skiller.engine.graph(subject, direction, coloured=coloured, always=True)
+        skill, graph = skiller.engine.graph(subject, direction, coloured=coloured, redraw=True)
         if not skill:
             is_skill = subject in skiller.skills
             raise SkillerError(
