@@ -47,7 +47,7 @@ class LuaCall(NamedTuple):
 class _Token(NamedTuple):
     kind: str
     text: str
-    at: int
+    position: int
     value: Value = None
 
 
@@ -79,7 +79,7 @@ def read_calls(text: str) -> list[LuaCall]:
 
     :raises SkillError: for any other text, with line and column.
     """
-    return _LuaCallReader(text).calls()
+    return _LuaCallReader(text).parse_calls()
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +101,7 @@ def parse_skill_string(text: str) -> list[SkillStringCall]:
     calls = read_calls(text)
     if not calls:
         raise SkillError("the skill string has no call of a skill")
-    return [_without_place(call) for call in calls]
+    return [_to_skill_string_call(call) for call in calls]
 
 
 def parse_skill_call(text: str) -> SkillStringCall:
@@ -115,7 +115,7 @@ def parse_skill_call(text: str) -> SkillStringCall:
     return calls[0]
 
 
-def _without_place(call: LuaCall) -> SkillStringCall:
+def _to_skill_string_call(call: LuaCall) -> SkillStringCall:
     """Return a call with its arguments by name; arguments without names by position."""
     if len(call.values) == 1 and isinstance(call.values[0], dict):
         return SkillStringCall(call.name, call.values[0])
@@ -131,32 +131,32 @@ class _LuaCallReader:
         self._depth = 0
         self._next = self._scan()
 
-    def calls(self) -> list[LuaCall]:
+    def parse_calls(self) -> list[LuaCall]:
         calls = []
         while self._next.kind != "end":
-            calls.append(self._call())
+            calls.append(self._parse_call())
             # a semicolon may end a call, as in Lua
             if self._next.text == ";" and self._next.kind == "symbol":
-                self._next_token()
+                self._take_token()
         return calls
 
     def _refuse(self, message: str, position: int) -> NoReturn:
         line, column = _line_and_column(self._text, position)
-        place = f"column {column}" if line == 1 else f"line {line}, column {column}"
+        location = f"column {column}" if line == 1 else f"line {line}, column {column}"
         raise SkillError(
-            f"{place}: {message}",
+            f"{location}: {message}",
             hint="a skill string is calls of skills with literal arguments: name{key=1, other='text'}",
         )
 
     def _refuse_token(self, token: _Token, expected: str) -> NoReturn:
         if token.kind == "end":
-            self._refuse(f"the skill string ends where {expected} should be", token.at)
+            self._refuse(f"the skill string ends where {expected} should be", token.position)
         if token.kind == "name" and token.text == "function":
-            self._refuse(f"a function is not a literal; {ONLY_FAWKES}", token.at)
+            self._refuse(f"a function is not a literal; {ONLY_FAWKES}", token.position)
         excerpt = "".join(char if char.isprintable() else _REPLACEMENT for char in token.text[:20])
         if token.kind == "name" and token.text not in _KEYWORDS:
-            self._refuse(f"'{excerpt}' is a variable; {ONLY_FAWKES}", token.at)
-        self._refuse(f"'{excerpt}' stands where {expected} should be; {ONLY_FAWKES}", token.at)
+            self._refuse(f"'{excerpt}' is a variable; {ONLY_FAWKES}", token.position)
+        self._refuse(f"'{excerpt}' stands where {expected} should be; {ONLY_FAWKES}", token.position)
 
     def _scan(self) -> _Token:
         while self._position < len(self._text):
@@ -165,20 +165,20 @@ class _LuaCallReader:
             start, kind, text = self._position, str(match.lastgroup), match.group()
             self._position = match.end()
             if kind == "long":
-                value = self._long_bracket(start, match["level"])
+                value = self._read_long_bracket(start, match["level"])
                 if not text.startswith("-"):
                     return _Token("text", text, start, value)
             elif kind == "text":
-                return _Token("text", text, start, self._unquoted(text, start))
+                return _Token("text", text, start, self._unquote(text, start))
             elif kind == "number":
-                return _Token("number", text, start, self._number(text, start))
+                return _Token("number", text, start, self._parse_number(text, start))
             elif kind not in ("blank", "comment"):
                 if text in ('"', "'"):
                     self._refuse(f"the text that begins with {text} does not end in its line", start)
                 return _Token(kind, text, start)
         return _Token("end", "", len(self._text))
 
-    def _next_token(self) -> _Token:
+    def _take_token(self) -> _Token:
         token, self._next = self._next, self._scan()
         return token
 
@@ -188,23 +188,23 @@ class _LuaCallReader:
     def _expect(self, symbol: str, expected: str) -> None:
         if not self._is_symbol(symbol):
             self._refuse_token(self._next, expected)
-        self._next_token()
+        self._take_token()
 
-    def _long_bracket(self, start: int, level: str) -> str:
+    def _read_long_bracket(self, start: int, level: str) -> str:
         end = self._text.find(f"]{level}]", self._position)
         if end < 0:
             self._refuse(f"the long bracket has no end (]{level}])", start)
         # Lua 5.1 refuses it, because 5.0 nested long brackets
         if not level and (nested := self._text.find("[[", self._position, end)) >= 0:
             self._refuse("a '[[' within [[...]] needs [=[...]=] around it", nested)
-        inside = _LINE_END.sub("\n", self._text[self._position : end])
+        content = _LINE_END.sub("\n", self._text[self._position : end])
         self._position = end + len(level) + 2
-        return inside.removeprefix("\n")
+        return content.removeprefix("\n")
 
-    def _unquoted(self, quoted: str, start: int) -> str:
-        inside = quoted[1:-1]
-        if "\\" not in inside:
-            return inside
+    def _unquote(self, quoted: str, start: int) -> str:
+        content = quoted[1:-1]
+        if "\\" not in content:
+            return content
         has_byte_escape = False
 
         def unescape(match: re.Match[str]) -> str:
@@ -217,11 +217,11 @@ class _LuaCallReader:
             has_byte_escape |= code > 127  # noqa: PLR2004 - the last character of ASCII
             return chr(code)
 
-        text = _ESCAPE.sub(unescape, inside)
+        text = _ESCAPE.sub(unescape, content)
         # an escape is a byte rather than a character: several escapes may form one character
-        return from_lua(_ESCAPE.sub(unescape, to_lua(inside))) if has_byte_escape else text
+        return from_lua(_ESCAPE.sub(unescape, to_lua(content))) if has_byte_escape else text
 
-    def _number(self, text: str, start: int) -> int | float:
+    def _parse_number(self, text: str, start: int) -> int | float:
         if _HEXADECIMAL.fullmatch(text):
             # as in Lua, whose numbers are doubles; up to 2**53 each integer is a double
             integer = int(text, 16)
@@ -231,103 +231,105 @@ class _LuaCallReader:
         number = float(text)
         return int(number) if number.is_integer() and number < 2**53 else number
 
-    def _call(self) -> LuaCall:
-        name = self._next_token()
+    def _parse_call(self) -> LuaCall:
+        name = self._take_token()
         if name.kind != "name" or name.text in _KEYWORDS or name.text in _CONSTANTS:
             if name.kind == "name":
-                self._refuse(f"'{name.text}' is not a skill; {ONLY_FAWKES}", name.at)
+                self._refuse(f"'{name.text}' is not a skill; {ONLY_FAWKES}", name.position)
             self._refuse_token(name, "the name of a skill")
-        values = self._arguments(name)
-        return LuaCall(name.text, values, *_line_and_column(self._text, name.at))
+        values = self._parse_arguments(name)
+        return LuaCall(name.text, values, *_line_and_column(self._text, name.position))
 
-    def _arguments(self, name: _Token) -> tuple[Value, ...]:
+    def _parse_arguments(self, name: _Token) -> tuple[Value, ...]:
         if self._next.kind == "text":
-            return (self._next_token().value,)
+            return (self._take_token().value,)
         if self._is_symbol("{"):
-            return (self._table(),)
+            return (self._parse_table(),)
         if not self._is_symbol("("):
             expected = f"the arguments of '{name.text[:20]}'"
             if self._next.kind == "name":
-                self._refuse(f"'{self._next.text[:20]}' stands where {expected} should be", self._next.at)
+                self._refuse(
+                    f"'{self._next.text[:20]}' stands where {expected} should be", self._next.position
+                )
             self._refuse_token(self._next, expected)
         # Lua 5.1 calls this ambiguous: the '(' may begin the next statement
-        if _LINE_END.search(self._text, name.at, self._next.at):
-            self._refuse("a '(' must be in the line of the name before it", self._next.at)
-        self._next_token()
+        if _LINE_END.search(self._text, name.position, self._next.position):
+            self._refuse("a '(' must be in the line of the name before it", self._next.position)
+        self._take_token()
         values: list[Value] = []
         if not self._is_symbol(")"):
-            values.append(self._value())
+            values.append(self._parse_value())
             while self._is_symbol(","):
-                self._next_token()
-                values.append(self._value())
+                self._take_token()
+                values.append(self._parse_value())
         self._expect(")", "',' or ')'")
         return tuple(values)
 
-    def _value(self) -> Value:
+    def _parse_value(self) -> Value:
         if self._is_symbol("{"):
-            return self._table()
-        token = self._next_token()
+            return self._parse_table()
+        token = self._take_token()
         if token.kind in ("text", "number"):
             return token.value
         if token.kind == "name" and token.text in _CONSTANTS:
             return _CONSTANTS[token.text]
         if token.kind == "symbol" and token.text == "-" and self._next.kind == "number":
-            number = self._next_token().value
+            number = self._take_token().value
             assert isinstance(number, int | float)
             return -number if number else -0.0  # Python has no negative integer zero
         return self._refuse_token(token, "a literal")
 
-    def _table(self) -> dict[Any, Any]:
-        opening = self._next_token()
+    def _parse_table(self) -> dict[Any, Any]:
+        opening = self._take_token()
         self._depth += 1
         # each level is a call of this method, and Python's stack is limited
         if self._depth > MAX_DEPTH:
-            self._refuse(f"tables lie in each other more than {MAX_DEPTH} deep", opening.at)
+            self._refuse(f"tables lie in each other more than {MAX_DEPTH} deep", opening.position)
         table: dict[Any, Any] = {}
-        pending: dict[int, Value] = {}
-        positions = 0
+        positional_values: dict[int, Value] = {}
+        position_count = 0
         while not self._is_symbol("}"):
             # a positional value beyond this block overrides an explicit key, and is overridden by a later one
-            if len(pending) == _BLOCK_SIZE:
-                table |= pending
-                pending.clear()
-            key, value = self._field()
+            if len(positional_values) == _BLOCK_SIZE:
+                table |= positional_values
+                positional_values.clear()
+            key, value = self._parse_field()
             if key is None:
-                positions += 1
-                pending[positions] = value
+                position_count += 1
+                positional_values[position_count] = value
             else:
                 table[key] = value
             if self._is_symbol(",") or self._is_symbol(";"):
-                self._next_token()
+                self._take_token()
             elif not self._is_symbol("}"):
                 self._refuse_token(self._next, "',' or '}'")
-        self._next_token()
+        self._take_token()
         self._depth -= 1
         # positional values override equal explicit keys, as in Lua
-        return table | pending
+        return table | positional_values
 
-    def _field(self) -> tuple[str | float | None, Value]:
+    def _parse_field(self) -> tuple[str | float | None, Value]:
         if self._is_symbol("["):
-            position = self._next_token().at
-            key = self._value()
+            position = self._take_token().position
+            key = self._parse_value()
             if not isinstance(key, str | int | float) or isinstance(key, bool):
                 self._refuse("a key is a word, a text or a number", position)
             self._expect("]", "']'")
             self._expect("=", "'='")
-            return key, self._value()
+            return key, self._parse_value()
         if self._next.kind == "name" and self._next.text not in _CONSTANTS:
-            name = self._next_token()
+            name = self._take_token()
             if not self._is_symbol("=") or name.text in _KEYWORDS:
                 self._refuse_name(name)
-            self._next_token()
-            return name.text, self._value()
-        return None, self._value()
+            self._take_token()
+            return name.text, self._parse_value()
+        return None, self._parse_value()
 
     def _refuse_name(self, name: _Token) -> NoReturn:
         if name.text in _KEYWORDS:
             self._refuse_token(name, "a literal")
         if self._next.kind == "text" or (self._next.kind == "symbol" and self._next.text in "({"):
-            self._refuse(f"a call of '{name.text[:20]}' is not a literal; {ONLY_FAWKES}", name.at)
+            self._refuse(f"a call of '{name.text[:20]}' is not a literal; {ONLY_FAWKES}", name.position)
         self._refuse_token(name, "a literal")
 
 

@@ -18,7 +18,6 @@ from cxbridge.rights import Right, Rights
 
 if TYPE_CHECKING:
     from cxbridge.executive.executive import Executive
-    from cxbridge.executive.host.environment import ClipsEnvironment
 
 # The name of the parameter in msgspec's messages: of a wrong value, and of a missing one.
 _PARAMETER: Final = re.compile(r"\$\.(\w+)|field `(\w+)`")
@@ -84,28 +83,6 @@ _Result = TypeVar("_Result")
 
 class NoParameters(msgspec.Struct):
     """The parameters of an operation without parameters."""
-
-
-class NamedEnvironment(msgspec.Struct):
-    """Parameters with the name of an environment."""
-
-    env: str
-
-
-def find_environment(context: OperationContext, name: str) -> ClipsEnvironment:
-    """Return the environment with a name.
-
-    :raises CxbridgeError: if the executive is not running, or there is no such environment.
-    """
-    return context.executive.manager.find(name)
-
-
-def environment_names(context: OperationContext) -> Sequence[str]:
-    """Return the names of the environments, empty if the executive is not running."""
-    try:
-        return tuple(context.executive.manager.environments)
-    except UnavailableError:
-        return ()
 
 
 _Function = Callable[[OperationContext, _Parameters], _Result]

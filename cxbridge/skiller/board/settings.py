@@ -16,7 +16,6 @@ from cxbridge.skiller.board.executor import ExecutorContext, SkillExecutor, chec
 from cxbridge.skiller.board.host import ExecutorHost, make_host
 from cxbridge.skiller.board.master import Timeouts
 from cxbridge.skiller.board.protocol import DEFAULT_BOARD, check_name
-from cxbridge.skiller.board.written import written_skills
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
@@ -59,18 +58,8 @@ class ExecutorSettings:
 
         :raises CxbridgeError: as :meth:`load`, or if the settings are invalid.
         """
-        with self._locating_errors():
+        with self.locate_errors():
             return self.load().skills_with(self.settings)
-
-    def written_skills(self) -> tuple[str, ...] | None:
-        """Return the skills that the class's text lists, without importing it; None if they are computed.
-
-        :raises CxbridgeError: if the class is missing or not an executor, with file and line.
-        """
-        if not isinstance(self.target, str) or is_installed(self.target):
-            return self.skills()
-        with self._locating_errors():
-            return written_skills(self.target, self.folder)
 
     def mistakes(self) -> Iterable[CxbridgeError]:
         """Return the mistakes in the settings, found by the class; empty for a class outside of packages.
@@ -80,7 +69,7 @@ class ExecutorSettings:
         # checks must not import a user's file
         if isinstance(self.target, str) and not is_installed(self.target):
             return ()
-        with self._locating_errors():
+        with self.locate_errors():
             return tuple(self.load().mistakes(self.settings, self.folder))
 
     def make_host(
@@ -91,14 +80,14 @@ class ExecutorSettings:
         :param verbatim: see :class:`~cxbridge.skiller.board.host.ExecutorHost`.
         :raises CxbridgeError: if the class cannot be loaded, or refuses the settings.
         """
-        with self._locating_errors():
+        with self.locate_errors():
             executor_class = self.load()
             log = bus.logger(self.name)
             context = ExecutorContext(agent, board, clock, log, self.settings, self.folder)
             return make_host(executor_class, context, self.name, verbatim=verbatim)
 
     @contextmanager
-    def _locating_errors(self) -> Iterator[None]:
+    def locate_errors(self) -> Iterator[None]:
         """Add the executor's place in the configuration to errors without a place."""
         try:
             yield

@@ -13,7 +13,6 @@ from cxbridge.daemon.operations.operation import (
     Operation,
     OperationContext,
     ParameterError,
-    environment_names,
 )
 from cxbridge.daemon.operations.table import operations, verbs
 from cxbridge.errors import CxbridgeError
@@ -96,4 +95,3 @@ def test_without_an_executive_each_operation_on_it_says_so() -> None:
     context = OperationContext(ALL_RIGHTS, None)
     with pytest.raises(CxbridgeError, match="this daemon has no executive"):
         _ = context.executive
-    assert environment_names(context) == ()

@@ -185,7 +185,7 @@ def test_one_function_evaluates_and_one_caller_calls_it():
         if "engine.compile(" in line or '_call("compile"' in line or 'call("compile"' in line
     ]
     assert callers == [
-        ("engine.py", 'return self._outcome(self._call("compile", to_lua(skill_string)))'),
+        ("engine.py", 'return self._error_text(self._call("compile", to_lua(skill_string)))'),
         (
             "skiller.py",
             "problem = self.engine.compile(skill_string)",

@@ -14,6 +14,7 @@ from cxbridge.run.skillers import skiller_settings
 from cxbridge.run.team import Team
 from cxbridge.suggestions import did_you_mean
 from cxbridge_explore.worldmodel.model import SensedValue, WorldModel
+from cxbridge_studio.check.executor_text import read_executor_skills
 
 _SKILL: Final = re.compile(r"\w+")
 
@@ -79,7 +80,7 @@ def known_skills(agent: Run, *, as_written: bool) -> set[str]:
     board = agent.skill_board
     for member in () if board is None else board.agents:
         for executor in member.executors:
-            executed = executor.written_skills() if as_written else executor.skills()
+            executed = read_executor_skills(executor) if as_written else executor.skills()
             if executed is None:
                 return set()
             skills.update(executed)

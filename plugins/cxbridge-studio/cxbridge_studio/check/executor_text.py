@@ -1,6 +1,7 @@
 """The skills of an executor class, read from its text without executing it.
 
-:mod:`.executor` imports the class for a run. Both report the same errors, as far as the text shows them.
+:mod:`cxbridge.skiller.board.executor` imports the class for a run. Both report the same errors, as far as the
+text shows them.
 """
 
 from __future__ import annotations
@@ -13,7 +14,9 @@ from pathlib import Path
 from typing import Final
 
 from cxbridge.errors import SkillError
+from cxbridge.plugins import is_installed
 from cxbridge.skiller.board.executor import CLASS_FORM, split_target
+from cxbridge.skiller.board.settings import ExecutorSettings
 
 # The names of the base class of all executors: `cxbridge.Skill` is short for SkillExecutor.
 _BASES: Final = frozenset({"SkillExecutor", "Skill"})
@@ -22,8 +25,19 @@ _EXECUTE_HINT: Final = "write: def execute(self, call)"
 _EXECUTE_ARGUMENTS: Final = 2  # self and the call
 
 
-def written_skills(target: str, folder: Path) -> tuple[str, ...] | None:
-    """Return the skills of an executor; None if they are computed or the text is missing.
+def read_executor_skills(executor: ExecutorSettings) -> tuple[str, ...] | None:
+    """Return the skills of an executor without importing a user's file; None if they are computed.
+
+    :raises CxbridgeError: if the class is missing or not an executor, with file and line.
+    """
+    if not isinstance(executor.target, str) or is_installed(executor.target):
+        return executor.skills()
+    with executor.locate_errors():
+        return parse_skills(executor.target, executor.folder)
+
+
+def parse_skills(target: str, folder: Path) -> tuple[str, ...] | None:
+    """Return the skills of an executor's class; None if they are computed or the text is missing.
 
     :param target: ``MODULE:CLASS`` or ``FILE.py:CLASS``.
     :param folder: the base of a relative file.

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 from msgspec import Meta, Struct, field
 
 from cxbridge.daemon.operations.operation import (
-    NamedEnvironment,
     NoParameters,
     NotFoundError,
     OperationContext,
     Operations,
     Route,
-    environment_names,
+    UnavailableError,
 )
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.host.loggers import LevelName
@@ -23,11 +22,36 @@ from cxbridge.rights import Right
 from cxbridge_studio.debugger.environments import EnvironmentInfo, EnvironmentService
 from cxbridge_studio.debugger.evaluating import Evaluation
 
+if TYPE_CHECKING:
+    from cxbridge.executive.host.environment import ClipsEnvironment
+
 OPERATIONS: Final = Operations()
 PATH: Final = "/cxbridge/environments"
 
 Name = Annotated[str, Meta(extra_json_schema={"pattern": "^[A-Za-z0-9_.-]{1,64}$"})]
 _Item = Annotated[str, Meta(extra_json_schema={"enum": ["facts", "rules", "all"]})]
+
+
+class NamedEnvironment(Struct):
+    """Parameters with the name of an environment."""
+
+    env: str
+
+
+def find_environment(context: OperationContext, name: str) -> ClipsEnvironment:
+    """Return the environment with a name.
+
+    :raises CxbridgeError: if the executive is not running, or there is no such environment.
+    """
+    return context.executive.manager.find(name)
+
+
+def environment_names(context: OperationContext) -> Sequence[str]:
+    """Return the names of the environments, empty if the executive is not running."""
+    try:
+        return tuple(context.executive.manager.environments)
+    except UnavailableError:
+        return ()
 
 
 class Loaded(Struct):

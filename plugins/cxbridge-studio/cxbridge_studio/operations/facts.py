@@ -9,13 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 from msgspec import Meta, Struct
 
 from cxbridge.daemon.operations.operation import (
-    NamedEnvironment,
     NotFoundError,
     OperationContext,
     Operations,
     Route,
-    environment_names,
-    find_environment,
 )
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.host.capi import NULL
@@ -28,6 +25,7 @@ from cxbridge_studio.debugger.fact_editing import (
     retract_fact,
     search_facts,
 )
+from cxbridge_studio.operations.environments import NamedEnvironment, environment_names, find_environment
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment

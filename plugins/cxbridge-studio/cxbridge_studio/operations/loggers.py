@@ -8,12 +8,13 @@ from typing import Annotated, Any, Final
 from msgspec import Meta
 from msgspec.structs import asdict
 
-from cxbridge.daemon.operations.operation import NamedEnvironment, OperationContext, Operations
+from cxbridge.daemon.operations.operation import OperationContext, Operations
 from cxbridge.executive.host.loggers import ADDED_LOGGER_PRIORITY, LevelName
 from cxbridge.rights import Right
 from cxbridge_studio.debugger.environments import LoggerInfo
 from cxbridge_studio.operations.environments import (
     Name,
+    NamedEnvironment,
     environment_route,
     make_service,
 )

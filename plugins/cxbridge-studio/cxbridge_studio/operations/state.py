@@ -6,11 +6,12 @@ from typing import Any, Final
 
 from msgspec import UNSET, Struct, UnsetType, to_builtins
 
-from cxbridge.daemon.operations.operation import OperationContext, Operations, environment_names
+from cxbridge.daemon.operations.operation import OperationContext, Operations
 from cxbridge.daemon.operations.rules import stop_info
 from cxbridge.rights import Right
 from cxbridge_studio.debugger.debugger import Debugger
 from cxbridge_studio.operations.debugger import breakpoint_rows
+from cxbridge_studio.operations.environments import environment_names
 
 OPERATIONS: Final = Operations()
 

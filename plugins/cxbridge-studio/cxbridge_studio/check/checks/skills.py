@@ -19,6 +19,7 @@ from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.agent.lua import read_lua
 from cxbridge_studio.agent.names import NameKind
 from cxbridge_studio.check.agent import Agent, place_of
+from cxbridge_studio.check.executor_text import read_executor_skills
 from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace, make_error_finding
 from cxbridge_studio.check.skill_spaces import find_space_skills
 
@@ -149,7 +150,7 @@ def _find_skills(agent: Agent) -> dict[str, Path | None] | None:
     skill_files: dict[str, Path | None] = {}
     for member in () if board is None else board.agents:
         for executor in member.executors:
-            skills = executor.written_skills()
+            skills = read_executor_skills(executor)
             if skills is None:
                 return None
             skill_files.update(dict.fromkeys(skills))

@@ -6,7 +6,7 @@ import pytest
 
 from cxbridge.errors import SkillError
 from cxbridge.skiller.board.executor import load_executor
-from cxbridge.skiller.board.written import written_skills
+from cxbridge_studio.check.executor_text import parse_skills
 
 HEAD = "from cxbridge.skiller.board.executor import SkillExecutor\n"
 EXECUTE = "    def execute(self, call):\n        yield 1.0\n"
@@ -42,7 +42,7 @@ WRONG = {
 @pytest.mark.parametrize("text", KNOWN.values(), ids=KNOWN)
 def test_skills_are_those_of_the_class(tmp_path, text):
     (tmp_path / "arm.py").write_text(HEAD + text)
-    found = written_skills("arm.py:Wave", tmp_path)
+    found = parse_skills("arm.py:Wave", tmp_path)
     assert found is not None
     assert found == load_executor("arm.py:Wave", tmp_path).skills
 
@@ -50,20 +50,20 @@ def test_skills_are_those_of_the_class(tmp_path, text):
 @pytest.mark.parametrize("text", COMPUTED.values(), ids=COMPUTED)
 def test_skills_that_are_computed_are_not_known(tmp_path, text):
     (tmp_path / "arm.py").write_text(HEAD + text)
-    assert written_skills("arm.py:Wave", tmp_path) is None
+    assert parse_skills("arm.py:Wave", tmp_path) is None
 
 
 @pytest.mark.parametrize("text", WRONG.values(), ids=WRONG)
 def test_what_a_run_refuses_is_refused(tmp_path, text):
     (tmp_path / "arm.py").write_text(HEAD + text)
-    for read in (written_skills, load_executor):
+    for read in (parse_skills, load_executor):
         with pytest.raises(SkillError):
             read("arm.py:Wave", tmp_path)
 
 
 @pytest.mark.parametrize("target", ["arm.py:Wave", "Wave", "no.such.module:Wave", "no_such:Wave", ":Wave"])
 def test_a_class_that_is_nowhere(tmp_path, target):
-    for read in (written_skills, load_executor):
+    for read in (parse_skills, load_executor):
         with pytest.raises(SkillError):
             read(target, tmp_path)
 
@@ -75,4 +75,4 @@ def test_a_module_is_read_without_its_package(tmp_path, monkeypatch):
     text = f"class Wave(SkillExecutor):\n    skills = ('a',)\n{EXECUTE}"
     (package / "arm.py").write_text(f"{HEAD}raise SystemExit('it was imported')\n{text}")
     monkeypatch.syspath_prepend(tmp_path)
-    assert written_skills("hostile.arm:Wave", tmp_path) == ("a",)
+    assert parse_skills("hostile.arm:Wave", tmp_path) == ("a",)
