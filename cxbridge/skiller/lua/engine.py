@@ -132,7 +132,9 @@ class LuaEngine:
 
     def documentation(self, skill: str) -> str | None:
         """Return the documentation of a skill, or None."""
-        return decode_lua_text(self._call_for_text("documentation", to_lua(skill))) if skill in self.skills else None
+        if skill not in self.skills:
+            return None
+        return decode_lua_text(self._call_for_text("documentation", to_lua(skill)))
 
     def prepare(self, calls: Sequence[LuaCall]) -> str:
         """Set the calls for :meth:`run`.
