@@ -14,7 +14,7 @@ from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import Symbol, Value
 from cxbridge.executive.robmem.errors import RobotMemoryError
 from cxbridge.executive.robmem.memory import RobotMemory
-from cxbridge.executive.robmem.store import Change, Store
+from cxbridge.executive.robmem.store import ChangeEvent, Store
 
 FAIL, OK, SUCCESS = Symbol("FAIL"), Symbol("OK"), Symbol("SUCCESS")
 """The outcomes of operations in facts."""
@@ -49,7 +49,7 @@ class RobotMemoryContext:
         """Queue an ordered fact for the next run."""
         self._assertions.append(lambda: self._assert_fact(relation, fields))
 
-    def enqueue_event(self, name: str, change: Change) -> None:
+    def enqueue_event(self, name: str, change: ChangeEvent) -> None:
         """Queue the facts of an event for the next run."""
         received_us = self.env.bus.clock.now_us()
         self._assertions.append(lambda: self._assert_event(name, change, received_us))
@@ -97,7 +97,7 @@ class RobotMemoryContext:
         except ClipsError as error:
             self.log.warn(f"Cannot assert ({relation} ...): {error}")
 
-    def _assert_event(self, name: str, change: Change, received_us: int) -> None:
+    def _assert_event(self, name: str, change: ChangeEvent, received_us: int) -> None:
         # each event has another time, because rules handle the oldest event first
         self._last_event_us = max(received_us, self._last_event_us + 1)
         if self.env.assert_string(f"({name})") is None:

@@ -8,13 +8,13 @@ from datetime import datetime
 from typing import Any
 
 from cxbridge.executive.robmem.errors import DuplicateKeyError, QueryError
-from cxbridge.executive.robmem.query import compile_query, equalities, leaves, order_of, sort_key
+from cxbridge.executive.robmem.query import compile_query, equalities, leaf_reader, parse_order, sort_key
 from cxbridge.executive.robmem.values import Document, Key, key, to_ms
 
-# The maximum number of documents for a scan, which is faster than an index of few documents.
+# The maximum number of documents that a query scans: for few documents, a scan is faster than an index.
 _MAX_SCANNED = 32
 
-# Limit of automatic indexes, because each index slows down writes.
+# The maximum number of automatic indexes, because each index slows down writes.
 _MAX_INDEXES = 16
 
 
@@ -22,9 +22,9 @@ _MAX_INDEXES = 16
 class IndexSpec:
     """An index, see :meth:`.store.Store.create_index`.
 
-    :param keys: paths with 1 or -1.
-    :param unique: refuse documents with equal values.
-    :param expire_after_s: remove documents whose time at the single path is older.
+    :param keys: paths with 1 (ascending) or -1.
+    :param unique: whether documents with equal values are refused.
+    :param expire_after_s: the age in seconds at which documents are removed, by the time at the single path.
     """
 
     keys: tuple[tuple[str, int], ...]
@@ -43,7 +43,7 @@ class IndexSpec:
             raise QueryError("documents expire by one field, after 0 seconds at least")
         if expire_after_s is not None and "_id" in keys:
             raise QueryError("documents do not expire by their '_id'")
-        return cls(tuple(order_of(keys, "index")), unique, expire_after_s)
+        return cls(tuple(parse_order(keys, "index")), unique, expire_after_s)
 
     @property
     def paths(self) -> tuple[str, ...]:
@@ -51,26 +51,30 @@ class IndexSpec:
 
 
 @dataclass
-class _Unique:
-    """The values of a unique index with their documents."""
+class _UniqueIndex:
+    """A unique index.
+
+    :param owners: the keys of the documents' ``_id`` by the keys of their values.
+    """
 
     paths: tuple[str, ...]
     owners: dict[Hashable, Hashable] = field(default_factory=dict)
 
     def values(self, document: Document) -> tuple[Key, ...]:
-        """Return a document's values in the index."""
+        """Return the keys of a document's values in the index."""
         return tuple(sort_key(document, path, "a unique index on") for path in self.paths)
 
 
 class Collection:
-    """Documents in insertion order."""
+    """The documents of a collection, in insertion order."""
 
-    # Agents repeat the same queries, so a query for equality indexes its path automatically. An index maps
-    # the key of a value to the identities of its documents, in dictionaries because sets have no order.
+    # agents repeat the same queries, so a query for equality indexes its path automatically; an index maps
+    # the key of a value to the identities (keys of ``_id``) of its documents, in a dictionary because sets
+    # have no order
     def __init__(self) -> None:
         self._documents: dict[Hashable, Document] = {}
         self._indexes: dict[str, dict[Hashable, dict[Hashable, None]]] = {}
-        self._unique: dict[tuple[str, ...], _Unique] = {}
+        self._unique: dict[tuple[str, ...], _UniqueIndex] = {}
         self._specs: dict[tuple[tuple[str, int], ...], IndexSpec] = {}
 
     def __len__(self) -> int:
@@ -121,7 +125,11 @@ class Collection:
         return index
 
     def check(self, document: Document, replaced: Document | None = None) -> None:
-        """Raise :class:`DuplicateKeyError` if another document has the same unique values."""
+        """Check that no other document has the same ``_id`` or the same values in a unique index.
+
+        :param replaced: the stored document that the document replaces; None for a new document.
+        :raises DuplicateKeyError: if another document has.
+        """
         identity = key(document["_id"])
         if replaced is None and identity in self._documents:
             raise DuplicateKeyError(f"there is a document with the _id {document['_id']!r} already")
@@ -133,10 +141,10 @@ class Collection:
         """Add or replace a document after :meth:`check`."""
         identity = key(document["_id"])
         for path, index in self._indexes.items():
-            before = set() if replaced is None else _leaf_keys(replaced, path)
-            after = _leaf_keys(document, path)
-            _forget(index, before - after, identity)
-            for value in after - before:
+            old_keys = set() if replaced is None else _leaf_keys(replaced, path)
+            new_keys = _leaf_keys(document, path)
+            _remove_from_index(index, old_keys - new_keys, identity)
+            for value in new_keys - old_keys:
                 index.setdefault(value, {})[identity] = None
         for unique in self._unique.values():
             if replaced is not None:
@@ -148,7 +156,7 @@ class Collection:
         """Remove a stored document."""
         identity = key(document["_id"])
         for path, index in self._indexes.items():
-            _forget(index, _leaf_keys(document, path), identity)
+            _remove_from_index(index, _leaf_keys(document, path), identity)
         for unique in self._unique.values():
             unique.owners.pop(unique.values(document), None)
         del self._documents[identity]
@@ -165,7 +173,7 @@ class Collection:
         if existing is not None:
             return False
         if spec.unique:
-            unique = _Unique(spec.paths)
+            unique = _UniqueIndex(spec.paths)
             for identity, document in self._documents.items():
                 if unique.owners.setdefault(unique.values(document), identity) != identity:
                     raise DuplicateKeyError(f"documents have the same {', '.join(spec.paths)} already")
@@ -173,10 +181,10 @@ class Collection:
         self._specs[spec.keys] = spec
         return True
 
-    def expired(self, now_ms: int) -> list[Document]:
-        """Return the expired documents. In an array of times, the first counts."""
+    def expired_documents(self, now_ms: int) -> list[Document]:
+        """Return the expired documents. In an array of times, the earliest time counts."""
         limits_ms = [
-            (leaves(spec.paths[0]), now_ms - spec.expire_after_s * 1000)
+            (leaf_reader(spec.paths[0]), now_ms - spec.expire_after_s * 1000)
             for spec in self._specs.values()
             if spec.expire_after_s is not None
         ]
@@ -193,11 +201,16 @@ class Collection:
 
 def _leaf_keys(document: Document, path: str) -> set[Hashable]:
     """Return the keys of all values that a query compares at a path."""
-    return set(map(key, leaves(path)(document)))
+    return set(map(key, leaf_reader(path)(document)))
 
 
-def _forget(index: dict[Hashable, dict[Hashable, None]], keys: set[Hashable], identity: Hashable) -> None:
-    """Remove a document from an index, and values without documents: the index must not grow forever."""
+def _remove_from_index(
+    index: dict[Hashable, dict[Hashable, None]], keys: set[Hashable], identity: Hashable
+) -> None:
+    """Remove a document from an index, and the values that no document has any more.
+
+    :param keys: the keys of the values that the document no longer has.
+    """
     for value in keys:
         identities = index[value]
         identities.pop(identity, None)

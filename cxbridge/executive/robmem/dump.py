@@ -1,4 +1,4 @@
-"""Dumps of collections in mongodump's layout: ``DIR/DATABASE/COLLECTION.bson``, concatenated documents."""
+"""Dumps of collections as files of mongodump: ``DIR/DATABASE/COLLECTION.bson``, documents in BSON."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ def dump_collection(store: Store, collection: str, folder: Path) -> Path:
 
     :raises RobotMemoryError: if the file cannot be written.
     """
-    file = _file(collection, folder)
-    data = _bsonvalues(file).dumped(store.find(collection))
-    # mongorestore expects this description beside the documents
+    file = _dump_file(collection, folder)
+    data = _import_bsonvalues(file).encode_dump(store.find(collection))
+    # mongorestore expects a description in a second file
     description = json.dumps(
         {"indexes": [], "collectionName": split_name(collection)[1], "type": "collection"}
     )
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        _replace(file.with_suffix(".metadata.json"), description.encode())
-        _replace(file, data)
+        _write_atomically(file.with_suffix(".metadata.json"), description.encode())
+        _write_atomically(file, data)
     except OSError as error:
         raise RobotMemoryError(f"cannot dump {collection}: {error.strerror}", file=file) from None
     except CxbridgeError as error:
@@ -42,14 +42,14 @@ def restore_collection(store: Store, collection: str, folder: Path, target: str 
     :param target: the replaced collection, by default ``collection``.
     :raises RobotMemoryError: if the file cannot be read or is not a dump.
     """
-    # read and check the file before removing any document
-    file = _file(collection, folder)
+    # the whole file is read and checked before any document is removed
+    file = _dump_file(collection, folder)
     try:
         data = file.read_bytes()
     except OSError as error:
         raise RobotMemoryError(f"cannot restore {collection}: {error.strerror}", file=file) from None
     try:
-        documents = _bsonvalues(file).restored(data)
+        documents = _import_bsonvalues(file).decode_dump(data)
     except QueryError as error:
         raise RobotMemoryError(f"this is not a dump of a collection: {error}", file=file) from None
     destination = target or collection
@@ -59,7 +59,7 @@ def restore_collection(store: Store, collection: str, folder: Path, target: str 
     return len(documents)
 
 
-def _bsonvalues(file: Path) -> ModuleType:
+def _import_bsonvalues(file: Path) -> ModuleType:
     try:
         from cxbridge.executive.robmem.mongodb import bsonvalues  # noqa: PLC0415  an optional dependency
     except ModuleNotFoundError:
@@ -71,14 +71,14 @@ def _bsonvalues(file: Path) -> ModuleType:
     return bsonvalues
 
 
-def _file(collection: str, folder: Path) -> Path:
+def _dump_file(collection: str, folder: Path) -> Path:
     database, name = split_name(collection)
     if "/" in collection:
         raise RobotMemoryError(f"collection '{collection}' cannot be in a file: its name has a slash")
     return folder / database / f"{name}.bson"
 
 
-def _replace(file: Path, data: bytes) -> None:
+def _write_atomically(file: Path, data: bytes) -> None:
     with replaced_file(file) as fresh, fresh.open("wb") as stream:
         stream.write(data)
         stream.flush()

@@ -1,7 +1,7 @@
 """The store in this process: documents in memory, optionally persistent in a file.
 
-Each write has the same order: check the document, write the file, change the memory, report the change. An
-error of the first two steps leaves the memory unchanged.
+Each write has the same steps: check the document, write the file, change the memory, report the change. After
+an error in one of the first two steps, the memory is unchanged.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from cxbridge.clock import Clock
 from cxbridge.executive.robmem.collection import Collection, IndexSpec
 from cxbridge.executive.robmem.errors import QueryError
 from cxbridge.executive.robmem.journal import Journal
-from cxbridge.executive.robmem.query import Test, compile_query, order_of, sort_documents
-from cxbridge.executive.robmem.store import Change, OnChange, Store, Watch, split_name
-from cxbridge.executive.robmem.update import Changed, Update
+from cxbridge.executive.robmem.query import Matcher, compile_query, parse_order, sort_documents
+from cxbridge.executive.robmem.store import ChangeCallback, ChangeEvent, Store, Watch, split_name
+from cxbridge.executive.robmem.update import Update, UpdateResult
 from cxbridge.executive.robmem.values import Document, ObjectId, Regex, Timestamp, copy, from_ms
 
 # the period of removing expired documents, as in MongoDB
@@ -30,13 +30,15 @@ _SWEEP_US = 60_000_000
 class _LocalWatch(Watch):
     """A subscription to the changes of this process."""
 
-    def __init__(self, fits: Test, on_change: OnChange, closed: Callable[[_LocalWatch], None]) -> None:
+    def __init__(
+        self, fits: Matcher, on_change: ChangeCallback, on_close: Callable[[_LocalWatch], None]
+    ) -> None:
         self.fits = fits
         self.on_change = on_change
-        self._closed = closed
+        self._on_close = on_close
 
     def close(self) -> None:
-        self._closed(self)
+        self._on_close(self)
 
 
 class EmbeddedStore(Store):
@@ -55,18 +57,19 @@ class EmbeddedStore(Store):
         self._lock = threading.RLock()
         self._collections: dict[str, Collection] = {}
         self._watches: dict[str, list[_LocalWatch]] = {}
-        # an ObjectId has 4 bytes of time, 5 of the process, 3 of a counter; runs on a virtual clock repeat
+        # an ObjectId has 4 bytes of time, 5 bytes of the process, 3 bytes of a counter; runs on a virtual
+        # clock must be reproducible, so their processes have the same bytes
         self._process = (bytes(5) if clock.is_virtual else os.urandom(5)).hex()
-        self._ids = 0
+        self._id_count = 0
         self._last_stamp = Timestamp(0, 0)
         self._next_sweep_us = 0
         self._journal = None if file is None else Journal(file)
         if self._journal is not None:
-            with self._journal.reading():
+            with self._journal.converted_read_errors():
                 for collection, document in self._journal.read():
-                    self._of(collection).put(document)
+                    self._collection(collection).put(document)
                 for collection, spec in self._journal.read_indexes():
-                    self._of(collection).add_index(spec)
+                    self._collection(collection).add_index(spec)
 
     def find(
         self,
@@ -78,9 +81,9 @@ class EmbeddedStore(Store):
     ) -> list[Document]:
         if limit < 0:
             raise QueryError("a limit is 0, for all documents, or more")
-        order = order_of(sort) if sort else None
+        order = parse_order(sort) if sort else None
         with self._lock:
-            documents = list(self._of(collection).find(copy(query or {})))
+            documents = list(self._collection(collection).find(copy(query or {})))
             if order is not None:
                 documents = sort_documents(documents, order)
             return [copy(document) for document in documents[: limit or None]]
@@ -98,9 +101,9 @@ class EmbeddedStore(Store):
     ) -> int:
         criteria, update = copy(query), Update(copy(changes))
         with self._lock:
-            documents = list(self._of(collection).find(criteria))
+            documents = list(self._collection(collection).find(criteria))
             for document in documents:
-                self._change(collection, document, update)
+                self._apply_update(collection, document, update)
             if not documents and upsert:
                 self._upsert(collection, criteria, update)
                 return 1
@@ -111,22 +114,22 @@ class EmbeddedStore(Store):
     ) -> Document | None:
         criteria, update = copy(query), Update(copy(changes))
         with self._lock:
-            document = next(self._of(collection).find(criteria), None)
+            document = next(self._collection(collection).find(criteria), None)
             if document is not None:
-                return copy(self._change(collection, document, update))
+                return copy(self._apply_update(collection, document, update))
             return copy(self._upsert(collection, criteria, update)) if upsert else None
 
     def remove(self, collection: str, query: Mapping[str, Any]) -> int:
         criteria = copy(query)
         with self._lock:
-            documents = list(self._of(collection).find(criteria))
+            documents = list(self._collection(collection).find(criteria))
             for document in documents:
                 self._delete(collection, document)
             return len(documents)
 
     def drop(self, collection: str) -> None:
         with self._lock:
-            self._of(collection)
+            self._collection(collection)
             if self._journal is not None:
                 self._journal.drop(collection)
             del self._collections[collection]
@@ -140,16 +143,17 @@ class EmbeddedStore(Store):
         expire_after_s: float | None = None,
     ) -> None:
         """Create an index."""
-        # only unique and expiring indexes have an effect: queries make their own
+        # other indexes than unique and expiring indexes have no effect, because queries make their indexes
+        # themselves
         spec = IndexSpec.read(keys, unique=unique, expire_after_s=expire_after_s)
         with self._lock:
-            if self._of(collection).add_index(spec) and self._journal is not None:
-                self._journal.put_index(collection, spec)
+            if self._collection(collection).add_index(spec) and self._journal is not None:
+                self._journal.store_index(collection, spec)
 
-    def watch(self, collection: str, query: Mapping[str, Any], on_change: OnChange) -> Watch:
+    def watch(self, collection: str, query: Mapping[str, Any], on_change: ChangeCallback) -> Watch:
         split_name(collection)
         watch = _LocalWatch(
-            compile_query(copy(query)), on_change, lambda closed: self._end_watch(collection, closed)
+            compile_query(copy(query)), on_change, lambda on_close: self._end_watch(collection, on_close)
         )
         with self._lock:
             self._watches.setdefault(collection, []).append(watch)
@@ -167,7 +171,7 @@ class EmbeddedStore(Store):
         self._next_sweep_us = now_us + _SWEEP_US
         with self._lock:
             for name, collection in self._collections.items():
-                for document in collection.expired(now_us // 1000):
+                for document in collection.expired_documents(now_us // 1000):
                     self._delete(name, document)
 
     def close(self) -> None:
@@ -177,27 +181,27 @@ class EmbeddedStore(Store):
                 self._journal.close()
                 self._journal = None
 
-    # methods below require the lock
+    # the methods below require that the caller holds the lock
 
-    def _of(self, collection: str) -> Collection:
+    def _collection(self, collection: str) -> Collection:
         if collection not in self._collections:
             split_name(collection)  # refuses an invalid name
             self._collections[collection] = Collection()
         return self._collections[collection]
 
     def _insert(self, collection: str, document: Document) -> Document:
-        # an id is also drawn for a document that has one: later ids do not depend on it
+        # a document with an _id uses up a new id, too, so that later ids do not depend on such documents
         new_id = self._new_id()
         document = {"_id": document.pop("_id", new_id), **document}
         if isinstance(document["_id"], list | Regex):
             raise QueryError("the '_id' of a document is neither an array nor a regular expression")
-        self._put(collection, document)
+        self._store_document(collection, document)
         self._notify(collection, "insert", document)
         return document
 
-    def _put(self, collection: str, document: Document, replaced: Document | None = None) -> None:
+    def _store_document(self, collection: str, document: Document, replaced: Document | None = None) -> None:
         """Check and store a document."""
-        documents = self._of(collection)
+        documents = self._collection(collection)
         _refuse_dollars(document)
         documents.check(document, replaced)
         if self._journal is not None:
@@ -205,50 +209,52 @@ class EmbeddedStore(Store):
         documents.put(document, replaced)
 
     def _upsert(self, collection: str, query: Document, changes: Update) -> Document:
-        return self._insert(collection, changes.new_document(query, self._now()))
+        return self._insert(collection, changes.new_document(query, self._present_time()))
 
-    def _change(self, collection: str, document: Document, changes: Update) -> Document:
-        changed = changes.apply(document, self._now())
-        if not changed.anything:
+    def _apply_update(self, collection: str, document: Document, changes: Update) -> Document:
+        changed = changes.apply(document, self._present_time())
+        if not changed.has_changes:
             return document
-        self._put(collection, changed.document, document)
+        self._store_document(collection, changed.document, document)
         self._notify(collection, "update", changed.document, changed)
         return changed.document
 
     def _delete(self, collection: str, document: Document) -> None:
         if self._journal is not None:
             self._journal.delete(collection, document["_id"])
-        self._of(collection).delete(document)
+        self._collection(collection).delete(document)
         self._notify(collection, "delete", document)
 
     def _new_id(self) -> ObjectId:
-        self._ids = (self._ids + 1) % (1 << 24)
+        self._id_count = (self._id_count + 1) % (1 << 24)
         seconds = self._clock.now_us() // 1_000_000 & 0xFFFFFFFF
-        return ObjectId(f"{seconds:08x}{self._process}{self._ids:06x}")
+        return ObjectId(f"{seconds:08x}{self._process}{self._id_count:06x}")
 
-    def _now(self) -> datetime:
+    def _present_time(self) -> datetime:
         return from_ms(self._clock.now_us() // 1000)
 
     def _next_stamp(self) -> Timestamp:
-        """Return a timestamp greater than all earlier ones."""
+        """Return a timestamp greater than all earlier timestamps."""
         seconds, number = self._clock.now_us() // 1_000_000, 1
         if self._last_stamp.time >= seconds:
             seconds, number = self._last_stamp.time, self._last_stamp.inc + 1
         self._last_stamp = Timestamp(seconds, number)
         return self._last_stamp
 
-    def _notify(self, collection: str, kind: str, document: Document, changed: Changed | None = None) -> None:
+    def _notify(
+        self, collection: str, kind: str, document: Document, changed: UpdateResult | None = None
+    ) -> None:
         stamp = self._next_stamp()
         watches = self._watches.get(collection)
         if not watches:
             return
         # the fields of MongoDB's change events, in its order
         database, name = split_name(collection)
-        change: Change = {
+        change: ChangeEvent = {
             "_id": {"_data": f"{stamp.time:08x}{stamp.inc:08x}"},
             "operationType": kind,
             "clusterTime": stamp,
-            "wallTime": self._now(),
+            "wallTime": self._present_time(),
         }
         if kind != "delete":
             change["fullDocument"] = document

@@ -6,16 +6,16 @@ from cxbridge.errors import ExecutiveError
 
 
 class RobotMemoryError(ExecutiveError):
-    """The robot memory refused an operation, or it failed."""
+    """The robot memory refused an operation, or failed to execute it."""
 
 
 class QueryError(RobotMemoryError):
-    """A query or update is invalid, or needs a MongoDB."""
+    """A document, query or update is invalid, or needs a MongoDB."""
 
 
 class DuplicateKeyError(RobotMemoryError):
     """A document with this ``_id``, or this value in a unique index, exists."""
 
 
-class AwayError(RobotMemoryError):
+class UnreachableError(RobotMemoryError):
     """The database is unreachable, perhaps temporarily."""

@@ -1,8 +1,8 @@
-"""The file of a persistent embedded store: an SQLite database with atomic changes.
+"""The file of a persistent embedded store: an SQLite database, whose changes are atomic.
 
-The table of documents has collection, ``_id`` and extended JSON; its ``rowid`` keeps the insertion order.
-Another table has the indexes of :meth:`.store.Store.create_index`. SQLite's exclusive lock permits one
-process at a time.
+The table ``documents`` has the collection, ``_id`` and extended JSON of each document; the ``rowid`` keeps
+the insertion order. The table ``indexes`` has the indexes of :meth:`.store.Store.create_index`. SQLite's
+exclusive lock permits one process at a time.
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ CREATE TABLE IF NOT EXISTS indexes (
   collection TEXT NOT NULL, spec BLOB NOT NULL, UNIQUE (collection, spec)
 );
 """
-_APPLICATION = 0x43585242  # "CXRB", by which SQLite files of other programs are recognised
-# version of the layout; version 0 had BSON instead of JSON
-_VERSION = 2
+_APPLICATION_ID = 0x43585242  # "CXRB", by which SQLite files of other programs are recognised
+# the version of the tables; version 0 had BSON instead of JSON
+_LAYOUT_VERSION = 2
 
 
 class Journal:
-    """Stores the changes of a store in a file.
+    """Writes the changes of an embedded store to its file.
 
-    :raises RobotMemoryError: if the file has other content or another process uses it.
+    :raises RobotMemoryError: if the file is not a robot memory, or another process uses it.
     """
 
     def __init__(self, file: Path) -> None:
@@ -44,9 +44,9 @@ class Journal:
             file.parent.mkdir(parents=True, exist_ok=True)
             self._db = sqlite3.connect(file, isolation_level=None, check_same_thread=False, timeout=0)
         except (OSError, sqlite3.Error) as error:
-            raise self._refusal(error) from None
+            raise self._refusal_error(error) from None
         try:
-            # with an exclusive lock from the first access, WAL needs no shared memory file
+            # with an exclusive lock from the first access, the write-ahead log needs no file of shared memory
             self._db.execute("PRAGMA locking_mode = EXCLUSIVE")
             self._db.execute("PRAGMA journal_mode = WAL")
             # a change survives a crash of the process; after a power failure the file is consistent, but
@@ -54,23 +54,24 @@ class Journal:
             self._db.execute("PRAGMA synchronous = NORMAL")
             self._check_owner()
             self._db.executescript(
-                f"BEGIN EXCLUSIVE; {_SCHEMA} PRAGMA application_id = {_APPLICATION}; "
-                f"PRAGMA user_version = {_VERSION}; COMMIT;"
+                f"BEGIN EXCLUSIVE; {_SCHEMA} PRAGMA application_id = {_APPLICATION_ID}; "
+                f"PRAGMA user_version = {_LAYOUT_VERSION}; COMMIT;"
             )
         except sqlite3.Error as error:
             self._db.close()
-            raise self._refusal(error) from None
+            raise self._refusal_error(error) from None
 
     def _check_owner(self) -> None:
+        """Refuse the files of other programs and of other versions."""
         (owner,) = self._db.execute("PRAGMA application_id").fetchone()
         (tables,) = self._db.execute("SELECT count(*) FROM sqlite_master").fetchone()
-        if tables and owner != _APPLICATION:
+        if tables and owner != _APPLICATION_ID:
             self._db.close()
             raise RobotMemoryError(
                 "this database is not a robot memory", file=self._file, hint="name another file"
             )
         (version,) = self._db.execute("PRAGMA user_version").fetchone()
-        if tables and version != _VERSION:
+        if tables and version != _LAYOUT_VERSION:
             self._db.close()
             raise RobotMemoryError(
                 "this robot memory was written by another version of cxbridge",
@@ -78,7 +79,7 @@ class Journal:
                 hint="dump its collections with that version (robmem-dump-collection) and restore them here",
             )
 
-    def _refusal(self, error: Exception) -> RobotMemoryError:
+    def _refusal_error(self, error: Exception) -> RobotMemoryError:
         hint = "another process has it open" if "locked" in str(error) else "name another file"
         return RobotMemoryError(f"cannot keep the robot memory here: {error}", file=self._file, hint=hint)
 
@@ -92,7 +93,7 @@ class Journal:
             document = _decode(data)
             split_name(collection)
             if _encoded_id(document["_id"]) != identity:
-                raise self._damaged("a document has another '_id' than its row")
+                raise self._damage_error("a document has another '_id' than its row")
             yield collection, document
 
     def read_indexes(self) -> Iterator[tuple[str, IndexSpec]]:
@@ -108,27 +109,27 @@ class Journal:
             )
 
     @contextmanager
-    def reading(self) -> Iterator[None]:
-        """Convert all signs of a damaged file to one error, and close the file."""
+    def converted_read_errors(self) -> Iterator[None]:
+        """Convert all errors of reading a damaged file to a ``RobotMemoryError``, and close the file."""
         try:
             (result,) = self._db.execute("PRAGMA quick_check(1)").fetchone()
             if result != "ok":
-                raise self._damaged(result)
+                raise self._damage_error(result)
             yield
         except (sqlite3.Error, RobotMemoryError, UnicodeError, KeyError, TypeError, AttributeError) as error:
             self._db.close()
             if isinstance(error, RobotMemoryError) and error.file == str(self._file):
                 raise
-            raise self._damaged(error) from None
+            raise self._damage_error(error) from None
 
-    def _damaged(self, why: object) -> RobotMemoryError:
+    def _damage_error(self, reason: object) -> RobotMemoryError:
         return RobotMemoryError(
-            f"the robot memory in this file is damaged: {why}",
+            f"the robot memory in this file is damaged: {reason}",
             file=self._file,
             hint="put a copy in its place, or move it away",
         )
 
-    def put_index(self, collection: str, spec: IndexSpec) -> None:
+    def store_index(self, collection: str, spec: IndexSpec) -> None:
         """Store an index.
 
         :raises RobotMemoryError: as in :meth:`put`.
@@ -179,7 +180,7 @@ def _encoded_id(identity: Any) -> bytes:
     return _encode({"_id": identity})
 
 
-# strings of CLIPS may contain bytes other than UTF-8
+# surrogatepass, because strings of CLIPS may contain bytes other than UTF-8, which are surrogates in Python
 def _encode(document: Document) -> bytes:
     return to_text(document).encode(errors="surrogatepass")
 

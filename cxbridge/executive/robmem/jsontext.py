@@ -12,7 +12,7 @@ from typing import Any
 from cxbridge.executive.robmem.errors import QueryError
 from cxbridge.executive.robmem.values import Document, ObjectId, Regex, Timestamp, copy, from_ms, to_ms
 
-# extended JSON of values that the embedded store lacks
+# the keys in extended JSON of types that only MongoDB has
 _MONGODB_ONLY = {
     "$numberDecimal",
     "$minKey",
@@ -31,7 +31,7 @@ def parse(text: str) -> Document:
     :raises QueryError: if the text is not a document.
     """
     try:
-        document = json.loads(text, object_hook=_value)
+        document = json.loads(text, object_hook=_extended_value)
     except (ValueError, TypeError, KeyError, RecursionError) as error:
         raise QueryError(f"not a JSON document: {error}") from None
     if not isinstance(document, dict):
@@ -39,45 +39,45 @@ def parse(text: str) -> Document:
     return copy(document)
 
 
-def _value(fields: dict[str, Any]) -> Any:
+def _extended_value(fields: dict[str, Any]) -> Any:
     """Return the value of an extended JSON object, or the object itself."""
-    # the first field decides, as in MongoDB's shell
+    # as in MongoDB's shell, only the first field decides whether the object stands for a value
     name = next(iter(fields), "")
     if not name.startswith("$"):
         return fields
     if name in _MONGODB_ONLY:
         raise QueryError(f"not a JSON document here: {name} needs a MongoDB")
     if fields.keys() in ({"$regex"}, {"$regex", "$options"}) and isinstance(fields["$regex"], str):
-        return Regex(fields["$regex"], _options(fields.get("$options", "")))
-    read = _READERS.get(name) if len(fields) == 1 else None
+        return Regex(fields["$regex"], _sorted_options(fields.get("$options", "")))
+    read = _PARSERS.get(name) if len(fields) == 1 else None
     return fields if read is None else read(fields[name])
 
 
-def _options(letters: Any) -> str:
+def _sorted_options(letters: Any) -> str:
     return "".join(sorted(str(letters)))
 
 
-def _date(value: Any) -> datetime:
+def _parse_date(value: Any) -> datetime:
     if isinstance(value, str):
         time = datetime.fromisoformat(value)
         return time if time.tzinfo else time.replace(tzinfo=UTC)
     return from_ms(int(value))
 
 
-def _object_id(digits: Any) -> ObjectId:
+def _parse_object_id(digits: Any) -> ObjectId:
     if not isinstance(digits, str) or len(bytes.fromhex(digits)) != 12:  # noqa: PLR2004
         raise QueryError(f"not a JSON document: $oid has 24 hexadecimal digits, not {digits!r}")
     return ObjectId(digits.lower())
 
 
-_READERS: dict[str, Callable[[Any], Any]] = {
-    "$oid": _object_id,
-    "$date": _date,
+_PARSERS: dict[str, Callable[[Any], Any]] = {
+    "$oid": _parse_object_id,
+    "$date": _parse_date,
     "$numberInt": int,
     "$numberLong": int,
     "$numberDouble": float,
     "$timestamp": lambda value: Timestamp(int(value["t"]), int(value["i"])),
-    "$regularExpression": lambda value: Regex(str(value["pattern"]), _options(value["options"])),
+    "$regularExpression": lambda value: Regex(str(value["pattern"]), _sorted_options(value["options"])),
     "$binary": lambda value: base64.b64decode(value["base64"], validate=True),
 }
 
@@ -85,34 +85,36 @@ _READERS: dict[str, Callable[[Any], Any]] = {
 def to_text(value: Any) -> str:
     """Return a document in Fawkes' format: extended JSON with blanks around braces and colons."""
     if isinstance(value, dict):
-        fields = ", ".join(f"{_quoted(name)} : {to_text(item)}" for name, item in value.items())
+        fields = ", ".join(f"{_quoted_text(name)} : {to_text(item)}" for name, item in value.items())
         return f"{{ {fields} }}" if fields else "{ }"
     if isinstance(value, list):
         items = ", ".join(map(to_text, value))
         return f"[ {items} ]" if items else "[  ]"
-    make = next((make for kinds, make in _TEXTS if isinstance(value, kinds)), None)
-    return _quoted(str(value)) if make is None else make(value)
+    format_value = next(
+        (format_value for kinds, format_value in _FORMATTERS if isinstance(value, kinds)), None
+    )
+    return _quoted_text(str(value)) if format_value is None else format_value(value)
 
 
-def _quoted(text: str) -> str:
+def _quoted_text(text: str) -> str:
     return json.dumps(text, ensure_ascii=False)
 
 
-def _double(value: float) -> str:
+def _double_text(value: float) -> str:
     return repr(value) if math.isfinite(value) else f'{{ "$numberDouble" : "{value}" }}'
 
 
-# tried in order: bool must come before int, whose subclass it is
-_TEXTS: tuple[tuple[type, Callable[[Any], str]], ...] = (
-    (str, _quoted),
+# tried in order: bool is a subclass of int, and must come before
+_FORMATTERS: tuple[tuple[type, Callable[[Any], str]], ...] = (
+    (str, _quoted_text),
     (bool, lambda value: "true" if value else "false"),
     (int, lambda value: str(int(value))),
-    (float, _double),
-    (type(None), lambda _value: "null"),
+    (float, _double_text),
+    (type(None), lambda _extended_value: "null"),
     (ObjectId, lambda value: f'{{ "$oid" : "{value}" }}'),
     (datetime, lambda value: f'{{ "$date" : {to_ms(value)} }}'),
     (Timestamp, lambda value: f'{{ "$timestamp" : {{ "t" : {value.time}, "i" : {value.inc} }} }}'),
-    (Regex, lambda value: f'{{ "$regex" : {_quoted(value.pattern)}, "$options" : "{value.options}" }}'),
+    (Regex, lambda value: f'{{ "$regex" : {_quoted_text(value.pattern)}, "$options" : "{value.options}" }}'),
     (
         bytes,
         lambda value: (

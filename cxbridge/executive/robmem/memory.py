@@ -1,4 +1,4 @@
-"""The robot memory of an application: its configured store and status.
+"""The robot memory of an application: the configured store, and interfaces with its status.
 
 Fawkes' configuration keys are below ``/plugins/robot-memory``, cxbridge's keys below
 ``/cxbridge/robot-memory``; see docs/several-agents.md.
@@ -23,14 +23,15 @@ from cxbridge.extras import install_command
 if TYPE_CHECKING:
     from cxbridge.executive.robmem.store import Store
 
-INTERFACE = "MongoDBManagedReplicaSetInterface"
+REPLICA_SET_INTERFACE = "MongoDBManagedReplicaSetInterface"
 
 
 class RobotMemory:
     """The robot memory of one application, opened on first use.
 
     :param board: receives the interfaces about replica sets.
-    :param embedded: makes the embedded store, of which a team shares parts; by default the store is unshared.
+    :param embedded: makes the embedded store. A team gives a function, because its agents share parts of
+        their stores; by default the store is unshared.
     """
 
     def __init__(
@@ -47,7 +48,7 @@ class RobotMemory:
         self._board = board
         self._lock = threading.RLock()  # reentrant: the property `store` opens the store
         self._settings: Settings | None = None
-        self._embedded = embedded
+        self._make_embedded = embedded
         self._store: Store | None = None
         self._status_writers: list[StatusWriter] = []
         self.bus = bus
@@ -92,17 +93,17 @@ class RobotMemory:
             if self._store is not None:
                 return
             self._store = self._open_store()
-            self.log.info(f"Robot memory: {self.settings.place}")
-            for name in self.settings.sets:
-                interface = self._board.open_for_writing(INTERFACE, name, owner="RobotMemory")
+            self.log.info(f"Robot memory: {self.settings.location}")
+            for name in self.settings.replica_sets:
+                interface = self._board.open_for_writing(REPLICA_SET_INTERFACE, name, owner="RobotMemory")
                 self._status_writers.append(StatusWriter(interface, self._store))
 
     def _open_store(self) -> Store:
-        # imported on use: pymongo takes a second
+        # imported on use, because the import of pymongo takes a second
         settings = self.settings
         if settings.backend == "embedded":
-            if self._embedded is not None:
-                return self._embedded(settings)
+            if self._make_embedded is not None:
+                return self._make_embedded(settings)
             from cxbridge.executive.robmem.embedded import EmbeddedStore  # noqa: PLC0415
 
             return EmbeddedStore(self._clock, settings.file)

@@ -13,7 +13,7 @@ from cxbridge.executive.robmem.errors import DuplicateKeyError
 from cxbridge.executive.robmem.store import Store
 from cxbridge.executive.robmem.values import from_ms
 
-_OPEN = {"$set": {"locked": False}, "$unset": {"locked-by": True, "lock-time": True}}
+_OPENING_UPDATE = {"$set": {"locked": False}, "$unset": {"locked-by": True, "lock-time": True}}
 
 
 class Mutexes:
@@ -31,7 +31,7 @@ class Mutexes:
         self._clock = clock
 
     def create(self, name: str) -> bool:
-        """Create an open mutex; return whether it is new."""
+        """Create an open mutex; return False if the mutex exists."""
         try:
             self._store.insert(self._collection, {"_id": name, "locked": False})
         except DuplicateKeyError:
@@ -39,12 +39,12 @@ class Mutexes:
         return True
 
     def destroy(self, name: str) -> bool:
-        """Remove a mutex regardless of its owner; return True even if it did not exist, as in Fawkes."""
+        """Remove a mutex regardless of its owner; return True even without such a mutex, as in Fawkes."""
         self._store.remove(self._collection, {"_id": name})
         return True
 
     def try_lock(self, name: str, identity: str, *, force: bool = False) -> bool:
-        """Lock a mutex, created if necessary; return success.
+        """Lock a mutex, and create it if necessary; return whether ``identity`` owns the mutex now.
 
         :param identity: the new owner, by default this machine's name.
         :param force: take the mutex from its owner.
@@ -55,7 +55,9 @@ class Mutexes:
         try:
             mutex = self._store.find_one_and_update(self._collection, query, changes, upsert=True)
         except DuplicateKeyError:
-            return False  # the query does not fit a locked mutex, and the upsert finds its _id
+            return (
+                False  # the query does not match a locked mutex, so the upsert inserts another with its _id
+            )
         return mutex is not None and mutex.get("locked-by") == owner
 
     def renew(self, name: str, identity: str) -> bool:
@@ -70,21 +72,24 @@ class Mutexes:
         return mutex is not None
 
     def unlock(self, name: str, identity: str) -> bool:
-        """Unlock a mutex; return whether ``identity`` owned it, while Fawkes always returns FALSE."""
+        """Unlock a mutex; return whether ``identity`` owned the mutex. Fawkes always returns FALSE."""
         owner = identity or socket.gethostname()
         query = {"_id": name, "locked-by": owner}
         with suppress(DuplicateKeyError):
-            # as in Fawkes, this creates a missing mutex as open
-            return self._store.find_one_and_update(self._collection, query, _OPEN, upsert=True) is not None
+            # as in Fawkes, the upsert creates a missing mutex, which is open
+            return (
+                self._store.find_one_and_update(self._collection, query, _OPENING_UPDATE, upsert=True)
+                is not None
+            )
         return False
 
     def setup_ttl(self, max_age_s: float) -> bool:
-        """Let the database remove mutexes with older locks, within a minute."""
+        """Let the database remove each mutex whose lock is older, within a minute."""
         self._store.create_index(self._collection, {"lock-time": 1}, expire_after_s=max_age_s)
         return True
 
     def expire(self, max_age_s: float) -> bool:
-        """Open all mutexes with locks of this age or older."""
+        """Open each mutex whose lock has this age or is older."""
         limit = from_ms(self._clock.now_us() // 1000 - int(max_age_s * 1000))
-        self._store.update(self._collection, {"locked": True, "lock-time": {"$lte": limit}}, _OPEN)
+        self._store.update(self._collection, {"locked": True, "lock-time": {"$lte": limit}}, _OPENING_UPDATE)
         return True

@@ -13,9 +13,9 @@ from functools import lru_cache, partial
 from typing import Any
 
 from cxbridge.executive.robmem.errors import QueryError
-from cxbridge.executive.robmem.values import MISSING, NAN, Document, Key, Regex, key
+from cxbridge.executive.robmem.values import MISSING, NAN_KEY, Document, Key, Regex, key
 
-Test = Callable[[Any], bool]
+Matcher = Callable[[Any], bool]
 """A test of a value or a document."""
 
 Order = list[tuple[str, int]]
@@ -24,16 +24,19 @@ Order = list[tuple[str, int]]
 _COMPARISONS = {"$gt": operator.gt, "$gte": operator.ge, "$lt": operator.lt, "$lte": operator.le}
 _FLAGS = {"i": re.IGNORECASE, "m": re.MULTILINE, "s": re.DOTALL, "x": re.VERBOSE}
 
-# maximum number of steps of a match in the worst case; `re` takes a third of a second for them
+# the maximum number of steps of a match in the worst case, for which `re` takes a third of a second
 _MAX_STEPS = 20_000_000
 
-# the parts of a regular expression that decide how many steps a match takes; escapes and sets are read as
-# wholes, so that their characters do not count as parts
+# the parts of a regular expression that decide how many steps a match takes; the pattern also matches whole
+# escapes and sets, so that the characters in them do not count
 _REGEX_TOKENS = re.compile(r"\\.|\[\^?\]?(?:\\.|[^\]\\])*\]|\)[*+{?]?|\(\?P=|\(\??|[*+{|?]")
 
 
-def needs_mongodb(name: str) -> QueryError:
-    """Return the error about an operation that the embedded store lacks."""
+def mongodb_needed_error(name: str) -> QueryError:
+    """Return the error about an operation that the embedded store lacks.
+
+    :param name: the operation, as the beginning of a sentence.
+    """
     return QueryError(
         f"{name} needs a MongoDB",
         hint="/cxbridge/robot-memory/backend: mongodb, with pip install 'cxbridge[mongodb]'; "
@@ -41,14 +44,14 @@ def needs_mongodb(name: str) -> QueryError:
     )
 
 
-def names_of_path(path: str) -> list[str]:
+def split_path(path: str) -> list[str]:
     """Return the names of the fields on a dotted path.
 
     :raises QueryError: for an index of an array, which needs a MongoDB.
     """
     names = path.split(".")
     if any(name.isdigit() for name in names[1:]):
-        raise needs_mongodb(f"the index in the path '{path}'")
+        raise mongodb_needed_error(f"the index in the path '{path}'")
     return names
 
 
@@ -57,23 +60,23 @@ def has_operators(operand: Any) -> bool:
     return isinstance(operand, Mapping) and next(iter(operand), "").startswith("$")
 
 
-def compile_query(query: Mapping[str, Any]) -> Test:
+def compile_query(query: Mapping[str, Any]) -> Matcher:
     """Return the test of a query.
 
     :raises QueryError: if the query is invalid or needs a MongoDB.
     """
-    return _all_of([_field_test(name, operand) for name, operand in query.items()])
+    return _match_all([_field_matcher(name, operand) for name, operand in query.items()])
 
 
-def _all_of(tests: list[Test]) -> Test:
+def _match_all(tests: list[Matcher]) -> Matcher:
     return tests[0] if len(tests) == 1 else lambda document: all(test(document) for test in tests)
 
 
-def _field_test(name: str, operand: Any) -> Test:
+def _field_matcher(name: str, operand: Any) -> Matcher:
     if name not in ("$and", "$or"):
         if name.startswith("$"):
-            raise needs_mongodb(name)
-        return _condition(name, operand)
+            raise mongodb_needed_error(name)
+        return _condition_matcher(name, operand)
     if (
         not isinstance(operand, list)
         or not operand
@@ -82,7 +85,7 @@ def _field_test(name: str, operand: Any) -> Test:
         raise QueryError(f"{name} takes an array of queries, one at least")
     tests = [compile_query(query) for query in operand]
     if name == "$and":
-        return _all_of(tests)
+        return _match_all(tests)
     return lambda document: any(test(document) for test in tests)
 
 
@@ -106,61 +109,65 @@ def equalities(query: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
             yield name, operand["$in"][0]
 
 
-def _condition(path: str, operand: Any) -> Test:
+def _condition_matcher(path: str, operand: Any) -> Matcher:
     """Return the test of a field: equality with a value, or operators."""
     # a document without operators is a value, which must be equal as a whole
     if not has_operators(operand):
-        return _any(path, compile_regex(operand) if isinstance(operand, Regex) else _equals(operand))
+        return _match_any_value(
+            path, compile_regex(operand) if isinstance(operand, Regex) else _equality_matcher(operand)
+        )
     for name in operand:
         if not name.startswith("$"):
             raise QueryError(f"'{name}' is among operators of '{path}'")
     # $options belongs to $regex, which may come after it
-    return _all_of(
+    return _match_all(
         [
-            _operator(path, name, value, operand)
+            _operator_matcher(path, name, value, operand)
             for name, value in operand.items()
             if not (name == "$options" and "$regex" in operand)
         ]
     )
 
 
-def _any(path: str, test: Test) -> Test:
-    """Return whether any value at the path passes: an array fits if one of its elements fits."""
-    read = leaves(path)
+def _match_any_value(path: str, test: Matcher) -> Matcher:
+    """Return a test for a matching value at a path: an array, or one of its elements, must match."""
+    read = leaf_reader(path)
     return lambda document: any(map(test, read(document)))
 
 
-def _not(condition: Test) -> Test:
+def _negate(condition: Matcher) -> Matcher:
     return lambda document: not condition(document)
 
 
-def _operator(path: str, name: str, operand: Any, operators: Mapping[str, Any]) -> Test:
-    if name in _VALUE_TESTS:
-        return _any(path, _VALUE_TESTS[name](name, operand))
+def _operator_matcher(path: str, name: str, operand: Any, operators: Mapping[str, Any]) -> Matcher:
+    if name in _VALUE_MATCHERS:
+        return _match_any_value(path, _VALUE_MATCHERS[name](name, operand))
     match name:
         case "$ne" | "$nin":
-            return _not(_any(path, _VALUE_TESTS["$eq" if name == "$ne" else "$in"](name, operand)))
+            return _negate(
+                _match_any_value(path, _VALUE_MATCHERS["$eq" if name == "$ne" else "$in"](name, operand))
+            )
         case "$exists":
-            test = _any(path, lambda value: value is not MISSING)
-            return test if operand else _not(test)
+            test = _match_any_value(path, lambda value: value is not MISSING)
+            return test if operand else _negate(test)
         case "$not":
             if not has_operators(operand) and not isinstance(operand, Regex):
                 raise QueryError("$not takes operators or a regular expression")
-            return _not(_condition(path, operand))
+            return _negate(_condition_matcher(path, operand))
         case "$regex":
-            return _any(path, compile_regex(_regex(operand, operators.get("$options", ""))))
-    raise needs_mongodb(name)
+            return _match_any_value(path, compile_regex(_make_regex(operand, operators.get("$options", ""))))
+    raise mongodb_needed_error(name)
 
 
-def _equals(operand: Any) -> Test:
+def _equality_matcher(operand: Any) -> Matcher:
     target = key(operand)
     return lambda value: key(value) == target
 
 
-def _equal_to(name: str, operand: Any) -> Test:
+def _eq_matcher(name: str, operand: Any) -> Matcher:
     if name == "$ne":
         _refuse_regex(name, operand)
-    return _equals(operand)
+    return _equality_matcher(operand)
 
 
 def _refuse_regex(name: str, operand: Any) -> None:
@@ -168,16 +175,16 @@ def _refuse_regex(name: str, operand: Any) -> None:
         raise QueryError(f"{name} takes no regular expression")
 
 
-def _compares(name: str, operand: Any) -> Test:
-    """Compare with a value. Only values of the same type match."""
+def _comparison_matcher(name: str, operand: Any) -> Matcher:
+    """Return the test of a comparison. Only values of the operand's type match."""
     _refuse_regex(name, operand)
     target, holds = key(operand), _COMPARISONS[name]
-    if target == NAN:  # NaN is neither less nor greater, and equal to itself here
-        return _equals(operand) if name in ("$gte", "$lte") else lambda _value: False
+    if target == NAN_KEY:  # NaN is neither less nor greater, and equal to itself here
+        return _equality_matcher(operand) if name in ("$gte", "$lte") else lambda _value: False
     return lambda value: (actual := key(value))[0] == target[0] and holds(actual, target)
 
 
-def _member_of(name: str, operand: Any) -> Test:
+def _membership_matcher(name: str, operand: Any) -> Matcher:
     if not isinstance(operand, list) or any(map(has_operators, operand)):
         raise QueryError(f"{name} takes an array of values")
     patterns = [compile_regex(item) for item in operand if isinstance(item, Regex)]
@@ -185,14 +192,14 @@ def _member_of(name: str, operand: Any) -> Test:
     return lambda value: key(value) in targets or any(pattern(value) for pattern in patterns)
 
 
-_VALUE_TESTS: dict[str, Callable[[str, Any], Test]] = {
-    "$eq": _equal_to,
-    "$in": _member_of,
-    **dict.fromkeys(_COMPARISONS, _compares),
+_VALUE_MATCHERS: dict[str, Callable[[str, Any], Matcher]] = {
+    "$eq": _eq_matcher,
+    "$in": _membership_matcher,
+    **dict.fromkeys(_COMPARISONS, _comparison_matcher),
 }
 
 
-def _regex(operand: Any, options: Any) -> Regex:
+def _make_regex(operand: Any, options: Any) -> Regex:
     if isinstance(operand, Regex):
         if operand.options and options:
             raise QueryError("options are in $regex or in $options, not in both")
@@ -202,7 +209,7 @@ def _regex(operand: Any, options: Any) -> Regex:
     return Regex(operand, options)
 
 
-def compile_regex(regex: Regex) -> Test:
+def compile_regex(regex: Regex) -> Matcher:
     """Return a test that searches a text for a match, or finds the same regular expression.
 
     Python's ``re`` has no time limit. Therefore an expression with exponential steps is refused, and so is a
@@ -219,53 +226,54 @@ def compile_regex(regex: Regex) -> Test:
         search = re.compile(regex.pattern, flags).search
     except (re.error, RecursionError, OverflowError) as error:
         raise QueryError(f"not a regular expression: {regex.pattern}: {error}") from None
-    exponent, factor = _worst_case(regex)
+    exponent, factor = _worst_case_cost(regex)
 
     def test(value: Any) -> bool:
         if not isinstance(value, str):
             return bool(value == regex)
         if factor * (len(value) + 1) ** exponent > _MAX_STEPS:
-            raise needs_mongodb(f"regular expression '{regex.pattern}' on {len(value)} characters")
+            raise mongodb_needed_error(f"regular expression '{regex.pattern}' on {len(value)} characters")
         return search(value) is not None
 
     return test
 
 
-def _worst_case(regex: Regex) -> tuple[int, int]:
-    """Return exponent and factor of the steps of a match: ``factor * length ** exponent`` for a text.
+def _worst_case_cost(regex: Regex) -> tuple[int, int]:
+    """Return exponent and factor of the maximum number of steps: ``factor * length ** exponent`` for a text.
 
     :raises QueryError: for a repeated group, whose steps may be exponential.
     """
     # without an anchor, a match is attempted at each position
     exponent = int(not regex.pattern.startswith("^") or "m" in regex.options or "|" in regex.pattern)
-    total, ways, depth, previous = 0, 1, 0, ""
+    # combination_count: the number of combinations of choices within an alternative of the whole expression
+    alternatives_cost, combination_count, depth, previous = 0, 1, 0, ""
     for token in _REGEX_TOKENS.findall(regex.pattern):
         if token[0] == ")":
             depth -= 1
             if token not in (")", ")?"):
-                raise needs_mongodb(f"regular expression '{regex.pattern}' with a repeated group")
+                raise mongodb_needed_error(f"regular expression '{regex.pattern}' with a repeated group")
         if token == "|" and not depth:
-            # alternatives of the whole expression are tried in turn: their ways add up
-            total, ways = total + ways, 1
+            # alternatives of the whole expression are tried in turn: their costs add up
+            alternatives_cost, combination_count = alternatives_cost + combination_count, 1
         # a reference to a group may be as long as the text, like a repetition
         elif token in ("*", "+", "{", "(?P=") or re.fullmatch(r"\\[1-9]", token):
             exponent += 1
         # `?` after a repetition makes it lazy, and adds no way
         elif token in ("|", ")?") or (token == "?" and previous not in ("*", "+", "{")):
-            ways *= 2
+            combination_count *= 2
         depth += token[0] == "("
         previous = token
-    return exponent, total + ways
+    return exponent, alternatives_cost + combination_count
 
 
 @lru_cache(maxsize=256)  # rules repeat few paths, for each document that they search
-def leaves(path: str) -> Callable[[Document], Iterator[Any]]:
+def leaf_reader(path: str) -> Callable[[Document], Iterator[Any]]:
     """Return a reader of the values that a query compares: an array's elements and the array itself.
 
     The reader yields :data:`MISSING` for each path that ends early. An array without documents on the path
     yields nothing.
     """
-    names = names_of_path(path)
+    names = split_path(path)
     return lambda document: _values_at(document, names)
 
 
@@ -286,7 +294,7 @@ def _values_at(document: Document, names: list[str]) -> Iterator[Any]:
         yield MISSING
 
 
-def order_of(order: Mapping[str, Any], operation: str = "sort") -> Order:
+def parse_order(order: Mapping[str, Any], operation: str = "sort") -> Order:
     """Check a requested order.
 
     :param operation: the name of the operation, for the error.
@@ -296,10 +304,10 @@ def order_of(order: Mapping[str, Any], operation: str = "sort") -> Order:
         raise QueryError(f"{operation} takes one path at least")
     for path, direction in order.items():
         if path.startswith("$") or isinstance(direction, str | Mapping):
-            raise needs_mongodb(f"{operation} '{path}': {direction!r}")
+            raise mongodb_needed_error(f"{operation} '{path}': {direction!r}")
         if type(direction) not in (int, float) or direction not in (1, -1):
             raise QueryError(f"{operation}: the direction of '{path}' is 1 or -1, not {direction!r}")
-        if not all(names_of_path(path)):
+        if not all(split_path(path)):
             raise QueryError(f"{operation}: '{path}' is not a path: a part of it is empty")
     return [(path, int(direction)) for path, direction in order.items()]
 
@@ -322,8 +330,8 @@ def sort_key(document: Document, path: str, operation: str) -> Key:
     :raises QueryError: if the path leads to an array, which needs a MongoDB.
     """
     value: Any = document
-    for name in names_of_path(path):
+    for name in split_path(path):
         value = value.get(name, MISSING) if isinstance(value, dict) else MISSING
         if isinstance(value, list):
-            raise needs_mongodb(f"{operation} '{path}', an array,")
+            raise mongodb_needed_error(f"{operation} '{path}', an array,")
     return key(value)

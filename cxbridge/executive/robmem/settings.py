@@ -10,10 +10,10 @@ from cxbridge.config import Configuration
 
 BACKENDS = ("embedded", "mongodb")
 
-_FAWKES = "/plugins/robot-memory"
-_OURS = "/cxbridge/robot-memory"
-_SETS = "/plugins/mongodb/replica-sets/managed-sets"
-_CLIENTS = "/plugins/mongodb/clients"
+_FAWKES_KEY = "/plugins/robot-memory"
+_CXBRIDGE_KEY = "/cxbridge/robot-memory"
+_REPLICA_SETS_KEY = "/plugins/mongodb/replica-sets/managed-sets"
+_CLIENTS_KEY = "/plugins/mongodb/clients"
 _DEFAULT_SETS = ("robot-memory-distributed", "robot-memory-local")
 
 
@@ -23,11 +23,12 @@ class Settings(Struct, frozen=True):
     :param backend: ``embedded`` or ``mongodb``.
     :param file: the file of a persistent embedded store; None keeps the documents in memory only.
     :param uri: the URI of this robot's MongoDB.
-    :param distributed_uri: the URI of the MongoDB that robots share; empty if it is this robot's.
-    :param database: the database of undistributed documents.
-    :param distributed: the databases in the shared replica set.
+    :param distributed_uri: the URI of the MongoDB that robots share; empty if they share this robot's
+        MongoDB.
+    :param database: the database of documents that robots do not share.
+    :param distributed: the databases that robots share.
     :param mutexes: the collection of the mutexes.
-    :param sets: the ids of the interfaces about replica sets.
+    :param replica_sets: the ids of the interfaces about replica sets.
     """
 
     backend: str = "embedded"
@@ -37,14 +38,14 @@ class Settings(Struct, frozen=True):
     database: str = "robmem"
     distributed: tuple[str, ...] = ("syncedrobmem", "robmem_coordination")
     mutexes: str = "robmem_coordination.mutex"
-    sets: tuple[str, ...] = _DEFAULT_SETS
+    replica_sets: tuple[str, ...] = _DEFAULT_SETS
 
     @property
-    def place(self) -> str:
+    def location(self) -> str:
         """A description of the location of the documents."""
         if self.backend == "embedded":
             return f"in this process and in {self.file}" if self.file else "in this process only"
-        # leave out the user and password before the @
+        # without the user and password, which precede the @
         hosts = [
             uri.rpartition("@")[2].removeprefix("mongodb://") for uri in (self.uri, self.distributed_uri)
         ]
@@ -56,30 +57,34 @@ class Settings(Struct, frozen=True):
 
         :raises ConfigError: if a value is wrong.
         """
-        backend = config.get_str(f"{_OURS}/backend", default="embedded")
+        backend = config.get_str(f"{_CXBRIDGE_KEY}/backend", default="embedded")
         if backend not in BACKENDS:
-            message = f"{_OURS}/backend cannot be '{backend}'"
-            raise config.error(f"{_OURS}/backend", message, f"use one of: {', '.join(BACKENDS)}")
-        standard = cls()
-        uri = config.get_str(f"{_OURS}/uri", default="")
-        shared = config.get_bool(f"{_CLIENTS}/robot-memory-distributed/enabled", default=False)
-        coordination = f"{_FAWKES}/coordination"
+            message = f"{_CXBRIDGE_KEY}/backend cannot be '{backend}'"
+            raise config.error(f"{_CXBRIDGE_KEY}/backend", message, f"use one of: {', '.join(BACKENDS)}")
+        defaults = cls()
+        uri = config.get_str(f"{_CXBRIDGE_KEY}/uri", default="")
+        shared = config.get_bool(f"{_CLIENTS_KEY}/robot-memory-distributed/enabled", default=False)
+        coordination = f"{_FAWKES_KEY}/coordination"
         database = config.get_str(f"{coordination}/database", default="robmem_coordination")
         mutexes = config.get_str(f"{coordination}/mutex-collection", default="mutex")
-        distributed = config.get_strings(f"{_FAWKES}/distributed-db-names", default=[*standard.distributed])
-        sets = [
-            name for name in config.keys(_SETS) if config.get_bool(f"{_SETS}/{name}/enabled", default=False)
+        distributed = config.get_strings(
+            f"{_FAWKES_KEY}/distributed-db-names", default=[*defaults.distributed]
+        )
+        replica_sets = [
+            name
+            for name in config.keys(_REPLICA_SETS_KEY)
+            if config.get_bool(f"{_REPLICA_SETS_KEY}/{name}/enabled", default=False)
         ]
         return cls(
             backend=backend,
-            file=config.get_file(f"{_OURS}/file"),
+            file=config.get_file(f"{_CXBRIDGE_KEY}/file"),
             uri=uri or client_uri(config, "robot-memory-local"),
-            # a URI in cxbridge's own key replaces both of Fawkes' clients
+            # a URI below cxbridge's key replaces the URIs of both clients in Fawkes' configuration
             distributed_uri="" if uri or not shared else client_uri(config, "robot-memory-distributed"),
-            database=config.get_str(f"{_FAWKES}/database", default=standard.database),
+            database=config.get_str(f"{_FAWKES_KEY}/database", default=defaults.database),
             distributed=tuple(distributed),
             mutexes=f"{database}.{mutexes}",
-            sets=tuple(sorted(sets)) or _DEFAULT_SETS,
+            replica_sets=tuple(sorted(replica_sets)) or _DEFAULT_SETS,
         )
 
 
@@ -88,7 +93,7 @@ def client_uri(config: Configuration, name: str) -> str:
 
     :raises ConfigError: if a value has the wrong type.
     """
-    client = f"{_CLIENTS}/{name}"
+    client = f"{_CLIENTS_KEY}/{name}"
     if config.get_str(f"{client}/mode", default="connection") == "replica_set":
         hosts = config.get_strings(f"{client}/hosts", default=["localhost:27017"])
         return f"mongodb://{','.join(hosts)}/?replicaSet={config.get_str(f'{client}/name', default=name)}"

@@ -1,6 +1,7 @@
-"""A store in two parts: databases of one agent, and databases shared by all agents of the process.
+"""A store in two parts: databases of one agent, and databases that all agents of the process share.
 
-Fawkes' robots have a local replica set and a distributed one, and so do the agents of a team in one process.
+Fawkes' robots have a local MongoDB replica set and a distributed replica set. The agents of a team in one
+process have this store instead.
 """
 
 from __future__ import annotations
@@ -8,14 +9,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from cxbridge.executive.robmem.store import OnChange, Store, Watch, split_name
+from cxbridge.executive.robmem.store import ChangeCallback, Store, Watch, split_name
 from cxbridge.executive.robmem.values import Document
 
 
 class SplitStore(Store):
     """Passes each call to the store of the collection's database.
 
-    :param own: the agent's store, closed with this one.
+    :param own: the agent's store, which is closed with the split store.
     :param common: the shared store, which stays open.
     :param shared: the names of the databases in the shared store.
     """
@@ -27,21 +28,21 @@ class SplitStore(Store):
         self._common = common
         self._shared = frozenset(shared)
 
-    def _store_of(self, collection: str) -> Store:
+    def _find_store(self, collection: str) -> Store:
         return self._common if split_name(collection)[0] in self._shared else self._own
 
     def insert(self, collection: str, document: Mapping[str, Any]) -> Any:
-        return self._store_of(collection).insert(collection, document)
+        return self._find_store(collection).insert(collection, document)
 
     def update(
         self, collection: str, query: Mapping[str, Any], changes: Mapping[str, Any], *, upsert: bool = False
     ) -> int:
-        return self._store_of(collection).update(collection, query, changes, upsert=upsert)
+        return self._find_store(collection).update(collection, query, changes, upsert=upsert)
 
     def find_one_and_update(
         self, collection: str, query: Mapping[str, Any], changes: Mapping[str, Any], *, upsert: bool = False
     ) -> Document | None:
-        return self._store_of(collection).find_one_and_update(collection, query, changes, upsert=upsert)
+        return self._find_store(collection).find_one_and_update(collection, query, changes, upsert=upsert)
 
     def find(
         self,
@@ -51,13 +52,13 @@ class SplitStore(Store):
         sort: Mapping[str, int] | None = None,
         limit: int = 0,
     ) -> list[Document]:
-        return self._store_of(collection).find(collection, query, sort=sort, limit=limit)
+        return self._find_store(collection).find(collection, query, sort=sort, limit=limit)
 
     def remove(self, collection: str, query: Mapping[str, Any]) -> int:
-        return self._store_of(collection).remove(collection, query)
+        return self._find_store(collection).remove(collection, query)
 
-    def watch(self, collection: str, query: Mapping[str, Any], on_change: OnChange) -> Watch:
-        return self._store_of(collection).watch(collection, query, on_change)
+    def watch(self, collection: str, query: Mapping[str, Any], on_change: ChangeCallback) -> Watch:
+        return self._find_store(collection).watch(collection, query, on_change)
 
     def create_index(
         self,
@@ -67,12 +68,12 @@ class SplitStore(Store):
         unique: bool = False,
         expire_after_s: float | None = None,
     ) -> None:
-        self._store_of(collection).create_index(
+        self._find_store(collection).create_index(
             collection, keys, unique=unique, expire_after_s=expire_after_s
         )
 
     def drop(self, collection: str) -> None:
-        self._store_of(collection).drop(collection)
+        self._find_store(collection).drop(collection)
 
     def collections(self) -> list[str]:
         return sorted({*self._own.collections(), *self._common.collections()})

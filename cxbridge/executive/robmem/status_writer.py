@@ -1,36 +1,39 @@
-"""The status of a replica set in its interface, which agents wait for before they use the robot memory."""
+"""The status of a MongoDB replica set in an interface, for which agents wait at their start.
+
+A replica set is a group of MongoDB servers with the same documents, which report changes.
+"""
 
 from __future__ import annotations
 
 import threading
 from typing import TYPE_CHECKING
 
-from cxbridge.executive.robmem.store import SetStatus
+from cxbridge.executive.robmem.store import ReplicaSetStatus
 from cxbridge.interfaces.instance import Interface
 
 if TYPE_CHECKING:
     from cxbridge.executive.robmem.store import Store
 
 _PERIOD_S = 1.0
-_MAX_TEXT = 1023  # characters of the interface's field without its NUL
+_MAX_TEXT_LENGTH = 1023  # characters of the interface's field without its NUL
 
 
 class StatusWriter:
-    """Polls the status of a replica set. The owner calls :meth:`write`.
+    """Polls the status of a replica set. The owner calls :meth:`write` once in each loop.
 
     :param interface: a MongoDBManagedReplicaSetInterface for writing; its id is the set's name.
     """
 
-    # a thread polls a database, which may take seconds to reply; a local store is polled once
+    # a thread polls a database, which may take seconds to reply; the status of a local store never changes
     def __init__(self, interface: Interface, store: Store) -> None:
         self._interface = interface
         self._store = store
-        self._status = SetStatus("UNKNOWN", "PRIMARY_UNKNOWN", "")
-        self._written: SetStatus | None = None
+        self._status = ReplicaSetStatus("UNKNOWN", "PRIMARY_UNKNOWN", "")
+        self._written_status: ReplicaSetStatus | None = None
         self._end = threading.Event()
         self._thread: threading.Thread | None = None
         if store.is_local:
-            self._status = store.set_status(interface.id)
+            self._status = store.replica_set_status(interface.id)
         else:
             self._thread = threading.Thread(target=self._poll_status, name="robot-memory-status", daemon=True)
             self._thread.start()
@@ -38,21 +41,22 @@ class StatusWriter:
 
     def _poll_status(self) -> None:
         while not self._end.is_set():
-            self._status = self._store.set_status(self._interface.id)
+            self._status = self._store.replica_set_status(self._interface.id)
             self._end.wait(_PERIOD_S)
 
     def write(self) -> None:
-        """Write the interface after changes."""
+        """Write the interface if the status has changed."""
         status = self._status
-        if status == self._written:
+        if status == self._written_status:
             return
-        self._written = status
-        self._set("member_status", status.member)
-        self._set("primary_status", status.primary)
-        self._interface.set("error_msg", status.error[:_MAX_TEXT])
+        self._written_status = status
+        self._set_enum_field("member_status", status.member)
+        self._set_enum_field("primary_status", status.primary)
+        self._interface.set("error_msg", status.error[:_MAX_TEXT_LENGTH])
         self._interface.write()
 
-    def _set(self, name: str, item: str) -> None:
+    def _set_enum_field(self, name: str, item: str) -> None:
+        """Set a field to the item of an enum, by name."""
         (enum,) = (field.enum for field in self._interface.SCHEMA.fields if field.name == name)
         assert enum is not None
         self._interface.set(name, {entry.name: entry.value for entry in enum.items}[item])

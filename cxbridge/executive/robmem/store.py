@@ -1,6 +1,7 @@
 """The interface of document stores, implemented by :mod:`embedded` and :mod:`mongodb`.
 
-Collections are named ``DATABASE.COLLECTION``, as in Fawkes. Arguments and results are copies.
+Collections are named ``DATABASE.COLLECTION``, as in Fawkes. Stores copy their arguments and results, so that
+callers may change them.
 """
 
 from __future__ import annotations
@@ -14,16 +15,16 @@ from msgspec import Struct
 from cxbridge.executive.robmem.errors import QueryError
 from cxbridge.executive.robmem.values import Document
 
-Change = Document
+ChangeEvent = Document
 """An event of a change stream.
 
 The fields are ``operationType`` (insert, update, replace, delete), ``ns``, ``documentKey``, ``fullDocument``
 (except for delete), ``updateDescription`` (for update), ``clusterTime``, ``wallTime``.
 """
 
-OnChange = Callable[[Change], object]
+ChangeCallback = Callable[[ChangeEvent], object]
 
-MAX_NAME = 120
+MAX_NAME_LENGTH = 120
 """The maximum length of a collection's name, including the database."""
 
 
@@ -33,19 +34,26 @@ def split_name(collection: str) -> tuple[str, str]:
     :raises QueryError: if the name is invalid.
     """
     database, dot, name = collection.partition(".")
-    if not dot or not database or not name or len(collection) > MAX_NAME or "\0" in collection or "$" in name:
+    if (
+        not dot
+        or not database
+        or not name
+        or len(collection) > MAX_NAME_LENGTH
+        or "\0" in collection
+        or "$" in name
+    ):
         raise QueryError(
             f"'{collection}' is not a collection", hint="name it DATABASE.COLLECTION, e.g. robmem.test"
         )
     return database, name
 
 
-class SetStatus(Struct, frozen=True):
-    """The status of a replica set, in the terms of MongoDBManagedReplicaSetInterface.
+class ReplicaSetStatus(Struct, frozen=True):
+    """The status of a replica set, with the names of the enum items in MongoDBManagedReplicaSetInterface.
 
-    :param member: the role of the used server.
-    :param primary: whether a writable server exists.
-    :param error: the problem; empty if there is none.
+    :param member: the role of the server in the replica set.
+    :param primary: whether the replica set has a server that accepts writes.
+    :param error: the reason of a wrong status; else empty.
     """
 
     member: str
@@ -65,13 +73,13 @@ class Store(ABC):
     """Documents in collections.
 
     Methods may be called from any thread. They raise :class:`QueryError` for an invalid document, query or
-    update, and :class:`AwayError` if the database is unreachable.
+    update, and :class:`UnreachableError` if the database is unreachable.
     """
 
     is_local: bool
     """Whether the store is in this process.
 
-    A local store replies immediately, and reports changes before a write returns.
+    A local store replies immediately, and reports each change before the method that writes returns.
     """
 
     @abstractmethod
@@ -121,7 +129,7 @@ class Store(ABC):
         """Remove all matching documents; return their number."""
 
     @abstractmethod
-    def watch(self, collection: str, query: Mapping[str, Any], on_change: OnChange) -> Watch:
+    def watch(self, collection: str, query: Mapping[str, Any], on_change: ChangeCallback) -> Watch:
         """Report each change of a collection, in order.
 
         :param query: a query on events, e.g. ``{"operationType": "insert"}``; empty: all events.
@@ -154,9 +162,9 @@ class Store(ABC):
     def collections(self) -> list[str]:
         """Return the collections with documents, sorted."""
 
-    def set_status(self, _name: str) -> SetStatus:
+    def replica_set_status(self, _name: str) -> ReplicaSetStatus:
         """Return the status of a replica set. May block."""
-        return SetStatus("PRIMARY", "HAVE_PRIMARY", "")
+        return ReplicaSetStatus("PRIMARY", "HAVE_PRIMARY", "")
 
     def attend(self) -> None:  # noqa: B027  a database expires documents by itself
         """Expire documents. To be called once per loop."""

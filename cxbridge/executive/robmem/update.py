@@ -13,18 +13,19 @@ from itertools import pairwise
 from typing import Any, Final, NamedTuple
 
 from cxbridge.executive.robmem.errors import QueryError
-from cxbridge.executive.robmem.query import equalities, has_operators, names_of_path, needs_mongodb
-from cxbridge.executive.robmem.values import MISSING, Document, copy, same
+from cxbridge.executive.robmem.query import equalities, has_operators, mongodb_needed_error, split_path
+from cxbridge.executive.robmem.values import MISSING, Document, copy, is_identical
 
 _OPERATORS: Final = frozenset({"$set", "$unset", "$inc", "$push", "$currentDate"})
 
 
 @dataclass
-class Changed:
+class UpdateResult:
     """The result of an update.
 
-    :param document: the new document; the old one stays unchanged.
-    :param fields: new values by path.
+    :param document: the new document.
+    :param fields: the new values by path.
+    :param removed: the paths of removed fields.
     """
 
     document: Document
@@ -32,7 +33,7 @@ class Changed:
     removed: list[str] = field(default_factory=list)
 
     @property
-    def anything(self) -> bool:
+    def has_changes(self) -> bool:
         return bool(self.fields or self.removed)
 
 
@@ -43,37 +44,37 @@ class _UpdateStep(NamedTuple):
     path: str
     operand: Any
 
-    def new_value(self, old: Any, now: datetime) -> Any:
+    def new_value(self, current_value: Any, now: datetime) -> Any:
         """Return the new value at the path; :data:`MISSING` removes the field."""
         match self.operator:
             case "$unset":
                 return MISSING
             case "$currentDate":
                 return now
-            case "$inc" if old is not MISSING:
-                return self._increment(old)
+            case "$inc" if current_value is not MISSING:
+                return self._increment(current_value)
             case "$push":
-                return self._append(old)
+                return self._append(current_value)
             case _:
                 return self.operand
 
-    def _increment(self, old: Any) -> Any:
-        if not _is_number(old):
+    def _increment(self, current_value: Any) -> Any:
+        if not _is_number(current_value):
             raise QueryError(f"$inc: '{self.path}' is not a number")
-        result = old + self.operand
+        result = current_value + self.operand
         if isinstance(result, int) and not -(2**63) <= result < 2**63:
             raise QueryError(f"$inc: '{self.path}' would be {result}, more than an integer can hold")
         return result
 
-    def _append(self, old: Any) -> list[Any]:
-        if old is MISSING:
+    def _append(self, current_value: Any) -> list[Any]:
+        if current_value is MISSING:
             return [self.operand]
-        if not isinstance(old, list):
+        if not isinstance(current_value, list):
             raise QueryError(f"$push: '{self.path}' is not an array")
-        return [*old, self.operand]
+        return [*current_value, self.operand]
 
 
-def as_operators(changes: Mapping[str, Any]) -> dict[str, Any]:
+def to_operators(changes: Mapping[str, Any]) -> dict[str, Any]:
     """Return an update as operators. Plain fields become ``$set``."""
     if any(name.startswith("$") for name in changes):
         return dict(changes)
@@ -88,27 +89,29 @@ class Update:
     """
 
     def __init__(self, changes: Mapping[str, Any]) -> None:
-        steps = [step for name, fields in as_operators(changes).items() for step in _steps(name, fields)]
+        steps = [
+            step for name, fields in to_operators(changes).items() for step in _parse_steps(name, fields)
+        ]
         # as in MongoDB, new fields are added in the order of their names
-        self._steps = sorted(steps, key=lambda step: step.path.split("."))
-        # the dot ends the last name, so that `a` is no prefix of `ab`
+        self._parse_steps = sorted(steps, key=lambda step: step.path.split("."))
+        # a dot ends each path, so that the path `a` is not a prefix of the path `ab`
         for outer, inner in pairwise(sorted(f"{step.path}." for step in steps)):
             if inner.startswith(outer):
                 raise QueryError(
                     f"updating the path '{inner[:-1]}' would create a conflict at '{outer[:-1]}'"
                 )
 
-    def apply(self, document: Document, now: datetime) -> Changed:
+    def apply(self, document: Document, now: datetime) -> UpdateResult:
         """Apply the update to a copy of a document.
 
         :raises QueryError: if the update does not suit the document.
         """
-        result = Changed(copy(document))
-        for step in self._steps:
+        result = UpdateResult(copy(document))
+        for step in self._parse_steps:
             _apply_step(step, result, now)
-        if any("." in step.path for step in self._steps):
-            copy(result.document)  # refuses a document that has become too deep
-        if "_id" in document and not same(document["_id"], result.document.get("_id", MISSING)):
+        if any("." in step.path for step in self._parse_steps):
+            copy(result.document)  # a check: copy() refuses a document that has become too deep
+        if "_id" in document and not is_identical(document["_id"], result.document.get("_id", MISSING)):
             raise QueryError("an update cannot change the '_id' of a document")
         return result
 
@@ -129,25 +132,25 @@ class Update:
         return self.apply(base, now).document
 
 
-def _steps(name: str, fields: Any) -> Iterator[_UpdateStep]:
+def _parse_steps(name: str, fields: Any) -> Iterator[_UpdateStep]:
     if name not in _OPERATORS:
-        raise needs_mongodb(f"{name} in an update")
+        raise mongodb_needed_error(f"{name} in an update")
     if not isinstance(fields, Mapping):
         raise QueryError(f"{name} takes a document of fields")
     for path, operand in fields.items():
-        names = names_of_path(path)
+        names = split_path(path)
         if not all(names):
             raise QueryError(f"{name}: '{path}' is not a path: a part of it is empty")
         if any(part == "$" or part.startswith("$[") for part in names):
-            raise needs_mongodb(f"{name} of '{path}', with a positional operator,")
+            raise mongodb_needed_error(f"{name} of '{path}', with a positional operator,")
         if any(part.startswith("$") for part in names):
             raise QueryError(f"{name}: '{path}': fields of documents do not begin with a dollar")
         if name == "$inc" and not _is_number(operand):
             raise QueryError(f"$inc of '{path}' takes a number")
         if name == "$currentDate" and not isinstance(operand, bool):
-            raise needs_mongodb(f"$currentDate of '{path}' with anything but true")
+            raise mongodb_needed_error(f"$currentDate of '{path}' with anything but true")
         if name == "$push" and has_operators(operand):
-            raise needs_mongodb(f"$push of '{path}' with {next(iter(operand))}")
+            raise mongodb_needed_error(f"$push of '{path}' with {next(iter(operand))}")
         yield _UpdateStep(name, path, operand)
 
 
@@ -155,22 +158,22 @@ def _is_number(value: Any) -> bool:
     return type(value) in (int, float)
 
 
-def _apply_step(step: _UpdateStep, result: Changed, now: datetime) -> None:
+def _apply_step(step: _UpdateStep, result: UpdateResult, now: datetime) -> None:
     *parents, name = step.path.split(".")
     parent: Any = result.document
     for field_name in parents:
         parent = parent.get(field_name) if isinstance(parent, dict) else None
-    old = parent.get(name, MISSING) if isinstance(parent, dict) else MISSING
-    new = step.new_value(old, now)
+    current_value = parent.get(name, MISSING) if isinstance(parent, dict) else MISSING
+    new = step.new_value(current_value, now)
     if new is MISSING:
-        if old is not MISSING:
+        if current_value is not MISSING:
             del parent[name]
             result.removed.append(step.path)
-    # a second change to the same time would look like no update on a virtual clock
-    elif step.operator == "$currentDate" or old is MISSING or not same(old, new):
+    # $currentDate always counts as a change: on a virtual clock, the time may be the same as before
+    elif step.operator == "$currentDate" or current_value is MISSING or not is_identical(current_value, new):
         _set_value(result.document, step.path, new)
         if step.operator == "$push" and len(new) > 1:
-            # MongoDB's events have an appended element by its index
+            # as in MongoDB's events, an appended element has the path with its index
             result.fields[f"{step.path}.{len(new) - 1}"] = new[-1]
         else:
             result.fields[step.path] = new

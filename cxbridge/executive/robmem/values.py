@@ -1,8 +1,8 @@
 """Equality and order of document values, as in MongoDB.
 
-The values 1 and 1.0 are equal, True is different. Values of different types are ordered by their types.
-Documents contain None, bool, 64-bit
-int, float, str, bytes, datetime, lists, dicts, and the three types below. Further types need a MongoDB.
+The values 1 and 1.0 are equal, and True differs from both. Values of different types are ordered by their
+types. Documents may contain None, bool, 64-bit int, float, str, bytes, datetime, lists, dicts, and the types
+``ObjectId``, ``Timestamp`` and ``Regex``. Only a MongoDB has further types.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from msgspec import Struct
 from cxbridge.executive.robmem.errors import QueryError
 
 Document = dict[str, Any]
+"""A document of the robot memory: values by field."""
 
 MAX_DEPTH = 100
 """The maximum nesting of documents and arrays."""
@@ -69,19 +70,19 @@ def copy(document: Mapping[str, Any]) -> Document:
     """
     if not isinstance(document, Mapping):
         raise QueryError(f"not a document: {document!r}")
-    return _copied_document(document, MAX_DEPTH)
+    return _copy_fields(document, MAX_DEPTH)
 
 
-def _copied_document(document: Mapping[str, Any], levels: int) -> Document:
+def _copy_fields(document: Mapping[str, Any], levels: int) -> Document:
     if not levels:
         raise QueryError(f"a document has at most {MAX_DEPTH} levels")
     for name in document:
         if not isinstance(name, str):
             raise QueryError(f"not a document: the name of a field is a text, not {name!r}")
-    return {str(name): _copied(value, levels - 1) for name, value in document.items()}
+    return {str(name): _copy_value(value, levels - 1) for name, value in document.items()}
 
 
-def _copied(value: Any, levels: int) -> Any:
+def _copy_value(value: Any, levels: int) -> Any:
     if type(value) in _SCALARS:
         return value
     match value:
@@ -90,11 +91,11 @@ def _copied(value: Any, levels: int) -> Any:
                 raise QueryError(f"not a document: {value} has more than 64 bits")
             return int(value)
         case Mapping():
-            return _copied_document(value, levels)
+            return _copy_fields(value, levels)
         case list() | tuple():
             if not levels:
                 raise QueryError(f"a document has at most {MAX_DEPTH} levels")
-            return [_copied(item, levels - 1) for item in value]
+            return [_copy_value(item, levels - 1) for item in value]
         case datetime():  # BSON has milliseconds
             return from_ms(to_ms(value))
         case str():
@@ -125,26 +126,26 @@ def from_ms(milliseconds: int) -> datetime:
 Key = tuple[int, Any]
 """A key for comparison and lookup: the position of the type, and the position within the type."""
 
-NUMBERS = 10
+NUMBER_POSITION = 10
 """The position of numbers in the order of types, which integers and doubles share."""
 
-NAN: Key = (NUMBERS - 1, 0)
+NAN_KEY: Key = (NUMBER_POSITION - 1, 0)
 """The key of NaN: below all numbers, equal to itself, and excluded from ``$lt`` and similar operators."""
 
 
 def _object_key(items: Iterable[tuple[str, Any]]) -> tuple[Any, ...]:
-    # types before names; NaN counts as a number here
+    # fields are compared by type, then name, then value; the type of NaN is that of numbers
     keyed = [(name, key(item)) for name, item in items]
-    return tuple((NUMBERS if item == NAN else item[0], name, item) for name, item in keyed)
+    return tuple((NUMBER_POSITION if item == NAN_KEY else item[0], name, item) for name, item in keyed)
 
 
-# each type's position in MongoDB's order of types, and its order within the type; the positions have gaps,
-# because only their order counts
-_ORDER: dict[type, tuple[int, Callable[[Any], Any]]] = {
+# for each type: its position in MongoDB's order of types, and a function that returns a value's key within
+# the type; only the order of the positions counts, so they have gaps
+_TYPE_ORDER: dict[type, tuple[int, Callable[[Any], Any]]] = {
     type(None): (5, lambda _value: 0),
     _MissingField: (5, lambda _value: 0),
-    int: (NUMBERS, lambda value: value),
-    float: (NUMBERS, lambda value: value),
+    int: (NUMBER_POSITION, lambda value: value),
+    float: (NUMBER_POSITION, lambda value: value),
     str: (15, lambda value: value),
     dict: (20, lambda value: _object_key(value.items())),
     list: (25, lambda value: tuple(map(key, value))),
@@ -159,17 +160,17 @@ _ORDER: dict[type, tuple[int, Callable[[Any], Any]]] = {
 
 def key(value: Any) -> Key:
     """Return a key with MongoDB's equality and order."""
-    position, make = _ORDER[type(value)]
-    within = make(value)
-    return NAN if position == NUMBERS and within != within else (position, within)  # noqa: PLR0124  NaN
+    position, make_key = _TYPE_ORDER[type(value)]
+    key_in_type = make_key(value)
+    return NAN_KEY if position == NUMBER_POSITION and key_in_type != key_in_type else (position, key_in_type)  # noqa: PLR0124  NaN
 
 
-def same(first: Any, second: Any) -> bool:
-    """Return whether two values are identical, unlike 1 and 1.0, which are only equal."""
+def is_identical(first: Any, second: Any) -> bool:
+    """Return whether two values have equal content and types, unlike 1 and 1.0."""
     if type(first) is not type(second):
         return False
     if isinstance(first, dict):
-        return [*first] == [*second] and all(map(same, first.values(), second.values()))
+        return [*first] == [*second] and all(map(is_identical, first.values(), second.values()))
     if isinstance(first, list):
-        return len(first) == len(second) and all(map(same, first, second))
+        return len(first) == len(second) and all(map(is_identical, first, second))
     return bool(key(first) == key(second))

@@ -27,7 +27,7 @@ from cxbridge.executive.features.tf import TfFeature
 from cxbridge.executive.host.environment import CORE_DIR
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.executive.robmem.embedded import EmbeddedStore
-from cxbridge.executive.robmem.errors import AwayError
+from cxbridge.executive.robmem.errors import UnreachableError
 from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.skiller.mapping import ActionSkillMapping
@@ -111,7 +111,7 @@ class MoodyStore(EmbeddedStore):
 
     def _answer(self):
         if self.mood == "away":
-            raise AwayError("nobody is at home")
+            raise UnreachableError("nobody is at home")
         if self.mood == "slow":
             assert self.go.wait(WAIT)
 

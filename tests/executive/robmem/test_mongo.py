@@ -19,7 +19,7 @@ from cxbridge.clock import Clock, RealClock, VirtualClock
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
 from cxbridge.events import EventBus
-from cxbridge.executive.robmem.errors import AwayError
+from cxbridge.executive.robmem.errors import UnreachableError
 from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.executive.robmem.mongodb import store as mongo
 from cxbridge.executive.robmem.mongodb.store import MongoStore
@@ -52,7 +52,7 @@ def comes_back(store):
     def there():
         try:
             store.find(C)
-        except AwayError:
+        except UnreachableError:
             return False
         return True
 
@@ -67,7 +67,7 @@ def test_a_database_goes_away_and_comes_back(fast):
     store.insert(C, {"_id": 1})
     events.first(1)
     first.stop()
-    with pytest.raises(AwayError):
+    with pytest.raises(UnreachableError):
         store.insert(C, {"_id": 2})
     until(lambda: warnings)
     first.store.insert(C, {"_id": 3})  # somebody else's, while we hear nothing
@@ -93,13 +93,13 @@ def test_a_database_that_is_away_at_the_start(fast):
         lambda: store.watch(C, {}, print),
         store.collections,
     ):
-        with pytest.raises(AwayError, match="cannot be reached"):
+        with pytest.raises(UnreachableError, match="cannot be reached"):
             operation()
     assert time.monotonic() - begin < 20
-    assert store.set_status("robot-memory-local").primary == "PRIMARY_UNKNOWN"
+    assert store.replica_set_status("robot-memory-local").primary == "PRIMARY_UNKNOWN"
     with MongoServer(gone.port):
         comes_back(store)
-        assert store.set_status("robot-memory-local").member == "PRIMARY"
+        assert store.replica_set_status("robot-memory-local").member == "PRIMARY"
         store.close()
 
 

@@ -11,7 +11,7 @@ from cxbridge.clock import VirtualClock
 from cxbridge.executive.robmem.embedded import EmbeddedStore
 from cxbridge.executive.robmem.errors import QueryError
 from cxbridge.executive.robmem.update import Update
-from cxbridge.executive.robmem.values import copy, same
+from cxbridge.executive.robmem.values import copy, is_identical
 from tests.executive.robmem import mongodb_cases as mongodb
 from tests.executive.robmem import mongodb_names as names
 
@@ -61,8 +61,8 @@ def test_an_update_makes_what_mongodb_documents(_name, document, update, expecte
         return
     changed = Update(copy(update)).apply(copy(before), mongodb.NOW)
     # to the byte: types of numbers and the order of fields count
-    assert same(changed.document, {"_id": 1, **expected})
-    assert changed.anything != same(before, {"_id": 1, **expected})
+    assert is_identical(changed.document, {"_id": 1, **expected})
+    assert changed.has_changes != is_identical(before, {"_id": 1, **expected})
 
 
 @pytest.mark.parametrize(("query", "update", "expected"), mongodb.UPSERTS, ids=brief)
@@ -76,7 +76,7 @@ def test_an_upsert_inserts_what_mongodb_documents(embedded, query, update, expec
     (found,) = embedded.find(C)
     assert next(iter(found)) == "_id"
     del found["_id"]
-    assert same(found, expected)
+    assert is_identical(found, expected)
 
 
 # --- or refused by name -----------------------------------------------------------------------------------

@@ -14,11 +14,11 @@ from cxbridge.executive.robmem.errors import QueryError
 from cxbridge.executive.robmem.values import Document, ObjectId, Regex, Timestamp
 
 CODEC: CodecOptions[Document] = CodecOptions(tz_aware=True, tzinfo=UTC)
-_LETTERS = {re.IGNORECASE: "i", re.MULTILINE: "m", re.DOTALL: "s", re.VERBOSE: "x"}
+_OPTION_LETTERS = {re.IGNORECASE: "i", re.MULTILINE: "m", re.DOTALL: "s", re.VERBOSE: "x"}
 
 
 def to_bson(value: Any) -> Any:
-    """Return a value for the driver. Types specific to MongoDB stay unchanged."""
+    """Return a document's value as a value for pymongo. Types that only pymongo has stay unchanged."""
     match value:
         case Mapping():
             return {name: to_bson(item) for name, item in value.items()}
@@ -34,7 +34,7 @@ def to_bson(value: Any) -> Any:
 
 
 def from_bson(value: Any) -> Any:  # noqa: PLR0911  one return for each type
-    """Return a document's value for a value of the driver. Types specific to MongoDB stay unchanged."""
+    """Return a value of pymongo as a document's value. Types that only pymongo has stay unchanged."""
     match value:
         case dict():
             return {name: from_bson(item) for name, item in value.items()}
@@ -47,12 +47,12 @@ def from_bson(value: Any) -> Any:  # noqa: PLR0911  one return for each type
         case bson.Timestamp():
             return Timestamp(value.time, value.inc)
         case bson.Regex():
-            letters = "".join(letter for flag, letter in _LETTERS.items() if value.flags & flag)
+            letters = "".join(letter for flag, letter in _OPTION_LETTERS.items() if value.flags & flag)
             return Regex(str(value.pattern), letters)
     return value
 
 
-def dumped(documents: list[Document]) -> bytes:
+def encode_dump(documents: list[Document]) -> bytes:
     """Return documents in mongodump's format.
 
     :raises QueryError: if a value is not a document.
@@ -63,7 +63,7 @@ def dumped(documents: list[Document]) -> bytes:
         raise QueryError(f"not a document: {error}") from None
 
 
-def restored(data: bytes) -> list[Document]:
+def decode_dump(data: bytes) -> list[Document]:
     """Return the documents of a dump.
 
     :raises QueryError: if the data is not a dump.

@@ -1,7 +1,8 @@
-"""Change streams that survive disconnections.
+"""Change streams of MongoDB that survive disconnections.
 
-A lost stream is opened again after the token of the last reported event, so that no event is missed as long
-as the oplog has it.
+A change stream reports the changes of a collection from the oplog, the log of a replica set. Each event has a
+token. A lost stream is opened again after the token of the last reported event, so that no event is missed
+while the oplog contains it.
 """
 
 from __future__ import annotations
@@ -15,12 +16,12 @@ from pymongo.collection import Collection
 from pymongo.errors import OperationFailure, PyMongoError
 
 from cxbridge.executive.robmem.mongodb.bsonvalues import from_bson
-from cxbridge.executive.robmem.store import OnChange, Watch
+from cxbridge.executive.robmem.store import ChangeCallback, Watch
 from cxbridge.executive.robmem.values import Document
 
 _AWAIT_MS = 200  # milliseconds of one wait, between checks for the end of the watch
 _RETRY_S = 0.5  # seconds before a lost stream is opened again
-_REPORTED = {"insert", "update", "replace", "delete"}
+_REPORTED_TYPES = {"insert", "update", "replace", "delete"}
 
 
 class MongoWatch(Watch):
@@ -28,7 +29,7 @@ class MongoWatch(Watch):
 
     :param pipeline: the aggregation pipeline of events.
     :param warn: called on disconnection and reconnection.
-    :param closed: called when the watch is closed.
+    :param on_close: called when the watch is closed.
     :raises PyMongoError: if the stream cannot be opened now.
     """
 
@@ -36,20 +37,20 @@ class MongoWatch(Watch):
         self,
         collection: Collection[Document],
         pipeline: Sequence[Mapping[str, Any]],
-        on_change: OnChange,
+        on_change: ChangeCallback,
         warn: Callable[[str], object],
-        closed: Callable[[MongoWatch], object],
+        on_close: Callable[[MongoWatch], object],
     ) -> None:
         self._collection = collection
         self._pipeline = list(pipeline)
         self._on_change = on_change
         self._warn = warn
-        self._closed = closed
+        self._on_close = on_close
         self._end = threading.Event()
         self._token: Mapping[str, Any] | None = None
         stream = self._open()
         self._thread = threading.Thread(
-            target=self._run, args=(stream,), name="robot-memory-watch", daemon=True
+            target=self._report_changes, args=(stream,), name="robot-memory-watch", daemon=True
         )
         self._thread.start()
 
@@ -57,7 +58,7 @@ class MongoWatch(Watch):
         self._end.set()
         if self._thread is not threading.current_thread():  # a callback may close its own watch
             self._thread.join()
-        self._closed(self)
+        self._on_close(self)
 
     def _open(self) -> CollectionChangeStream[Document]:
         """Open the stream after the last reported event."""
@@ -69,19 +70,20 @@ class MongoWatch(Watch):
             start_after=self._token,
         )
 
-    def _run(self, stream: CollectionChangeStream[Document] | None) -> None:
-        lost = False
+    def _report_changes(self, stream: CollectionChangeStream[Document] | None) -> None:
+        """Report changes until the watch is closed. Runs in the thread of the watch."""
+        is_lost = False
         while not self._end.is_set():
             try:
                 stream = stream or self._open()
-                if lost:
+                if is_lost:
                     self._warn(f"{self._collection.full_name}: the database is there again")
-                    lost = False
-                self._notify(stream)
+                    is_lost = False
+                self._report_new_changes(stream)
             except PyMongoError as error:
-                if not lost:
+                if not is_lost:
                     self._warn(f"{self._collection.full_name}: no events at present: {error}")
-                    lost = True
+                    is_lost = True
                 if isinstance(error, OperationFailure) and not error.has_error_label(
                     "ResumableChangeStreamError"
                 ):
@@ -91,8 +93,8 @@ class MongoWatch(Watch):
         if stream is not None:
             stream.close()
 
-    def _notify(self, stream: CollectionChangeStream[Document]) -> None:
-        """Report new events; waits briefly if there are none."""
+    def _report_new_changes(self, stream: CollectionChangeStream[Document]) -> None:
+        """Report the events of a stream until it ends or the watch is closed."""
         while not self._end.is_set():
             change = stream.try_next()
             self._token = stream.resume_token or self._token
@@ -100,5 +102,5 @@ class MongoWatch(Watch):
                 if not stream.alive:
                     return
                 continue
-            if change.get("operationType") in _REPORTED:
+            if change.get("operationType") in _REPORTED_TYPES:
                 self._on_change(from_bson(change))

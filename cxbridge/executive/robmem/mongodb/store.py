@@ -17,21 +17,21 @@ from pymongo.collection import Collection
 from cxbridge.config.secrets import mask
 from cxbridge.errors import ConfigError
 from cxbridge.executive.robmem.errors import (
-    AwayError,
     DuplicateKeyError,
     QueryError,
     RobotMemoryError,
+    UnreachableError,
 )
 from cxbridge.executive.robmem.mongodb.bsonvalues import CODEC, from_bson, to_bson
 from cxbridge.executive.robmem.mongodb.change_stream import MongoWatch
-from cxbridge.executive.robmem.store import OnChange, SetStatus, Store, Watch, split_name
-from cxbridge.executive.robmem.update import as_operators
+from cxbridge.executive.robmem.store import ChangeCallback, ReplicaSetStatus, Store, Watch, split_name
+from cxbridge.executive.robmem.update import to_operators
 from cxbridge.executive.robmem.values import Document
 
 Client = MongoClient[Document]
 
 _SELECTION_MS = 2000  # milliseconds until an absent server is reported
-_SOCKET_MS = 10_000
+_SOCKET_MS = 10_000  # milliseconds until a server without reply is reported
 # Seconds in which calls fail immediately after a failure, so that rules do not wait at every call.
 _PAUSE_S = 1.0
 
@@ -39,7 +39,7 @@ _DUPLICATE_KEY = 11000  # MongoDB's code of the error
 _SYSTEM_DATABASES = {"admin", "local", "config"}
 
 
-def connect(uri: str) -> Client:
+def make_client(uri: str) -> Client:
     """Make a client, which connects on first use.
 
     :raises ConfigError: if the URI is invalid.
@@ -80,32 +80,32 @@ class MongoStore(Store):
         *,
         warn: Callable[[str], object] = lambda _text: None,
     ) -> None:
-        self._local = connect(local)
-        self._distributed = connect(distributed) if distributed else self._local
+        self._local = make_client(local)
+        self._distributed = make_client(distributed) if distributed else self._local
         self._shared = frozenset(shared)
         self._warn = warn
-        self._away_until: dict[int, float] = {}
+        self._away_until: dict[int, float] = {}  # end of the pause after a failure, by id() of the client
         self._watches: set[MongoWatch] = set()
         self._lock = threading.Lock()
 
     def insert(self, collection: str, document: Mapping[str, Any]) -> Any:
-        new = to_bson(document)  # pymongo adds the _id to its argument
-        with self._use(collection) as mongo_collection:
-            return from_bson(mongo_collection.insert_one(new).inserted_id)
+        bson_document = to_bson(document)  # pymongo adds the _id to its argument
+        with self._open_collection(collection) as mongo_collection:
+            return from_bson(mongo_collection.insert_one(bson_document).inserted_id)
 
     def update(
         self, collection: str, query: Mapping[str, Any], changes: Mapping[str, Any], *, upsert: bool = False
     ) -> int:
-        criteria, operators = to_bson(query), to_bson(as_operators(changes))
-        with self._use(collection) as mongo_collection:
+        criteria, operators = to_bson(query), to_bson(to_operators(changes))
+        with self._open_collection(collection) as mongo_collection:
             result = mongo_collection.update_many(criteria, operators, upsert=upsert)
             return result.matched_count or int(result.upserted_id is not None)
 
     def find_one_and_update(
         self, collection: str, query: Mapping[str, Any], changes: Mapping[str, Any], *, upsert: bool = False
     ) -> Document | None:
-        criteria, operators = to_bson(query), to_bson(as_operators(changes))
-        with self._use(collection) as mongo_collection:
+        criteria, operators = to_bson(query), to_bson(to_operators(changes))
+        with self._open_collection(collection) as mongo_collection:
             document: Document | None = mongo_collection.find_one_and_update(
                 criteria, operators, upsert=upsert, return_document=ReturnDocument.AFTER
             )
@@ -120,12 +120,12 @@ class MongoStore(Store):
         limit: int = 0,
     ) -> list[Document]:
         order = list(sort.items()) if sort else None
-        with self._use(collection) as mongo_collection:
+        with self._open_collection(collection) as mongo_collection:
             documents = mongo_collection.find(to_bson(query or {}), sort=order, limit=limit)
             return [from_bson(document) for document in documents]
 
     def remove(self, collection: str, query: Mapping[str, Any]) -> int:
-        with self._use(collection) as mongo_collection:
+        with self._open_collection(collection) as mongo_collection:
             return mongo_collection.delete_many(to_bson(query)).deleted_count
 
     def create_index(
@@ -141,42 +141,42 @@ class MongoStore(Store):
             options["expireAfterSeconds"] = int(expire_after_s)
         if not keys:
             raise QueryError("an index needs a key")
-        with self._use(collection) as mongo_collection:
+        with self._open_collection(collection) as mongo_collection:
             mongo_collection.create_index(list(keys.items()), **options)
 
     def drop(self, collection: str) -> None:
-        with self._use(collection) as mongo_collection:
+        with self._open_collection(collection) as mongo_collection:
             mongo_collection.drop()
 
     def collections(self) -> list[str]:
         names: set[str] = set()
         for client in {self._local, self._distributed}:
-            with self._guarded(client):
+            with self._converted_errors(client):
                 for database in client.list_database_names():
-                    if database not in _SYSTEM_DATABASES and client is self._client(database):
+                    if database not in _SYSTEM_DATABASES and client is self._find_client(database):
                         names |= {f"{database}.{name}" for name in client[database].list_collection_names()}
         return sorted(names)
 
-    def watch(self, collection: str, query: Mapping[str, Any], on_change: OnChange) -> Watch:
+    def watch(self, collection: str, query: Mapping[str, Any], on_change: ChangeCallback) -> Watch:
         pipeline = [{"$match": to_bson(query)}] if query else []
-        with self._use(collection) as mongo_collection:
+        with self._open_collection(collection) as mongo_collection:
             watch = MongoWatch(mongo_collection, pipeline, on_change, self._warn, self._watches.discard)
         self._watches.add(watch)
         return watch
 
-    def set_status(self, name: str) -> SetStatus:
+    def replica_set_status(self, name: str) -> ReplicaSetStatus:
         """Return the status of a replica set from the first server that replies."""
         client = self._distributed if name.endswith("distributed") else self._local
         try:
             hello = client.admin.command("hello", read_preference=ReadPreference.NEAREST)
         except mongo_errors.PyMongoError as error:
-            return SetStatus("UNKNOWN", "PRIMARY_UNKNOWN", f"{name}: {error}")
+            return ReplicaSetStatus("UNKNOWN", "PRIMARY_UNKNOWN", f"{name}: {error}")
         if "setName" not in hello:
             text = f"{name}: this MongoDB is not a replica set, so it reports no changes"
-            return SetStatus("NOT_INITIALIZED", "NO_PRIMARY", text)
+            return ReplicaSetStatus("NOT_INITIALIZED", "NO_PRIMARY", text)
         roles = {"isWritablePrimary": "PRIMARY", "secondary": "SECONDARY", "arbiterOnly": "ARBITER"}
         member = next((role for field, role in roles.items() if hello.get(field)), "INITIALIZING")
-        return SetStatus(member, "HAVE_PRIMARY" if hello.get("primary") else "NO_PRIMARY", "")
+        return ReplicaSetStatus(member, "HAVE_PRIMARY" if hello.get("primary") else "NO_PRIMARY", "")
 
     def close(self) -> None:
         for watch in tuple(self._watches):
@@ -184,38 +184,38 @@ class MongoStore(Store):
         self._local.close()
         self._distributed.close()
 
-    def _client(self, database: str) -> Client:
+    def _find_client(self, database: str) -> Client:
         return self._distributed if database in self._shared else self._local
 
     @contextmanager
-    def _use(self, collection: str) -> Iterator[Collection[Document]]:
+    def _open_collection(self, collection: str) -> Iterator[Collection[Document]]:
         """Provide a collection; convert errors of the driver."""
         database, name = split_name(collection)
-        client = self._client(database)
-        with self._guarded(client):
+        client = self._find_client(database)
+        with self._converted_errors(client):
             yield client[database].get_collection(name, codec_options=CODEC)
 
     @contextmanager
-    def _guarded(self, client: Client) -> Iterator[None]:
+    def _converted_errors(self, client: Client) -> Iterator[None]:
         """Convert errors of the driver. Fail immediately for some time after a failed connection."""
         if time.monotonic() < self._away_until.get(id(client), 0.0):
-            raise AwayError("the database cannot be reached")
+            raise UnreachableError("the database cannot be reached")
         try:
             yield
         except mongo_errors.PyMongoError as error:
-            translated = _translate(error)
-            if isinstance(translated, AwayError):
+            translated = _convert_error(error)
+            if isinstance(translated, UnreachableError):
                 self._away_until[id(client)] = time.monotonic() + _PAUSE_S
             raise translated from None
         except (bson.errors.BSONError, OverflowError, TypeError, ValueError) as error:
             raise QueryError(str(error)) from None
 
 
-def _translate(error: pymongo.errors.PyMongoError) -> RobotMemoryError:
+def _convert_error(error: pymongo.errors.PyMongoError) -> RobotMemoryError:
     """Convert an error of the driver."""
     # pymongo has no class for the duplicate key of a find_one_and_update
     if isinstance(error, mongo_errors.OperationFailure) and error.code == _DUPLICATE_KEY:
         return DuplicateKeyError(str(error))
     if isinstance(error, mongo_errors.ConnectionFailure | mongo_errors.ExecutionTimeout):
-        return AwayError(f"the database cannot be reached: {error}".split(", Timeout:")[0])
+        return UnreachableError(f"the database cannot be reached: {error}".split(", Timeout:")[0])
     return QueryError(str(error))
