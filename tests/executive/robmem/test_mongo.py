@@ -154,22 +154,22 @@ def test_the_settings_are_fawkes():
     found = settings(FAWKES_CLIENTS % "true")
     assert found.uri == "mongodb://here:27021/?directConnection=true"
     assert found.distributed_uri == "mongodb://a:1,b:2/?replicaSet=rs"
-    assert (found.distributed, found.mutexes, found.sets) == (("shared",), "shared.locks", ("one",))
-    assert found.place == "MongoDB here:27021/?directConnection=true and a:1,b:2/?replicaSet=rs"
+    assert (found.distributed, found.mutexes, found.replica_sets) == (("shared",), "shared.locks", ("one",))
+    assert found.location == "MongoDB here:27021/?directConnection=true and a:1,b:2/?replicaSet=rs"
     assert settings(FAWKES_CLIENTS % "false").distributed_uri == ""
 
 
 def test_without_a_configuration_it_is_in_this_process():
     found = settings("a: b")
     assert (found.backend, found.file, found.mutexes) == ("embedded", None, M)
-    assert found.sets == ("robot-memory-distributed", "robot-memory-local")
+    assert found.replica_sets == ("robot-memory-distributed", "robot-memory-local")
 
 
 def test_one_uri_is_for_everything_and_its_password_is_not_told():
     text = 'cxbridge: {robot-memory: {backend: mongodb, uri: "mongodb://me:secret@h:1/"}}'
     found = settings(text)
     assert (found.uri, found.distributed_uri) == ("mongodb://me:secret@h:1/", "")
-    assert "secret" not in found.place
+    assert "secret" not in found.location
 
 
 def memory(config: str, clock: Clock, folder: Path):
