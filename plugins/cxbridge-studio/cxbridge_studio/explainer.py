@@ -56,7 +56,7 @@ def broken_agent(error: BrokenAgentError, options: RunOptions) -> BrokenAgentErr
 
 def place_of_action(files: Sequence[Path], action: str) -> str:
     """Return the position in an agent's files where an action is put into a plan, ``FILE:LINE``."""
-    from cxbridge_studio.explain.places import SourcePlaces  # noqa: PLC0415
+    from cxbridge_studio.explain.source_positions import SourcePlaces  # noqa: PLC0415
 
     return SourcePlaces(files).of_action(action)
 

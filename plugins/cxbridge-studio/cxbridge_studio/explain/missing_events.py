@@ -15,7 +15,7 @@ from cxbridge.run.mistakes import own_files
 from cxbridge.run.stuck import read_interfaces
 from cxbridge_studio.agent import sub_types
 from cxbridge_studio.constructs import allowed_values, rule_texts
-from cxbridge_studio.explain.places import SourcePlaces
+from cxbridge_studio.explain.source_positions import SourcePlaces
 from cxbridge_studio.explain.timed_rules import (
     TIME_KEY,
     find_missing_template,
