@@ -56,9 +56,9 @@ def broken_agent(error: BrokenAgentError, options: RunOptions) -> BrokenAgentErr
 
 def place_of_action(files: Sequence[Path], action: str) -> str:
     """Return the position in an agent's files where an action is put into a plan, ``FILE:LINE``."""
-    from cxbridge_studio.explain.source_positions import SourcePlaces  # noqa: PLC0415
+    from cxbridge_studio.explain.source_positions import SourcePositions  # noqa: PLC0415
 
-    return SourcePlaces(files).of_action(action)
+    return SourcePositions(files).action_position(action)
 
 
 def missing_events(agent: Run, failed_rules: Iterable[str]) -> str:

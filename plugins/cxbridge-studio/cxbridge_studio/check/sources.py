@@ -18,7 +18,7 @@ from cxbridge_studio.check.agent import Agent, find_agent_names
 from cxbridge_studio.check.domain_calls import domain_calls
 from cxbridge_studio.constructs import rule_texts
 from cxbridge_studio.explain.rules.constructs import Constructs, TextFile
-from cxbridge_studio.explain.rules.environment import restore_sources, rulebook, take_snapshot
+from cxbridge_studio.explain.rules.environment import read_rulebook, restore_sources, take_snapshot
 from cxbridge_studio.explain.rules.snapshot import Rulebook, Snapshot
 
 
@@ -37,7 +37,7 @@ class ScenarioRules:
         self._globals = Constructs(_read_texts(env.loader.files)).global_texts
 
     def rulebook(self) -> Rulebook:
-        return rulebook(self._env, self._folders)
+        return read_rulebook(self._env, self._folders)
 
     def snapshot(self, rule: str, env: str, time_us: int) -> Snapshot:
         """Return a snapshot of a rule, without facts."""

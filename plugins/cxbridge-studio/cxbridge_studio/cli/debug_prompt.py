@@ -25,7 +25,7 @@ from cxbridge_studio.debugger.fact_words import parse_fact_change, parse_number
 from cxbridge_studio.debugger.names import Mistakes, OccurredNames
 from cxbridge_studio.explain.answer import explain
 from cxbridge_studio.explain.evidence import History
-from cxbridge_studio.explain.rules.environment import fact_slots, rulebook
+from cxbridge_studio.explain.rules.environment import fact_slots, read_rulebook
 from cxbridge_studio.explain.rules.missing import explain_missing_rule
 from cxbridge_studio.explain.scenario import EnvironmentEvidence
 
@@ -211,7 +211,7 @@ class _Agent:
 
     def with_cause(self, item: Breakpoint, error: ExecutiveError) -> ExecutiveError:
         """Return the error about a breakpoint, with the reason why the rule is missing if it is known."""
-        book = rulebook(self.assembly.executive.env, self.assembly.paths.clips_dirs)
+        book = read_rulebook(self.assembly.executive.env, self.assembly.paths.clips_dirs)
         cause = explain_missing_rule(item.name, book) if item.is_rule_breakpoint else ""
         return ExecutiveError(error.message, hint=cause) if cause else error
 

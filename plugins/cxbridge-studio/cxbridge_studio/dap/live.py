@@ -12,7 +12,7 @@ from cxbridge.mainloop import Hook
 from cxbridge.run.run import run_scenario
 from cxbridge_studio.dap.agent import DebuggedAgent, LiveStoppedEnvironment
 from cxbridge_studio.dap.target import DebugClient, Target, TargetStop
-from cxbridge_studio.explain.rules.environment import rulebook
+from cxbridge_studio.explain.rules.environment import read_rulebook
 from cxbridge_studio.explain.rules.missing import explain_missing_rule
 
 if TYPE_CHECKING:
@@ -155,7 +155,7 @@ class LiveRun(Target):
         rule_position = agent.rule_position(rule)
         if rule_position is not None and rule_position.file != file:
             return f"the rule {rule} that was loaded is that of {rule_position.file}:{rule_position.line}"
-        book = rulebook(agent.env, agent.run.paths.clips_dirs)
+        book = read_rulebook(agent.env, agent.run.paths.clips_dirs)
         if rule in book.rules:
             return ""
         return explain_missing_rule(rule, book) or f"the spec does not load {file.name}"

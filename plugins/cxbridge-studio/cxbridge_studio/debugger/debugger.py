@@ -106,15 +106,15 @@ class Debugger:
         :param checked: whether to refuse an unreachable breakpoint, see :meth:`AgentNames.check`.
         :raises ExecutiveError: if the text is not a breakpoint, or the breakpoint is unreachable.
         """
-        point = parse_breakpoint(spec) if isinstance(spec, str) else spec
+        new_breakpoint = parse_breakpoint(spec) if isinstance(spec, str) else spec
         with self._env.lock:
             if checked:
-                self.names.check(point)
+                self.names.check(new_breakpoint)
             self._last_number += 1
-            point = replace(point, number=self._last_number)
-            self._breakpoints[point.number] = point
+            new_breakpoint = replace(new_breakpoint, number=self._last_number)
+            self._breakpoints[new_breakpoint.number] = new_breakpoint
             self._update_subscription()
-        return point
+        return new_breakpoint
 
     def remove(self, number: int) -> None:
         """Remove a breakpoint.
@@ -123,8 +123,8 @@ class Debugger:
         """
         with self._env.lock:
             if number not in self._breakpoints:
-                known = ", ".join(map(str, self._breakpoints)) or "none"
-                raise ExecutiveError(f"there is no breakpoint {number}", hint=f"there are: {known}")
+                known_numbers = ", ".join(map(str, self._breakpoints)) or "none"
+                raise ExecutiveError(f"there is no breakpoint {number}", hint=f"there are: {known_numbers}")
             del self._breakpoints[number]
             self._update_subscription()
 
@@ -140,9 +140,9 @@ class Debugger:
 
     def move_to(self, executive: Executive) -> None:
         """Set the same breakpoints in the executive that follows this one after a reset."""
-        following = debugger_of(executive)
-        for point in self.breakpoints:
-            following.add(point)
+        next_debugger = debugger_of(executive)
+        for candidate in self.breakpoints:
+            next_debugger.add(candidate)
 
     # -- state, and continuing
 
@@ -220,13 +220,14 @@ class Debugger:
     def watches_lines(self) -> bool:
         """Whether instrumented rules must call :meth:`at_line` now."""
         return self._is_firing and (
-            self._step_unit == LINE_STEP or any(point.kind == "line" for point in self._breakpoints.values())
+            self._step_unit == LINE_STEP
+            or any(candidate.kind == "line" for candidate in self._breakpoints.values())
         )
 
     def may_stop_at(self, rule: str, line: int) -> bool:
         """Return whether :meth:`at_line` would evaluate a condition or stop."""
         return self._step_unit == LINE_STEP or any(
-            point.matches_line(rule, line) for point in self._breakpoints.values()
+            candidate.matches_line(rule, line) for candidate in self._breakpoints.values()
         )
 
     def at_line(self, rule: str, line: int) -> None:
@@ -239,15 +240,15 @@ class Debugger:
         if not self._is_firing:
             return
         self._last_rule = rule
-        where = f"at line {line} of rule {rule}"
+        position_text = f"at line {line} of rule {rule}"
         stops = (
-            self._count_hit(point, where, line=line)
-            for point in self._breakpoints.values()
-            if point.matches_line(rule, line)
+            self._count_hit(candidate, position_text, line=line)
+            for candidate in self._breakpoints.values()
+            if candidate.matches_line(rule, line)
         )
         stop = next(filter(None, stops), None)
         if stop is None and self._step_unit == LINE_STEP:
-            stop = self._make_stop("step", where, line=line)
+            stop = self._make_stop("step", position_text, line=line)
         if stop is None:
             return
         self._is_firing = False  # transitions that the user causes during the stop must not stop again
@@ -273,7 +274,9 @@ class Debugger:
         while not env.is_ended and not self._has_agent_halted and (rule := next_rule(env)):
             if self._is_stop_requested:
                 return self._make_stop("asked", f"before rule {rule}, as asked")
-            rule_breakpoints = [point for point in self._breakpoints.values() if point.is_rule_breakpoint]
+            rule_breakpoints = [
+                candidate for candidate in self._breakpoints.values() if candidate.is_rule_breakpoint
+            ]
             if rule_breakpoints and (stop := self._stop_before(rule_breakpoints, rule)) is not None:
                 return stop
             # Without breakpoints on rules, all rules fire at once, which is much faster.
@@ -308,12 +311,12 @@ class Debugger:
 
         Each activation stops once, because it is still the first of the agenda after the stop.
         """
-        for point in breakpoints:
-            if point.kind == "before" and point.matches_rule(next_rule):
+        for candidate in breakpoints:
+            if candidate.kind == "before" and candidate.matches_rule(next_rule):
                 _, rule, basis = next(activations(self._env))
                 activation = f"{rule}: {basis}"
                 is_new = activation != self._passed_activation
-                if is_new and (stop := self._count_hit(point, f"before rule {rule}")):
+                if is_new and (stop := self._count_hit(candidate, f"before rule {rule}")):
                     self._passed_activation = activation
                     return stop
         return None
@@ -324,39 +327,41 @@ class Debugger:
         :param breakpoints: the breakpoints on rules.
         :param fired: the number of fired rules.
         """
-        for point, event in self._transition_hits:
-            if point is None:
+        for hit_breakpoint, event in self._transition_hits:
+            if hit_breakpoint is None:
                 return self._make_stop("step", f"at {describe_transition(event)}", event=event)
-            if (stop := self._count_hit(point, f"at {describe_transition(event)}", event)) is not None:
+            if (
+                stop := self._count_hit(hit_breakpoint, f"at {describe_transition(event)}", event)
+            ) is not None:
                 return stop
         if not fired or not (self._fires_one_by_one or self._is_interrupted):
             return None
-        where = f"after rule {self._last_rule}"
-        for point in breakpoints:
-            is_hit = point.kind == "after" and point.matches_rule(self._last_rule)
-            if is_hit and (stop := self._count_hit(point, where)) is not None:
+        position_text = f"after rule {self._last_rule}"
+        for hit_breakpoint in breakpoints:
+            is_hit = hit_breakpoint.kind == "after" and hit_breakpoint.matches_rule(self._last_rule)
+            if is_hit and (stop := self._count_hit(hit_breakpoint, position_text)) is not None:
                 return stop
-        return self._make_stop("step", where) if self._step_unit == "rule" else None
+        return self._make_stop("step", position_text) if self._step_unit == "rule" else None
 
     def _count_hit(
-        self, point: Breakpoint, where: str, event: Transition | None = None, line: int = 0
+        self, hit_breakpoint: Breakpoint, position_text: str, event: Transition | None = None, line: int = 0
     ) -> Stop | None:
         """Count a hit and return the stop; None if the condition or the hit count prevents the stop."""
-        kind = "transition" if event is not None else point.kind
-        self._hit_counts[point.number] += 1
-        stop = self._make_stop(kind, where, point.number, event, line)
-        if point.condition:
+        kind = "transition" if event is not None else hit_breakpoint.kind
+        self._hit_counts[hit_breakpoint.number] += 1
+        stop = self._make_stop(kind, position_text, hit_breakpoint.number, event, line)
+        if hit_breakpoint.condition:
             try:
-                if self._env.eval(self.expand(point.condition, stop)) == FALSE:
+                if self._env.eval(self.expand(hit_breakpoint.condition, stop)) == FALSE:
                     return None
             except ClipsError as error:  # the stop shows the user the mistake
-                problem = f"(breakpoint {point.number} has a condition that fails: {error.message})"
-                stop = replace(stop, reason=f"{where} {problem}")
-        self._true_hit_counts[point.number] += 1
-        if not point.is_due(self._true_hit_counts[point.number]):
+                problem = f"(breakpoint {hit_breakpoint.number} has a condition that fails: {error.message})"
+                stop = replace(stop, reason=f"{position_text} {problem}")
+        self._true_hit_counts[hit_breakpoint.number] += 1
+        if not hit_breakpoint.is_due(self._true_hit_counts[hit_breakpoint.number]):
             return None
-        if point.log:
-            text = point.log_text(lambda expression: self._value_text(expression, stop))
+        if hit_breakpoint.log:
+            text = hit_breakpoint.log_text(lambda expression: self._value_text(expression, stop))
             self._log.info(text)
             return None
         return stop
@@ -388,7 +393,7 @@ class Debugger:
     def _update_subscription(self) -> None:
         """Subscribe to transitions only while a breakpoint or step needs them."""
         is_needed = self._step_unit == "transition" or any(
-            point.is_transition_breakpoint for point in self._breakpoints.values()
+            candidate.is_transition_breakpoint for candidate in self._breakpoints.values()
         )
         if is_needed and not self._is_subscribed:
             self._last_statuses.clear()
@@ -411,13 +416,13 @@ class Debugger:
         if not self._is_firing:
             return
         hits: list[Breakpoint | None] = [
-            point for point in self._breakpoints.values() if point.matches_transition(event)
+            candidate for candidate in self._breakpoints.values() if candidate.matches_transition(event)
         ]
         if self._step_unit == "transition" and not isinstance(event, SkillStatus):
             hits.append(None)
         if hits and not self._transition_hits and not self._fires_one_by_one:
             self._env.api.set_hook("AfterRuleFires", self._after_fire)
-        self._transition_hits += [(point, event) for point in hits]
+        self._transition_hits += [(candidate, event) for candidate in hits]
 
     def _handle_firing(self, _env: CData, activation: CData, _context: CData) -> None:
         """Record the fired rule and its ``(halt)``, and end the firing if a stop is due. A hook of CLIPS."""

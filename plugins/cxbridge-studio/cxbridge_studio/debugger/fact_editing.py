@@ -51,15 +51,15 @@ def search_facts(
     :returns: the index and the text of each fact, and the last searched index; None for the index at the end.
     """
     facts: list[tuple[int, str]] = []
-    deadline, last = perf_counter() + max_seconds, after
+    deadline, last_index = perf_counter() + max_seconds, after
     for fact in items_of(lib.GetNextFact, env.env):
         index = int(lib.FactIndex(fact))
         if index > after:
             # Search at least one fact, so that a client that continues makes progress.
-            if len(facts) >= max_count or (last > after and perf_counter() > deadline):
-                return facts, last
+            if len(facts) >= max_count or (last_index > after and perf_counter() > deadline):
+                return facts, last_index
             text = env.api.fact_text(fact)
-            last = index
+            last_index = index
             if words.lower() in text.lower():
                 facts.append((index, text))
     return facts, None

@@ -67,57 +67,59 @@ class AgentNames:
         """Whether the agent is initialised, so that all its files are known."""
         return next(self._env.facts("executive-initialized"), None) is not None
 
-    def check(self, point: Breakpoint) -> None:
+    def check(self, tested_breakpoint: Breakpoint) -> None:
         """Check that a breakpoint is reachable. Before the end of the initialisation, any breakpoint passes.
 
         :raises ExecutiveError: if the breakpoint is unreachable.
         """
         with self._env.lock:
             if self.is_initialized:
-                self._check_names(point)
+                self._check_names(tested_breakpoint)
 
-    def check_once(self, points: Iterable[Breakpoint]) -> None:
+    def check_once(self, tested_breakpoints: Iterable[Breakpoint]) -> None:
         """Check all breakpoints in the loop that ends the initialisation; do nothing in the other loops."""
         if self._is_checked or not self.is_initialized:
             return
         self._is_checked = True
         mistakes = []
-        for point in points:
+        for tested_breakpoint in tested_breakpoints:
             try:
-                self._check_names(point)
+                self._check_names(tested_breakpoint)
             except ExecutiveError as error:
-                mistakes.append((point, error))
+                mistakes.append((tested_breakpoint, error))
         self.on_mistakes(mistakes)
 
     def _log_mistakes(self, mistakes: Mistakes) -> None:
         for _, error in mistakes:
             self._log.warn(" ".join(str(error).split()))
 
-    def _check_names(self, point: Breakpoint) -> None:
+    def _check_names(self, tested_breakpoint: Breakpoint) -> None:
         """Check that the names of a breakpoint can occur.
 
         :raises ExecutiveError: if a name cannot occur.
         """
-        mistake = self._find_mistake(point)
+        mistake = self._find_mistake(tested_breakpoint)
         if mistake is None:
             return
         problem, hint = mistake
-        message = f"breakpoint {point}: {problem}"
-        if not (point.is_rule_breakpoint and self._may_load_files):
+        message = f"breakpoint {tested_breakpoint}: {problem}"
+        if not (tested_breakpoint.is_rule_breakpoint and self._may_load_files):
             raise ExecutiveError(message, hint=hint)
         # A file that the agent may load later may define the rule.
         self._log.warn(f"{message} yet{f': {hint}' if hint else ''}")
 
-    def _find_mistake(self, point: Breakpoint) -> tuple[str, str] | None:
+    def _find_mistake(self, tested_breakpoint: Breakpoint) -> tuple[str, str] | None:
         """Return the problem of a breakpoint and a hint; None if the breakpoint is reachable."""
-        if point.is_rule_breakpoint:
-            return self._find_rule_mistake(point.name)
-        if point.kind == "goal":
-            return self._find_goal_mistake(point)
-        if point.kind == "action":
+        if tested_breakpoint.is_rule_breakpoint:
+            return self._find_rule_mistake(tested_breakpoint.name)
+        if tested_breakpoint.kind == "goal":
+            return self._find_goal_mistake(tested_breakpoint)
+        if tested_breakpoint.kind == "action":
             states = allowed_values(self._env, "plan-action", "state")
-            return _find_name_mistake(point.state, states, "plan-actions have no state", "the states are")
-        return self._find_skill_mistake(point) if point.kind == "skill" else None
+            return _find_name_mistake(
+                tested_breakpoint.state, states, "plan-actions have no state", "the states are"
+            )
+        return self._find_skill_mistake(tested_breakpoint) if tested_breakpoint.kind == "skill" else None
 
     def _find_rule_mistake(self, name: str) -> tuple[str, str] | None:
         rules = construct_names(self._env, "defrule")
@@ -127,28 +129,30 @@ class AgentNames:
         problem = "no rule matches" if is_pattern else "there is no rule"
         return f"{problem} '{name}'", did_you_mean(_strip_wildcards(name), rules)
 
-    def _find_goal_mistake(self, point: Breakpoint) -> tuple[str, str] | None:
+    def _find_goal_mistake(self, tested_breakpoint: Breakpoint) -> tuple[str, str] | None:
+        state = tested_breakpoint.state
         modes = allowed_values(self._env, "goal", "mode")
         outcomes = allowed_values(self._env, "goal", "outcome")
-        mistake = _find_name_mistake(point.state, modes, "goals have no mode", "the modes are")
+        mistake = _find_name_mistake(state, modes, "goals have no mode", "the modes are")
         if mistake is None:
-            return _find_name_mistake(point.outcome, outcomes, "goals have no outcome", "the outcomes are")
-        if point.state in outcomes:
+            outcome = tested_breakpoint.outcome
+            return _find_name_mistake(outcome, outcomes, "goals have no outcome", "the outcomes are")
+        if state in outcomes:
             problem, _ = mistake
-            return problem, f"{point.state} is an outcome: use goal:{point.name}:*:{point.state}"
+            return problem, f"{state} is an outcome: use goal:{tested_breakpoint.name}:*:{state}"
         return mistake
 
-    def _find_skill_mistake(self, point: Breakpoint) -> tuple[str, str] | None:
-        status_match = _ENDING_STATUS.fullmatch(point.name)  # no skill string ends with a status
-        status = status_match[1] if status_match else point.state
+    def _find_skill_mistake(self, tested_breakpoint: Breakpoint) -> tuple[str, str] | None:
+        status_match = _ENDING_STATUS.fullmatch(tested_breakpoint.name)  # no skill string ends with a status
+        status = status_match[1] if status_match else tested_breakpoint.state
         mistake = _find_name_mistake(status, skill_statuses(), "skills have no status", "these are")
         skills = None if mistake else self._skills()
         if mistake or skills is None:
             return mistake
-        match = _LITERAL_START.match(point.name)
+        match = _LITERAL_START.match(tested_breakpoint.name)
         literal = match[0] if match else ""
         # With a wildcard after it, the literal is only the beginning of a skill's name.
-        is_whole_name = not point.name[len(literal) :].startswith(tuple(_WILDCARDS))
+        is_whole_name = not tested_breakpoint.name[len(literal) :].startswith(tuple(_WILDCARDS))
         name = literal.strip()
         if any(skill == name if is_whole_name else skill.startswith(name) for skill in skills):
             return None
@@ -187,17 +191,23 @@ class OccurredNames:
         if name and len(self._names[kind]) < _MAX_NAMES:
             self._names[kind].add(name)
 
-    def missing_name_message(self, point: Breakpoint) -> str:
+    def missing_name_message(self, tested_breakpoint: Breakpoint) -> str:
         """Return a message if the name of a breakpoint has not occurred; empty if it has."""
-        names = self._names.get(point.kind)
+        names = self._names.get(tested_breakpoint.kind)
         if names is None:
             return ""
-        pattern = skill_name(point.name) if point.kind == "skill" else point.name
-        all_names = names | self._goal_ids if point.kind == "goal" else names
+        pattern = (
+            skill_name(tested_breakpoint.name)
+            if tested_breakpoint.kind == "skill"
+            else tested_breakpoint.name
+        )
+        all_names = names | self._goal_ids if tested_breakpoint.kind == "goal" else names
         # With as many names as the limit, the name may be among those that were not kept.
         if len(all_names) >= _MAX_NAMES or any(fnmatchcase(name, pattern) for name in all_names):
             return ""
-        return f"there was no {point.kind} '{pattern}'{or_similar(_strip_wildcards(pattern), names)}"
+        return (
+            f"there was no {tested_breakpoint.kind} '{pattern}'{or_similar(_strip_wildcards(pattern), names)}"
+        )
 
 
 def skill_statuses() -> tuple[str, ...]:

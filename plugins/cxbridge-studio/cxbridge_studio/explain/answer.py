@@ -121,16 +121,18 @@ def _explain_unformulated_goal(evidence: Evidence, name: str) -> Explanation | N
     :return: None if no rule formulates such goals, or the rules are unknown.
     """
     try:
-        book, texts = evidence.rulebook(), evidence.rule_texts()
+        rulebook, texts = evidence.rulebook(), evidence.rule_texts()
     except CxbridgeError:
         return None
     headline = f"no goal {name} has been formulated: "
-    missing = {rule.name: rule for rule in (*refused_rules(book).values(), *unloaded_rules(book))}
+    missing_rules = {
+        rule.name: rule for rule in (*refused_rules(rulebook).values(), *unloaded_rules(rulebook))
+    }
     lines: list[str] = []
     if missing_rule_names := find_formulating_rules(
-        {rule.name: rule.text for rule in missing.values()}, name
+        {rule.name: rule.text for rule in missing_rules.values()}, name
     ):
-        rule = missing[missing_rule_names[0]]
+        rule = missing_rules[missing_rule_names[0]]
         headline += f"rule {rule.name}, which makes it, {rule.why}"
     elif loaded_rule_names := find_formulating_rules(texts, name):
         story = rule_report.explain_rule(evidence, loaded_rule_names[0])

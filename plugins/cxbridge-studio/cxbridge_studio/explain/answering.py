@@ -25,7 +25,12 @@ from cxbridge_studio.constructs import rule_texts
 from cxbridge_studio.explain.evidence import Evidence, History
 from cxbridge_studio.explain.goal_rules import find_formulating_rules
 from cxbridge_studio.explain.goal_story import FACT_TEMPLATES, MAX_COPIED_FACTS
-from cxbridge_studio.explain.rules.environment import fact_slots, restore_sources, rulebook, take_snapshot
+from cxbridge_studio.explain.rules.environment import (
+    fact_slots,
+    read_rulebook,
+    restore_sources,
+    take_snapshot,
+)
 from cxbridge_studio.explain.rules.snapshot import Rulebook, Snapshot
 
 if TYPE_CHECKING:
@@ -158,13 +163,13 @@ class CopiedEvidence(Evidence):
         where: str,
         times_us: tuple[int, int],
         history: History,
-        book: Rulebook,
+        rulebook_copy: Rulebook,
         snapshots: Mapping[str, Snapshot | ClipsError],
         facts: Mapping[str, list[Mapping[str, str]]],
         texts: Mapping[str, str],
     ) -> None:
         super().__init__(where, *times_us, history)
-        self._book = book
+        self._book = rulebook_copy
         self._snapshots = snapshots
         self._facts = facts
         self._texts = texts
@@ -173,10 +178,10 @@ class CopiedEvidence(Evidence):
         return self._book
 
     def snapshot(self, rule: str) -> Snapshot:
-        copied = self._snapshots.get(rule)
-        if isinstance(copied, Snapshot):
-            return copied
-        raise copied or ClipsError(f"the rule '{rule}' was not copied")
+        snapshot = self._snapshots.get(rule)
+        if isinstance(snapshot, Snapshot):
+            return snapshot
+        raise snapshot or ClipsError(f"the rule '{rule}' was not copied")
 
     def fact_slots(self, template: str) -> list[Mapping[str, str]]:
         return self._facts.get(template, [])
@@ -206,15 +211,15 @@ def copy_evidence(
     facts: dict[str, list[Mapping[str, str]]] = {}
     texts: dict[str, str] = {}
     with env.lock:
-        book = rulebook(env, folders)
+        rulebook_copy = read_rulebook(env, folders)
         rules = [name]
-        if kind == "goal" or name not in book.rules:
+        if kind == "goal" or name not in rulebook_copy.rules:
             texts = rule_texts(env)
             # If the goal does not exist, the report explains the rule that formulates it.
             rules = find_formulating_rules(texts, name)[:1]
             facts = {template: fact_slots(env, template, MAX_COPIED_FACTS) for template in FACT_TEMPLATES}
         snapshots = {rule: _try_snapshot(env, rule) for rule in rules}
-    return CopiedEvidence(where, times_us, history, book, snapshots, facts, texts)
+    return CopiedEvidence(where, times_us, history, rulebook_copy, snapshots, facts, texts)
 
 
 def _try_snapshot(env: ClipsEnvironment, rule: str) -> Snapshot | ClipsError:

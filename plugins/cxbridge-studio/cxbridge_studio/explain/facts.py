@@ -21,27 +21,27 @@ class FactStory:
     :param life: the rules and times of the fact's assertion and retraction.
     :param begin_s: the time of the assertion, in seconds since the start of the run.
     :param end_s: the time of the retraction; None while the fact exists.
-    :param previous: the fact of the same template that the same firing retracted, as ``modify`` does.
+    :param previous_life: the fact of the same template that the same firing retracted, as ``modify`` does.
     """
 
     where: str
     life: FactLife
-    previous: FactLife | None
+    previous_life: FactLife | None
     begin_s: float
     end_s: float | None
 
     @property
     def headline(self) -> str:
         """The origin of the fact, in one line."""
-        changed = f", instead of f-{self.previous.index}" if self.previous is not None else ""
+        changed = f", instead of f-{self.previous_life.index}" if self.previous_life is not None else ""
         rule = _describe_last_firing(self.life.begin_rule)
         return f"f-{self.life.index} was asserted at {self.begin_s:.3f} s{changed}: {rule}"
 
     def details(self) -> Iterator[str]:
         """Yield the fact, its previous version and its end."""
         yield self.life.text
-        if self.previous is not None:
-            yield f"instead of f-{self.previous.index} {self.previous.text}"
+        if self.previous_life is not None:
+            yield f"instead of f-{self.previous_life.index} {self.previous_life.text}"
         if self.end_s is None:
             yield "it is still there"
         else:
@@ -70,9 +70,9 @@ def explain_fact(evidence: Evidence, name: str) -> FactStory:
         # The history drops the oldest facts of a long run, so the first known index may be high.
         hint = f"those from f-{min(history.fact_lives)} to f-{max(history.fact_lives)} are known"
         raise CxbridgeError(f"there is no fact f-{match[1]} up to here", hint=hint)
-    previous = history.fact_lives.get(life.replaced_index)
+    previous_life = history.fact_lives.get(life.replaced_index)
     end_s = None if life.end_us is None else evidence.seconds(life.end_us)
-    return FactStory(evidence.where, life, previous, evidence.seconds(life.begin_us), end_s)
+    return FactStory(evidence.where, life, previous_life, evidence.seconds(life.begin_us), end_s)
 
 
 def to_json(story: FactStory) -> dict[str, Any]:

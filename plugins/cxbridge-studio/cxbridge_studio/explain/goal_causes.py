@@ -96,10 +96,10 @@ class RootCauseFinder:
         """Yield the resources that a goal still needs, with their holders."""
         facts = {slots.get("id", ""): slots for slots in self._find_facts("goal")}
         goal_facts = facts.get(goal.id, {})
-        needed, acquired = (
+        needed_names, acquired_names = (
             goal_facts.get(slot, "").split() for slot in ("required-resources", "acquired-resources")
         )
-        for resource in sorted(set(needed) - set(acquired)):
+        for resource in sorted(set(needed_names) - set(acquired_names)):
             holders = [
                 goal_id
                 for goal_id, slots in facts.items()
@@ -182,9 +182,11 @@ def _describe_missing_rule(texts: Mapping[str, str], diagnosis: ActionDiagnosis,
         case "PENDING" if not diagnosis.problem:
             return _describe_missing_executor(texts, diagnosis)
         case "SENSED-EFFECTS-WAIT" if diagnosis.problem:
-            similar = _find_rule_for_similar_action(_find_action_rules(texts, state, _ASSERTION), diagnosis)
-            if similar is not None:
-                rule, similar_name = similar
+            similar_rule = _find_rule_for_similar_action(
+                _find_action_rules(texts, state, _ASSERTION), diagnosis
+            )
+            if similar_rule is not None:
+                rule, similar_name = similar_rule
                 return f": rule {rule} is for '{similar_name}', not '{diagnosis.name}'"
     return ""
 
@@ -197,9 +199,11 @@ def _find_rule_for_similar_action(
     A name that the domain defines is not a misspelling.
     """
     for rule, names in rules.items():
-        similar = nearest_names(diagnosis.name, [name for name in names if name not in diagnosis.operators])
-        if diagnosis.name not in names and similar:
-            return rule, similar[0]
+        similar_rule = nearest_names(
+            diagnosis.name, [name for name in names if name not in diagnosis.operators]
+        )
+        if diagnosis.name not in names and similar_rule:
+            return rule, similar_rule[0]
     return None
 
 
@@ -232,9 +236,9 @@ def _describe_missing_executor(texts: Mapping[str, str], diagnosis: ActionDiagno
         return ""
     if any(name in names or (not names and rule not in skill_rules) for rule, names in rules.items()):
         return ""
-    similar = _find_rule_for_similar_action(rules, diagnosis)
-    if similar is not None:
-        rule, similar_name = similar
+    similar_rule = _find_rule_for_similar_action(rules, diagnosis)
+    if similar_rule is not None:
+        rule, similar_name = similar_rule
         return f"no rule executes it: rule {rule} executes '{similar_name}', not '{name}'"
     if not skill_rules:
         return "no rule executes it: skills-actions.clp, which executes actions with skills, is not loaded"

@@ -112,11 +112,11 @@ def goal_headline(story: GoalStory) -> str:
     return cause_headline(story.cause)
 
 
-def cause_headline(top: Cause) -> str:
+def cause_headline(cause: Cause) -> str:
     """Return a cause in one line, with the causes that lead to its root."""
-    path = _root_cause_path(top) or _first_cause_path(top)
+    path = _root_cause_path(cause) or _first_cause_path(cause)
     return ": ".join(
-        [top.text.partition(_WAIT_PHRASE)[0] if path else top.text, *path[-_MAX_HEADLINE_CAUSES:]]
+        [cause.text.partition(_WAIT_PHRASE)[0] if path else cause.text, *path[-_MAX_HEADLINE_CAUSES:]]
     )
 
 
@@ -159,9 +159,9 @@ def _story_lines(story: GoalStory, evidence: Evidence, rule_count: int) -> Itera
     yield ""
     width = min(_MAX_WIDTH, max((len(moment.text) for moment in story.moments), default=0))
     for moment in story.moments:
-        fired = ", ".join(moment.rules[-rule_count:]) if rule_count else ""
+        rule_names = ", ".join(moment.rules[-rule_count:]) if rule_count else ""
         text = f"{moment.seconds:9.3f}  {moment.text}"
-        yield f"{text.ljust(width + _TIME_WIDTH)}  {fired}".rstrip()
+        yield f"{text.ljust(width + _TIME_WIDTH)}  {rule_names}".rstrip()
 
 
 def cause_lines(causes: tuple[Cause, ...], prefix: str) -> Iterator[str]:

@@ -47,7 +47,7 @@ def find_mode_changing_rules(texts: Mapping[str, str], slots: Mapping[str, str])
         specificities = [
             specificity
             for ce in ces
-            if isinstance(ce, PatternCE) and (specificity := _specificity(ce, slots))
+            if isinstance(ce, PatternCE) and (specificity := _compute_specificity(ce, slots))
         ]
         if specificities:
             rules.append((-max(specificities), name))
@@ -117,7 +117,7 @@ def _goal_patterns(text: str) -> Iterator[PatternCE]:
         )
 
 
-def _specificity(pattern: PatternCE, slots: Mapping[str, str]) -> int:
+def _compute_specificity(pattern: PatternCE, slots: Mapping[str, str]) -> int:
     """Return the sum of the weights of the slots in which a pattern names a goal's value.
 
     0 if the pattern does not match the goal, or names no mode.

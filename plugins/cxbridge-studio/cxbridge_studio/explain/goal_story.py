@@ -166,8 +166,8 @@ class GoalStoryWriter:
             for change in action.changes
         )
         if not cause.because and moments:
-            decision = self._decision_cause(moments[-1].rules, f"action {action.id}", action.state)
-            cause = Cause(cause.text, (decision,))
+            decision_cause = self._decision_cause(moments[-1].rules, f"action {action.id}", action.state)
+            cause = Cause(cause.text, (decision_cause,))
         return ActionStory(goal.title, action.id, cause, moments)
 
     def outcome_cause(self, goal: GoalRecord) -> Cause:

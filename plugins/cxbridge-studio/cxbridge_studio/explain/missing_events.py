@@ -15,7 +15,7 @@ from cxbridge.run.mistakes import own_files
 from cxbridge.run.stuck import read_interfaces
 from cxbridge_studio.agent import sub_types
 from cxbridge_studio.constructs import allowed_values, rule_texts
-from cxbridge_studio.explain.source_positions import SourcePlaces
+from cxbridge_studio.explain.source_positions import SourcePositions
 from cxbridge_studio.explain.timed_rules import (
     TIME_KEY,
     find_missing_template,
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from cxbridge.run.agent import Run
 
 # Modes in which a goal waits for a rule of its sub-type.
-_BEFORE_COMMITTED: Final = frozenset({"SELECTED", "EXPANDED"})
+_MODES_BEFORE_COMMITTED: Final = frozenset({"SELECTED", "EXPANDED"})
 
 
 def describe_missing_events(agent: Run, failed_rules: Iterable[str]) -> str:
@@ -40,33 +40,33 @@ def describe_missing_events(agent: Run, failed_rules: Iterable[str]) -> str:
 
 def _describe_causes(agent: Run, failed_rules: Iterable[str]) -> Iterator[str]:
     """Yield the missing events, then the agent's probable mistakes."""
-    executive, places = agent.executive, SourcePlaces(own_files(agent, agent.executive))
+    executive, positions = agent.executive, SourcePositions(own_files(agent, agent.executive))
     if not executive.initialized:
         yield from [*_describe_signals(agent)] or ["the initialisation has not ended"]
     elif executive.goals.open_roots:
-        yield from _describe_goals(agent, places)
-        yield from _describe_actions(agent, places)
+        yield from _describe_goals(agent, positions)
+        yield from _describe_actions(agent, positions)
         yield from _describe_control_requests(agent)
     elif not executive.goals.outcomes:
         yield "no goal has appeared"
-        yield from [*_describe_deffacts(agent)] or _describe_missing_fact(agent, places)
+        yield from [*_describe_deffacts(agent)] or _describe_missing_fact(agent, positions)
         yield from _describe_empty_spec(agent)
     else:
         yield "a skill or a rule had not ended"
     for rule in failed_rules:
-        if place := _rule_place(agent, rule):
-            yield f"{place}: an error has ended the actions of rule {rule}"
+        if position := _rule_position(agent, rule):
+            yield f"{position}: an error has ended the actions of rule {rule}"
     for file in dict.fromkeys(executive.env.loader.files):
         if file.exists() and not file.stat().st_size:
             yield f"{file}:1: the file is empty"
-    yield from _describe_unwritten_interfaces(agent, places)
+    yield from _describe_unwritten_interfaces(agent, positions)
     if not has_time_facts(agent):
-        place = agent.config.get(TIME_KEY).location if agent.config.exists(TIME_KEY) else ""
-        yield f"no time passes for the rules: assert-time-each-loop is not true{_in_parentheses(place)}"
+        position = agent.config.get(TIME_KEY).location if agent.config.exists(TIME_KEY) else ""
+        yield f"no time passes for the rules: assert-time-each-loop is not true{_bracket_position(position)}"
 
 
-def _in_parentheses(place: str) -> str:
-    return f" ({place})" if place else ""
+def _bracket_position(position: str) -> str:
+    return f" ({position})" if position else ""
 
 
 def _describe_signals(agent: Run) -> Iterator[str]:
@@ -75,36 +75,36 @@ def _describe_signals(agent: Run) -> Iterator[str]:
     for _, _, slots in agent.executive.env.facts("executive-init-request"):
         if slots["state"] == "WAIT-FOR":
             signal = str(slots["wait-for"])
-            places = (
+            positions = (
                 item.location for item in entries if item.path.endswith("/wait-for") and item.text == signal
             )
-            place = next(filter(None, places), "")
-            yield f"{place}{': ' if place else ''}{slots['name']} waits for the signal {signal}"
+            position = next(filter(None, positions), "")
+            yield f"{position}{': ' if position else ''}{slots['name']} waits for the signal {signal}"
 
 
-def _describe_goals(agent: Run, places: SourcePlaces) -> Iterator[str]:
+def _describe_goals(agent: Run, positions: SourcePositions) -> Iterator[str]:
     """Yield the open root goals, and the sub-goals whose sub-type has no rule."""
     env, goals = agent.executive.env, agent.executive.goals
     modes = allowed_values(env, "goal", "mode")
     classes = {str(slots["id"]): str(slots["class"]) for _, _, slots in env.facts("goal")}
-    unhandled = _sub_type_texts(agent)
-    sub_goals = (goal for goal in goals.open.values() if not goal.is_root and goal.goal in unhandled)
+    texts_by_goal = _unhandled_sub_type_texts(agent)
+    sub_goals = (goal for goal in goals.open.values() if not goal.is_root and goal.goal in texts_by_goal)
     for goal in (*goals.open_roots, *sub_goals):
         is_mode = not modes or goal.mode in modes
-        place = _in_parentheses(places.of_goal(classes.get(goal.goal, ""), goal.mode))
-        reason = unhandled.get(goal.goal, "") if is_mode else ", which is not a mode of goals"
-        yield f"{goal.goal} is {goal.mode}{place}{reason}"
+        position = _bracket_position(positions.goal_position(classes.get(goal.goal, ""), goal.mode))
+        reason = texts_by_goal.get(goal.goal, "") if is_mode else ", which is not a mode of goals"
+        yield f"{goal.goal} is {goal.mode}{position}{reason}"
 
 
-def _describe_actions(agent: Run, places: SourcePlaces) -> Iterator[str]:
+def _describe_actions(agent: Run, positions: SourcePositions) -> Iterator[str]:
     """Yield the unfinished plan-actions of open goals."""
     open_goals = agent.executive.goals.open
     for _, _, slots in agent.executive.env.facts("plan-action"):
         if str(slots["goal-id"]) in open_goals and slots["state"] not in FINAL_ACTION_STATES:
             values = slots["param-values"]
             parameters = " ".join(map(str, values)) if isinstance(values, tuple) else ""
-            place = _in_parentheses(places.of_action(str(slots["action-name"])))
-            yield f"action {slots['action-name']} {parameters}".rstrip() + f" is {slots['state']}{place}"
+            position = _bracket_position(positions.action_position(str(slots["action-name"])))
+            yield f"action {slots['action-name']} {parameters}".rstrip() + f" is {slots['state']}{position}"
 
 
 def _describe_control_requests(agent: Run) -> Iterator[str]:
@@ -120,25 +120,25 @@ def _describe_control_requests(agent: Run) -> Iterator[str]:
         yield "no (skiller-control) asks for control of a Skiller"
 
 
-def _sub_type_texts(agent: Run) -> dict[str, str]:
+def _unhandled_sub_type_texts(agent: Run) -> dict[str, str]:
     """Return a text about each goal whose sub-type no rule handles, by goal id."""
     env = agent.executive.env
-    waiting = {
+    sub_types_by_goal = {
         str(slots["id"]): sub_type
         for _, _, slots in env.facts("goal")
-        if slots.get("mode") in _BEFORE_COMMITTED
+        if slots.get("mode") in _MODES_BEFORE_COMMITTED
         and (sub_type := str(slots.get(sub_types.SUB_TYPE_SLOT, sub_types.NO_SUB_TYPE)))
         != sub_types.NO_SUB_TYPE
     }
-    rules = rule_texts(env).values() if waiting else ()
-    handled = {
+    rules = rule_texts(env).values() if sub_types_by_goal else ()
+    handled_sub_types = {
         name for rule in rules for name in sub_types.find_handled_sub_types(parse_rule_condition(rule))
     }
     files = sub_types.find_core_files(*agent.paths.override_dirs, agent.paths.cx)
     texts = {}
-    for goal, sub_type in waiting.items():
-        if sub_type not in handled:
-            hint = sub_types.make_hint(sub_type, handled, files)
+    for goal, sub_type in sub_types_by_goal.items():
+        if sub_type not in handled_sub_types:
+            hint = sub_types.make_hint(sub_type, handled_sub_types, files)
             texts[goal] = f", and no rule handles its sub-type {sub_type}" + (f": {hint}" if hint else "")
     return texts
 
@@ -151,17 +151,17 @@ def _describe_empty_spec(agent: Run) -> Iterator[str]:
     spec = next(config.search(base), None)
     if spec is None and config.exists("/clips-executive/spec"):
         spec = config.get("/clips-executive/spec")
-    place = "" if spec is None else spec.location
-    yield f"the init of the spec {agent.spec} names no file{_in_parentheses(place)}"
+    position = "" if spec is None else spec.location
+    yield f"the init of the spec {agent.spec} names no file{_bracket_position(position)}"
 
 
-def _describe_missing_fact(agent: Run, places: SourcePlaces) -> list[str]:
+def _describe_missing_fact(agent: Run, positions: SourcePositions) -> list[str]:
     """Return the missing fact of the first rule that asserts goals, and the probable misspelling."""
-    for rule in places.rules_that_make_goals():
+    for rule in positions.goal_asserting_rules():
         if template := find_missing_template(agent.executive.env, rule):
-            place = _in_parentheses(_rule_place(agent, rule))
-            hint = places.of_similar_fact(template)
-            return [f"rule {rule} lacks a fact ({template}){place}", *([hint] if hint else [])]
+            position = _bracket_position(_rule_position(agent, rule))
+            hint = positions.similar_fact_hint(template)
+            return [f"rule {rule} lacks a fact ({template}){position}", *([hint] if hint else [])]
     return []
 
 
@@ -183,15 +183,15 @@ def _describe_deffacts(agent: Run) -> Iterator[str]:
                 )
 
 
-def _rule_place(agent: Run, rule: str) -> str:
+def _rule_position(agent: Run, rule: str) -> str:
     """Return the place of a rule; empty if the agent's loader has not loaded the rule."""
-    place = agent.executive.env.loader.rule_location(rule)
-    return "" if place is None else f"{place[0]}:{place[1]}"
+    position = agent.executive.env.loader.rule_location(rule)
+    return "" if position is None else f"{position[0]}:{position[1]}"
 
 
-def _describe_unwritten_interfaces(agent: Run, places: SourcePlaces) -> Iterator[str]:
+def _describe_unwritten_interfaces(agent: Run, positions: SourcePositions) -> Iterator[str]:
     """Yield each interface that rules read and that has no writer."""
-    written = {info.uid for info in agent.board.list_all() if info.has_writer}
+    written_interfaces = {info.uid for info in agent.board.list_all() if info.has_writer}
     for kind, name in read_interfaces(agent.executive.env):
-        if f"{kind}::{name}" not in written:
-            yield f"{kind}::{name} has no writer{_in_parentheses(places.of_interface(kind, name))}"
+        if f"{kind}::{name}" not in written_interfaces:
+            yield f"{kind}::{name} has no writer{_bracket_position(positions.interface_position(kind, name))}"

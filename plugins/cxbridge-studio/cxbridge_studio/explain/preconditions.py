@@ -71,9 +71,9 @@ class Preconditions:
         variables = {
             term.name for formula in formulas for term in formula.terms if isinstance(term, Variable)
         }
-        bound = {name: arguments.get(name, f"?{name}") for name in variables}
+        bound_values = {name: arguments.get(name, f"?{name}") for name in variables}
         state = KnownState({(name, tuple(values)) for name, *values in self._true_atoms}, {}, _no_objects)
-        blamed_atoms = blamed_parts(condition, state, bound)
+        blamed_atoms = blamed_parts(condition, state, bound_values)
         # Two branches of a condition may blame the same atom.
         texts = (
             self._describe(_ground_formula(blamed), expected_truth=blamed.required) for blamed in blamed_atoms
@@ -88,16 +88,16 @@ class Preconditions:
         if not expected_truth:
             return f"{atom_text(atom)} is true"
         # A true atom that differs in one similar argument hints at a misspelling.
-        comparable = [
+        comparable_atoms = [
             true_atom
             for true_atom in self._true_atoms
             if true_atom[0] == atom[0] and len(true_atom) == len(atom)
         ]
         similarity, nearest_atom = max(
-            ((_likeness(atom, true_atom), true_atom) for true_atom in comparable), default=(0.0, atom)
+            ((_likeness(atom, true_atom), true_atom) for true_atom in comparable_atoms), default=(0.0, atom)
         )
-        similar = f" ({atom_text(nearest_atom)} is true)" if similarity > MIN_LIKENESS else ""
-        return f"{atom_text(atom)} is false{similar}"
+        similar_text = f" ({atom_text(nearest_atom)} is true)" if similarity > MIN_LIKENESS else ""
+        return f"{atom_text(atom)} is false{similar_text}"
 
 
 def _parse_predicate_slots(slots: Mapping[str, str]) -> Mapping[str, Any]:

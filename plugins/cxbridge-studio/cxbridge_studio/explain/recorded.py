@@ -60,7 +60,7 @@ class RecordedDiagnostics:
     """The loader's messages about CLIPS files, from the log lines of a recording: no other event has them."""
 
     def __init__(self) -> None:
-        self._by_env: dict[str, list[Diagnostic]] = {}
+        self._diagnostics_by_environment: dict[str, list[Diagnostic]] = {}
 
     def add_line(self, event: LogLine) -> None:
         """Keep a log line if it is a diagnostic of the loader."""
@@ -68,14 +68,14 @@ class RecordedDiagnostics:
         match = _LOGGED_DIAGNOSTIC.fullmatch(event.text) if event.level in (Level.WARN, Level.ERROR) else None
         if env is None or match is None:
             return
-        diagnostics = self._by_env.setdefault(env[1], [])
+        diagnostics = self._diagnostics_by_environment.setdefault(env[1], [])
         if len(diagnostics) < MAX_DIAGNOSTICS:
             file, line, construct, message, code = match.groups()
             diagnostics.append(Diagnostic(file, int(line) if line else None, construct or "", code, message))
 
     def environment_diagnostics(self, env: str) -> list[Diagnostic]:
         """Return the diagnostics about the files of an environment."""
-        return self._by_env.get(env, [])
+        return self._diagnostics_by_environment.get(env, [])
 
 
 class _PastEvents:
@@ -147,8 +147,10 @@ class RecordedEvidence(Evidence):
         history = past_events.histories.setdefault(env, History(env))
         seconds = (past_events.now_us - past_events.start_us) / MICROSECONDS
         has_later_events = past_events.has_later_events and at_s is not None
-        when = f"at {at_s:.3f} s" if has_later_events else f"at its end, {seconds:.3f} s"
-        super().__init__(f"{short_path(run.path)} {when}", past_events.start_us, past_events.now_us, history)
+        time_text = f"at {at_s:.3f} s" if has_later_events else f"at its end, {seconds:.3f} s"
+        super().__init__(
+            f"{short_path(run.path)} {time_text}", past_events.start_us, past_events.now_us, history
+        )
         self.is_time_chosen = at_s is not None
         if not past_events.has_later_events:
             self.ending = _describe_ending(run)

@@ -76,7 +76,7 @@ class _RunStoryWriter:
         # A waiting goal is a problem only if no skill and no planner works.
         troubled_goals = failed_goals + ([] if work else open_goals)
         stories = [self._story_writer.goal_story(goal) for goal in troubled_goals[:MAX_SENTENCES]]
-        overcome = self._find_overcome_failures(failed_goals)
+        overcome_goals = self._find_overcome_failures(failed_goals)
         # The reason why the run ended comes first, and does not count as a goal.
         ending = [Cause(self._evidence.ending)] if self._evidence.ending else []
         return RunStory(
@@ -92,9 +92,9 @@ class _RunStoryWriter:
             _limit_sentences(
                 [
                     _drop_missing_firings(self._story_writer.outcome_cause(goal))
-                    for goal in overcome[:MAX_SENTENCES]
+                    for goal in overcome_goals[:MAX_SENTENCES]
                 ],
-                len(overcome),
+                len(overcome_goals),
             ),
             tuple(self._describe_missing_data()),
             tuple(self._evidence.notes),
@@ -140,16 +140,16 @@ class _RunStoryWriter:
     def _find_overcome_failures(self, failed_goals: Sequence[GoalRecord]) -> list[GoalRecord]:
         """Return the topmost failed goals in each tree whose root has not failed."""
         failed_numbers = {goal.number for goal in failed_goals}
-        overcome: list[GoalRecord] = []
+        overcome_goals: list[GoalRecord] = []
         # A stack instead of recursion: goals may be nested deeper than Python's stack.
-        pending = [goal for goal in reversed(self._root_goals) if goal.number not in failed_numbers]
-        while pending:
-            goal = pending.pop()
+        pending_goals = [goal for goal in reversed(self._root_goals) if goal.number not in failed_numbers]
+        while pending_goals:
+            goal = pending_goals.pop()
             if self._goals.parent(goal) is not None and _has_failed(goal):
-                overcome.append(goal)
+                overcome_goals.append(goal)
             else:
-                pending += reversed(self._goals.children(goal))
-        return overcome
+                pending_goals += reversed(self._goals.children(goal))
+        return overcome_goals
 
     def _describe_missing_data(self) -> Iterator[str]:
         """Yield a sentence about each kind of missing data, with the option that records it."""

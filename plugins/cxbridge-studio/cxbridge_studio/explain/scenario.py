@@ -16,7 +16,12 @@ from cxbridge.run.run import make_run
 from cxbridge.run.team import Team
 from cxbridge_studio.constructs import rule_texts
 from cxbridge_studio.explain.evidence import EVIDENCE_EVENT_TYPES, Evidence, History
-from cxbridge_studio.explain.rules.environment import fact_slots, restore_sources, rulebook, take_snapshot
+from cxbridge_studio.explain.rules.environment import (
+    fact_slots,
+    read_rulebook,
+    restore_sources,
+    take_snapshot,
+)
 from cxbridge_studio.explain.rules.snapshot import Rulebook, Snapshot
 
 
@@ -40,7 +45,7 @@ class EnvironmentEvidence(Evidence):
 
     def rulebook(self) -> Rulebook:
         with self.env.lock:
-            return rulebook(self.env, self.folders)
+            return read_rulebook(self.env, self.folders)
 
     def snapshot(self, rule: str) -> Snapshot:
         with self.env.lock:

@@ -15,7 +15,7 @@ from cxbridge_studio.agent.model import AgentModel, FileMention
 from cxbridge_studio.agent.names import Name, NameKind, Use
 
 
-class SourcePlaces:
+class SourcePositions:
     """The positions of names in source files.
 
     :param files: the agent's files.
@@ -26,11 +26,11 @@ class SourcePlaces:
         for file in files:
             self._model.read(file)
 
-    def of_action(self, action: str) -> str:
+    def action_position(self, action: str) -> str:
         """Return the position where an action is put into a plan."""
         return _first_position(self._model.mentions(Name(NameKind.ACTION, action), Use.ASSERTED, Use.NAMED))
 
-    def of_goal(self, goal_class: str, mode: str) -> str:
+    def goal_position(self, goal_class: str, mode: str) -> str:
         """Return the position where a rule sets a goal of a class to a mode, or asserts the goal."""
         class_name = Name(NameKind.GOAL_CLASS, goal_class)
         mode_value = re.compile(rf"\s+{re.escape(mode)}\s*\)")
@@ -47,7 +47,7 @@ class SourcePlaces:
                 position_without_class = position_without_class or _position(change)
         return position_without_class or _first_position(self._model.mentions(class_name, Use.ASSERTED))
 
-    def of_interface(self, kind: str, name: str) -> str:
+    def interface_position(self, kind: str, name: str) -> str:
         """Return the position where rules open an interface."""
         for mention in self._model.mentions(Name(NameKind.INTERFACE, kind), Use.NAMED):
             # The id follows the type: "TYPE::ID", or as the next argument of the call.
@@ -56,18 +56,18 @@ class SourcePlaces:
                 return _position(mention)
         return ""
 
-    def of_similar_fact(self, template: str) -> str:
+    def similar_fact_hint(self, template: str) -> str:
         """Return the question whether an asserted fact of a similar name is meant, with its position."""
         # A template that rules match is not misspelt.
-        unmatched = self._model.names(NameKind.TEMPLATE, Use.ASSERTED) - self._model.names(
+        unmatched_templates = self._model.names(NameKind.TEMPLATE, Use.ASSERTED) - self._model.names(
             NameKind.TEMPLATE, Use.MATCHED
         )
-        for name in nearest_names(template, unmatched):
+        for name in nearest_names(template, unmatched_templates):
             position = _first_position(self._model.mentions(Name(NameKind.TEMPLATE, name), Use.ASSERTED))
             return f"did you mean ({name}), which {position} asserts?"
         return ""
 
-    def rules_that_make_goals(self) -> list[str]:
+    def goal_asserting_rules(self) -> list[str]:
         """Return the rules that assert goals."""
         goal_template = Name(NameKind.TEMPLATE, "goal")
         return [

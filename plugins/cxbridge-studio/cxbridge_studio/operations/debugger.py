@@ -74,11 +74,15 @@ class DebuggerInfo(Struct):
 
 def breakpoint_rows(debugger: Debugger | None) -> list[BreakpointInfo]:
     """Return the breakpoints of a debugger; none without a debugger."""
-    return [] if debugger is None else [_make_breakpoint_info(point) for point in debugger.breakpoints]
+    return (
+        []
+        if debugger is None
+        else [_make_breakpoint_info(shown_breakpoint) for shown_breakpoint in debugger.breakpoints]
+    )
 
 
-def _make_breakpoint_info(point: Breakpoint) -> BreakpointInfo:
-    return BreakpointInfo(point.number, str(point))
+def _make_breakpoint_info(shown_breakpoint: Breakpoint) -> BreakpointInfo:
+    return BreakpointInfo(shown_breakpoint.number, str(shown_breakpoint))
 
 
 def _check_breakpoint_exists(context: OperationContext, path: Mapping[str, str]) -> None:
@@ -87,7 +91,10 @@ def _check_breakpoint_exists(context: OperationContext, path: Mapping[str, str])
     :raises CxbridgeError: if the text is not a number.
     :raises NotFoundError: if there is no such breakpoint.
     """
-    text, numbers = path["number"], [point.number for point in debugger_of(context.executive).breakpoints]
+    text, numbers = (
+        path["number"],
+        [existing_breakpoint.number for existing_breakpoint in debugger_of(context.executive).breakpoints],
+    )
     if not (text.isascii() and text.isdecimal()) or len(text) > _MAX_NUMBER_DIGITS:
         raise CxbridgeError("A breakpoint has a number")
     if int(text) not in numbers:
@@ -152,20 +159,23 @@ def _parse_permitted_breakpoint(context: OperationContext, spec: str) -> Breakpo
     :raises CxbridgeError: if the text is not a breakpoint, the breakpoint is unreachable, or the client lacks
         a right.
     """
-    point = parse_breakpoint(spec)
+    added_breakpoint = parse_breakpoint(spec)
     # Conditions and the expressions in log texts are programs: CLIPS evaluates them in the agent's
     # environment.
-    if point.condition or "{" in point.log:
+    if added_breakpoint.condition or "{" in added_breakpoint.log:
         context.rights.check(Right.PROGRAMS, "an expression in a breakpoint")
-    debugger_of(context.executive).names.check(point)
-    return point
+    debugger_of(context.executive).names.check(added_breakpoint)
+    return added_breakpoint
 
 
 @OPERATIONS.add("break-add", Right.CONTROL, _BreakpointSpecs)
 def _add_breakpoints(context: OperationContext, parameters: _BreakpointSpecs) -> list[BreakpointInfo]:
     # All texts are checked before the first breakpoint is added, so that a mistake in one text adds none.
     breakpoints = [_parse_permitted_breakpoint(context, spec) for spec in parameters.specs]
-    return [_make_breakpoint_info(debugger_of(context.executive).add(point)) for point in breakpoints]
+    return [
+        _make_breakpoint_info(debugger_of(context.executive).add(added_breakpoint))
+        for added_breakpoint in breakpoints
+    ]
 
 
 @OPERATIONS.add("break-remove", Right.CONTROL, _BreakpointNumbers)

@@ -28,8 +28,9 @@ if TYPE_CHECKING:
 OPERATIONS: Final = Operations()
 PATH: Final = "/cxbridge/environments"
 
-Name = Annotated[str, Meta(extra_json_schema={"pattern": "^[A-Za-z0-9_.-]{1,64}$"})]
-_Item = Annotated[str, Meta(extra_json_schema={"enum": ["facts", "rules", "all"]})]
+# The name of an environment or a logger that a client creates.
+Identifier = Annotated[str, Meta(extra_json_schema={"pattern": "^[A-Za-z0-9_.-]{1,64}$"})]
+_WatchedItem = Annotated[str, Meta(extra_json_schema={"enum": ["facts", "rules", "all"]})]
 
 
 class NamedEnvironment(Struct):
@@ -61,11 +62,11 @@ class Loaded(Struct):
 
 
 class _NewEnvironment(Struct):
-    env: Name
+    env: Identifier
     log: str = ""
 
 
-class _File(NamedEnvironment):
+class _FileToLoad(NamedEnvironment):
     file: str
     batch: bool = False
 
@@ -74,13 +75,13 @@ class _EnvironmentFeature(NamedEnvironment):
     feature: str
 
 
-class _Watch(NamedEnvironment):
-    item: _Item
+class _WatchSetting(NamedEnvironment):
+    item: _WatchedItem
     names: list[str] = field(default_factory=list)
     on: bool = True
 
 
-class _Level(NamedEnvironment):
+class _LogLevelSetting(NamedEnvironment):
     level: LevelName
 
 
@@ -182,7 +183,7 @@ def _destroy_environment(context: OperationContext, parameters: NamedEnvironment
     make_service(context).destroy(parameters.env)
 
 
-def _load_absolute_path(context: OperationContext, parameters: _File) -> Loaded:
+def _load_absolute_path(context: OperationContext, parameters: _FileToLoad) -> Loaded:
     # An HTTP client does not know the daemon's working directory.
     if not Path(parameters.file).is_absolute():
         raise CxbridgeError("The file must be an absolute path of the daemon's machine")
@@ -192,7 +193,7 @@ def _load_absolute_path(context: OperationContext, parameters: _File) -> Loaded:
 @OPERATIONS.add(
     "env-load",
     Right.PROGRAMS,
-    _File,
+    _FileToLoad,
     environment_route(
         "POST",
         "/load",
@@ -203,7 +204,7 @@ def _load_absolute_path(context: OperationContext, parameters: _File) -> Loaded:
         body="EnvironmentFile",
     ),
 )
-def _load_file(context: OperationContext, parameters: _File) -> Sequence[str]:
+def _load_file(context: OperationContext, parameters: _FileToLoad) -> Sequence[str]:
     return make_service(context).load(parameters.env, Path(parameters.file), batch=parameters.batch)
 
 
@@ -243,7 +244,7 @@ def _remove_feature(context: OperationContext, parameters: _EnvironmentFeature) 
 @OPERATIONS.add(
     "env-watch",
     Right.CONTROL,
-    _Watch,
+    _WatchSetting,
     environment_route(
         "PUT",
         "/watch",
@@ -252,14 +253,14 @@ def _remove_feature(context: OperationContext, parameters: _EnvironmentFeature) 
         body="Watch",
     ),
 )
-def _set_watch(context: OperationContext, parameters: _Watch) -> None:
+def _set_watch(context: OperationContext, parameters: _WatchSetting) -> None:
     make_service(context).watch(parameters.env, parameters.item, parameters.names, on=parameters.on)
 
 
 @OPERATIONS.add(
     "env-log",
     Right.CONTROL,
-    _Level,
+    _LogLevelSetting,
     environment_route(
         "PUT",
         "/log",
@@ -268,7 +269,7 @@ def _set_watch(context: OperationContext, parameters: _Watch) -> None:
         body="LogLevel",
     ),
 )
-def _set_log_level(context: OperationContext, parameters: _Level) -> None:
+def _set_log_level(context: OperationContext, parameters: _LogLevelSetting) -> None:
     make_service(context).set_log_level(parameters.env, parameters.level)
 
 

@@ -47,30 +47,30 @@ _PATH: Final = "/cxbridge/facts"
 _QUERY_DESCRIPTIONS: Final = {"env": "The name of a CLIPS environment; executive by default."}
 
 
-class _Facts(NamedEnvironment):
+class _FactsQuery(NamedEnvironment):
     template: str = ""
     limit: int = MAX_ROWS
 
 
-class _Search(NamedEnvironment):
+class _FactSearch(NamedEnvironment):
     words: str = ""
     after: int = 0
     limit: int = MAX_ROWS
 
 
-class _Agenda(NamedEnvironment):
+class _AgendaQuery(NamedEnvironment):
     limit: int = MAX_ROWS
 
 
-class _Fact(NamedEnvironment):
+class _FactText(NamedEnvironment):
     fact: str
 
 
-class _Index(NamedEnvironment):
+class _FactReference(NamedEnvironment):
     index: int
 
 
-class _Slots(_Index):
+class _SlotChanges(_FactReference):
     slots: Annotated[
         dict[str, str], Meta(description=_SLOTS_DESCRIPTION, extra_json_schema={"minProperties": 1})
     ]
@@ -104,14 +104,14 @@ def _check_index(_context: OperationContext, path: Mapping[str, str]) -> None:
         raise CxbridgeError("The index of a fact is a number")
 
 
-def _assert_over_http(context: OperationContext, parameters: _Fact) -> FactIndex:
+def _assert_over_http(context: OperationContext, parameters: _FactText) -> FactIndex:
     _find_environment(context, parameters.env)
     if "\0" in parameters.fact or not parameters.fact.lstrip().startswith("("):
         raise CxbridgeError("A fact begins with a parenthesis, e.g. (battery (level 3))")
     return FactIndex(_assert_fact(context, parameters))
 
 
-def _modify_over_http(context: OperationContext, parameters: _Slots) -> FactIndex:
+def _modify_over_http(context: OperationContext, parameters: _SlotChanges) -> FactIndex:
     env = _find_environment(context, parameters.env)
     if any("\0" in text for pair in parameters.slots.items() for text in pair):
         raise CxbridgeError("CLIPS has no such text")
@@ -121,7 +121,7 @@ def _modify_over_http(context: OperationContext, parameters: _Slots) -> FactInde
         return FactIndex(_modify_fact(context, parameters))
 
 
-def _retract_over_http(context: OperationContext, parameters: _Index) -> FactIndex:
+def _retract_over_http(context: OperationContext, parameters: _FactReference) -> FactIndex:
     env = _find_environment(context, parameters.env)
     with env.lock:
         if not env.retract(parameters.index):
@@ -139,15 +139,15 @@ def _fact_route(method: str, summary: str, bad_request: str, **fields: Any) -> R
     return Route(method, f"{_PATH}/{{index}}", summary, FactIndex, errors=errors, **fields)
 
 
-@OPERATIONS.add("facts", Right.LOOK, _Facts, at_prompt=True)
-def _list_facts(context: OperationContext, parameters: _Facts) -> list[tuple[int, str]]:
+@OPERATIONS.add("facts", Right.LOOK, _FactsQuery, at_prompt=True)
+def _list_facts(context: OperationContext, parameters: _FactsQuery) -> list[tuple[int, str]]:
     env = find_environment(context, parameters.env)
     with env.lock:
         return list(islice(fact_texts(env, parameters.template), min(parameters.limit, MAX_ROWS)))
 
 
-@OPERATIONS.add("find-facts", Right.LOOK, _Search, at_prompt=True)
-def _search_facts(context: OperationContext, parameters: _Search) -> dict[str, Any]:
+@OPERATIONS.add("find-facts", Right.LOOK, _FactSearch, at_prompt=True)
+def _search_facts(context: OperationContext, parameters: _FactSearch) -> dict[str, Any]:
     env = find_environment(context, parameters.env)
     with env.lock:
         rows, last_index = search_facts(
@@ -156,8 +156,8 @@ def _search_facts(context: OperationContext, parameters: _Search) -> dict[str, A
     return {"facts": rows, "after": last_index}
 
 
-@OPERATIONS.add("agenda", Right.LOOK, _Agenda, at_prompt=True)
-def _list_activations(context: OperationContext, parameters: _Agenda) -> list[tuple[int, str, str]]:
+@OPERATIONS.add("agenda", Right.LOOK, _AgendaQuery, at_prompt=True)
+def _list_activations(context: OperationContext, parameters: _AgendaQuery) -> list[tuple[int, str, str]]:
     env = find_environment(context, parameters.env)
     with env.lock:
         return list(islice(activations(env), min(parameters.limit, MAX_ROWS)))
@@ -166,7 +166,7 @@ def _list_activations(context: OperationContext, parameters: _Agenda) -> list[tu
 @OPERATIONS.add(
     "assert",
     Right.CONTROL,
-    _Fact,
+    _FactText,
     Route(
         "POST",
         _PATH,
@@ -179,7 +179,7 @@ def _list_activations(context: OperationContext, parameters: _Agenda) -> list[tu
     ),
     at_prompt=True,
 )
-def _assert_fact(context: OperationContext, parameters: _Fact) -> int:
+def _assert_fact(context: OperationContext, parameters: _FactText) -> int:
     env = find_environment(context, parameters.env)
     with env.lock:
         return assert_text(env, parameters.fact, constant=not context.rights.programs)
@@ -188,11 +188,11 @@ def _assert_fact(context: OperationContext, parameters: _Fact) -> int:
 @OPERATIONS.add(
     "retract",
     Right.CONTROL,
-    _Index,
+    _FactReference,
     _fact_route("DELETE", "Retract a fact.", "The index is not a number", http_function=_retract_over_http),
     at_prompt=True,
 )
-def _retract_fact(context: OperationContext, parameters: _Index) -> None:
+def _retract_fact(context: OperationContext, parameters: _FactReference) -> None:
     env = find_environment(context, parameters.env)
     with env.lock:
         retract_fact(env, parameters.index)
@@ -201,7 +201,7 @@ def _retract_fact(context: OperationContext, parameters: _Index) -> None:
 @OPERATIONS.add(
     "modify",
     Right.CONTROL,
-    _Slots,
+    _SlotChanges,
     _fact_route(
         "PATCH",
         "Change slots of a fact, which gets a new index.",
@@ -211,7 +211,7 @@ def _retract_fact(context: OperationContext, parameters: _Index) -> None:
     ),
     at_prompt=True,
 )
-def _modify_fact(context: OperationContext, parameters: _Slots) -> int:
+def _modify_fact(context: OperationContext, parameters: _SlotChanges) -> int:
     env = find_environment(context, parameters.env)
     with env.lock:
         return modify_fact(env, parameters.index, parameters.slots, constant=not context.rights.programs)

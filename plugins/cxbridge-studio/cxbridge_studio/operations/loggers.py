@@ -13,7 +13,7 @@ from cxbridge.executive.host.loggers import ADDED_LOGGER_PRIORITY, LevelName
 from cxbridge.rights import Right
 from cxbridge_studio.debugger.environments import LoggerInfo
 from cxbridge_studio.operations.environments import (
-    Name,
+    Identifier,
     NamedEnvironment,
     environment_route,
     make_service,
@@ -27,7 +27,7 @@ class _Logger(NamedEnvironment):
 
 
 class _NewLogger(NamedEnvironment):
-    logger: Name
+    logger: Identifier
     priority: Annotated[int, Meta(extra_json_schema={"minimum": -2000, "maximum": 2000})] = (
         ADDED_LOGGER_PRIORITY
     )

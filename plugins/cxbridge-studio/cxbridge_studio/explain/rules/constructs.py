@@ -48,12 +48,12 @@ class Constructs:
         refused_rules: dict[str, str] = {}
         names: list[str] = []
         # Only the diagnostics tell whether CLIPS has refused a construct.
-        refused = {(diagnostic.file, diagnostic.construct) for diagnostic in diagnostics}
+        refused_constructs = {(diagnostic.file, diagnostic.construct) for diagnostic in diagnostics}
         for file in files:
             names.append(file.name)
             for definition in definitions(file.text):
                 is_rule = definition.kind == "defrule"
-                if (file.name, f"{definition.kind} {definition.name}") not in refused:
+                if (file.name, f"{definition.kind} {definition.name}") not in refused_constructs:
                     self._add_definition(definition)
                     positions |= {definition.name: (file.name, definition.line)} if is_rule else {}
                 elif is_rule:
@@ -100,17 +100,17 @@ class Constructs:
         if rule not in self._rules:
             raise ClipsError(f"there is no rule '{rule}'")
         text = self._rules[rule]
-        needs = find_dependencies(parse_rule(text), self._functions.get)
+        dependencies = find_dependencies(parse_rule(text), self._functions.get)
         return Snapshot(
             env,
             time_us,
             text,
             self.templates,
             (),
-            needs.functions,
+            dependencies.functions,
             # The value of a global variable may depend on earlier variables, so all are copied.
-            global_texts=self._globals if needs.globals else {},
-            needs_all_facts=needs.needs_all_facts,
+            global_texts=self._globals if dependencies.globals else {},
+            needs_all_facts=dependencies.needs_all_facts,
         )
 
 

@@ -151,9 +151,13 @@ class _Diagnoser:
         return MatchFailure("test", ce.text, "it is false for every match so far", values=tuple(values))
 
     def _explain_not(self, previous_ces: list[CE], ce: GroupCE) -> MatchFailure:
-        positive = Prefix([*previous_ces, *ce.items])
-        own_facts = positive.fact_variables[len(Prefix(previous_ces).fact_variables) :]
-        rows = self._matcher.match_values(positive.texts, own_facts, _MAX_NOT_MATCHES) if own_facts else []
+        positive_prefix = Prefix([*previous_ces, *ce.items])
+        own_facts = positive_prefix.fact_variables[len(Prefix(previous_ces).fact_variables) :]
+        rows = (
+            self._matcher.match_values(positive_prefix.texts, own_facts, _MAX_NOT_MATCHES)
+            if own_facts
+            else []
+        )
         negated_patterns = [item for item in ce.items if isinstance(item, PatternCE)]
         facts = dict.fromkeys(
             " with ".join(
@@ -163,20 +167,20 @@ class _Diagnoser:
             for row in rows
         )
         reason = "it must not match, but it does" if facts else "its content always matches"
-        listed = [*list(facts)[:MAX_SHOWN], *(["and more"] if len(facts) > MAX_SHOWN else [])]
-        return MatchFailure("not", ce.text, reason, facts=tuple(listed))
+        listed_facts = [*list(facts)[:MAX_SHOWN], *(["and more"] if len(facts) > MAX_SHOWN else [])]
+        return MatchFailure("not", ce.text, reason, facts=tuple(listed_facts))
 
     def _explain_forall(self, previous_ces: list[CE], ce: GroupCE) -> MatchFailure:
         first, *requirements = ce.items
-        required = " ".join(item.text for item in requirements)
+        requirement_text = " ".join(item.text for item in requirements)
         facts: list[str] = []
         if isinstance(first, PatternCE):
-            positive = Prefix([*previous_ces, first])
+            positive_prefix = Prefix([*previous_ces, first])
             # CLIPS replaces (forall A B) by (not (and A (not B))): facts of A without B violate it.
-            violation = [*positive.texts, f"(not (and {required}))"]
-            rows = self._matcher.match_values(violation, positive.fact_variables[-1:], MAX_SHOWN)
+            violating_texts = [*positive_prefix.texts, f"(not (and {requirement_text}))"]
+            rows = self._matcher.match_values(violating_texts, positive_prefix.fact_variables[-1:], MAX_SHOWN)
             facts = [self._fact_text(row[0].index, first) for row in rows]
-        reason = f"not every {first.text} has {required}"
+        reason = f"not every {first.text} has {requirement_text}"
         return MatchFailure("forall", ce.text, reason, facts=tuple(dict.fromkeys(facts)))
 
     def _explain_sequence(self, previous_ces: list[CE], ces: list[CE]) -> MatchFailure:

@@ -33,7 +33,7 @@ _SOURCE_NAMES: Final = {MODIFY_FUNCTION: "modify", DUPLICATE_FUNCTION: "duplicat
 _LIST_FUNCTION: Final = "create$"
 
 
-def rulebook(env: ClipsEnvironment, folders: Iterable[object] = ()) -> Rulebook:
+def read_rulebook(env: ClipsEnvironment, folders: Iterable[object] = ()) -> Rulebook:
     """Return the rules of an environment. Call this between runs of its rules."""
     return Rulebook(
         frozenset(name for name, _ in defrules(env)),
@@ -63,15 +63,19 @@ def take_snapshot(env: ClipsEnvironment, rule: str, max_facts: int | None = None
         raise ClipsError(f"there is no rule '{rule}'")
     text = decode(lib.DefrulePPForm(rule_pointer))
     condition = parse_rule(text)
-    needs = find_dependencies(condition, lambda name: _function_text(env, name))
-    global_names = sorted(name for name in needs.globals if lib.FindDefglobal(env.env, encode(name)) != NULL)
-    names = None if needs.needs_all_facts else {pattern.template for pattern in patterns(condition.ces)}
+    dependencies = find_dependencies(condition, lambda name: _function_text(env, name))
+    global_names = sorted(
+        name for name in dependencies.globals if lib.FindDefglobal(env.env, encode(name)) != NULL
+    )
+    names = (
+        None if dependencies.needs_all_facts else {pattern.template for pattern in patterns(condition.ces)}
+    )
     templates = _find_templates(env, names)
     limit = MAX_FACTS if max_facts is None else max_facts
     # Counting comes first: copying a fact stops the loop of a daemon for about 10 us.
-    total = sum(1 for _ in islice(_fact_pointers(env, templates), limit + 1))
+    fact_count = sum(1 for _ in islice(_fact_pointers(env, templates), limit + 1))
     copier = FactCopier(env, templates.__contains__)
-    if total <= limit:
+    if fact_count <= limit:
         for fact in _fact_pointers(env, templates):
             copier.add(fact)
     return Snapshot(
@@ -80,15 +84,15 @@ def take_snapshot(env: ClipsEnvironment, rule: str, max_facts: int | None = None
         text,
         templates,
         tuple(sorted(copier.copy.rows, key=lambda row: row.index)),
-        needs.functions,
+        dependencies.functions,
         {name: detach_value(env.eval(f"?*{name}*")) for name in global_names},
         agenda=tuple(
             Activation(name, salience, basis)
             for salience, name, basis in islice(activations(env), MAX_AGENDA)
         ),
         clips_counts=_read_clips_counts(env, rule_pointer),
-        uncopied_count=total if total > limit else 0,
-        needs_all_facts=needs.needs_all_facts,
+        uncopied_count=fact_count if fact_count > limit else 0,
+        needs_all_facts=dependencies.needs_all_facts,
         halt_reason=_halt_reason(env),
     )
 
@@ -105,23 +109,23 @@ def _function_text(env: ClipsEnvironment, name: str) -> str | None:
 def _find_templates(env: ClipsEnvironment, names: set[str] | None) -> Mapping[str, FactTemplate]:
     """Return the existing deftemplates with these names; None for all."""
     templates = {}
-    rule_pointer = lib.GetNextDeftemplate(env.env, NULL)
-    while rule_pointer != NULL:
-        name = decode(lib.DeftemplateName(rule_pointer))
+    template_pointer = lib.GetNextDeftemplate(env.env, NULL)
+    while template_pointer != NULL:
+        name = decode(lib.DeftemplateName(template_pointer))
         if names is None or name in names:
-            templates[name] = template_of(rule_pointer)
-        rule_pointer = lib.GetNextDeftemplate(env.env, rule_pointer)
+            templates[name] = template_of(template_pointer)
+        template_pointer = lib.GetNextDeftemplate(env.env, template_pointer)
     return templates
 
 
 def _fact_pointers(env: ClipsEnvironment, templates: Iterable[str]) -> Iterator[CData]:
     """Yield the pointers to the facts of deftemplates."""
     for name in templates:
-        rule_pointer = lib.FindDeftemplate(env.env, encode(name))
-        fact = lib.GetNextFactInTemplate(rule_pointer, NULL)
+        template_pointer = lib.FindDeftemplate(env.env, encode(name))
+        fact = lib.GetNextFactInTemplate(template_pointer, NULL)
         while fact != NULL:
             yield fact
-            fact = lib.GetNextFactInTemplate(rule_pointer, fact)
+            fact = lib.GetNextFactInTemplate(template_pointer, fact)
 
 
 def detach_value(value: Value) -> Value:
@@ -168,8 +172,8 @@ def _restore_rule(text: str) -> str:
     if not any(function in text for function in _SOURCE_NAMES):
         return text
     edits: list[tuple[int, int, str]] = []
-    for top in read(text):
-        for node in top.walk():
+    for top_list in read(text):
+        for node in top_list.walk():
             if node.items and node.head in _SOURCE_NAMES:
                 edits.append((node.items[0].start, node.items[0].end, _SOURCE_NAMES[node.head]))
                 edits += [

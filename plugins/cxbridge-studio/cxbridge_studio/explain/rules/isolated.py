@@ -84,23 +84,23 @@ class IsolatedEnvironment(ClipsEnvironment):
     def _build_clips630_functions(self) -> None:
         # Remove functions before the first construct: CLIPS keeps pointers to the functions that constructs
         # call. The second removal, in the constructor, needs the list of functions once more.
-        self._remove_forbidden_functions(kept=_FUNCTION_LIST)
+        self._remove_forbidden_functions(kept_function=_FUNCTION_LIST)
         for function in ("print", "println", "printout", "format"):
             self.api.remove_udf(function)
         for function in ("print", "println", "printout"):
             self.define(function, lambda *_: None, 0, UNBOUNDED)
-        self.define("format", _format, 2, UNBOUNDED)
+        self.define("format", _format_text, 2, UNBOUNDED)
         for function in FUNCTIONS:
             if not any(f"(cx-{name} " in function for name in _OMITTED_SHIMS):
                 self._clips630_functions.build(function)
 
-    def _remove_forbidden_functions(self, kept: str = "") -> None:
+    def _remove_forbidden_functions(self, kept_function: str = "") -> None:
         """Remove all functions that are not allowed.
 
-        :param kept: the name of a function to keep for now.
+        :param kept_function: the name of a function to keep for now.
         """
         present = frozenset(str(function) for function in self.call(_FUNCTION_LIST))
-        forbidden = present - ALLOWED_FUNCTIONS.keys() - {kept}
+        forbidden = present - ALLOWED_FUNCTIONS.keys() - {kept_function}
         for function in forbidden:
             self.api.remove_udf(function)
         self.removed_functions |= forbidden
@@ -114,7 +114,7 @@ class IsolatedEnvironment(ClipsEnvironment):
         super().build(prepare_source(construct, self.loader.has_function).text)
 
 
-def _format(_target: Value, text: Value, *values: Value) -> str:
+def _format_text(_target: Value, text: Value, *values: Value) -> str:
     """Return the text that CLIPS' ``format`` returns: CLIPS itself writes wide fields past its buffer."""
     remaining_values = iter(values)
 

@@ -93,7 +93,8 @@ class Matcher:
         for template in snapshot.templates.values():
             if template.slots is not None:
                 slots = " ".join(
-                    f"({'multislot' if multi else 'slot'} {slot})" for slot, multi in template.slots
+                    f"({'multislot' if is_multislot else 'slot'} {slot})"
+                    for slot, is_multislot in template.slots
                 )
                 env.build(f"(deftemplate {template.name} {slots})")
             elif (fact := env.assert_string(f"({template.name} 0)")) is not None:
@@ -119,11 +120,11 @@ class Matcher:
         try:
             self._env.build(function)
         except ClipsError as error:
-            missing = _MISSING_FUNCTION.search(error.message)
-            callee = missing[1] if missing else ""
+            missing_function = _MISSING_FUNCTION.search(error.message)
+            callee_name = missing_function[1] if missing_function else ""
             # The missing function may be a deffunction that was left out, too: record the end of the chain.
             for definition in definitions(function):
-                self._missing_callees[definition.name] = self._missing_callees.get(callee, callee)
+                self._missing_callees[definition.name] = self._missing_callees.get(callee_name, callee_name)
 
     def _to_copied_value(self, value: Value) -> Value:
         """Return a value of the snapshot as a value of this environment: facts as addresses, not indices."""
@@ -202,10 +203,10 @@ class Matcher:
 
     def _rejection_reason(self, messages: list[str]) -> str:
         """Return why CLIPS rejects a condition, from its messages."""
-        missing = _MISSING_FUNCTION.search(" ".join(messages))
-        if missing is None:
+        missing_function = _MISSING_FUNCTION.search(" ".join(messages))
+        if missing_function is None:
             return messages[0] if messages else "CLIPS rejects the condition"
-        name = self._missing_callees.get(missing[1]) or missing[1]
+        name = self._missing_callees.get(missing_function[1]) or missing_function[1]
         is_removed = name in self._env.removed_functions
         return f"it calls '{name}', which {'a diagnosis must not do' if is_removed else 'only the run has'}"
 
@@ -216,9 +217,9 @@ class Matcher:
     def _fire_probe(self, ces: Sequence[str], action: str, limit: int) -> Count:
         """Fire the probe for each match up to a limit, and return the number of matches."""
         self._build_probe(ces, action)
-        fired = self._env.run(limit)
+        fired_count = self._env.run(limit)
         has_more = self._env.has_activations(1)
         self._remove_probe()
         if self._env.faults:
             raise ClipsError(self._env.faults[0])
-        return Count(fired, has_more)
+        return Count(fired_count, has_more)

@@ -44,45 +44,47 @@ class MissingRule:
     why: str
 
 
-def refused_rules(book: Rulebook) -> dict[str, MissingRule]:
+def refused_rules(rulebook: Rulebook) -> dict[str, MissingRule]:
     """Return the rules that CLIPS refused, by name."""
     missing_rules: dict[str, MissingRule] = {}
     read_rules = cache(lambda file: dict(_read_rules(file)))  # a file with many mistakes is read only once
-    for diagnostic in book.diagnostics:
+    for diagnostic in rulebook.diagnostics:
         name = diagnostic.construct.removeprefix(_RULE_PREFIX)
         # A file may define a rule again after CLIPS refused the first definition.
-        if not diagnostic.construct.startswith(_RULE_PREFIX) or name in book.rules:
+        if not diagnostic.construct.startswith(_RULE_PREFIX) or name in rulebook.rules:
             continue
-        text = book.refused_texts.get(name) or read_rules(diagnostic.file).get(name, "")
+        text = rulebook.refused_texts.get(name) or read_rules(diagnostic.file).get(name, "")
         position = short_path(diagnostic.file) + ("" if diagnostic.line is None else f":{diagnostic.line}")
         reason = f"was refused when its file was loaded: {position}: {diagnostic.message} [{diagnostic.code}]"
         missing_rules[name] = MissingRule(name, text, reason)
     return missing_rules
 
 
-def unloaded_rules(book: Rulebook) -> Iterator[MissingRule]:
+def unloaded_rules(rulebook: Rulebook) -> Iterator[MissingRule]:
     """Yield the rules in the agent's folders whose files are not loaded."""
-    for file in _unloaded_files(book):
+    for file in _unloaded_files(rulebook):
         for name, text in _read_rules(file):
-            if name not in book.rules:
+            if name not in rulebook.rules:
                 yield MissingRule(name, text, f"is in {short_path(file)}, which the spec does not load")
 
 
-def explain_missing_rule(rule: str, book: Rulebook) -> str:
+def explain_missing_rule(rule: str, rulebook: Rulebook) -> str:
     """Return why an environment lacks a rule that a file defines; empty if the reason is unknown."""
     # The last diagnostic counts: it is about the definition that would have replaced the earlier ones.
-    for diagnostic in reversed(book.diagnostics):
+    for diagnostic in reversed(rulebook.diagnostics):
         if diagnostic.construct.partition(" ")[2] == rule:
             return f"it was refused when its file was loaded: {diagnostic}"
-    if swallowed := _explain_swallowed_rule(rule, book):
-        return swallowed
-    position = find_rule(rule, book.files)
+    if swallowed_reason := _explain_swallowed_rule(rule, rulebook):
+        return swallowed_reason
+    position = find_rule(rule, rulebook.files)
     if position is not None:
-        messages = [str(diagnostic) for diagnostic in book.diagnostics if diagnostic.file == position.file]
+        messages = [
+            str(diagnostic) for diagnostic in rulebook.diagnostics if diagnostic.file == position.file
+        ]
         if messages:
             return f"{position} defines it, but the file was not loaded as a whole: {messages[0]}"
         return f"{position} defines it, and it was loaded, but it is gone: undefined later, or not loaded yet"
-    position = find_rule(rule, _unloaded_files(book))
+    position = find_rule(rule, _unloaded_files(rulebook))
     return "" if position is None else f"{position} defines it, but the spec does not load that file"
 
 
@@ -97,10 +99,10 @@ def find_rule(rule: str, files: Iterable[str]) -> SourceLine | None:
     return position
 
 
-def _explain_swallowed_rule(rule: str, book: Rulebook) -> str:
+def _explain_swallowed_rule(rule: str, rulebook: Rulebook) -> str:
     """Return that a rule was lost after an unclosed parenthesis; empty if it was not."""
     begin = re.compile(rf"^\s*\(defrule\s+{re.escape(rule)}(?![^\s()])", re.MULTILINE)
-    for diagnostic in book.diagnostics:
+    for diagnostic in rulebook.diagnostics:
         if diagnostic.code == UNCLOSED and diagnostic.line is not None:
             text = _read_text(diagnostic.file)
             match = begin.search(text)
@@ -109,12 +111,12 @@ def _explain_swallowed_rule(rule: str, book: Rulebook) -> str:
     return ""
 
 
-def _unloaded_files(book: Rulebook) -> Iterator[str]:
+def _unloaded_files(rulebook: Rulebook) -> Iterator[str]:
     """Yield the CLIPS files in the agent's folders that are not loaded."""
-    loaded = {str(Path(file).resolve()) for file in book.files}
-    for folder in book.folders:
+    loaded_files = {str(Path(file).resolve()) for file in rulebook.files}
+    for folder in rulebook.folders:
         for path in sorted(Path(folder).rglob("*.clp")):
-            if str(path.resolve()) not in loaded:
+            if str(path.resolve()) not in loaded_files:
                 yield str(path)
 
 

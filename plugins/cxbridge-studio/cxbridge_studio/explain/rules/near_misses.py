@@ -24,7 +24,7 @@ MAX_PAIRS: Final = 20_000  # limit of the compared pairs of a partial match and 
 MAX_NEAR: Final = 3  # limit of the listed facts
 
 # A variable before the constraint, as in `?x&red`: it takes any value, so the report omits it.
-_BINDER = re.compile(r"^\?[^\s&|~:]+&(?!:)")
+_LEADING_VARIABLE = re.compile(r"^\?[^\s&|~:]+&(?!:)")
 
 _FACT_VARIABLE = "cx-why-fact"
 
@@ -49,20 +49,20 @@ def find_nearest(matcher: Matcher, snapshot: Snapshot, prefix: Prefix, pattern: 
         for number, constraint in enumerate(constraints)
         if _compare_slot(matcher, sample, pattern, constraint, number, satisfied_slots)
     ]
-    ranked = _rank_pairs(satisfied_slots)
-    best_count = len(satisfied_slots[ranked[0]]) if ranked else 0
-    chosen: dict[int, _MatchKey] = {}
-    for key, index in ranked:
-        if len(satisfied_slots[key, index]) == best_count and len(chosen) < MAX_NEAR:
-            chosen.setdefault(index, key)  # a fact is listed once, with its best partial match
+    ranked_pairs = _rank_pairs(satisfied_slots)
+    best_slot_count = len(satisfied_slots[ranked_pairs[0]]) if ranked_pairs else 0
+    chosen_keys: dict[int, _MatchKey] = {}
+    for key, index in ranked_pairs:
+        if len(satisfied_slots[key, index]) == best_slot_count and len(chosen_keys) < MAX_NEAR:
+            chosen_keys.setdefault(index, key)  # a fact is listed once, with its best partial match
     near_misses = []
-    for index, key in chosen.items():
+    for index, key in chosen_keys.items():
         row = matcher.rows[index]
         deviations = tuple(
             Deviation(
                 constraint.label,
                 snapshot.value_text(row, constraint.slot, constraint.position),
-                _BINDER.sub("", constraint.text),
+                _LEADING_VARIABLE.sub("", constraint.text),
                 tuple(_bound_values(constraint, prefix, sample.values[key])),
             )
             for number, constraint in enumerate(constraints)
@@ -74,7 +74,7 @@ def find_nearest(matcher: Matcher, snapshot: Snapshot, prefix: Prefix, pattern: 
     return MatchFailure(
         "pattern",
         pattern.text,
-        _failure_reason(prefix, sample, best_count, len(compared_slots), near_misses),
+        _failure_reason(prefix, sample, best_slot_count, len(compared_slots), near_misses),
         tuple(near_misses),
     )
 
@@ -96,14 +96,14 @@ def _rank_pairs(satisfied_slots: dict[tuple[_MatchKey, int], set[int]]) -> list[
 
 
 def _failure_reason(
-    prefix: Prefix, sample: _Sample, best_count: int, compared_slots: int, near_misses: list[NearMiss]
+    prefix: Prefix, sample: _Sample, best_slot_count: int, compared_slots: int, near_misses: list[NearMiss]
 ) -> str:
     if not any(miss.deviations for miss in near_misses):
         return "each part of it matches some fact, but not all parts together match one"
     verb = "goes with the facts before it" if prefix.fact_variables else "matches"
     limitation = ", in a sample of the matches" if sample.is_limited else ""
     slots = "slot" if compared_slots == 1 else "slots"
-    return f"no fact {verb}; the nearest have {best_count} of {compared_slots} {slots} right{limitation}"
+    return f"no fact {verb}; the nearest have {best_slot_count} of {compared_slots} {slots} right{limitation}"
 
 
 def _compare_slot(

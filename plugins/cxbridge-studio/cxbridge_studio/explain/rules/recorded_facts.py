@@ -21,21 +21,21 @@ def parse_rows(
     changes: Iterable[FactChange], templates: Mapping[str, FactTemplate]
 ) -> tuple[dict[str, FactTemplate], list[FactRow]]:
     """Return the parsable facts and their templates. Unknown templates are derived from the facts."""
-    parsed: list[tuple[FactChange, Mapping[str, tuple[Value, ...]]]] = []
-    is_multislot: dict[str, dict[str, bool]] = {}  # by template and slot
+    parsed_facts: list[tuple[FactChange, Mapping[str, tuple[Value, ...]]]] = []
+    multislots_by_template: dict[str, dict[str, bool]] = {}  # by template and slot
     for change in changes:
         slots = _parse_slots(change, templates.get(change.template))
         if slots is not None:
-            parsed.append((change, slots))
-            multi_by_slot = is_multislot.setdefault(change.template, {})
+            parsed_facts.append((change, slots))
+            is_multislot_by_slot = multislots_by_template.setdefault(change.template, {})
             for slot, values in slots.items():
                 # A slot that has no value or several values in any fact is a multislot.
-                multi_by_slot[slot] = multi_by_slot.get(slot, False) or len(values) != 1
+                is_multislot_by_slot[slot] = is_multislot_by_slot.get(slot, False) or len(values) != 1
     all_templates = dict(templates)
-    for name, multi_by_slot in is_multislot.items():
-        multi_by_slot.pop(_ORDERED_FIELDS, None)
-        all_templates.setdefault(name, FactTemplate(name, tuple(multi_by_slot.items()) or None))
-    rows = (_make_row(change, slots, all_templates[change.template]) for change, slots in parsed)
+    for name, is_multislot_by_slot in multislots_by_template.items():
+        is_multislot_by_slot.pop(_ORDERED_FIELDS, None)
+        all_templates.setdefault(name, FactTemplate(name, tuple(is_multislot_by_slot.items()) or None))
+    rows = (_make_row(change, slots, all_templates[change.template]) for change, slots in parsed_facts)
     return all_templates, sorted(filter(None, rows), key=lambda row: row.index)
 
 
@@ -76,7 +76,7 @@ def _make_row(
     if _ORDERED_FIELDS in slots:
         return None
     values: list[Value] = []
-    for slot, multi in template.slots:
-        contents = slots.get(slot, ())
-        values.append(contents if multi else contents[0] if len(contents) == 1 else NIL)
+    for slot, is_multislot in template.slots:
+        slot_values = slots.get(slot, ())
+        values.append(slot_values if is_multislot else slot_values[0] if len(slot_values) == 1 else NIL)
     return FactRow(change.index, template.name, tuple(values))

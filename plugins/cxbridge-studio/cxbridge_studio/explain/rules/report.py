@@ -50,17 +50,19 @@ def explain_rule(evidence: Evidence, rule: str) -> RuleStory:
 
     :raises CxbridgeError: if the rule is unknown, or its facts cannot be copied.
     """
-    book = evidence.rulebook()
-    if rule not in book.rules:
-        missing = explain_missing_rule(rule, book)
+    rulebook = evidence.rulebook()
+    if rule not in rulebook.rules:
+        missing = explain_missing_rule(rule, rulebook)
         if not missing:
-            raise CxbridgeError(f"there is no rule '{rule}'", hint=did_you_mean(rule, book.rules) or None)
+            raise CxbridgeError(f"there is no rule '{rule}'", hint=did_you_mean(rule, rulebook.rules) or None)
         return RuleStory(rule, evidence.where, missing=missing, notes=tuple(evidence.notes))
     events = evidence.rule_firings(rule)
     explanation = RuleStory(
         rule,
         evidence.where,
-        SourceLine(*book.positions[rule]) if rule in book.positions else find_rule(rule, book.files),
+        SourceLine(*rulebook.positions[rule])
+        if rule in rulebook.positions
+        else find_rule(rule, rulebook.files),
         firings=None
         if events is None
         else tuple((evidence.seconds(event.time_us), event.basis) for event in events),
@@ -150,19 +152,21 @@ def _verdict_of_matches(story: RuleStory, diagnosis: Diagnosis, snapshot: Snapsh
     if story.activations:
         verb = "is" if story.activations == 1 else "are"
         # `ahead` is None if more activations come first than a snapshot lists.
-        turn = "it is the next to fire" if story.ahead == () else "many others come first"
+        turn_text = "it is the next to fire" if story.ahead == () else "many others come first"
         if story.ahead:
             first = story.ahead[0]
-            turn = f"it comes after {len(story.ahead)} others, first {first.rule} (salience {first.salience})"
+            turn_text = (
+                f"it comes after {len(story.ahead)} others, first {first.rule} (salience {first.salience})"
+            )
         halt_reason = f"; but no rule fires any more: {snapshot.halt_reason}" if snapshot.halt_reason else ""
-        return f"{matches}, {story.activations} of them {verb} on the agenda: {turn}{halt_reason}"
+        return f"{matches}, {story.activations} of them {verb} on the agenda: {turn_text}{halt_reason}"
     if story.activations is None and story.firings is None:
         return f"{matches}; whether it has fired for them was not recorded (level rules)"
     # A recording has no agenda: there, the firings tell which matches are still to fire.
     fired_bases = {basis for _, basis in story.firings or ()}
-    unfired = [basis for basis in diagnosis.bases if basis not in fired_bases]
-    if unfired and story.activations is None:
-        return f"{matches}, and it had not fired for {len(unfired)} of them, first {unfired[0]}"
+    unfired_bases = [basis for basis in diagnosis.bases if basis not in fired_bases]
+    if unfired_bases and story.activations is None:
+        return f"{matches}, and it had not fired for {len(unfired_bases)} of them, first {unfired_bases[0]}"
     pronoun = "it" if is_single else "all of them"
     return f"{matches}, and it has fired for {pronoun}: it fires again when one of the facts is asserted anew"
 
@@ -174,8 +178,8 @@ def report_lines(story: RuleStory) -> Iterator[str]:
     yield ""
     details = [str(story.position)] if story.position else []
     details += [f"salience {diagnosis.salience}"] if diagnosis is not None and diagnosis.salience else []
-    bracketed = f" ({', '.join(details)})" if details else ""
-    yield f"rule {story.rule}{bracketed}"
+    bracketed_details = f" ({', '.join(details)})" if details else ""
+    yield f"rule {story.rule}{bracketed_details}"
     yield f"in {story.where}"
     yield ""
     if story.firings is not None and not story.missing:

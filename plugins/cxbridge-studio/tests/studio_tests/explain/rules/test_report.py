@@ -7,7 +7,7 @@ import pytest
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import RuleFired
 from cxbridge_studio.explain.evidence import Evidence, History
-from cxbridge_studio.explain.rules.environment import rulebook, take_snapshot
+from cxbridge_studio.explain.rules.environment import read_rulebook, take_snapshot
 from cxbridge_studio.explain.rules.report import explain_rule, report_lines, to_json, verdict
 from studio_tests.explain.worlds import world
 
@@ -21,7 +21,7 @@ class WorldEvidence(Evidence):
         self.folders = folders
 
     def rulebook(self):
-        return rulebook(self.env, self.folders)
+        return read_rulebook(self.env, self.folders)
 
     def snapshot(self, rule):
         return take_snapshot(self.env, rule)
