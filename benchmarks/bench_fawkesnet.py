@@ -96,7 +96,7 @@ def write(port: int, pipe: Connection) -> None:
                 writer.write()
                 if spacing:
                     time.sleep(spacing)
-            board.sync()
+            board.flush()
             pipe.send(times)
 
 
@@ -124,13 +124,13 @@ def measure_clients(port: int, seconds: float) -> Report:
         jobs.recv()
         for spacing in SPACINGS:
             sent = ask(jobs, (int(min(seconds, 2000 * spacing) / spacing), spacing))
-            board.sync()
+            board.flush()
             # a listener that is called late reads the data of a later write
             latencies = [notes.seen[number] - when for number, when in sent if number in notes.seen]
             note(result, f"c2c, {spacing * 1000:g} ms apart", latencies)
         notes.events.clear()
         sent = ask(jobs, (FLAT_OUT, 0))
-        board.sync()
+        board.flush()
         result["updates/s"] = len(notes.events) / (notes.events[-1] - sent[0][1])
         result["events"] = len(notes.events) / FLAT_OUT
         result["values seen"] = sum(number in notes.seen for number, _ in sent) / FLAT_OUT

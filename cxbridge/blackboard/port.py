@@ -23,6 +23,9 @@ from cxbridge.interfaces.message_ids import id_offset, next_id, read_id
 class Snapshot(Struct, frozen=True, gc=False):
     """The data of an interface after a write.
 
+    Each write makes a snapshot, which the garbage collector need not track (``gc=False``), because it refers
+    to no other objects.
+
     :param version: the number of the write, from 1; 0 before the first write.
     :param last_stamped: the number of the last write with a new time stamp.
     :param last_changed: the number of the last write with changed values.

@@ -40,9 +40,7 @@ class StateTranslator:
         self._error_tracker = ErrorTracker()
         # the sender's id by the id on the writer's board; 128 KiB, so allocated for the first message
         self._sender_ids: array[int] | None = None
-        self._work_ids: set[int] = (
-            set()
-        )  # ids of the messages that start work, kept while the state is hidden
+        self._work_ids: set[int] = set()  # the messages that start work, while the state is hidden
 
     def record_ids(self, message_type: str, writer_id: int, sender_id: int) -> None:
         """Record the ids of a sent message on the writer's board and on the sender's."""

@@ -47,7 +47,7 @@ def make_pair(stack: ExitStack, near_is_remote: bool, far_is_remote: bool) -> Bo
         for _ in range(2):  # a listener at one side may act on the other
             for one in (far, near, far):
                 if isinstance(one, FawkesBlackBoard):
-                    one.sync()
+                    one.flush()
 
     return BoardPair(near=near, far=far, clock=clock, bus=bus, settle=settle)
 

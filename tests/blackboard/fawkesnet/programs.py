@@ -140,17 +140,17 @@ def client(host: str, port: str) -> None:
         def write(number: int) -> int:
             writer.test_int = number
             writer.write()
-            board.sync()
+            board.flush()
             return number
 
         def read() -> int:
-            board.sync()
+            board.flush()
             reader.read()
             return int(reader.test_int)
 
         def acquire() -> int:
             number = skiller.msgq_enqueue(skiller.create_message("AcquireControlMessage"))
-            board.sync()
+            board.flush()
             return int(number)
 
         obey(int(port), {"write": write, "read": read, "acquire": acquire})

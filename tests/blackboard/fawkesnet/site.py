@@ -36,7 +36,7 @@ class FawkesSite(Site):
 
     def settle(self) -> None:
         for client in (*self.clients, *self.clients):
-            client.sync()
+            client.flush()
 
     def kill(self, client: Any) -> None:
         self.clients.remove(client)

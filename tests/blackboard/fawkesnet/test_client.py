@@ -74,7 +74,7 @@ def test_everything_is_open_again_after_the_server_was_away(site):
     at_server.count, writer.count = 1, 2
     at_server.write()
     writer.write()
-    board.sync()
+    board.flush()
     reader.read()
     before = reader.serial
     waits = Waits()
@@ -99,11 +99,11 @@ def test_everything_is_open_again_after_the_server_was_away(site):
     assert reader.serial != before
     assert (reader.has_writer, reader.num_readers) == (True, 1)
     again = site.board.open_for_reading(SampleInterface, "b")
-    board.sync()
+    board.flush()
     again.read()
     assert again.count == 2
     assert reader.msgq_enqueue(SampleInterface.ResetMessage()) == 1
-    board.sync()
+    board.flush()
     assert at_server.msgq_first().source_id == reader.serial
 
 
@@ -125,7 +125,7 @@ def test_who_took_the_writers_place_meanwhile_keeps_it(site):
     eventually(lambda: board.connected)
     writer.count = 5
     writer.write()
-    board.sync()
+    board.flush()
     assert site.board.list_all()[0].has_writer
 
 
@@ -357,7 +357,7 @@ def test_nonsense_from_the_remote_is_ignored_and_logged_once():
     bus.subscribe(lines.append, LogLine)
     with scripted(answer, bus=bus) as (_, board):
         reader = board.open_for_reading(SampleInterface, "a")
-        board.sync()
+        board.flush()
         assert reader.read() is False
         assert board.connected
         texts = [line.text for line in lines]
@@ -440,14 +440,14 @@ def test_writes_are_told_to_the_bus_once(served):
     writer = served.board.open_for_writing(SampleInterface, "a")
     writer.count = 1
     writer.write()
-    board.sync()
+    board.flush()
     assert [(event.uid, event.values["count"]) for event in events] == [("SampleInterface::a", 1)]
     writer.close()
-    board.sync()
+    board.flush()
     own = board.open_for_writing(SampleInterface, "a")
     own.count = 2
     own.write()
-    board.sync()
+    board.flush()
     assert [event.values["count"] for event in events] == [1, 2]
     assert readers[0].read()
 
@@ -458,7 +458,7 @@ def test_listeners_may_ask_the_remote(served):
 
     class Asks(Listener):
         def data_refreshed(self, interface: Interface) -> None:
-            board.sync()
+            board.flush()
             done.put([info.uid for info in board.list_all()])
 
     board.register_listener(Asks(), board.open_for_reading(SampleInterface, "a"))
@@ -493,11 +493,11 @@ def test_the_end_of_an_instance_is_told_before_that_of_its_interface(told, monke
 
     def send_and_dawdle(frames: bytes) -> None:
         send(frames)
-        board.sync()  # the answer to Close and all that it caused are here, and delivered
+        board.flush()  # the answer to Close and all that it caused are here, and delivered
 
     monkeypatch.setattr(board._requests, "send", send_and_dawdle)
     reader.close()
     monkeypatch.undo()
-    board.sync()
+    board.flush()
     uid = "SampleInterface::a"
     assert recorder.log == [("created", uid), ("-reader", uid, reader.serial), ("destroyed", uid)]

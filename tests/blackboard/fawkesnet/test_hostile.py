@@ -88,7 +88,7 @@ def test_a_thousand_connections_cost_little_and_leave_nothing(many_files, server
             eventually(lambda: sum(readers for _, readers in server.ask("list").values()) >= opened)
             for number in range(1, 101):
                 assert server.ask(f"write {number}") == number
-            board.sync()
+            board.flush()
             good.read()
             assert good.test_int == 100
             assert resident(pid) - memory < 100 * MIB
@@ -122,7 +122,7 @@ def test_a_stopped_reader_slows_nobody_takes_no_memory_and_gets_the_newest(home)
             writer.write()
             most = max(most, session._outbox.queued_bytes)
             if number % 10_000 == 0:
-                other.sync()
+                other.flush()
                 reader.read()
                 assert reader.test_int == number
         assert CONFLATE_FROM <= most < CONFLATE_FROM + MIB
@@ -139,11 +139,11 @@ def test_a_stopped_writer_keeps_its_place_and_goes_on(home):
             other.open_for_writing("TestInterface", "written")
         for _ in range(1000):
             reader.msgq_enqueue(reader.create_message("SetTestIntMessage"))
-        other.sync()
+        other.flush()
         assert len(other.list_all()) == 3
         stopped.go_on()
         assert stopped.ask("write 7") == 7
-        other.sync()
+        other.flush()
         reader.read()
         assert reader.test_int == 7
 

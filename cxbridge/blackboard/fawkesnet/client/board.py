@@ -74,8 +74,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
         silence: float = DEFAULT_SILENCE,
     ) -> None:
         super().__init__(registry, clock, bus)
-        self.address: Final = parse_url(url)
-        self.now_us: Final = clock.now_us
+        self._address: Final = parse_url(url)
         self._timeout: Final = timeout
         self._lock = threading.Lock()
         self._ports: dict[bytes, RemotePort] = {}  # the ports that are open at the server, by serial
@@ -83,7 +82,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
         self._mem_serials: dict[tuple[str, str], int] = {}
         self._next_mem_serial = itertools.count(1)
         self._emitter = PublicationEmitter(bus, clock.now_us, self._open_ports)
-        name = f"{self.address[0]}:{self.address[1]}"
+        name = f"{self._address[0]}:{self._address[1]}"
         self._requests = RequestSender(name, timeout)
         self._opener = Opener(self._requests, name)
         self._dispatcher = Dispatcher("FawkesNetEvents", self.report_fault)
@@ -173,20 +172,20 @@ class FawkesBlackBoard(RemoteBlackBoard):
         """
         return self._opener.list(self.registry, type_glob, id_glob)
 
-    def sync(self) -> None:
+    def flush(self, timeout: float | None = None) -> None:
         """Wait until the server has received all sent frames and listeners have handled all received events.
 
         Within a listener, the method waits only for the server.
 
+        :param timeout: the limit in seconds for each of the two waits; by default the client's timeout.
         :raises ConnectionLostError: if the server does not reply.
+        :raises BlackBoardError: if the listeners take too long.
         """
+        timeout = self._timeout if timeout is None else timeout
         # the server handles frames in order, so the reply to any request confirms all earlier frames
-        self._requests.request(EMPTY_LIST_REQUEST)
-        if not self._dispatcher.drain(self._timeout):
-            raise BlackBoardError(f"listeners have been busy for {self._timeout:g} s")
-
-    def flush(self, timeout: float | None = None) -> None:  # noqa: ARG002 - `sync` has the timeouts of this client
-        self.sync()
+        self._requests.request(EMPTY_LIST_REQUEST, timeout=timeout)
+        if not self._dispatcher.drain(timeout):
+            raise BlackBoardError(f"listeners have been busy for {timeout:g} s")
 
     @property
     def connected(self) -> bool:
@@ -210,7 +209,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
 
     def _connect(self) -> FawkesConnection:
         return FawkesConnection(
-            self.address, self._timeout, self._receiver.handle, self._reconnector.report_loss
+            self._address, self._timeout, self._receiver.handle, self._reconnector.report_loss
         )
 
     def use_connection(self, connection: FawkesConnection) -> None:

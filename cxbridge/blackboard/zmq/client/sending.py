@@ -171,9 +171,8 @@ class CommandSender:
                 if not wait_ms:
                     return False
                 if not self._socket.poll(wait_ms, zmq.POLLOUT):
-                    self.is_blocked = not isinstance(
-                        frame, Write
-                    )  # the next write will replace an unsent one
+                    # the next write will replace an unsent write
+                    self.is_blocked = not isinstance(frame, Write)
                     return False
                 return self.send(frame, wait_ms=0)
             except zmq.ZMQError:

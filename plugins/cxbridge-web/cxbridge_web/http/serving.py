@@ -96,9 +96,8 @@ class HttpThread:
         serving = self._server.serving
         self._thread = LoopThread("web")
         self._serving_result = self._thread.spawn(self._server.serve(sockets=[self._listening]))
-        self._serving_result.add_done_callback(
-            lambda _: serving.set()
-        )  # a failed start must end the wait, too
+        # a failed start must end the wait, too
+        self._serving_result.add_done_callback(lambda _: serving.set())
         if not serving.wait(_START_TIMEOUT_S) or self._serving_result.done():
             self.stop()
             self._listening.close()
