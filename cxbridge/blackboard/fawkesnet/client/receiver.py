@@ -108,9 +108,7 @@ class FrameReceiver:
     def _handle_instance_event(self, event: InstanceEvent) -> None:
         port = self._ports.get(event.serial.bytes)
         if port is not None:
-            kind = EventKind[
-                event.kind.name
-            ]  # both enumerations have Fawkes' names READER_ADDED to WRITER_REMOVED
+            kind = EventKind[event.kind.name]  # both have Fawkes' names READER_ADDED to WRITER_REMOVED
             port.count_instance(kind)
             self._dispatcher.put(port.listeners.notify, kind, event.event_serial)
 

@@ -73,9 +73,7 @@ class OpenInterfaces:
         self._copies: dict[tuple[str, str], InterfaceCopy] = {}  # by type and id
         self._channels: dict[int, InterfaceCopy] = {}  # by the server's number, in this session
         self._instances: dict[bytes, Interface] = {}  # by serial
-        self._unsent_blocks: dict[
-            InterfaceCopy, bytes
-        ] = {}  # the last block of each write that waits for room
+        self._unsent_blocks: dict[InterfaceCopy, bytes] = {}  # the last block of writes that wait for room
         self._epoch = b""  # the id of the running server
         self._same_epoch = False  # whether the last two sessions were with the same run of the server
         self._missing_replies = 0  # the number of replies that must come before other threads may send
