@@ -102,7 +102,7 @@ class _Group:
 
     def __init__(self, max_events: int, max_bytes: int) -> None:
         self.buffered_events: deque[_BufferedEvent] = deque()
-        self.discarded_count = 0  # number of discarded events
+        self.discarded_count = 0
         self.byte_count = 0
         self._max_events = max_events
         self._max_bytes = max_bytes
@@ -117,14 +117,8 @@ class _Group:
     def events_after(self, count: int) -> list[_BufferedEvent]:
         """Return the buffered events of the group except the first ``count`` events of the run."""
         # from the newest event backwards, because most clients are up to date and need only a few events
-        later = list(
-            islice(
-                reversed(self.buffered_events),
-                max(0, self.discarded_count + len(self.buffered_events) - count),
-            )
-        )
-        later.reverse()
-        return later
+        later_count = max(0, self.discarded_count + len(self.buffered_events) - count)
+        return list(islice(reversed(self.buffered_events), later_count))[::-1]
 
 
 class EventBuffer:
@@ -136,7 +130,7 @@ class EventBuffer:
     def __init__(self, max_events: int = MAX_EVENTS, max_bytes: int = MAX_BYTES) -> None:
         self.end = StreamPosition()  # position after the newest event
         self._groups = [_Group(max_events, max_bytes) for _ in range(_OTHER_GROUP + 1)]
-        self._last_values: dict[str, Any] = {}  # last values by interface
+        self._last_values: dict[str, Any] = {}  # by interface
 
     @property
     def begin(self) -> StreamPosition:

@@ -60,8 +60,8 @@ def make_document(endpoints: Sequence[Endpoint]) -> dict[str, Any]:
 
 
 def _describe_endpoint(endpoint: Endpoint) -> dict[str, Any]:
-    kind = "text/plain" if endpoint.reply is str else "application/json"
-    success = {"description": endpoint.summary, "content": _make_content(kind, endpoint.reply)}
+    media_type = "text/plain" if endpoint.reply is str else "application/json"
+    success = {"description": endpoint.summary, "content": _make_content(media_type, endpoint.reply)}
     if endpoint.is_paged:
         success["headers"] = {
             "X-Total-Count": {
@@ -97,8 +97,8 @@ def _describe_endpoint(endpoint: Endpoint) -> dict[str, Any]:
     return operation
 
 
-def _make_content(kind: str, type_: Any) -> dict[str, Any]:
-    return {kind: {"schema": make_schema(type_)}}
+def _make_content(media_type: str, type_: Any) -> dict[str, Any]:
+    return {media_type: {"schema": make_schema(type_)}}
 
 
 def _operation_id(endpoint: Endpoint) -> str:

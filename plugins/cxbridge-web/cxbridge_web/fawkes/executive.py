@@ -174,6 +174,7 @@ def _make_models(
 
 
 def _find_plan_ids(call: ApiCall) -> dict[str, list[str]]:
+    """Return the ids of the plans of each goal."""
     plans: dict[str, list[str]] = {}
     for slots in facts(call, "plan"):
         try:
@@ -238,10 +239,8 @@ def _list_plans(call: ApiCall) -> list[Plan]:
     actions: dict[tuple[str, str], list[PlanAction]] = {}
 
     def add_action(slots: Slots) -> PlanAction:
-        key, action = (
-            (read_text(slots, "goal-id"), read_text(slots, "plan-id")),
-            _make_action(groundings, slots),
-        )
+        key = (read_text(slots, "goal-id"), read_text(slots, "plan-id"))
+        action = _make_action(groundings, slots)
         actions.setdefault(key, []).append(action)
         return action
 
