@@ -10,7 +10,7 @@ from typing import Any, Final, TypeVar
 
 from cxbridge.closing import Closing
 
-T = TypeVar("T")
+ResultT = TypeVar("ResultT")
 
 _STOP_S: Final = 5.0  # a callback that does not return must not block the end of the process
 
@@ -41,7 +41,7 @@ class LoopThread(Closing):
             return False
         return True
 
-    def spawn(self, coroutine: Coroutine[Any, Any, T]) -> Future[T]:
+    def spawn(self, coroutine: Coroutine[Any, Any, ResultT]) -> Future[ResultT]:
         """Run a coroutine in the loop.
 
         :raises RuntimeError: if the loop is closed.
@@ -59,9 +59,9 @@ class LoopThread(Closing):
 
     def _run_loop(self) -> None:
         with self._runner:
-            self._runner.run(self._serve())
+            self._runner.run(self._run_until_closed())
 
-    async def _serve(self) -> None:
+    async def _run_until_closed(self) -> None:
         await self._close_requested.wait()
         tasks = asyncio.all_tasks() - {asyncio.current_task()}
         for task in tasks:

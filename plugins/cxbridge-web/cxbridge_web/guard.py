@@ -80,7 +80,7 @@ class Guard:
         if not is_permitted_request(origin, scope["scheme"], host, self._origins):
             return PlainTextResponse("Pages of other origins may not use this server\n", 403)
         # Browsers send no origin with the GET of another site's images and scripts, but Sec-Fetch-Site.
-        if not origin and _is_of_another_site(scope, headers):
+        if not origin and _is_cross_site(scope, headers):
             return PlainTextResponse("Other sites may only lead to the page\n", 403)
         if scope["method"] == "OPTIONS" and "access-control-request-method" in headers:
             return Response(
@@ -113,7 +113,7 @@ class Guard:
         return hmac.compare_digest(token.encode("utf-8"), self._token.encode("utf-8"))
 
 
-def _is_of_another_site(scope: Scope, headers: Headers) -> bool:
+def _is_cross_site(scope: Scope, headers: Headers) -> bool:
     """Return whether a page of another site made the request, except by a link to a page of the server."""
     if headers.get("sec-fetch-site") not in {"cross-site", "same-site"}:
         return False

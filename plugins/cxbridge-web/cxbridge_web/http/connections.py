@@ -7,7 +7,9 @@ from typing import Any, Final
 
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-PATIENCE_S: Final = 10.0  # idle time after which a connection is closed, at the latest after twice this time
+IDLE_LIMIT_S: Final = (
+    10.0  # idle time after which a connection is closed, at the latest after twice this time
+)
 
 
 class Connection(H11Protocol):
@@ -16,7 +18,7 @@ class Connection(H11Protocol):
     Idle event streams stay open, since their clients wait for the server.
     """
 
-    patience_s: float = PATIENCE_S
+    idle_limit_s: float = IDLE_LIMIT_S
 
     def __init__(self, *arguments: Any, **named: Any) -> None:
         super().__init__(*arguments, **named)
@@ -26,7 +28,7 @@ class Connection(H11Protocol):
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         super().connection_made(transport)
-        self._timer = self.loop.call_later(self.patience_s, self._check_progress)
+        self._timer = self.loop.call_later(self.idle_limit_s, self._check_progress)
 
     def connection_lost(self, exc: Exception | None) -> None:
         if self._timer is not None:
@@ -42,4 +44,4 @@ class Connection(H11Protocol):
             self.transport.abort()
             return
         self._last_progress = progress
-        self._timer = self.loop.call_later(self.patience_s, self._check_progress)
+        self._timer = self.loop.call_later(self.idle_limit_s, self._check_progress)

@@ -63,20 +63,20 @@ def _add_goal(goal: GoalRecord, parent: str, history: RunHistory, events: TraceE
     end = history.events, history.end
     begin: Moment | None = None
     # A goal may be retracted and formulated again with the same id: each life has a slice.
-    for state, successor in zip(goal.changes, [*goal.changes[1:], None], strict=True):
-        moment = state.seq, state.time
+    for change, next_change in zip(goal.changes, [*goal.changes[1:], None], strict=True):
+        moment = change.seq, change.time
         begin = begin or moment
-        until = end if successor is None else (successor.seq, successor.time)
-        is_retracted = state.mode == "RETRACTED"
-        outcome = {} if state.outcome == "UNKNOWN" else {"outcome": state.outcome}
-        error = {"error": state.error} if state.error else {}
-        name = f"{state.mode} {state.outcome}" if outcome else state.mode
+        change_end = end if next_change is None else (next_change.seq, next_change.time)
+        is_retracted = change.mode == "RETRACTED"
+        outcome = {} if change.outcome == "UNKNOWN" else {"outcome": change.outcome}
+        error = {"error": change.error} if change.error else {}
+        name = f"{change.mode} {change.outcome}" if outcome else change.mode
         if not is_retracted:
-            note = {} if successor is not None else {"note": OPEN_NOTE}
+            note = {} if next_change is not None else {"note": OPEN_NOTE}
             events.add_slice(
-                track, name, moment, until, {**outcome, **error, **note}, category="mode", depth=1
+                track, name, moment, change_end, {**outcome, **error, **note}, category="mode", depth=1
             )
-        if is_retracted or successor is None:
+        if is_retracted or next_change is None:
             args = {
                 "goal": goal.name,
                 "class": goal.goal_class,
@@ -108,11 +108,13 @@ def _add_plan(
     spans.sort(key=lambda item: item[0][0])
     begin = min(action.changes[0][:2] for action in actions)
     end = max([*(span[1] for span, _ in spans), *(action.changes[-1][:2] for action in actions)])
-    not_begun = [f"{action.id} {action.name}" for action in actions if _find_span(action, history) is None]
+    unbegun_actions = [
+        f"{action.id} {action.name}" for action in actions if _find_span(action, history) is None
+    ]
     args = {
         "plan": plan,
         "actions": len(actions),
-        **({"not begun": ", ".join(not_begun)} if not_begun else {}),
+        **({"not begun": ", ".join(unbegun_actions)} if unbegun_actions else {}),
     }
     # The slice of the plan encloses its actions, so its track is not reserved: the first actions share it.
     events.add_slice(lanes.reserve_track(begin, begin), f"plan {plan}", begin, end, args, category="plan")
@@ -146,20 +148,20 @@ def _find_retraction(action: PlanActionRecord, last_change: ActionChange) -> Mom
 
 
 def _add_action(
-    action: PlanActionRecord, events: TraceEvents, track: Track, span: tuple[Moment, Moment], remark: str
+    action: PlanActionRecord, events: TraceEvents, track: Track, span: tuple[Moment, Moment], note_text: str
 ) -> None:
     """Add a slice for an action, containing slices for its states.
 
-    :param remark: the note of an unfinished action.
+    :param note_text: the note of an unfinished action.
     """
     begin, end = span
-    note = {} if action.state in DONE_STATES else {"note": remark}
+    note = {} if action.state in DONE_STATES else {"note": note_text}
     args = {"action": action.name, "id": action.id, "goal": action.goal, "plan": action.plan}
     name = f"{action.id} {action.name}"
     events.add_slice(
         track, name, begin, end, {**args, "state": action.state, **note}, category="action", depth=1
     )
     ends = [*(change[:2] for change in action.changes[1:]), end]
-    for (seq, time, state), until in zip(action.changes, ends, strict=True):
+    for (seq, time, state), change_end in zip(action.changes, ends, strict=True):
         if seq >= begin[0] and seq < end[0]:
-            events.add_slice(track, state, (seq, time), until, {}, category="state", depth=2)
+            events.add_slice(track, state, (seq, time), change_end, {}, category="state", depth=2)
