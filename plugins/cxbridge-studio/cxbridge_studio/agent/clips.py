@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Final
 
 from cxbridge.clipstext.syntax import SyntaxNode, literal, read, without_module
-from cxbridge_studio.agent.condition import CE, GroupCE, TestCE, elements, sides
+from cxbridge_studio.agent.condition import CE, GroupCE, TestCE, parse_elements, split_rule
 from cxbridge_studio.agent.names import Mention, Name, NameKind, Piece, PlacedPiece, SourceFile, Use
 from cxbridge_studio.agent.top_level import TopLevelList, top_level_lists
 
@@ -213,12 +213,12 @@ class _ConstructReader:
 
     def _read_rule(self, node: SyntaxNode) -> None:
         self._read_definition(node)
-        condition, actions = sides(node)
+        condition, actions = split_rule(node)
         declared = (entry for item in condition if item.head == "declare" for entry in item.arguments)
         for entry in declared:
             for item in entry.arguments:
                 self._read_expression(item)
-        self._read_conditions(elements(condition))
+        self._read_conditions(parse_elements(condition))
         for item in actions:
             self._read_expression(item)
 

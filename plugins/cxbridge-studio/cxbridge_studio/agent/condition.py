@@ -295,25 +295,25 @@ CE = PatternCE | TestCE | GroupCE
 """A conditional element."""
 
 
-def patterns(ces: Sequence[CE]) -> Iterator[PatternCE]:
+def find_patterns(ces: Sequence[CE]) -> Iterator[PatternCE]:
     """Yield all patterns, including those within groups."""
     for ce in ces:
         if isinstance(ce, PatternCE):
             yield ce
         elif isinstance(ce, GroupCE):
-            yield from patterns(ce.items)
+            yield from find_patterns(ce.items)
 
 
-def needed(ces: Sequence[CE]) -> Iterator[PatternCE]:
+def find_needed_patterns(ces: Sequence[CE]) -> Iterator[PatternCE]:
     """Yield the patterns that must match a fact: those outside of ``not``, ``or`` and ``forall``."""
     for ce in ces:
         if isinstance(ce, PatternCE):
             yield ce
         elif isinstance(ce, GroupCE) and ce.kind == "exists":
-            yield from needed(ce.items)
+            yield from find_needed_patterns(ce.items)
 
 
-def sides(rule: SyntaxNode) -> tuple[Sequence[SyntaxNode], Sequence[SyntaxNode]]:
+def split_rule(rule: SyntaxNode) -> tuple[Sequence[SyntaxNode], Sequence[SyntaxNode]]:
     """Return the nodes of a rule before its arrow, without its name, and those after it."""
     items = rule.arguments[1:]
     arrow = next((index for index, item in enumerate(items) if item.text == "=>"), len(items))
@@ -322,10 +322,10 @@ def sides(rule: SyntaxNode) -> tuple[Sequence[SyntaxNode], Sequence[SyntaxNode]]
 
 def parse_condition(rule: SyntaxNode) -> tuple[CE, ...]:
     """Return the CEs of a rule, empty for other constructs."""
-    return tuple(elements(sides(rule)[0])) if rule.head == "defrule" else ()
+    return tuple(parse_elements(split_rule(rule)[0])) if rule.head == "defrule" else ()
 
 
-def elements(items: Sequence[SyntaxNode]) -> Iterator[CE]:
+def parse_elements(items: Sequence[SyntaxNode]) -> Iterator[CE]:
     """Yield the CEs of a list, without ``declare``; ``and`` and ``logical`` are flattened."""
     for nodes in _join_bindings(items):
         node = nodes[-1]
@@ -335,13 +335,13 @@ def elements(items: Sequence[SyntaxNode]) -> Iterator[CE]:
         if len(nodes) > 1:
             yield PatternCE(node, nodes[0].text.lstrip("$?"))
         elif node.head in ("and", "logical"):
-            yield from elements(node.arguments)
+            yield from parse_elements(node.arguments)
         elif node.head == "test":
             yield TestCE(node)
         elif node.head == "or":
             yield GroupCE("or", tuple(map(_parse_branch, _join_bindings(node.arguments))), (node,))
         elif node.head in ("not", "exists", "forall"):
-            yield GroupCE(node.head, tuple(elements(node.arguments)), (node,))
+            yield GroupCE(node.head, tuple(parse_elements(node.arguments)), (node,))
         else:
             yield PatternCE(node)
 
@@ -359,7 +359,7 @@ def _join_bindings(items: Sequence[SyntaxNode]) -> Iterator[Sequence[SyntaxNode]
 
 def _parse_branch(nodes: Sequence[SyntaxNode]) -> CE:
     """Return a branch of an ``or``."""
-    ces = tuple(elements(nodes))
+    ces = tuple(parse_elements(nodes))
     return ces[0] if len(ces) == 1 else GroupCE("and", ces, tuple(nodes))
 
 

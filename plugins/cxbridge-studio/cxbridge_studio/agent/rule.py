@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from cxbridge.clipstext.syntax import SyntaxNode, one_line, read, without_module
 from cxbridge.errors import ClipsError
-from cxbridge_studio.agent.condition import CE, PatternCE, elements, sides
+from cxbridge_studio.agent.condition import CE, PatternCE, parse_elements, split_rule
 
 _GLOBAL = re.compile(r"\?\*(.+)\*\Z")
 # Prefixes of functions that query facts of any template.
@@ -78,11 +78,11 @@ def parse_rule(text: str) -> Condition:
     name = without_module(nodes[0].arguments[0].text)
     if not any(node.text == "=>" for node in nodes[0].arguments):
         raise ClipsError(f"the rule {name} has no =>")
-    condition = tuple(sides(nodes[0])[0])
+    condition = tuple(split_rule(nodes[0])[0])
     declared = (entry for node in condition if node.head == "declare" for entry in node.arguments)
     entries = [entry for entry in declared if entry.head == "salience" and entry.arguments]
     try:
-        ces = tuple(elements(condition))
+        ces = tuple(parse_elements(condition))
     except RecursionError:
         raise ClipsError(f"the condition of {name} is nested too deep") from None
     salience = one_line(entries[-1].arguments[0].text) if entries else ""

@@ -16,20 +16,26 @@ from typing import Final
 
 from cxbridge.clipstext.syntax import SyntaxNode, literal, read, without_module
 from cxbridge.suggestions import nearest_names
-from cxbridge_studio.agent.condition import CE, OBJECT, PatternCE, needed, parse_condition, sides
+from cxbridge_studio.agent.condition import (
+    CE,
+    OBJECT,
+    PatternCE,
+    find_needed_patterns,
+    parse_condition,
+    split_rule,
+)
 from cxbridge_studio.agent.model import AgentModel
 from cxbridge_studio.agent.names import Name, NameKind, PlacedPiece, SourceFile, Use
 from cxbridge_studio.check.findings import SourcePlace
 
 _WORD: Final = re.compile(r"[^\s()\"&|~;?$]+")
+# The template of a fact in a string, such as the argument of `assert-string`.
 _FACT_IN_STRING: Final = re.compile(r"\(\s*([A-Za-z][\w:/-]*)")
-_MIN_MISSPELT_LIKENESS: Final = (
-    0.93  # the similarity from which a name counts as a misspelling of another name
-)
+_MIN_MISSPELT_LIKENESS: Final = 0.93  # the similarity from which a name counts as misspelt
 # Functions that compare values, so that their words may select a goal class or a sub-type.
 _COMPARISON_FUNCTIONS: Final = frozenset({"eq", "member$", "switch", "case", "create$"})
 
-# The names, and beginnings of names, of templates whose facts cxbridge or its features assert.
+# Matches the names of templates whose facts cxbridge or its features assert, and names with such a beginning.
 PROGRAM_TEMPLATES: Final = re.compile(
     r"(init|time|startup|confval|plan|plan-action|plugin-status|acquire-control)"
     r"|(executive|ff-feature|domain|pddl|grounded|protobuf|navgraph|robmem|mutex|blackboard|skill|ros2?)-?.*"
@@ -111,7 +117,9 @@ class Construct:
     @cached_property
     def patterns(self) -> tuple[FactUse, ...]:
         """The patterns that must match a fact, without patterns below ``not``."""
-        return tuple(_make_pattern_use(ce) for ce in needed(self.condition) if ce.template != OBJECT)
+        return tuple(
+            _make_pattern_use(ce) for ce in find_needed_patterns(self.condition) if ce.template != OBJECT
+        )
 
     @cached_property
     def condition(self) -> tuple[CE, ...]:
@@ -127,7 +135,7 @@ class Construct:
         if not self.placed.piece.is_closed:
             return items
         if self.keyword == "defrule":
-            return tuple(sides(self.node)[1])
+            return tuple(split_rule(self.node)[1])
         return items[1:] if self.keyword.startswith("def") else (self.node,)
 
     @cached_property

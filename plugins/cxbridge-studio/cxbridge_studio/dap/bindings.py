@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 
 from cxbridge.clipstext.values import FactRef, Value
 from cxbridge.errors import ClipsError
-from cxbridge_studio.agent.condition import CE, GroupCE, PatternCE, TestCE, patterns
+from cxbridge_studio.agent.condition import CE, GroupCE, PatternCE, TestCE, find_patterns
 from cxbridge_studio.agent.rule import parse_rule
 from cxbridge_studio.explain.rules.matcher import Matcher
 from cxbridge_studio.explain.rules.recorded_facts import parse_rows
@@ -52,7 +52,7 @@ def find_bindings(
     changes = [change for index in dict.fromkeys(indices) if (change := fact(index)) is not None]
     if len(changes) < len(set(indices)):
         raise ClipsError("a fact that the rule fired for is not known any more")
-    names = {pattern.template for pattern in patterns(condition.ces)}
+    names = {pattern.template for pattern in find_patterns(condition.ces)}
     templates_of_rule = {name: template for name, template in snapshot.templates.items() if name in names}
     templates, rows = parse_rows(changes, templates_of_rule)
     with Matcher(replace(snapshot, templates=templates, facts=tuple(rows), needs_all_facts=False)) as matcher:

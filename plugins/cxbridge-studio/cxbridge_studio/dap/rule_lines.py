@@ -12,7 +12,7 @@ from glob import escape
 from typing import Final
 
 from cxbridge.clipstext.syntax import Definition, Lines, SyntaxNode, definitions
-from cxbridge_studio.agent.condition import CE, GroupCE, PatternCE, parse_condition, sides
+from cxbridge_studio.agent.condition import CE, GroupCE, PatternCE, parse_condition, split_rule
 from cxbridge_studio.debugger.breakpoints import Breakpoint
 
 # the functions that have actions as arguments, with the index of the first action
@@ -65,7 +65,7 @@ def _actions(rule: Definition, lines: Lines) -> Iterator[RuleAction]:
         names = find_bound_names(parse_condition(rule.node))
     except RecursionError:  # a deeply nested condition of a hostile file: its rule gets no probes
         return
-    _, right_hand_side = sides(rule.node)
+    _, right_hand_side = split_rule(rule.node)
     yield from _find_nested_actions(right_hand_side, names, lines)
 
 

@@ -77,9 +77,7 @@ class Debugger:
         self._is_stop_requested = False
         self._is_firing = False  # whether a transition comes from a rule
         self._is_in_loop = False
-        self._is_interrupted = (
-            False  # whether a stop within a right-hand side ends the firing after that rule
-        )
+        self._is_interrupted = False  # whether a stop in a right-hand side ends the firing after that rule
         self._fired_count = 0  # the firings in this loop
         self._last_rule = ""
         self._fires_one_by_one = False  # whether each call of CLIPS fires one rule
@@ -87,9 +85,8 @@ class Debugger:
         # step.
         self._transition_hits: list[tuple[Breakpoint | None, Transition]] = []
         self._last_statuses: dict[str, tuple[str, str]] = {}  # the skill string and status by Skiller
-        self._passed_activation = (
-            ""  # the activation of the last stop before a rule, which does not stop again
-        )
+        # The activation of the last stop before a rule. It does not stop again.
+        self._passed_activation = ""
         self._has_agent_halted = False  # whether a rule of the agent has called (halt) in this loop
         self._is_subscribed = False
         self._after_fire = callback("void(Environment *, Activation *, void *)", self._handle_firing)

@@ -15,7 +15,7 @@ from typing import Final
 from cxbridge.errors import ClipsError, CxbridgeError
 from cxbridge.history.model import PLAN_ACTION, GoalRecord, PlanActionRecord
 from cxbridge.suggestions import nearest_names, or_similar
-from cxbridge_studio.agent.condition import patterns
+from cxbridge_studio.agent.condition import find_patterns
 from cxbridge_studio.agent.rule import parse_rule
 from cxbridge_studio.explain.action_diagnosis import FAILED_STATES, ActionDiagnosis, diagnose_action
 from cxbridge_studio.explain.evidence import Evidence
@@ -163,7 +163,7 @@ def _find_action_rules(
         if PLAN_ACTION not in condition or state not in condition or not change_pattern.search(actions):
             continue
         with suppress(ClipsError):
-            for pattern in patterns(parse_rule(text).ces):
+            for pattern in find_patterns(parse_rule(text).ces):
                 if pattern.template == PLAN_ACTION and state in pattern.slots.get("state", ()):
                     action_names_by_rule[name] = sorted(pattern.slots.get("action-name", ()))
     return action_names_by_rule
@@ -222,7 +222,7 @@ def _describe_missing_selection(texts: Mapping[str, str], diagnosis: ActionDiagn
 
 def _named_plan_types(text: str) -> list[str]:
     """Return the plan types that a rule names; empty if the rule applies to all types."""
-    plans = (pattern for pattern in patterns(parse_rule(text).ces) if pattern.template == "plan")
+    plans = (pattern for pattern in find_patterns(parse_rule(text).ces) if pattern.template == "plan")
     return [kind for pattern in plans for kind in sorted(pattern.slots.get("type", ()))]
 
 

@@ -13,7 +13,7 @@ from typing import Final
 
 from cxbridge.errors import ClipsError
 from cxbridge.suggestions import likeness
-from cxbridge_studio.agent.condition import FieldConstraint, PatternCE, patterns
+from cxbridge_studio.agent.condition import FieldConstraint, PatternCE, find_patterns
 from cxbridge_studio.agent.rule import parse_rule
 from cxbridge_studio.explain.rules.missing import MissingRule
 
@@ -113,7 +113,7 @@ def _goal_patterns(text: str) -> Iterator[PatternCE]:
     """Yield the patterns of a rule that match goals; none if the rule cannot be parsed."""
     with suppress(ClipsError):
         yield from (
-            pattern for pattern in patterns(parse_rule(text).ces) if pattern.template == _GOAL_TEMPLATE
+            pattern for pattern in find_patterns(parse_rule(text).ces) if pattern.template == _GOAL_TEMPLATE
         )
 
 

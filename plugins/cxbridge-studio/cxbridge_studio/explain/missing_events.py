@@ -62,10 +62,10 @@ def _describe_causes(agent: Run, failed_rules: Iterable[str]) -> Iterator[str]:
     yield from _describe_unwritten_interfaces(agent, positions)
     if not has_time_facts(agent):
         position = agent.config.get(TIME_KEY).location if agent.config.exists(TIME_KEY) else ""
-        yield f"no time passes for the rules: assert-time-each-loop is not true{_bracket_position(position)}"
+        yield f"no time passes for the rules: assert-time-each-loop is not true{_add_brackets(position)}"
 
 
-def _bracket_position(position: str) -> str:
+def _add_brackets(position: str) -> str:
     return f" ({position})" if position else ""
 
 
@@ -91,7 +91,7 @@ def _describe_goals(agent: Run, positions: SourcePositions) -> Iterator[str]:
     sub_goals = (goal for goal in goals.open.values() if not goal.is_root and goal.goal in texts_by_goal)
     for goal in (*goals.open_roots, *sub_goals):
         is_mode = not modes or goal.mode in modes
-        position = _bracket_position(positions.goal_position(classes.get(goal.goal, ""), goal.mode))
+        position = _add_brackets(positions.goal_position(classes.get(goal.goal, ""), goal.mode))
         reason = texts_by_goal.get(goal.goal, "") if is_mode else ", which is not a mode of goals"
         yield f"{goal.goal} is {goal.mode}{position}{reason}"
 
@@ -103,12 +103,12 @@ def _describe_actions(agent: Run, positions: SourcePositions) -> Iterator[str]:
         if str(slots["goal-id"]) in open_goals and slots["state"] not in FINAL_ACTION_STATES:
             values = slots["param-values"]
             parameters = " ".join(map(str, values)) if isinstance(values, tuple) else ""
-            position = _bracket_position(positions.action_position(str(slots["action-name"])))
+            position = _add_brackets(positions.action_position(str(slots["action-name"])))
             yield f"action {slots['action-name']} {parameters}".rstrip() + f" is {slots['state']}{position}"
 
 
 def _describe_control_requests(agent: Run) -> Iterator[str]:
-    """Yield who has the control of each requested Skiller, or that the agent requests no control."""
+    """Yield the client with control of each requested Skiller, or that the agent requests no control."""
     env = agent.executive.env
     skillers = env.facts("SkillerInterface") if env.has_template("SkillerInterface") else ()
     controllers = {slots["id"]: slots["exclusive_controller"] for _, _, slots in skillers}
@@ -144,7 +144,7 @@ def _unhandled_sub_type_texts(agent: Run) -> dict[str, str]:
 
 
 def _describe_empty_spec(agent: Run) -> Iterator[str]:
-    """Yield the place of the spec if its initialisation loads no file."""
+    """Yield the position of the spec if its initialisation loads no file."""
     config, base = agent.config, f"/clips-executive/specs/{agent.spec}"
     if any("/file" in value.path.removeprefix(base) for value in config.search(f"{base}/init")):
         return
@@ -152,14 +152,14 @@ def _describe_empty_spec(agent: Run) -> Iterator[str]:
     if spec is None and config.exists("/clips-executive/spec"):
         spec = config.get("/clips-executive/spec")
     position = "" if spec is None else spec.location
-    yield f"the init of the spec {agent.spec} names no file{_bracket_position(position)}"
+    yield f"the init of the spec {agent.spec} names no file{_add_brackets(position)}"
 
 
 def _describe_missing_fact(agent: Run, positions: SourcePositions) -> list[str]:
     """Return the missing fact of the first rule that asserts goals, and the probable misspelling."""
     for rule in positions.goal_asserting_rules():
         if template := find_missing_template(agent.executive.env, rule):
-            position = _bracket_position(_rule_position(agent, rule))
+            position = _add_brackets(_rule_position(agent, rule))
             hint = positions.similar_fact_hint(template)
             return [f"rule {rule} lacks a fact ({template}){position}", *([hint] if hint else [])]
     return []
@@ -178,13 +178,13 @@ def _describe_deffacts(agent: Run) -> Iterator[str]:
         for construct in definitions(text):
             if construct.kind == "deffacts":
                 yield (
-                    f"{file}:{construct.line}: the facts of deffacts {construct.name} are not there, "
-                    "for nothing resets the environment: assert them in a rule"
+                    f"{file}:{construct.line}: the facts of deffacts {construct.name} do not exist, "
+                    "because nothing resets the environment: assert them in a rule"
                 )
 
 
 def _rule_position(agent: Run, rule: str) -> str:
-    """Return the place of a rule; empty if the agent's loader has not loaded the rule."""
+    """Return the position of a rule; empty if the agent's loader has not loaded the rule."""
     position = agent.executive.env.loader.rule_location(rule)
     return "" if position is None else f"{position[0]}:{position[1]}"
 
@@ -194,4 +194,4 @@ def _describe_unwritten_interfaces(agent: Run, positions: SourcePositions) -> It
     written_interfaces = {info.uid for info in agent.board.list_all() if info.has_writer}
     for kind, name in read_interfaces(agent.executive.env):
         if f"{kind}::{name}" not in written_interfaces:
-            yield f"{kind}::{name} has no writer{_bracket_position(positions.interface_position(kind, name))}"
+            yield f"{kind}::{name} has no writer{_add_brackets(positions.interface_position(kind, name))}"

@@ -20,7 +20,7 @@ from cxbridge.events import Event, FactChange, InterfaceMessage, InterfaceWrite,
 from cxbridge.executive.host.loading import Diagnostic
 from cxbridge.printing import short_path
 from cxbridge.trace.formats.base import Run
-from cxbridge_studio.agent.condition import patterns
+from cxbridge_studio.agent.condition import find_patterns
 from cxbridge_studio.agent.rule import parse_rule
 from cxbridge_studio.environment_sources import find_building_steps
 from cxbridge_studio.explain.evidence import ENVIRONMENT_EVENT_TYPES, Evidence, History, NoFactsError
@@ -191,7 +191,7 @@ class RecordedEvidence(Evidence):
                 hint="record with --trace-level facts; Fawkes needs clips-executive/debug/enable",
             )
         snapshot = self._rule_source().snapshot(rule, self.env, self.now_us)
-        names = {pattern.template for pattern in patterns(parse_rule(snapshot.text).ces)}
+        names = {pattern.template for pattern in find_patterns(parse_rule(snapshot.text).ces)}
         changes = [
             fact for fact in self._facts.values() if snapshot.needs_all_facts or fact.template in names
         ]

@@ -15,7 +15,7 @@ from cxbridge.clipstext.syntax import Definition, SyntaxNode, literal, without_m
 from cxbridge.executive.host.loading import UNCLOSED as UNCLOSED_CODE
 from cxbridge.executive.host.loading import Diagnostic
 from cxbridge.suggestions import did_you_mean
-from cxbridge_studio.agent.condition import OBJECT, parse_condition, patterns
+from cxbridge_studio.agent.condition import OBJECT, find_patterns, parse_condition
 from cxbridge_studio.agent.names import NameKind, Use
 from cxbridge_studio.agent.top_level import top_level_lists
 from cxbridge_studio.agent.unclosed import describe_unclosed
@@ -190,7 +190,7 @@ def _explain_forbidden_literal(
 def _find_facts(construct: Definition) -> list[SyntaxNode]:
     """Return the patterns and the asserted facts of a construct, in the order of the text."""
     facts = [node for call in construct.node.walk() if call.head == "assert" for node in call.arguments]
-    facts += [ce.node for ce in patterns(parse_condition(construct.node))]
+    facts += [ce.node for ce in find_patterns(parse_condition(construct.node))]
     facts += construct.node.arguments[1:] if construct.kind == "deffacts" else ()
     return sorted(facts, key=lambda node: node.start)
 
@@ -292,7 +292,7 @@ def _is_consequence(agent: Agent, finding: Finding, diagnostic: Diagnostic, drop
 def _find_unknown_template(agent: Agent, construct: Definition) -> SyntaxNode | None:
     """Return the first pattern with slots whose deftemplate does not exist."""
     templates = agent.deftemplates | {OBJECT}
-    slotted_patterns = (ce for ce in patterns(parse_condition(construct.node)) if not ce.is_ordered)
+    slotted_patterns = (ce for ce in find_patterns(parse_condition(construct.node)) if not ce.is_ordered)
     return next((ce.node for ce in slotted_patterns if without_module(ce.template) not in templates), None)
 
 

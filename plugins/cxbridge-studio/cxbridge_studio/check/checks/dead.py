@@ -104,6 +104,7 @@ def check(agent: Agent) -> Iterator[Finding]:
 
 
 def _check_rules(agent: Agent, usage: Usage, own_constructs: list[Construct]) -> Iterator[Finding]:
+    """Yield the rules with a pattern that no fact can match."""
     for construct in own_constructs:
         for pattern in construct.patterns:
             problem = _pattern_problem(agent, usage, pattern)
@@ -158,6 +159,7 @@ def _field_counts(agent: Agent, usage: Usage, template: str) -> list[tuple[int, 
 
 
 def _check_facts(agent: Agent, usage: Usage, own_constructs: list[Construct]) -> Iterator[Finding]:
+    """Yield the facts that no rule matches and no query reads."""
     read_templates = usage.model.names(NameKind.TEMPLATE, Use.MATCHED, Use.QUERIED)
     reported_names: set[str] = set()
     for construct in own_constructs:
@@ -185,6 +187,7 @@ def _check_facts(agent: Agent, usage: Usage, own_constructs: list[Construct]) ->
 
 
 def _check_goals(agent: Agent, usage: Usage, own_constructs: list[Construct]) -> Iterator[Finding]:
+    """Yield the goal classes that nothing formulates, selects or expands, and the unhandled sub-types."""
     words_in_use = {word for construct in usage.constructs for word in construct.action_words}
     words_in_use |= usage.configured_words
     reported_names: set[str] = set()
@@ -289,16 +292,20 @@ def _find_unhandled_sub_types(
     agent: Agent, usage: Usage, own_constructs: list[Construct]
 ) -> Iterator[tuple[tuple[Construct, int], Finding]]:
     """Yield each goal with a sub-type that no rule handles, as construct and offset, and the finding."""
-    handled = frozenset().union(
+    handled_sub_types = frozenset().union(
         *(sub_types.find_handled_sub_types(rule.condition) for rule in usage.constructs)
     )
-    compared = usage.configured_words.union(*(rule.compared_words for rule in usage.constructs))
+    compared_words = usage.configured_words.union(*(rule.compared_words for rule in usage.constructs))
     files = sub_types.find_core_files(*agent.context.paths.override_dirs, agent.context.paths.cx)
-    for construct, goal, start in _find_sub_type_uses(agent, usage, own_constructs, handled | files.keys()):
-        for name in goal.slots[sub_types.SUB_TYPE_SLOT] - handled - compared - {sub_types.NO_SUB_TYPE}:
-            hint = sub_types.make_hint(name, handled, files)
-            # The advice is not empty if the name is a likely mistake. Then only a rule for the class of the
-            # goal shows that the name is meant.
+    for construct, goal, start in _find_sub_type_uses(
+        agent, usage, own_constructs, handled_sub_types | files.keys()
+    ):
+        for name in (
+            goal.slots[sub_types.SUB_TYPE_SLOT] - handled_sub_types - compared_words - {sub_types.NO_SUB_TYPE}
+        ):
+            hint = sub_types.make_hint(name, handled_sub_types, files)
+            # A hint means that the name is a likely mistake. Then only a rule for the class of the goal shows
+            # that the name is no mistake.
             is_handled = any(
                 _can_advance(rule, goal, "EXPANDED", mode, set(), needs_class=bool(hint))
                 for rule in usage.constructs
@@ -317,10 +324,10 @@ def _find_sub_type_uses(
     :param names: the sub-types that functions of the core may assign.
     """
     core_functions = {
-        function.name: assigned
+        function.name: assigned_sub_types
         for function in usage.constructs
         if function.keyword == "deffunction" and agent.is_core_path(function.file.path)
-        if (assigned := function.action_literals & names)
+        if (assigned_sub_types := function.action_literals & names)
     }
     # A `modify` does not name its template. The slot tells that a goal is modified only if no other template
     # has a slot of this name.
@@ -357,6 +364,7 @@ def _first_word(node: SyntaxNode) -> str:
 
 
 def _check_functions(usage: Usage, own_constructs: list[Construct]) -> Iterator[Finding]:
+    """Yield the functions that nothing calls."""
     called = usage.model.names(NameKind.FUNCTION, Use.CALLED) | usage.configured_words
     for construct in own_constructs:
         name = construct.name

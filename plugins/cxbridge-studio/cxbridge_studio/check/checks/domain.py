@@ -10,7 +10,7 @@ from cxbridge.clipstext.syntax import literal
 from cxbridge.executive.pddl import names_of
 from cxbridge.skiller.templates import Placeholder, find_doubts, parse_template
 from cxbridge.suggestions import did_you_mean
-from cxbridge_studio.agent.condition import PatternCE, patterns
+from cxbridge_studio.agent.condition import PatternCE, find_patterns
 from cxbridge_studio.check.agent import Agent, ClipsFile
 from cxbridge_studio.check.domain_calls import DomainCall, domain_calls
 from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace, make_error_finding
@@ -117,7 +117,7 @@ def _add_operators(usage: Usage, actions: _KnownActions) -> None:
         if "name" in fact.slot_names and "name" not in fact.slots:
             actions.is_complete = False  # the operator's name is computed at run time
     for construct in usage.constructs:
-        for ce in patterns(construct.condition):
+        for ce in find_patterns(construct.condition):
             operators |= _find_operators(construct, ce)
     # `setdefault` keeps the known parameters of actions in a domain.
     for name in operators:

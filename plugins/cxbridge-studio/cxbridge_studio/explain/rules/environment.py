@@ -17,7 +17,7 @@ from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.facts.copying import FactCopier, FactTemplate, template_of
 from cxbridge.executive.host.source import DUPLICATE_FUNCTION, MODIFY_FUNCTION
 from cxbridge.executive.host.values import FactAddress, show
-from cxbridge_studio.agent.condition import patterns
+from cxbridge_studio.agent.condition import find_patterns
 from cxbridge_studio.agent.rule import find_dependencies, parse_rule
 from cxbridge_studio.constructs import defrules
 from cxbridge_studio.debugger.agenda import activations
@@ -68,7 +68,9 @@ def take_snapshot(env: ClipsEnvironment, rule: str, max_facts: int | None = None
         name for name in dependencies.globals if lib.FindDefglobal(env.env, encode(name)) != NULL
     )
     names = (
-        None if dependencies.needs_all_facts else {pattern.template for pattern in patterns(condition.ces)}
+        None
+        if dependencies.needs_all_facts
+        else {pattern.template for pattern in find_patterns(condition.ces)}
     )
     templates = _find_templates(env, names)
     limit = MAX_FACTS if max_facts is None else max_facts
