@@ -132,7 +132,9 @@ def measure(fleet: Fleet) -> list[float]:
                 run.loop.run_once()
                 loops.append((time.process_time() - begin) * 1e3)
                 run.clock.sleep_until(start_us + run.loop.period_us)
-            assert run.executive.goals.outcomes == {"COMPLETED": fleet.goals}, run.executive.goals.outcomes
+            assert run.executive.goals.outcome_counts == {"COMPLETED": fleet.goals}, (
+                run.executive.goals.outcome_counts
+            )
     return loops
 
 

@@ -79,7 +79,7 @@ def measure(goals: int, gauge: Callable[[Run], float] = resident_mib) -> list[tu
         )
         with Run(RunOptions(scenario=here, skiller="none")) as run:
             run.start()
-            outcomes = run.executive.goals.outcomes
+            outcomes = run.executive.goals.outcome_counts
             due = goals * WARM_UP
             while outcomes.total() < goals:
                 start_us = run.clock.now_us()

@@ -73,7 +73,7 @@ class ExecutiveNode(ManagedNode[ThinkingComponent]):
     @property
     def goals(self) -> Mapping[str, GoalState]:
         """The goals that have a fact, by id."""
-        return {} if self.executive is None else self.executive.goals.open
+        return {} if self.executive is None else self.executive.goals.open_goals
 
     @property
     def environments(self) -> dict[str, ClipsEnvironment]:

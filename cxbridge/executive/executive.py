@@ -109,7 +109,7 @@ class RuleControl(Protocol):
         """Whether the debugger has a reason to watch the rules."""
 
     @property
-    def within_loop(self) -> bool:
+    def is_within_loop(self) -> bool:
         """Whether the rules are stopped within a loop."""
 
     @property
@@ -220,7 +220,7 @@ class Executive:
         env = self.env
         with env.lock:
             control = self.control
-            if control is not None and control.within_loop:
+            if control is not None and control.is_within_loop:
                 return control.run()
             self.manager.before_run(env.name)
             # rules wait for the fact `time`: blackboard-read, which reads the interfaces, and rules of agents
@@ -230,9 +230,9 @@ class Executive:
             return self._run()
 
     @property
-    def within_loop(self) -> bool:
+    def is_within_loop(self) -> bool:
         """Whether the debugger has stopped the rules within a loop."""
-        return self.control is not None and self.control.within_loop
+        return self.control is not None and self.control.is_within_loop
 
     def _run(self) -> int:
         """Run the rules, in the debugger if it is active."""
@@ -273,9 +273,9 @@ class Executive:
         self.goals.record_ended_goals()
         if self.env.quit_requested:
             return True
-        if not self.goals.outcomes:
+        if not self.goals.outcome_counts:
             return False
-        return bool(self.maintained) if self.goals.open_roots else self._is_at_rest
+        return bool(self.maintaining_goals) if self.goals.open_roots else self._is_at_rest
 
     @property
     def _is_at_rest(self) -> bool:
@@ -283,7 +283,7 @@ class Executive:
         return not self.env.has_activations(1) and not self.skills.running
 
     @property
-    def maintained(self) -> list[str]:
+    def maintaining_goals(self) -> list[str]:
         """The ids of the open root goals if all of them are waiting MAINTAIN goals; else empty.
 
         A MAINTAIN goal waits if all open goals below it are MAINTAIN goals, their plans have no unfinished
@@ -294,7 +294,7 @@ class Executive:
             return []
         if any(slots["status"] == "RUNNING" for _, _, slots in self.env.facts("planner-call")):
             return []
-        maintaining = {state.goal for state in self.goals.open.values() if state.is_maintaining}
+        maintaining = {state.goal for state in self.goals.open_goals.values() if state.is_maintaining}
         for _, _, slots in self.env.facts("plan-action"):
             if slots["state"] not in FINAL_ACTION_STATES and str(slots["goal-id"]) in maintaining:
                 return []

@@ -53,17 +53,18 @@ class GoalState(Struct, frozen=True):
 class GoalWatch:
     """Follows the goals of an environment. Without an environment it has no goals.
 
-    :ivar open: the last states of goals that have a fact, by id.
-    :ivar ended: the ended root goals in the order of their end; at most :data:`MAX_ENDED`.
-    :ivar outcomes: the number of ended root goals by outcome.
-    :ivar forgotten: the number of removed goals that :meth:`all` leaves out, see :data:`MAX_LISTED`.
+    :ivar open_goals: the last states of goals that have a fact, by id.
+    :ivar ended_roots: the ended root goals in the order of their end; at most :data:`MAX_ENDED`.
+    :ivar outcome_counts: the number of ended root goals by outcome.
+    :ivar forgotten_count: the number of removed goals that :meth:`all_states` leaves out, see
+        :data:`MAX_LISTED`.
     """
 
     def __init__(self, env: ClipsEnvironment | None) -> None:
-        self.open: dict[str, GoalState] = {}
-        self.ended: deque[GoalState] = deque(maxlen=MAX_ENDED)
-        self.outcomes: Counter[str] = Counter()
-        self.forgotten = 0
+        self.open_goals: dict[str, GoalState] = {}
+        self.ended_roots: deque[GoalState] = deque(maxlen=MAX_ENDED)
+        self.outcome_counts: Counter[str] = Counter()
+        self.forgotten_count = 0
         # the last state of each goal, by id and by the number of earlier goals with this id
         self._last_states: dict[tuple[str, int], GoalState] = {}
         self._removal_counts: Counter[str] = Counter()  # removed goals by id
@@ -79,7 +80,7 @@ class GoalWatch:
 
     def _record_assertion(self, _template: str, slots: dict[str, str]) -> None:
         goal, mode = slots["id"], slots.get("mode", "")
-        previous = self.open.get(goal)
+        previous = self.open_goals.get(goal)
         if self._modified not in ("", goal):
             self._retracted_ids.add(self._modified)  # the modify changed the goal's id
         self._modified = ""
@@ -91,7 +92,7 @@ class GoalWatch:
                 self._removal_counts[goal] += 1
         self._fact_counts[goal] += 1
         self._retracted_ids.discard(goal)
-        self.open[goal] = self._last_states[goal, self._removal_counts[goal]] = GoalState(
+        self.open_goals[goal] = self._last_states[goal, self._removal_counts[goal]] = GoalState(
             goal,
             slots.get("class", ""),
             slots.get("parent", NO_PARENT),
@@ -126,7 +127,7 @@ class GoalWatch:
                 self._record_end(state)
 
     def _record_removal(self, goal: str) -> None:
-        state = self.open.pop(goal, None)
+        state = self.open_goals.pop(goal, None)
         # a FORMULATED goal without an id is not removed: it has got an id
         has_id = state is not None and (goal != NO_PARENT or state.mode != _FIRST_MODE)
         if state is not None and has_id and state.is_root and goal not in self._ended_ids:
@@ -136,14 +137,14 @@ class GoalWatch:
             self._removal_counts[goal] += 1
 
     def _record_end(self, state: GoalState) -> None:
-        self.ended.append(state)
-        self.outcomes[state.outcome] += 1
+        self.ended_roots.append(state)
+        self.outcome_counts[state.outcome] += 1
 
-    def all(self) -> tuple[GoalState, ...]:
+    def all_states(self) -> tuple[GoalState, ...]:
         """Return the last state of each goal in order of appearance."""
         self._forget_removed()
         unnamed = self._last_states.get((NO_PARENT, self._removal_counts[NO_PARENT]))
-        if unnamed is not None and unnamed.mode == _FIRST_MODE and NO_PARENT not in self.open:
+        if unnamed is not None and unnamed.mode == _FIRST_MODE and NO_PARENT not in self.open_goals:
             # the goal has got an id, and has another state with this id
             del self._last_states[NO_PARENT, self._removal_counts[NO_PARENT]]
         return tuple(self._last_states.values())
@@ -153,18 +154,18 @@ class GoalWatch:
         removed = [
             (goal, number)
             for (goal, number), state in self._last_states.items()
-            if self.open.get(goal) is not state
+            if self.open_goals.get(goal) is not state
         ]
         for goal, number in removed[:-MAX_LISTED]:
             del self._last_states[goal, number]
-            self.forgotten += 1
-            if goal not in self.open:
+            self.forgotten_count += 1
+            if goal not in self.open_goals:
                 self._removal_counts.pop(goal, None)
 
     @property
     def roots(self) -> list[GoalState]:
         """The present root goals in order of appearance."""
-        return [state for state in self.open.values() if state.is_root]
+        return [state for state in self.open_goals.values() if state.is_root]
 
     @property
     def open_roots(self) -> list[GoalState]:
@@ -181,7 +182,7 @@ class GoalWatch:
         if not all(root.is_maintaining for root in roots):
             return []
         children: dict[str, list[GoalState]] = {}
-        for state in self.open.values():
+        for state in self.open_goals.values():
             children.setdefault(state.parent, []).append(state)
         queue = list(roots)
         while queue:

@@ -229,8 +229,8 @@ def sum_up_run(
             agent.name: RunResult(
                 *verdicts[agent.name],
                 spec=agent.spec,
-                goals=agent.executive.goals.all(),
-                forgotten=agent.executive.goals.forgotten,
+                goals=agent.executive.goals.all_states(),
+                forgotten=agent.executive.goals.forgotten_count,
                 loops=agent.loop.cycle_count,
                 firings=agent.firings,
                 run_seconds=seconds[0],
@@ -300,7 +300,7 @@ def _verdict(
     :param loss: the lost component that ended the run; else empty.
     """
     env, goals = assembly.executive.env, assembly.executive.goals
-    maintaining = ", ".join(assembly.executive.maintained)
+    maintaining = ", ".join(assembly.executive.maintaining_goals)
     shortcomings = _shortcomings(goals, quit_early=env.quit_requested and not maintaining)
     if fault := next(iter(env.faults), loss if shortcomings or not over else ""):
         return FAULT, fault
@@ -310,7 +310,7 @@ def _verdict(
         return TIMED_OUT, _timeout_reason(assembly, options.timeout, watch)
     if shortcomings:
         return UNSUCCESSFUL, ", ".join(shortcomings)
-    if not maintaining and not goals.outcomes:
+    if not maintaining and not goals.outcome_counts:
         return UNSUCCESSFUL, "the agent quit before any goal was over"
     return COMPLETED, f"maintaining {maintaining}" if maintaining else "every root goal ended COMPLETED"
 
@@ -330,10 +330,10 @@ def _shortcomings(goals: GoalWatch, *, quit_early: bool) -> list[str]:
     :param quit_early: whether the agent quit, so that open root goals count as failures.
     """
     shortcomings = []
-    if goals.outcomes.total() > goals.outcomes["COMPLETED"]:
+    if goals.outcome_counts.total() > goals.outcome_counts["COMPLETED"]:
         # in a very long run, the first ended goals are forgotten
         shortcomings = [
-            f"{goal.goal} ended {goal.outcome}" for goal in goals.ended if goal.outcome != "COMPLETED"
+            f"{goal.goal} ended {goal.outcome}" for goal in goals.ended_roots if goal.outcome != "COMPLETED"
         ]
         shortcomings = shortcomings or ["some root goals did not end COMPLETED"]
     if goals.open_roots and quit_early:
@@ -351,7 +351,7 @@ def _timeout_reason(assembly: Run, timeout_s: float, watch: StuckWatch) -> str:
     elif goals.open_roots:
         open_work = f"not over: {_modes(goals.open_roots)}"
     else:
-        open_work = "no goal has appeared" if not goals.outcomes else "a skill or a rule had not ended"
+        open_work = "no goal has appeared" if not goals.outcome_counts else "a skill or a rule had not ended"
     return f"{open_work} after {timeout_s:g} s" + (f"; {watch.hint}" if watch.hint else "")
 
 

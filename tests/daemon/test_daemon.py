@@ -307,11 +307,11 @@ def test_the_executive_runs_its_agent(tmp_path):
         assert daemon.node is not None
         for _ in range(WAIT_S * 50):
             executive = daemon.node.executive
-            if executive is not None and executive.goals.outcomes:
+            if executive is not None and executive.goals.outcome_counts:
                 break
             done.wait(0.02)
         assert executive is not None
-        assert [state.outcome for state in executive.goals.ended] == ["COMPLETED"]
+        assert [state.outcome for state in executive.goals.ended_roots] == ["COMPLETED"]
     assert outcome == [0]
     loaded = [source.name for source in run_sources(open_run(trace), "clips", owner="executive")]
     assert {Path(name).name for name in loaded} >= {"utils.clp", "init.clp", "mini.clp"}

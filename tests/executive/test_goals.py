@@ -28,7 +28,7 @@ def test_a_root_is_over_when_it_is_retracted_or_gone(env, goals):
     env.retract(second)
     goals.record_ended_goals()
     assert not goals.open_roots
-    assert goals.outcomes == {"COMPLETED": 1, "UNKNOWN": 1}
+    assert goals.outcome_counts == {"COMPLETED": 1, "UNKNOWN": 1}
 
 
 def test_a_root_is_counted_once_though_its_fact_goes_later(env, goals):
@@ -39,16 +39,16 @@ def test_a_root_is_counted_once_though_its_fact_goes_later(env, goals):
     ((modified, _, _),) = env.facts("goal")  # a modify makes another fact, as in CLIPS 6.30
     env.retract(modified)
     goals.record_ended_goals()
-    assert goals.outcomes == {"FAILED": 1}
-    assert [(state.goal, state.error) for state in goals.ended] == [("a", "X 1")]
-    assert goals.open == {}
+    assert goals.outcome_counts == {"FAILED": 1}
+    assert [(state.goal, state.error) for state in goals.ended_roots] == [("a", "X 1")]
+    assert goals.open_goals == {}
 
 
 def test_a_goal_that_is_tried_again_is_one_goal(env, goals):
     env.assert_string("(goal (id a) (class A) (mode RETRACTED) (outcome FAILED))")
     env.eval("(do-for-fact ((?g goal)) TRUE (modify ?g (mode FORMULATED) (outcome UNKNOWN)))")
     goals.record_ended_goals()
-    assert [(state.goal, state.mode) for state in goals.all()] == [("a", "FORMULATED")]
+    assert [(state.goal, state.mode) for state in goals.all_states()] == [("a", "FORMULATED")]
     assert [root.goal for root in goals.open_roots] == ["a"]
 
 
@@ -56,17 +56,20 @@ def test_a_goal_with_the_id_of_one_that_is_gone_is_another_goal(env, goals):
     env.assert_string("(goal (id a) (class A) (mode RETRACTED) (outcome FAILED))")
     env.eval("(do-for-fact ((?g goal)) TRUE (retract ?g) (assert (goal (id a) (class A))))")
     goals.record_ended_goals()
-    assert [(state.goal, state.outcome) for state in goals.all()] == [("a", "FAILED"), ("a", "UNKNOWN")]
-    assert goals.outcomes == {"FAILED": 1}
+    assert [(state.goal, state.outcome) for state in goals.all_states()] == [
+        ("a", "FAILED"),
+        ("a", "UNKNOWN"),
+    ]
+    assert goals.outcome_counts == {"FAILED": 1}
 
 
 def test_a_goal_that_gets_its_id_later_is_one_goal(env, goals):
     env.assert_string("(goal (id nil) (class A))")
     env.eval("(do-for-fact ((?g goal)) TRUE (modify ?g (id A-gen1)))")
     goals.record_ended_goals()
-    assert [state.goal for state in goals.all()] == ["A-gen1"]
+    assert [state.goal for state in goals.all_states()] == ["A-gen1"]
     assert [root.goal for root in goals.open_roots] == ["A-gen1"]
-    assert goals.outcomes == {}
+    assert goals.outcome_counts == {}
 
 
 def test_sub_goals_do_not_count(env, goals):
@@ -76,5 +79,5 @@ def test_sub_goals_do_not_count(env, goals):
     goals.record_ended_goals()
     env.retract(child)
     goals.record_ended_goals()
-    assert goals.outcomes == {}
+    assert goals.outcome_counts == {}
     assert [root.goal for root in goals.roots] == ["a"]

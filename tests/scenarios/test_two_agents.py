@@ -245,7 +245,7 @@ class Alone(Run):
 
     def outcomes(self) -> dict[str, str]:
         """How the goals ended."""
-        return {goal.goal: goal.outcome for goal in self.executive.goals.all()}
+        return {goal.goal: goal.outcome for goal in self.executive.goals.all_states()}
 
 
 @pytest.mark.usefixtures("fast")

@@ -114,9 +114,9 @@ EXTRA_FUNCTIONS = _ExtraFunctions()
 """The C functions that clipspy's ``lib`` lacks."""
 
 
-def callback(signature: str, function: Callable[..., Any]) -> CData:
+def make_callback(signature: str, function: Callable[..., Any]) -> CData:
     """Make a C function from a Python function. The caller must keep it alive as long as C may call it."""
-    return ffi.callback(signature, function)
+    return ffi.make_callback(signature, function)
 
 
 class ClipsApi:
@@ -167,7 +167,7 @@ class ClipsApi:
         EXTRA_FUNCTIONS.SetEvaluationError(self._env, False)
         EXTRA_FUNCTIONS.SetHaltExecution(self._env, False)
 
-    def halted(self) -> bool:
+    def is_halted(self) -> bool:
         """Return whether an error has stopped the execution."""
         return bool(EXTRA_FUNCTIONS.GetHaltExecution(self._env))
 

@@ -20,7 +20,7 @@ from typing import Final
 from clips._clips import lib
 
 from cxbridge.events import Logger
-from cxbridge.executive.host.capi import TRACE_OWNER, CData, ClipsApi, callback, decode
+from cxbridge.executive.host.capi import TRACE_OWNER, CData, ClipsApi, decode, make_callback
 
 ENDLESS: Final = ((100_000, 1.0), (1_000, 5.0))
 """Pairs of firings and seconds of real time: fast rules, and rules whose firings are slow. A run that exceeds
@@ -65,8 +65,8 @@ class EndlessRules:
             log,
         )
         self._hooks = (
-            callback("void(Environment *, Activation *, void *)", self._record_firing),
-            callback("void(Environment *, Fact *, void *)", self._record_fact),
+            make_callback("void(Environment *, Activation *, void *)", self._record_firing),
+            make_callback("void(Environment *, Fact *, void *)", self._record_fact),
         )
         self._is_tracing = False
         self.begin()

@@ -69,7 +69,7 @@ class ClipsEnvironment:
         self.log: Logger = bus.logger(component)
         self.lock = threading.RLock()
         self.faults: list[str] = []
-        self.quit_requested = self._held = self._is_halted = False
+        self.quit_requested = self._is_held = self._is_halted = False
         self.time_of: Callable[[int], tuple[float | int, ...]] = split_us
         """Converts microseconds since the epoch to the result of ``(now)``."""
         self.is_ended = False
@@ -283,7 +283,7 @@ class ClipsEnvironment:
             raise ClipsError(f"there is no deftemplate '{template}'")
         values = [(encode(slot), clips_value(self.env, value)) for slot, value in slots.items()]
         try:
-            return self.maker.add(self.maker.new(deftemplate, values))
+            return self.maker.assert_fact(self.maker.make_fact(deftemplate, values))
         except KeyError as error:
             raise ClipsError(f"deftemplate '{template}' takes no such value in slot {error}") from None
 
@@ -297,10 +297,10 @@ class ClipsEnvironment:
         if deftemplate == NULL:
             raise ClipsError(f"there is no relation '{relation}'")
         try:
-            new = self.maker.new(deftemplate, [(NULL, clips_value(self.env, fields))])
+            new = self.maker.make_fact(deftemplate, [(NULL, clips_value(self.env, fields))])
         except KeyError:
             raise ClipsError(f"'{relation}' is a deftemplate with slots, not an ordered relation") from None
-        return _fact_index(self.maker.add(new))
+        return _fact_index(self.maker.assert_fact(new))
 
     def assert_string(self, fact: str) -> int | None:
         """Assert a fact written as CLIPS text. Slower than :meth:`assert_fact`.
@@ -314,11 +314,11 @@ class ClipsEnvironment:
 
     def retract(self, index: int) -> bool:
         """Retract a fact by index; return whether it existed."""
-        fact = self.maker.find(index)
+        fact = self.maker.find_fact(index)
         return bool(fact != NULL and lib.Retract(fact) == lib.RE_NO_ERROR)
 
     def has_fact(self, index: int) -> bool:
-        return bool(self.maker.find(index) != NULL)
+        return bool(self.maker.find_fact(index) != NULL)
 
     def has_template(self, name: str) -> bool:
         return bool(lib.FindDeftemplate(self.env, encode(name)) != NULL)
@@ -385,7 +385,7 @@ class ClipsEnvironment:
         :param fired_before: the number of firings in earlier parts.
         """
         fired = 0
-        self._held = self._is_halted = False
+        self._is_held = self._is_halted = False
         if not fired_before:
             self.endless.begin()
         while not self.is_ended:
@@ -397,9 +397,9 @@ class ClipsEnvironment:
             chunk_fired = int(lib.Run(self.env, chunk_size))
             self.is_firing = self.output.is_firing = False
             fired += chunk_fired
-            if self.api.halted():  # an error has ended a right-hand side, and the run with it
+            if self.api.is_halted():  # an error has ended a right-hand side, and the run with it
                 self.api.clear_halt()
-                if chunk_fired == 0 or self._held or not self.has_activations(1):
+                if chunk_fired == 0 or self._is_held or not self.has_activations(1):
                     break
             elif chunk_fired < chunk_size or self._is_halted:
                 break
@@ -414,9 +414,9 @@ class ClipsEnvironment:
         self.endless.end()
         self.output.end_run()
 
-    def hold(self) -> None:
+    def end_after_rule(self) -> None:
         """End the active :meth:`fire` after the active rule."""
-        self._held = True
+        self._is_held = True
         self.api.request_halt()
 
     def interrupt(self) -> None:
@@ -441,7 +441,7 @@ class ClipsEnvironment:
         with self.destruction_lock:
             if self._alive and self.is_firing:
                 self.output.drop_further_errors()  # each halted match would print a separate error
-                self._held = True
+                self._is_held = True
                 self.api.halt()
 
     def has_activations(self, count: int) -> bool:

@@ -62,7 +62,7 @@ class ClipsLogger(Struct, frozen=True):
     replaces: bool = False
     component: str = ""
 
-    def takes(self, level: Level, line: str) -> bool:
+    def accepts(self, level: Level, line: str) -> bool:
         """Return whether the logger accepts a line."""
         # the comparison with DEBUG saves the search of the levels for most lines
         if self.level is not Level.DEBUG and LEVELS.index(level) < LEVELS.index(self.level):
@@ -87,7 +87,7 @@ class LoggerStack:
     def log(self, level: Level, line: str) -> None:
         """Pass a line to the loggers that accept it, down to the first that replaces the loggers below."""
         for logger in self._loggers:
-            if logger.takes(level, line):
+            if logger.accepts(level, line):
                 logger.sink(level, line)
                 if logger.replaces:
                     return

@@ -14,7 +14,7 @@ from typing import ClassVar
 from clips._clips import ffi, lib
 
 from cxbridge.events import Level
-from cxbridge.executive.host.capi import CData, callback, decode
+from cxbridge.executive.host.capi import CData, decode, make_callback
 from cxbridge.executive.host.loggers import LineSink
 from cxbridge.executive.host.shims import OWN_NAMES
 
@@ -73,9 +73,9 @@ class OutputRouter:
         self._captured_errors: list[str] | None = None
         # CLIPS' callbacks, kept because CLIPS does not keep them
         self._callbacks = (
-            callback("bool(Environment *, char *, void *)", self._handles_name),
-            callback("void(Environment *, char *, char *, void *)", self._write),
-            callback("void(Environment *, int, void *)", lambda _env, _code, _context: None),
+            make_callback("bool(Environment *, char *, void *)", self._handles_name),
+            make_callback("void(Environment *, char *, char *, void *)", self._write),
+            make_callback("void(Environment *, int, void *)", lambda _env, _code, _context: None),
         )
         query, write, leave = self._callbacks
         lib.AddRouter(env, _ROUTER, _PRIORITY, query, write, ffi.NULL, ffi.NULL, leave, ffi.NULL)

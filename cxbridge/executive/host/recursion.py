@@ -18,7 +18,7 @@ from collections.abc import Callable, Iterator
 from clips._clips import ffi, lib
 
 from cxbridge.clipstext.syntax import PARENTHESIS
-from cxbridge.executive.host.capi import CData, callback
+from cxbridge.executive.host.capi import CData, make_callback
 
 GUARD_FUNCTION = "cx-guard-recursion"
 """The name of the guard function."""
@@ -154,4 +154,4 @@ def make_guard(report_recursion: Callable[[str], None]) -> CData:
         lib.UDFThrowError(context)
         report_recursion(ffi.string(name.lexemeValue.contents).decode("utf-8", "replace"))
 
-    return callback("void(Environment *, UDFContext *, UDFValue *)", guard)
+    return make_callback("void(Environment *, UDFContext *, UDFValue *)", guard)

@@ -15,7 +15,7 @@ from typing import Final
 from clips._clips import ffi, lib
 
 from cxbridge.errors import ClipsError
-from cxbridge.executive.host.capi import EXTRA_FUNCTIONS, NULL, CData, callback, encode
+from cxbridge.executive.host.capi import EXTRA_FUNCTIONS, NULL, CData, encode, make_callback
 from cxbridge.executive.host.facts.existing import EXISTS_FUNCTION
 from cxbridge.executive.host.udf import UNBOUNDED, UdfTable
 from cxbridge.executive.host.values import Value
@@ -248,7 +248,9 @@ class Clips630Functions:
         if name not in self._parsers:
             # a placeholder: _parse replaces all calls
             self._udfs.define_c(name, EXTRA_FUNCTIONS.LengthFunction, 0, UNBOUNDED, "*")
-            self._parsers[name] = callback(_PARSER, lambda env, top, text: self._parse(name, env, top, text))
+            self._parsers[name] = make_callback(
+                _PARSER, lambda env, top, text: self._parse(name, env, top, text)
+            )
             EXTRA_FUNCTIONS.AddFunctionParser(self._env, encode(name), self._parsers[name])
 
     def _parse(self, name: str, env: CData, top: CData, text: CData) -> CData:

@@ -12,7 +12,7 @@ from typing import Any
 from clips._clips import ffi, lib
 
 from cxbridge.errors import ClipsError
-from cxbridge.executive.host.capi import CData, callback
+from cxbridge.executive.host.capi import CData, make_callback
 from cxbridge.executive.host.values import (
     TO_PYTHON,
     ExternalAddress,
@@ -21,7 +21,7 @@ from cxbridge.executive.host.values import (
     InstanceName,
     Symbol,
     Value,
-    atom,
+    value_pointer,
 )
 
 UNBOUNDED = 65535
@@ -125,7 +125,7 @@ class UdfTable:
             return
         function_cell = [function]
         c_name, c_types = ffi.new("char[]", name.encode()), ffi.new("char[]", types.encode())
-        call = callback(
+        call = make_callback(
             "void(Environment *, UDFContext *, UDFValue *)",
             self._make_entry_point(name, function_cell, minimum, limit, types),
         )
@@ -212,7 +212,7 @@ def _type_letter(value: Value) -> str:
 
 def store_value(env: CData, value: Value, result: CData) -> None:
     """Store a Python value in a ``UDFValue *``."""
-    result.value = atom(env, value)
+    result.value = value_pointer(env, value)
     if result.header.type == _MULTIFIELD:
         result.begin = 0
         result.range = result.multifieldValue.length

@@ -49,11 +49,11 @@ __all__ = [
     "InstanceName",
     "Symbol",
     "Value",
-    "atom",
     "clips_value",
     "print_value",
     "show",
     "to_python",
+    "value_pointer",
 ]
 
 _INT64_MAX = 2**63 - 1  # the integers of CLIPS have 64 bits
@@ -139,7 +139,7 @@ def _make_multifield(env: CData, values: tuple[Value, ...] | list[Value]) -> CDa
     builder = lib.CreateMultifieldBuilder(env, len(values))
     item = ffi.new("CLIPSValue *")
     for value in values:
-        item.value = atom(env, value)
+        item.value = value_pointer(env, value)
         lib.MBAppend(builder, item)
     result = lib.MBCreate(builder)
     lib.MBDispose(builder)
@@ -162,7 +162,7 @@ _TO_CLIPS: dict[type, Callable[[CData, Any], CData]] = {
 }
 
 
-def atom(env: CData, value: Value) -> CData:
+def value_pointer(env: CData, value: Value) -> CData:
     """Return the C value (``void *``) of a Python value.
 
     :raises ClipsError: if CLIPS has no equivalent.
@@ -177,7 +177,7 @@ def atom(env: CData, value: Value) -> CData:
 def clips_value(env: CData, value: Value) -> CData:
     """Return a ``CLIPSValue *``, valid until CLIPS' next garbage collection."""
     result = ffi.new("CLIPSValue *")
-    result.value = atom(env, value)
+    result.value = value_pointer(env, value)
     return result
 
 

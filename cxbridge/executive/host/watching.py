@@ -14,7 +14,7 @@ from clips._clips import ffi, lib
 
 from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus, FactChange, RuleFired
-from cxbridge.executive.host.capi import NULL, CData, ClipsApi, callback, decode, encode
+from cxbridge.executive.host.capi import NULL, CData, ClipsApi, decode, encode, make_callback
 from cxbridge.executive.host.output import OutputRouter
 from cxbridge.executive.host.values import Value, print_value, to_python
 
@@ -101,9 +101,9 @@ class Watcher:
         self._emits_facts = False
         self._texts: dict[int, str] = {}  # texts of emitted facts by index, for their retraction
         self._hooks = (
-            callback("void(Environment *, Fact *, void *)", self._handle_assertion),
-            callback("void(Environment *, Fact *, void *)", self._handle_retraction),
-            callback("void(Environment *, Activation *, void *)", self._handle_firing),
+            make_callback("void(Environment *, Fact *, void *)", self._handle_assertion),
+            make_callback("void(Environment *, Fact *, void *)", self._handle_retraction),
+            make_callback("void(Environment *, Activation *, void *)", self._handle_firing),
         )
 
     def watch(self, item: str, names: Sequence[str] = (), *, on: bool = True) -> None:

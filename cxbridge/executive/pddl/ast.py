@@ -133,14 +133,14 @@ EMPTY_BINDING: Final[Binding] = MappingProxyType({})
 class State(Protocol):
     """The facts at one moment, for the evaluation of conditions."""
 
-    def has(self, predicate: str, terms: tuple[Term, ...], bound: Binding) -> bool:
+    def has(self, predicate: str, terms: tuple[Term, ...], binding: Binding) -> bool:
         """Return whether the fact is true."""
 
-    def compares(self, operator: str, left: Term, right: Term, bound: Binding) -> bool:
+    def compares(self, operator: str, left: Term, right: Term, binding: Binding) -> bool:
         """Return the result of a comparison."""
 
-    def bindings(self, variables: TypedList, bound: Binding) -> Iterator[Binding]:
-        """Yield ``bound`` extended by each choice of objects for the variables."""
+    def bindings(self, variables: TypedList, binding: Binding) -> Iterator[Binding]:
+        """Yield ``binding`` extended by each choice of objects for the variables."""
 
     def count_evaluation(self) -> None:
         """Count an evaluated formula.
@@ -156,7 +156,7 @@ class BlamedPart(NamedTuple):
     """
 
     formula: Formula
-    bound: Binding
+    binding: Binding
     required: bool
 
 
@@ -194,22 +194,22 @@ class FormulaNode(PddlNode, frozen=True):
         for child in self.children:
             yield from child.walk()
 
-    def holds(self, state: State, bound: Binding = EMPTY_BINDING) -> bool:
+    def holds(self, state: State, binding: Binding = EMPTY_BINDING) -> bool:
         """Return whether the condition is true in a state.
 
-        :param bound: the objects of its free variables.
+        :param binding: the objects of its free variables.
         :raises PddlError: if quantified variables cause too many cases.
         """
         state.count_evaluation()
-        return self._holds(state, bound)
+        return self._holds(state, binding)
 
-    def _holds(self, state: State, bound: Binding) -> bool:  # noqa: ARG002 - for subclasses
+    def _holds(self, state: State, binding: Binding) -> bool:  # noqa: ARG002 - for subclasses
         return False  # of effects and timed formulas, which are not conditions
 
     def deciding_parts(
         self,
         state: State,  # noqa: ARG002 - for quantifiers
-        bound: Binding,
+        binding: Binding,
         *,
         required: bool,
     ) -> Iterable[BlamedPart]:
@@ -217,7 +217,7 @@ class FormulaNode(PddlNode, frozen=True):
 
         :param required: the truth value that this formula would need.
         """
-        return (BlamedPart(part, bound, required) for part in self.children)
+        return (BlamedPart(part, binding, required) for part in self.children)
 
     def map(self, change: Callable[[Formula], Formula]) -> Formula:
         """Return the formula with ``change`` applied to each sub-formula, children first."""
@@ -265,8 +265,8 @@ class Atom(FormulaNode, frozen=True):
     arguments: tuple[Term, ...]
     position: Position = Position()
 
-    def _holds(self, state: State, bound: Binding) -> bool:
-        return state.has(self.predicate, self.arguments, bound)
+    def _holds(self, state: State, binding: Binding) -> bool:
+        return state.has(self.predicate, self.arguments, binding)
 
 
 class And(FormulaNode, frozen=True):
@@ -278,8 +278,8 @@ class And(FormulaNode, frozen=True):
     parts: tuple[Formula, ...]
     position: Position = Position()
 
-    def _holds(self, state: State, bound: Binding) -> bool:
-        return all(part.holds(state, bound) for part in self.parts)
+    def _holds(self, state: State, binding: Binding) -> bool:
+        return all(part.holds(state, binding) for part in self.parts)
 
 
 class Or(FormulaNode, frozen=True):
@@ -289,8 +289,8 @@ class Or(FormulaNode, frozen=True):
     parts: tuple[Formula, ...]
     position: Position = Position()
 
-    def _holds(self, state: State, bound: Binding) -> bool:
-        return any(part.holds(state, bound) for part in self.parts)
+    def _holds(self, state: State, binding: Binding) -> bool:
+        return any(part.holds(state, binding) for part in self.parts)
 
 
 class Not(FormulaNode, frozen=True):
@@ -300,11 +300,11 @@ class Not(FormulaNode, frozen=True):
     part: Formula
     position: Position = Position()
 
-    def _holds(self, state: State, bound: Binding) -> bool:
-        return not self.part.holds(state, bound)
+    def _holds(self, state: State, binding: Binding) -> bool:
+        return not self.part.holds(state, binding)
 
-    def deciding_parts(self, _state: State, bound: Binding, *, required: bool) -> Iterable[BlamedPart]:
-        return (BlamedPart(self.part, bound, not required),)
+    def deciding_parts(self, _state: State, binding: Binding, *, required: bool) -> Iterable[BlamedPart]:
+        return (BlamedPart(self.part, binding, not required),)
 
 
 class Imply(FormulaNode, frozen=True):
@@ -315,13 +315,13 @@ class Imply(FormulaNode, frozen=True):
     consequence: Formula
     position: Position = Position()
 
-    def _holds(self, state: State, bound: Binding) -> bool:
-        return not self.condition.holds(state, bound) or self.consequence.holds(state, bound)
+    def _holds(self, state: State, binding: Binding) -> bool:
+        return not self.condition.holds(state, binding) or self.consequence.holds(state, binding)
 
-    def deciding_parts(self, _state: State, bound: Binding, *, required: bool) -> Iterable[BlamedPart]:
-        yield BlamedPart(self.consequence, bound, required)
+    def deciding_parts(self, _state: State, binding: Binding, *, required: bool) -> Iterable[BlamedPart]:
+        yield BlamedPart(self.consequence, binding, required)
         if not required:
-            yield BlamedPart(self.condition, bound, required=True)
+            yield BlamedPart(self.condition, binding, required=True)
 
 
 class TermComparison(FormulaNode, frozen=True):
@@ -334,8 +334,8 @@ class TermComparison(FormulaNode, frozen=True):
     right: Term
     position: Position = Position()
 
-    def _holds(self, state: State, bound: Binding) -> bool:
-        return state.compares(self.operator, self.left, self.right, bound)
+    def _holds(self, state: State, binding: Binding) -> bool:
+        return state.compares(self.operator, self.left, self.right, binding)
 
 
 class Timed(FormulaNode, frozen=True):
@@ -358,12 +358,12 @@ class Quantified(FormulaNode, frozen=True):
     part: Formula
     position: Position = Position()
 
-    def _holds(self, state: State, bound: Binding) -> bool:
+    def _holds(self, state: State, binding: Binding) -> bool:
         combine = any if self.quantifier == "exists" else all
-        return combine(self.part.holds(state, inner) for inner in state.bindings(self.variables, bound))
+        return combine(self.part.holds(state, inner) for inner in state.bindings(self.variables, binding))
 
-    def deciding_parts(self, state: State, bound: Binding, *, required: bool) -> Iterable[BlamedPart]:
-        return (BlamedPart(self.part, inner, required) for inner in state.bindings(self.variables, bound))
+    def deciding_parts(self, state: State, binding: Binding, *, required: bool) -> Iterable[BlamedPart]:
+        return (BlamedPart(self.part, inner, required) for inner in state.bindings(self.variables, binding))
 
 
 class When(FormulaNode, frozen=True):

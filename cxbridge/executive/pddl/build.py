@@ -184,7 +184,7 @@ class SyntaxBuilder:
         numbers: list[tuple[FunctionTerm, float]] = []
         for fact in children:
             if isinstance(fact, TermComparison):
-                numbers.append(self._number(fact))
+                numbers.append(self._initial_number(fact))
                 continue
             atom, is_true = fact, True
             while isinstance(atom, Not):
@@ -204,7 +204,7 @@ class SyntaxBuilder:
         hint = "such as (at r1 home) or (= (distance a b) 3)"
         return syntax_error("a fact is expected", fact.position, self._file, hint)
 
-    def _number(self, fact: TermComparison) -> tuple[FunctionTerm, float]:
+    def _initial_number(self, fact: TermComparison) -> tuple[FunctionTerm, float]:
         """Return a function with its initial value."""
         call, value = fact.left, fact.right
         if isinstance(call, Constant) and number_of(call.name) is None:

@@ -55,9 +55,9 @@ class ObjectTable:
         return objects
 
 
-def extended_bindings(variables: TypedList, bound: Binding, objects_of: ObjectsOf) -> Iterator[Binding]:
-    """Yield ``bound`` extended by each choice of objects for the variables."""
+def extended_bindings(variables: TypedList, binding: Binding, objects_of: ObjectsOf) -> Iterator[Binding]:
+    """Yield ``binding`` extended by each choice of objects for the variables."""
     names = [name for group in variables for name in group.names]
     domains = [objects_of(group.types) for group in variables for _ in group.names]
     for choice in product(*domains):
-        yield {**bound, **dict(zip(names, choice, strict=True))}
+        yield {**binding, **dict(zip(names, choice, strict=True))}

@@ -43,11 +43,11 @@ class Conditions:
     def __init__(self, formulas: Iterable[Slots], atoms: Iterable[Slots]) -> None:
         # only the last fact of an id counts: N formulas with two parents each would be visited 2^N times
         self._formulas: dict[str, list[Slots]] = {}
-        for slots in {text_in(slots, "id"): slots for slots in formulas}.values():
-            self._formulas.setdefault(text_in(slots, "part-of"), []).append(slots)
+        for slots in {slot_text(slots, "id"): slots for slots in formulas}.values():
+            self._formulas.setdefault(slot_text(slots, "part-of"), []).append(slots)
         self._atoms: dict[str, list[Slots]] = {}
         for slots in atoms:
-            self._atoms.setdefault(text_in(slots, "part-of"), []).append(slots)
+            self._atoms.setdefault(slot_text(slots, "part-of"), []).append(slots)
 
     def operator_condition(self, operator: str) -> Formula | None:
         """Return the condition of an operator; None without a condition."""
@@ -59,14 +59,14 @@ class Conditions:
 
         :param ancestors: the ids above the parent, to end cycles.
         """
-        atoms = [atom_of(slots) for slots in self._atoms.get(parent, ())]
+        atoms = [make_atom(slots) for slots in self._atoms.get(parent, ())]
         if parent in ancestors or len(ancestors) > _MAX_DEPTH:
             return [*atoms]
         inner = (*ancestors, parent)
         return [*atoms, *(self._formula(slots, inner) for slots in self._formulas.get(parent, ()))]
 
     def _formula(self, slots: Slots, ancestors: tuple[str, ...]) -> Formula:
-        parts, kind = self._parts_of(text_in(slots, "id"), ancestors), text_in(slots, "type")
+        parts, kind = self._parts_of(slot_text(slots, "id"), ancestors), slot_text(slots, "type")
         if kind == "negation" and parts:
             return Not(parts[0] if len(parts) == 1 else And(tuple(parts)))
         if kind == "disjunction":
@@ -74,23 +74,23 @@ class Conditions:
         return parts[0] if kind == "atom" and parts else And(tuple(parts))
 
 
-def atom_of(slots: Slots) -> Formula:
+def make_atom(slots: Slots) -> Formula:
     """Return the atom or equality of a fact ``pddl-predicate`` or ``domain-effect``."""
-    names, constants = list_in(slots, "param-names"), list_in(slots, "param-constants")
+    names, constants = slot_texts(slots, "param-names"), slot_texts(slots, "param-constants")
     terms: list[Term] = [
         Variable(name) if constant is None else Constant(constant)
         for name, constant in zip(names, constants_of(names, constants), strict=True)
     ]
-    predicate = text_in(slots, "predicate")
+    predicate = slot_text(slots, "predicate")
     if predicate == EQUALITY_PREDICATE and len(terms) == _EQUALITY_TERM_COUNT:
         return TermComparison("=", terms[0], terms[1])
     return Atom(predicate, tuple(terms))
 
 
-def text_in(slots: Slots, name: str) -> str:
+def slot_text(slots: Slots, name: str) -> str:
     return str(slots.get(name, ""))
 
 
-def list_in(slots: Slots, name: str) -> list[str]:
+def slot_texts(slots: Slots, name: str) -> list[str]:
     values = slots.get(name, ())
     return [str(value) for value in values] if isinstance(values, tuple) else []

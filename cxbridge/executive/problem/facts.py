@@ -34,7 +34,7 @@ def facts_in(env: ClipsEnvironment, predicates: Container[str]) -> list[Ground]:
 def set_number(env: ClipsEnvironment, ground: Ground, value: float) -> None:
     """Set the value of a function."""
     for index, _, slots in list(env.facts(FUNCTION)):
-        if ground_in(slots) == ground:
+        if slots_ground(slots) == ground:
             env.retract(index)
     env.assert_fact(FUNCTION, {**slots_of(ground), "value": float(value)})
 
@@ -45,7 +45,7 @@ def numbers_in(env: ClipsEnvironment) -> dict[Ground, float]:
     for _, _, slots in env.facts(FUNCTION):
         value = slots["value"]
         # rules can store a value of another type: CLIPS does not check the types of slots during a run
-        numbers[ground_in(slots)] = float(value) if isinstance(value, int | float) else 0.0
+        numbers[slots_ground(slots)] = float(value) if isinstance(value, int | float) else 0.0
     return numbers
 
 
@@ -54,7 +54,7 @@ def slots_of(ground: Ground) -> dict[str, Value]:
     return {"name": Symbol(ground[0]), "param-values": tuple(map(clips_scalar, ground[1]))}
 
 
-def ground_in(slots: Slots) -> Ground:
+def slots_ground(slots: Slots) -> Ground:
     """Return the ground predicate or function in a fact's slots."""
     values = slots["param-values"]
     return str(slots["name"]), tuple(map(str, values)) if isinstance(values, tuple) else (str(values),)

@@ -85,30 +85,30 @@ class KnownState:
                 hint="use fewer variables in 'exists' and 'forall', or types with fewer objects",
             )
 
-    def has(self, predicate: str, terms: tuple[Term, ...], bound: Binding) -> bool:
+    def has(self, predicate: str, terms: tuple[Term, ...], binding: Binding) -> bool:
         """Return whether a fact is true."""
-        return self._ground(predicate, terms, bound) in self._predicates
+        return self._ground(predicate, terms, binding) in self._predicates
 
-    def compares(self, operator: str, left: Term, right: Term, bound: Binding) -> bool:
+    def compares(self, operator: str, left: Term, right: Term, binding: Binding) -> bool:
         """Return the result of a comparison, which is false if a function has no value."""
         if operator == "=" and not (self._is_number(left) or self._is_number(right)):
-            name = _object(left, bound)
-            return name is not None and name == _object(right, bound)
-        return _compare(operator, self.number(left, bound), self.number(right, bound))
+            name = _object(left, binding)
+            return name is not None and name == _object(right, binding)
+        return _compare(operator, self.number(left, binding), self.number(right, binding))
 
     def _is_number(self, term: Term) -> bool:
         return isinstance(term, FunctionTerm) or (
             self._duration is not None and isinstance(term, Variable) and term.name == DURATION
         )
 
-    def _ground(self, name: str, terms: Iterable[Term], bound: Binding) -> Ground:
-        return name, tuple(str(_object(term, bound)) for term in terms)
+    def _ground(self, name: str, terms: Iterable[Term], binding: Binding) -> Ground:
+        return name, tuple(str(_object(term, binding)) for term in terms)
 
-    def bindings(self, variables: TypedList, bound: Binding) -> Iterator[Binding]:
-        """Yield ``bound`` extended by each choice of objects for the variables."""
-        return extended_bindings(variables, bound, self._objects_of)
+    def bindings(self, variables: TypedList, binding: Binding) -> Iterator[Binding]:
+        """Yield ``binding`` extended by each choice of objects for the variables."""
+        return extended_bindings(variables, binding, self._objects_of)
 
-    def number(self, term: Term, bound: Binding) -> float | None:
+    def number(self, term: Term, binding: Binding) -> float | None:
         """Return the number of a term; None for an object or a function without value."""
         match term:
             case Variable(name=name):
@@ -117,15 +117,15 @@ class KnownState:
                 return number_of(name)
             case FunctionTerm(function=name, arguments=terms):
                 if name not in _COMPUTE:
-                    return self._functions.get(self._ground(name, terms, bound))
-                return _compute(name, [self.number(operand, bound) for operand in terms])
+                    return self._functions.get(self._ground(name, terms, binding))
+                return _compute(name, [self.number(operand, binding) for operand in terms])
 
 
-def _object(term: Term, bound: Binding) -> str | None:
+def _object(term: Term, binding: Binding) -> str | None:
     """Return the object of a term; None for a number or an unbound variable."""
     match term:
         case Variable(name=name):
-            return bound.get(name)
+            return binding.get(name)
         case Constant(name=name):
             return name
         case FunctionTerm():
@@ -154,7 +154,7 @@ def _compare(sign: str, first: float | None, second: float | None) -> bool:
 
 
 def blamed_parts(
-    formula: Formula, state: State, bound: Binding, *, required: bool = True, keeps_choices: bool = False
+    formula: Formula, state: State, binding: Binding, *, required: bool = True, keeps_choices: bool = False
 ) -> Iterator[BlamedPart]:
     """Yield the smallest parts that keep a condition from a required truth value.
 
@@ -164,15 +164,17 @@ def blamed_parts(
     :param required: the required truth value.
     :param keeps_choices: whether disjunctions, ``exists`` and negations are blamed as a whole.
     """
-    if formula.holds(state, bound) == required:
+    if formula.holds(state, binding) == required:
         return
     is_choice = isinstance(formula, Or | Not) or (
         isinstance(formula, Quantified) and formula.quantifier == "exists"
     )
     parts = (
-        () if keeps_choices and is_choice else tuple(formula.deciding_parts(state, bound, required=required))
+        ()
+        if keeps_choices and is_choice
+        else tuple(formula.deciding_parts(state, binding, required=required))
     )
     if not parts:
-        yield BlamedPart(formula, bound, required)
+        yield BlamedPart(formula, binding, required)
     for part, inner, value in parts:
         yield from blamed_parts(part, state, inner, required=value, keeps_choices=keeps_choices)

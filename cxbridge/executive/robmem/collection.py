@@ -9,7 +9,7 @@ from typing import Any
 
 from cxbridge.executive.robmem.errors import DuplicateKeyError, QueryError
 from cxbridge.executive.robmem.query import compile_query, equalities, leaf_reader, parse_order, sort_key
-from cxbridge.executive.robmem.values import Document, Key, key, to_ms
+from cxbridge.executive.robmem.values import Document, Key, order_key, to_ms
 
 # The maximum number of documents that a query scans: for few documents, a scan is faster than an index.
 _MAX_SCANNED = 32
@@ -86,7 +86,7 @@ class Collection:
 
     def get(self, identity: Any) -> Document | None:
         """Return the document with an ``_id``, or None."""
-        return self._documents.get(key(identity))
+        return self._documents.get(order_key(identity))
 
     def find(self, query: Mapping[str, Any]) -> Iterator[Document]:
         """Yield the matching stored documents. The collection must not change during the iteration.
@@ -103,12 +103,14 @@ class Collection:
         required = list(equalities(query))
         for path, value in required:
             if path == "_id":
-                document = self._documents.get(key(value))
+                document = self._documents.get(order_key(value))
                 return () if document is None else (document,)
         if len(self._documents) <= _MAX_SCANNED:
             return self._documents.values()
         indexed = [
-            index.get(key(value), {}) for path, value in required if (index := self._index(path)) is not None
+            index.get(order_key(value), {})
+            for path, value in required
+            if (index := self._index(path)) is not None
         ]
         if not indexed:
             return self._documents.values()
@@ -124,22 +126,22 @@ class Collection:
                     index.setdefault(value, {})[identity] = None
         return index
 
-    def check(self, document: Document, replaced: Document | None = None) -> None:
+    def check_unique(self, document: Document, replaced: Document | None = None) -> None:
         """Check that no other document has the same ``_id`` or the same values in a unique index.
 
         :param replaced: the stored document that the document replaces; None for a new document.
         :raises DuplicateKeyError: if another document has.
         """
-        identity = key(document["_id"])
+        identity = order_key(document["_id"])
         if replaced is None and identity in self._documents:
             raise DuplicateKeyError(f"there is a document with the _id {document['_id']!r} already")
         for unique in self._unique.values():
             if unique.owners.get(unique.values(document), identity) != identity:
                 raise DuplicateKeyError(f"another document has the same {', '.join(unique.paths)}")
 
-    def put(self, document: Document, replaced: Document | None = None) -> None:
-        """Add or replace a document after :meth:`check`."""
-        identity = key(document["_id"])
+    def store_document(self, document: Document, replaced: Document | None = None) -> None:
+        """Add or replace a document after :meth:`check_unique`."""
+        identity = order_key(document["_id"])
         for path, index in self._indexes.items():
             old_keys = set() if replaced is None else _leaf_keys(replaced, path)
             new_keys = _leaf_keys(document, path)
@@ -154,7 +156,7 @@ class Collection:
 
     def delete(self, document: Document) -> None:
         """Remove a stored document."""
-        identity = key(document["_id"])
+        identity = order_key(document["_id"])
         for path, index in self._indexes.items():
             _remove_from_index(index, _leaf_keys(document, path), identity)
         for unique in self._unique.values():
@@ -201,7 +203,7 @@ class Collection:
 
 def _leaf_keys(document: Document, path: str) -> set[Hashable]:
     """Return the keys of all values that a query compares at a path."""
-    return set(map(key, leaf_reader(path)(document)))
+    return set(map(order_key, leaf_reader(path)(document)))
 
 
 def _remove_from_index(

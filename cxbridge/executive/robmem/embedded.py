@@ -66,8 +66,8 @@ class EmbeddedStore(Store):
         self._journal = None if file is None else Journal(file)
         if self._journal is not None:
             with self._journal.converted_read_errors():
-                for collection, document in self._journal.read():
-                    self._collection(collection).put(document)
+                for collection, document in self._journal.read_documents():
+                    self._collection(collection).store_document(document)
                 for collection, spec in self._journal.read_indexes():
                     self._collection(collection).add_index(spec)
 
@@ -131,7 +131,7 @@ class EmbeddedStore(Store):
         with self._lock:
             self._collection(collection)
             if self._journal is not None:
-                self._journal.drop(collection)
+                self._journal.drop_collection(collection)
             del self._collections[collection]
 
     def create_index(
@@ -203,10 +203,10 @@ class EmbeddedStore(Store):
         """Check and store a document."""
         documents = self._collection(collection)
         _refuse_dollars(document)
-        documents.check(document, replaced)
+        documents.check_unique(document, replaced)
         if self._journal is not None:
-            self._journal.put(collection, document)
-        documents.put(document, replaced)
+            self._journal.store_document(collection, document)
+        documents.store_document(document, replaced)
 
     def _upsert(self, collection: str, query: Document, changes: Update) -> Document:
         return self._insert(collection, changes.new_document(query, self._present_time()))
@@ -221,7 +221,7 @@ class EmbeddedStore(Store):
 
     def _delete(self, collection: str, document: Document) -> None:
         if self._journal is not None:
-            self._journal.delete(collection, document["_id"])
+            self._journal.delete_document(collection, document["_id"])
         self._collection(collection).delete(document)
         self._notify(collection, "delete", document)
 

@@ -83,7 +83,7 @@ class Journal:
         hint = "another process has it open" if "locked" in str(error) else "name another file"
         return RobotMemoryError(f"cannot keep the robot memory here: {error}", file=self._file, hint=hint)
 
-    def read(self) -> Iterator[tuple[str, Document]]:
+    def read_documents(self) -> Iterator[tuple[str, Document]]:
         """Yield collection and document of all stored documents in insertion order.
 
         :raises RobotMemoryError: if the file is damaged.
@@ -132,12 +132,12 @@ class Journal:
     def store_index(self, collection: str, spec: IndexSpec) -> None:
         """Store an index.
 
-        :raises RobotMemoryError: as in :meth:`put`.
+        :raises RobotMemoryError: as in :meth:`store_document`.
         """
         fields = {"key": dict(spec.keys), "unique": spec.unique, "expireAfterSeconds": spec.expire_after_s}
         self._write("INSERT INTO indexes (collection, spec) VALUES (?, ?)", (collection, _encode(fields)))
 
-    def put(self, collection: str, document: Document) -> None:
+    def store_document(self, collection: str, document: Document) -> None:
         """Store or replace a document.
 
         :raises RobotMemoryError: if writing fails, e.g. on a full disk.
@@ -148,19 +148,19 @@ class Journal:
             (collection, _encoded_id(document["_id"]), _encode(document)),
         )
 
-    def delete(self, collection: str, identity: Any) -> None:
+    def delete_document(self, collection: str, identity: Any) -> None:
         """Delete a document.
 
-        :raises RobotMemoryError: as in :meth:`put`.
+        :raises RobotMemoryError: as in :meth:`store_document`.
         """
         self._write(
             "DELETE FROM documents WHERE collection = ? AND id = ?", (collection, _encoded_id(identity))
         )
 
-    def drop(self, collection: str) -> None:
+    def drop_collection(self, collection: str) -> None:
         """Delete a collection.
 
-        :raises RobotMemoryError: as in :meth:`put`.
+        :raises RobotMemoryError: as in :meth:`store_document`.
         """
         self._write("DELETE FROM documents WHERE collection = ?", (collection,))
         self._write("DELETE FROM indexes WHERE collection = ?", (collection,))

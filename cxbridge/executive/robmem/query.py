@@ -13,7 +13,7 @@ from functools import lru_cache, partial
 from typing import Any
 
 from cxbridge.executive.robmem.errors import QueryError
-from cxbridge.executive.robmem.values import MISSING, NAN_KEY, Document, Key, Regex, key
+from cxbridge.executive.robmem.values import MISSING, NAN_KEY, Document, Key, Regex, order_key
 
 Matcher = Callable[[Any], bool]
 """A test of a value or a document."""
@@ -160,8 +160,8 @@ def _operator_matcher(path: str, name: str, operand: Any, operators: Mapping[str
 
 
 def _equality_matcher(operand: Any) -> Matcher:
-    target = key(operand)
-    return lambda value: key(value) == target
+    target = order_key(operand)
+    return lambda value: order_key(value) == target
 
 
 def _eq_matcher(name: str, operand: Any) -> Matcher:
@@ -178,18 +178,18 @@ def _refuse_regex(name: str, operand: Any) -> None:
 def _comparison_matcher(name: str, operand: Any) -> Matcher:
     """Return the test of a comparison. Only values of the operand's type match."""
     _refuse_regex(name, operand)
-    target, holds = key(operand), _COMPARISONS[name]
+    target, holds = order_key(operand), _COMPARISONS[name]
     if target == NAN_KEY:  # NaN is neither less nor greater, and equal to itself here
         return _equality_matcher(operand) if name in ("$gte", "$lte") else lambda _value: False
-    return lambda value: (actual := key(value))[0] == target[0] and holds(actual, target)
+    return lambda value: (actual := order_key(value))[0] == target[0] and holds(actual, target)
 
 
 def _membership_matcher(name: str, operand: Any) -> Matcher:
     if not isinstance(operand, list) or any(map(has_operators, operand)):
         raise QueryError(f"{name} takes an array of values")
     patterns = [compile_regex(item) for item in operand if isinstance(item, Regex)]
-    targets = {key(item) for item in operand if not isinstance(item, Regex)}
-    return lambda value: key(value) in targets or any(pattern(value) for pattern in patterns)
+    targets = {order_key(item) for item in operand if not isinstance(item, Regex)}
+    return lambda value: order_key(value) in targets or any(pattern(value) for pattern in patterns)
 
 
 _VALUE_MATCHERS: dict[str, Callable[[str, Any], Matcher]] = {
@@ -334,4 +334,4 @@ def sort_key(document: Document, path: str, operation: str) -> Key:
         value = value.get(name, MISSING) if isinstance(value, dict) else MISSING
         if isinstance(value, list):
             raise mongodb_needed_error(f"{operation} '{path}', an array,")
-    return key(value)
+    return order_key(value)

@@ -93,7 +93,7 @@ class Update:
             step for name, fields in to_operators(changes).items() for step in _parse_steps(name, fields)
         ]
         # as in MongoDB, new fields are added in the order of their names
-        self._parse_steps = sorted(steps, key=lambda step: step.path.split("."))
+        self._sorted_steps = sorted(steps, key=lambda step: step.path.split("."))
         # a dot ends each path, so that the path `a` is not a prefix of the path `ab`
         for outer, inner in pairwise(sorted(f"{step.path}." for step in steps)):
             if inner.startswith(outer):
@@ -107,9 +107,9 @@ class Update:
         :raises QueryError: if the update does not suit the document.
         """
         result = UpdateResult(copy(document))
-        for step in self._parse_steps:
+        for step in self._sorted_steps:
             _apply_step(step, result, now)
-        if any("." in step.path for step in self._parse_steps):
+        if any("." in step.path for step in self._sorted_steps):
             copy(result.document)  # a check: copy() refuses a document that has become too deep
         if "_id" in document and not is_identical(document["_id"], result.document.get("_id", MISSING)):
             raise QueryError("an update cannot change the '_id' of a document")

@@ -135,7 +135,7 @@ NAN_KEY: Key = (NUMBER_POSITION - 1, 0)
 
 def _object_key(items: Iterable[tuple[str, Any]]) -> tuple[Any, ...]:
     # fields are compared by type, then name, then value; the type of NaN is that of numbers
-    keyed = [(name, key(item)) for name, item in items]
+    keyed = [(name, order_key(item)) for name, item in items]
     return tuple((NUMBER_POSITION if item == NAN_KEY else item[0], name, item) for name, item in keyed)
 
 
@@ -148,7 +148,7 @@ _TYPE_ORDER: dict[type, tuple[int, Callable[[Any], Any]]] = {
     float: (NUMBER_POSITION, lambda value: value),
     str: (15, lambda value: value),
     dict: (20, lambda value: _object_key(value.items())),
-    list: (25, lambda value: tuple(map(key, value))),
+    list: (25, lambda value: tuple(map(order_key, value))),
     bytes: (30, lambda value: (len(value), value)),
     ObjectId: (35, lambda value: value.digits),
     bool: (40, lambda value: value),
@@ -158,7 +158,7 @@ _TYPE_ORDER: dict[type, tuple[int, Callable[[Any], Any]]] = {
 }
 
 
-def key(value: Any) -> Key:
+def order_key(value: Any) -> Key:
     """Return a key with MongoDB's equality and order."""
     position, make_key = _TYPE_ORDER[type(value)]
     key_in_type = make_key(value)
@@ -173,4 +173,4 @@ def is_identical(first: Any, second: Any) -> bool:
         return [*first] == [*second] and all(map(is_identical, first.values(), second.values()))
     if isinstance(first, list):
         return len(first) == len(second) and all(map(is_identical, first, second))
-    return bool(key(first) == key(second))
+    return bool(order_key(first) == order_key(second))

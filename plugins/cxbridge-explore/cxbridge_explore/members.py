@@ -84,7 +84,7 @@ def assert_properties(run: AgentRun, *properties: str | Property, timeout: float
         return is_stuck or run.is_over
 
     run.wait_for(done, timeout)
-    is_at_end = run.is_over or agent.executive.maintained
+    is_at_end = run.is_over or agent.executive.maintaining_goals
     ending = Ending.OVER if is_at_end else Ending.STUCK if is_stuck else Ending.CUT
     watch.end(RunEnd(ending, "" if ending is not Ending.CUT else f"not within {timeout:g} s"))
     agent.finalize()

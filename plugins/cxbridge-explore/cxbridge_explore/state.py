@@ -194,7 +194,7 @@ def _agent_state(agent: Run, names: _Names) -> Hashable:
         _global_values(env, names),
         (env.quit_requested, env.is_ended, bool(env.faults), agent.executive.skills.running),
         # these decide the verdict on the run
-        (bool(goals.outcomes), goals.outcomes.total() > goals.outcomes["COMPLETED"]),
+        (bool(goals.outcome_counts), goals.outcome_counts.total() > goals.outcome_counts["COMPLETED"]),
         _board_state(agent.board, names),
     )
 

@@ -228,7 +228,7 @@ class Ros2CxSource(Source):
 
     def think(self, executive: Executive) -> int:
         """Run the rules as often as the timer is due; a run that the debugger has stopped resumes at once."""
-        if self._refresh_timer is None or executive.within_loop:
+        if self._refresh_timer is None or executive.is_within_loop:
             return executive.loop()
         fired = 0
         while self._refresh_timer.advance_if_due():

@@ -49,7 +49,7 @@ def test_floats_look_as_clips_prints_them(values_env: ClipsEnvironment, value: f
     text = values_env.call("str-cat", value)
     index = values_env.assert_ordered("floats", (value,))
     assert index is not None
-    fact = values_env.maker.find(index)
+    fact = values_env.maker.find_fact(index)
     assert show(value) == text
     assert values_env.api.fact_text(fact) == f"(floats {show(value)})"
     values_env.retract(index)

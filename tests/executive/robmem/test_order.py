@@ -12,7 +12,7 @@ import pytest
 from cxbridge.clock import VirtualClock
 from cxbridge.executive.robmem.embedded import EmbeddedStore
 from cxbridge.executive.robmem.errors import DuplicateKeyError, QueryError
-from cxbridge.executive.robmem.values import ObjectId, Regex, Timestamp, key
+from cxbridge.executive.robmem.values import ObjectId, Regex, Timestamp, order_key
 
 C = "robmem.test"
 NAN = float("nan")
@@ -70,10 +70,10 @@ LADDER: list[list[Any]] = [
 def test_the_order_of_types_and_values():
     for rung in LADDER:
         for one, other in itertools.product(rung, rung):
-            assert key(one) == key(other), (one, other)
-            assert hash(key(one)) == hash(key(other)), (one, other)
+            assert order_key(one) == order_key(other), (one, other)
+            assert hash(order_key(one)) == hash(order_key(other)), (one, other)
     for below, above in itertools.combinations(LADDER, 2):
-        assert key(below[0]) < key(above[0]), (below, above)
+        assert order_key(below[0]) < order_key(above[0]), (below, above)
 
 
 def test_sorting_is_stable_and_a_limit_takes_the_first():

@@ -11,7 +11,7 @@ from typing import Final
 
 from clips._clips import ffi, lib
 
-from cxbridge.executive.host.capi import EXTRA_FUNCTIONS, NULL, CData, callback
+from cxbridge.executive.host.capi import EXTRA_FUNCTIONS, NULL, CData, make_callback
 
 EXISTS_FUNCTION: Final = "fact-existp"
 """The name of the replaced function."""
@@ -34,7 +34,7 @@ class FactsByIndex:
         self._held: dict[int, CData] = {}
         self._argument = ffi.new("UDFValue *")
         self._true, self._false = lib.TrueSymbol(env), lib.FalseSymbol(env)
-        self.function = callback("void(Environment *, UDFContext *, UDFValue *)", self._execute)
+        self.function = make_callback("void(Environment *, UDFContext *, UDFValue *)", self._execute)
         """The C implementation of `fact-existp`."""
 
     def exists(self, index: int) -> bool:

@@ -50,11 +50,11 @@ class FactMaker:
 
     def __init__(self, env: CData) -> None:
         self._env = env
-        self._positions: dict[CData, dict[bytes, int]] = {}
+        self._cached_positions: dict[CData, dict[bytes, int]] = {}
         self.replaces = False
         """Whether a ``modify`` is retracting a fact that it replaces by a new fact."""
 
-    def copy(self, fact: CData, changes: list[tuple[bytes, CData]]) -> CData:
+    def make_copy(self, fact: CData, changes: list[tuple[bytes, CData]]) -> CData:
         """Make a modified copy of a fact without asserting it.
 
         :param changes: slot names and pointers to CLIPSValues (a multifield for multislots).
@@ -62,44 +62,44 @@ class FactMaker:
         """
         new = EXTRA_FUNCTIONS.CreateFact(lib.FactDeftemplate(fact))
         EXTRA_FUNCTIONS.CopyFactSlotValues(self._env, new, fact)
-        self._fill(new, changes)
+        self._set_slots(new, changes)
         return new
 
-    def new(self, deftemplate: CData, values: list[tuple[bytes, CData]]) -> CData:
+    def make_fact(self, deftemplate: CData, values: list[tuple[bytes, CData]]) -> CData:
         """Make a fact with default values for missing slots, without asserting it.
 
         :param values: slot names and pointers to CLIPSValues; NULL names the fields of an ordered fact.
-        :raises KeyError: as in :meth:`copy`.
+        :raises KeyError: as in :meth:`make_copy`.
         """
         new = EXTRA_FUNCTIONS.CreateFact(deftemplate)
-        self._fill(new, values)
+        self._set_slots(new, values)
         EXTRA_FUNCTIONS.AssignFactSlotDefaults(new)
         return new
 
-    def add(self, new: CData) -> CData:
-        """Assert a fact from :meth:`copy` or :meth:`new`; NULL if CLIPS refuses it."""
+    def assert_fact(self, new: CData) -> CData:
+        """Assert a fact from :meth:`make_copy` or :meth:`make_fact`; NULL if CLIPS refuses it."""
         return EXTRA_FUNCTIONS.Assert(new)
 
-    def find(self, index: int) -> CData:
+    def find_fact(self, index: int) -> CData:
         """Return the fact with this index, or NULL."""
         return EXTRA_FUNCTIONS.FindIndexedFact(self._env, index)
 
     def forget(self) -> None:
         """Clear the cached slots, because deftemplates may be redefined."""
-        self._positions.clear()
+        self._cached_positions.clear()
 
-    def _fill(self, new: CData, values: list[tuple[bytes, CData]]) -> None:
+    def _set_slots(self, new: CData, values: list[tuple[bytes, CData]]) -> None:
         for slot, value in values:
-            if not EXTRA_FUNCTIONS.PutFactSlot(new, slot, value) and not self._force(new, slot, value):
+            if not EXTRA_FUNCTIONS.PutFactSlot(new, slot, value) and not self._force_slot(new, slot, value):
                 EXTRA_FUNCTIONS.ReturnFact(self._env, new)
                 raise KeyError("" if slot == NULL else slot.decode())
 
-    def _force(self, new: CData, slot: bytes, value: CData) -> bool:
+    def _force_slot(self, new: CData, slot: bytes, value: CData) -> bool:
         """Write a value that the slot's constraints forbid; False if the slot cannot hold it."""
         if slot == NULL:
             return False
         deftemplate = lib.FactDeftemplate(new)
-        position = self._slots_of(deftemplate).get(slot)
+        position = self._slot_positions(deftemplate).get(slot)
         is_multifield = value.header.type == _MULTIFIELD
         if position is None or is_multifield != bool(lib.DeftemplateSlotMultiP(deftemplate, slot)):
             return False
@@ -112,9 +112,9 @@ class FactMaker:
             slot_value.value = value.value
         return True
 
-    def _slots_of(self, deftemplate: CData) -> dict[bytes, int]:
+    def _slot_positions(self, deftemplate: CData) -> dict[bytes, int]:
         """Return the positions of a deftemplate's slots."""
-        positions = self._positions.get(deftemplate)
+        positions = self._cached_positions.get(deftemplate)
         if positions is None:
             names = ffi.new("CLIPSValue *")
             lib.DeftemplateSlotNames(deftemplate, names)
@@ -123,7 +123,7 @@ class FactMaker:
                 decode((contents + index).lexemeValue.contents).encode(): index
                 for index in range(names.multifieldValue.length)
             }
-            self._positions[deftemplate] = positions
+            self._cached_positions[deftemplate] = positions
         return positions
 
 

@@ -62,15 +62,15 @@ class Modify:
                 return FALSE
             value = values if is_multislot[slot] else values[0]
             slot_values.append((encode(slot), clips_value(self._env, value)))
-        new = self._facts.copy(changed_fact, slot_values)
+        new = self._facts.make_copy(changed_fact, slot_values)
         if not self.retracts:
-            asserted = self._facts.add(new)
+            asserted = self._facts.assert_fact(new)
         else:
             lib.RetainFact(changed_fact)  # the new fact shares its values, which must outlive the retraction
             self._facts.replaces = True
             lib.Retract(changed_fact)
             self._facts.replaces = False
-            asserted = self._facts.add(new)
+            asserted = self._facts.assert_fact(new)
             lib.ReleaseFact(changed_fact)
         # if an equal fact exists, CLIPS returns it
         return FactAddress(asserted) if asserted == new else FALSE
@@ -85,7 +85,7 @@ class Modify:
             )
             return None
         if isinstance(fact, int):
-            found = self._facts.find(fact)
+            found = self._facts.find_fact(fact)
             if found == NULL:
                 self._log_error(f"Unable to find fact f-{fact}.")  # the right-hand side continues, as in 6.30
                 return None

@@ -56,7 +56,7 @@ class _BoundEffect(NamedTuple):
     """
 
     effect: Atom | NumericChange
-    bound: Binding
+    binding: Binding
     value: bool = True
 
 
@@ -77,12 +77,12 @@ class Moment:
         """Return the state in the form in which conditions are evaluated."""
         return KnownState(self.state.facts, self.state.numbers, self.objects.of, self.duration)
 
-    def read_by(self, formulas: list[Formula], bound: Binding) -> tuple[set[Ground], set[Ground]]:
+    def read_by(self, formulas: list[Formula], binding: Binding) -> tuple[set[Ground], set[Ground]]:
         """Return the facts that conditions read as true, and all other facts and functions that they read."""
         facts, numbers = RecordingFacts(self.state.facts), RecordingNumbers(self.state.numbers)
         state = KnownState(facts, numbers, self.objects.of, self.duration)
         for formula in formulas:
-            formula.holds(state, bound)
+            formula.holds(state, binding)
         return facts.true_reads, facts.false_reads | numbers.reads
 
 
@@ -121,13 +121,13 @@ def _has_times(formula: Formula) -> bool:
             return False
 
 
-def false_part(formula: Formula, bound: Binding, moment: Moment) -> str:
+def false_part(formula: Formula, binding: Binding, moment: Moment) -> str:
     """Return a text about the smallest false part of a formula; empty if the formula is true."""
     state = moment.known_state()
-    blamed = next(blamed_parts(formula, state, bound, keeps_choices=True), None)
+    blamed = next(blamed_parts(formula, state, binding, keeps_choices=True), None)
     if blamed is None:
         return ""
-    part, inner = blamed.formula, blamed.bound
+    part, inner = blamed.formula, blamed.binding
     if isinstance(part, Not):
         return f"{_bound_text(part.part, inner)} is true"
     functions = (term for term in part.terms if isinstance(term, FunctionTerm))
@@ -135,28 +135,28 @@ def false_part(formula: Formula, bound: Binding, moment: Moment) -> str:
     return f"{_bound_text(part, inner)} is false" + (f": {values}" if values else "")
 
 
-def _value_text(term: FunctionTerm, bound: Binding, state: KnownState) -> str:
-    value = state.number(term, bound)
+def _value_text(term: FunctionTerm, binding: Binding, state: KnownState) -> str:
+    value = state.number(term, binding)
     text = "has no value" if value is None else f"is {format_number(value)}"
-    return f"{format_term(_bind_term(term, bound))} {text}"
+    return f"{format_term(_bind_term(term, binding))} {text}"
 
 
-def _bound_text(formula: Formula, bound: Binding) -> str:
+def _bound_text(formula: Formula, binding: Binding) -> str:
     """Return the text of a formula with objects in place of variables."""
-    return format_formula(formula.map_terms(lambda term: _bind_term(term, bound)))
+    return format_formula(formula.map_terms(lambda term: _bind_term(term, binding)))
 
 
-def _bind_term(term: Term, bound: Binding) -> Term:
+def _bind_term(term: Term, binding: Binding) -> Term:
     match term:
-        case Variable(name=name) if name in bound:
-            return Constant(bound[name])
+        case Variable(name=name) if name in binding:
+            return Constant(binding[name])
         case FunctionTerm(function=name, arguments=terms):
-            return FunctionTerm(name, tuple(_bind_term(argument, bound) for argument in terms))
+            return FunctionTerm(name, tuple(_bind_term(argument, binding) for argument in terms))
         case _:
             return term
 
 
-def effect_changes(effect: Formula | None, bound: Binding, moment: Moment, time: str) -> Changes:
+def effect_changes(effect: Formula | None, binding: Binding, moment: Moment, time: str) -> Changes:
     """Return the changes of an effect.
 
     :param time: :data:`AT_START` or :data:`AT_END`, which includes effects without time.
@@ -164,17 +164,17 @@ def effect_changes(effect: Formula | None, bound: Binding, moment: Moment, time:
     """
     changes = Changes()
     state = moment.known_state()
-    for change in _effects(effect, bound, moment, AT_END, time):
+    for change in _effects(effect, binding, moment, AT_END, time):
         if isinstance(change.effect, NumericChange):
-            _change_number(change.effect, change.bound, state, changes)
+            _change_number(change.effect, change.binding, state, changes)
         else:
-            (changes.adds if change.value else changes.deletes).add(fact_of(change.effect, change.bound))
+            (changes.adds if change.value else changes.deletes).add(fact_of(change.effect, change.binding))
     changes.deletes.difference_update(changes.adds)  # a fact that is deleted and added is true afterwards
     return changes
 
 
 def numbers_after(
-    effect: Formula | None, bound: Binding, numbers: Mapping[Ground, float], duration: float
+    effect: Formula | None, binding: Binding, numbers: Mapping[Ground, float], duration: float
 ) -> dict[Ground, float]:
     """Return the numbers that an action changes at start and end, with their new values.
 
@@ -184,32 +184,32 @@ def numbers_after(
     state = KnownState((), numbers, lambda _types: (), duration)
     for part in () if effect is None else effect.walk():
         if isinstance(part, NumericChange):
-            _change_number(part, bound, state, changes)
+            _change_number(part, binding, state, changes)
     return changes.numbers
 
 
-def _change_number(change: NumericChange, bound: Binding, state: KnownState, changes: Changes) -> None:
+def _change_number(change: NumericChange, binding: Binding, state: KnownState, changes: Changes) -> None:
     """Add a numeric effect to the changes.
 
     :param state: the state before all changes.
     """
     target = change.target
     assert isinstance(target, FunctionTerm)
-    ground = (target.function, tuple(object_of(term, bound) for term in target.arguments))
-    amount = state.number(change.amount, bound)
+    ground = (target.function, tuple(object_of(term, binding) for term in target.arguments))
+    amount = state.number(change.amount, binding)
     # several changes of a number at the same time add up
-    value = changes.numbers.get(ground, state.number(target, bound))
+    value = changes.numbers.get(ground, state.number(target, binding))
     # problems with a metric often omit (= (total-cost) 0), which planners accept
     if value is None and (target.function == TOTAL_COST or change.operator == "assign"):
         value = 0.0
     if amount is None or value is None or (change.operator == "scale-down" and not amount):
         missing = target if value is None else change.amount
-        raise PlanningError(f"{format_term(_bind_term(missing, bound))} has no value")
+        raise PlanningError(f"{format_term(_bind_term(missing, binding))} has no value")
     changes.numbers[ground] = _NUMERIC_OPERATORS[change.operator](value, amount)
 
 
 def _effects(
-    effect: Formula | None, bound: Binding, moment: Moment, time: str, moment_time: str
+    effect: Formula | None, binding: Binding, moment: Moment, time: str, moment_time: str
 ) -> Iterator[_BoundEffect]:
     """Yield the effects that happen at a moment: those with its time whose conditions are true.
 
@@ -219,32 +219,32 @@ def _effects(
     match effect:
         case And(parts=parts):
             for part in parts:
-                yield from _effects(part, bound, moment, time, moment_time)
+                yield from _effects(part, binding, moment, time, moment_time)
         case Timed(when=when, part=part):
-            yield from _effects(part, bound, moment, when, moment_time)
+            yield from _effects(part, binding, moment, when, moment_time)
         case Quantified(quantifier="forall", variables=variables, part=part):
-            for inner in moment.known_state().bindings(variables, bound):
+            for inner in moment.known_state().bindings(variables, binding):
                 yield from _effects(part, inner, moment, time, moment_time)
         case When(condition=condition, effect=part):
-            effects = list(_effects(part, bound, moment, time, moment_time))
+            effects = list(_effects(part, binding, moment, time, moment_time))
             # the condition of an effect at the other time is not evaluated
-            if effects and _condition_holds(condition, bound, moment):
+            if effects and _condition_holds(condition, binding, moment):
                 yield from effects
         case Not(part=Atom() as atom) if time == moment_time:
-            yield _BoundEffect(atom, bound, value=False)
+            yield _BoundEffect(atom, binding, value=False)
         case Atom() | NumericChange() if time == moment_time:
-            yield _BoundEffect(effect, bound)
+            yield _BoundEffect(effect, binding)
         case _:
             return
 
 
-def _condition_holds(condition: Formula, bound: Binding, moment: Moment) -> bool:
+def _condition_holds(condition: Formula, binding: Binding, moment: Moment) -> bool:
     """Return whether the condition of an effect is true. Its ``at start`` parts refer to the start."""
     if not _has_times(condition):
-        return condition.holds(moment.known_state(), bound)
+        return condition.holds(moment.known_state(), binding)
     if any(True for _ in parts_at(condition, OVER_ALL)):
         raise PlanningError("a conditional effect with a condition 'over all' cannot be checked")
     start = moment.start or moment
-    return all(part.holds(start.known_state(), bound) for part in parts_at(condition, AT_START)) and all(
-        part.holds(moment.known_state(), bound) for part in parts_at(condition, AT_END)
+    return all(part.holds(start.known_state(), binding) for part in parts_at(condition, AT_START)) and all(
+        part.holds(moment.known_state(), binding) for part in parts_at(condition, AT_END)
     )

@@ -105,7 +105,7 @@ class _StepError(Exception):
 class _Step:
     """A step with its action.
 
-    :param bound: the objects of the action's parameters.
+    :param binding: the objects of the action's parameters.
     :param start: the start in seconds after the plan's start.
     :param is_running: whether the action started before the check.
     :param start_moment: the moment of the start of a durative action, once it is executed.
@@ -114,7 +114,7 @@ class _Step:
     number: int
     planned: PlannedAction
     action: ActionSchema
-    bound: dict[str, str]
+    binding: dict[str, str]
     start: float
     end: float
     is_running: bool = False
@@ -148,7 +148,7 @@ def check_plan(
     :param running: actions that have started; their ``start`` may be negative.
     :param objects: the objects by type, by default those of the problem.
     """
-    begin = state or WorldState.of_problem(problem)
+    begin = state or WorldState.from_problem(problem)
     checker = _Checker(domain, problem.goal, begin, objects or ObjectTable(domain, problem))
     return checker.check(tuple(actions), tuple(running))
 
@@ -206,15 +206,15 @@ class _Checker:
         names = names_of(action.parameters)
         if len(names) != len(planned.arguments):
             raise step_error(f"{action.name} takes {len(names)} objects, not {len(planned.arguments)}")
-        bound = dict(zip(names, planned.arguments, strict=True))
+        binding = dict(zip(names, planned.arguments, strict=True))
         for group in action.parameters:
             allowed = self._objects.of(group.types)
             for name in group.names:
-                if bound[name] not in allowed:
+                if binding[name] not in allowed:
                     kind = " or ".join(group.types) or "object"
-                    raise step_error(f"{bound[name]} is no {kind}, which ?{name} wants")
+                    raise step_error(f"{binding[name]} is no {kind}, which ?{name} wants")
         start, duration = planned.start or 0.0, planned.duration or 0.0
-        return _Step(number, planned, action, bound, start, start + duration, is_running=is_running)
+        return _Step(number, planned, action, binding, start, start + duration, is_running=is_running)
 
     def _events(self, steps: Sequence[_Step]) -> Iterator[_Event]:
         """Yield the moments of the steps. In a plan without times, the steps are consecutive."""
@@ -268,18 +268,18 @@ class _Checker:
             self._require(step, conditions, state)
             if is_start and action.duration is not None and step.planned.duration is not None:
                 _check_duration(step, action.duration, moment)
-            needs, other_reads = moment.read_by(conditions, step.bound)
+            needs, other_reads = moment.read_by(conditions, step.binding)
             if is_start:  # the start also needs the facts that must be true from now on
                 invariants = list(parts_at(action.condition, OVER_ALL))
-                needs |= moment.read_by(invariants, step.bound)[0]
-        changes = effect_changes(action.effect, step.bound, moment, AT_START if is_start else AT_END)
+                needs |= moment.read_by(invariants, step.binding)[0]
+        changes = effect_changes(action.effect, step.binding, moment, AT_START if is_start else AT_END)
         return needs, other_reads, changes
 
     def _require(self, step: _Step, conditions: Iterable[Formula], state: WorldState) -> None:
         """Raise ``_StepError`` if a condition of a step is false in a state."""
         moment = Moment(state, self._objects, step.duration, step.start_moment)
         for condition in conditions:
-            missing = false_part(condition, step.bound, moment)
+            missing = false_part(condition, step.binding, moment)
             if missing:
                 raise _StepError(max(0, step.number), f"{_step_text(step)}: {missing}")
 
@@ -321,9 +321,9 @@ def _check_duration(step: _Step, constraint: Formula, moment: Moment) -> None:
         limit = None
         match part:
             case TermComparison(operator=sign, left=Variable(name=name), right=right) if name == DURATION:
-                limit = moment.known_state().number(right, step.bound)
+                limit = moment.known_state().number(right, step.binding)
         if limit is None:
-            is_violated = bool(false_part(part, step.bound, moment))
+            is_violated = bool(false_part(part, step.binding, moment))
             text = ""
         else:
             too_long = sign in ("=", "<=", "<") and duration > limit + TOLERANCE_S

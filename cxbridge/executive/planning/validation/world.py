@@ -24,7 +24,7 @@ class WorldState:
     numbers: Mapping[Ground, float]
 
     @classmethod
-    def of_problem(cls, problem: Problem) -> WorldState:
+    def from_problem(cls, problem: Problem) -> WorldState:
         """Return the initial state of a problem."""
         return cls(
             frozenset(ground_of(atom.predicate, atom) for atom in problem.init),

@@ -26,14 +26,14 @@ from cxbridge.executive.pddl.ast import (
     TypedNames,
     names_of,
 )
-from cxbridge.executive.problem.conditions import Conditions, Slots, atom_of, list_in, text_in
+from cxbridge.executive.problem.conditions import Conditions, Slots, make_atom, slot_text, slot_texts
 from cxbridge.executive.problem.facts import (
     FUNCTION,
     INSTANCE,
     PREDICATE,
-    ground_in,
     numbers_in,
     set_number,
+    slots_ground,
     slots_of,
 )
 from cxbridge_ros2.experts.knowledge import Knowledge
@@ -63,7 +63,7 @@ class FactKnowledge(Knowledge):
 
     @property
     def predicates(self) -> list[Ground]:
-        return [*dict.fromkeys(ground_in(slots) for _, _, slots in self._env.facts(PREDICATE))]
+        return [*dict.fromkeys(slots_ground(slots) for _, _, slots in self._env.facts(PREDICATE))]
 
     @property
     def functions(self) -> dict[Ground, float]:
@@ -97,13 +97,13 @@ class FactKnowledge(Knowledge):
     def drop_instance(self, name: str) -> None:
         """Retract an object and its type facts."""
         self._retract(INSTANCE, lambda slots: str(slots["name"]) == name)
-        self._retract(_TYPE_TEMPLATE, lambda slots: list_in(slots, "implied")[:1] == [name])
+        self._retract(_TYPE_TEMPLATE, lambda slots: slot_texts(slots, "implied")[:1] == [name])
 
     def drop_predicate(self, ground: Ground) -> None:
-        self._retract(PREDICATE, lambda slots: ground_in(slots) == ground)
+        self._retract(PREDICATE, lambda slots: slots_ground(slots) == ground)
 
     def drop_function(self, ground: Ground) -> None:
-        self._retract(FUNCTION, lambda slots: ground_in(slots) == ground)
+        self._retract(FUNCTION, lambda slots: slots_ground(slots) == ground)
 
     def _assert(self, template: str, slots: Slots) -> None:
         if not self._env.has_template(template):
@@ -132,15 +132,15 @@ def extend_domain(env: ClipsEnvironment, parsed: Domain | None) -> Domain | None
     predicate_names = {predicate.name for predicate in domain.predicates}
     predicates = tuple(
         Predicate(
-            text_in(slots, "name"),
-            _make_parameters(list_in(slots, "param-names"), list_in(slots, "param-types")),
+            slot_text(slots, "name"),
+            _make_parameters(slot_texts(slots, "param-names"), slot_texts(slots, "param-types")),
         )
         for slots in _list_slots(env, "domain-predicate")
-        if text_in(slots, "name") not in predicate_names
+        if slot_text(slots, "name") not in predicate_names
     )
     action_names = {action.name for action in domain.actions}
     operators = [
-        slots for slots in _list_slots(env, "domain-operator") if text_in(slots, "name") not in action_names
+        slots for slots in _list_slots(env, "domain-operator") if slot_text(slots, "name") not in action_names
     ]
     # the condition saves time: operators have many facts, and usually a parsed domain has all operators
     actions = tuple(_make_actions(env, operators)) if operators else ()
@@ -158,24 +158,24 @@ def _make_actions(env: ClipsEnvironment, operators: list[Slots]) -> Iterator[Act
     parameter_rows, effects = _list_slots(env, "domain-operator-parameter"), _list_slots(env, "domain-effect")
     conditions = Conditions(_list_slots(env, "pddl-formula"), _list_slots(env, "pddl-predicate"))
     for operator in operators:
-        name = text_in(operator, "name")
+        name = slot_text(operator, "name")
         types = {
-            text_in(slots, "name"): text_in(slots, "type")
+            slot_text(slots, "name"): slot_text(slots, "type")
             for slots in parameter_rows
-            if text_in(slots, "operator") == name
+            if slot_text(slots, "operator") == name
         }
-        parameters = list_in(operator, "param-names") or [*types]
+        parameters = slot_texts(operator, "param-names") or [*types]
         yield ActionSchema(
             name,
             _make_parameters(parameters, [types.get(parameter, ROOT_TYPE) for parameter in parameters]),
             conditions.operator_condition(name),
-            And(tuple(_make_effect(slots) for slots in effects if text_in(slots, "part-of") == name)),
+            And(tuple(_make_effect(slots) for slots in effects if slot_text(slots, "part-of") == name)),
         )
 
 
 def _make_effect(slots: Slots) -> Formula:
-    atom = atom_of(slots)
-    return Not(atom) if text_in(slots, "type") == "NEGATIVE" else atom
+    atom = make_atom(slots)
+    return Not(atom) if slot_text(slots, "type") == "NEGATIVE" else atom
 
 
 def _make_parameters(names: list[str], types: list[str]) -> tuple[TypedNames, ...]:

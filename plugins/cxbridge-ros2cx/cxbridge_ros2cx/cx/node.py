@@ -123,7 +123,7 @@ class CxNode(Executive):
 
         After a stop of the debugger, only the stopped run continues.
         """
-        if self.control is not None and self.control.within_loop:
+        if self.control is not None and self.control.is_within_loop:
             return self.control.run()
         self._receive_messages()  # before the ticks, so that plug-ins see the messages since the last loop
         for plugin in self.manager.tickers:
@@ -146,7 +146,7 @@ class CxNode(Executive):
         return any(env.quit_requested for env in self.manager.environments.values())
 
     @property
-    def maintained(self) -> list[str]:
+    def maintaining_goals(self) -> list[str]:
         """Always empty: this executive has no goals."""
         return []
 

@@ -193,7 +193,7 @@ class StockEnvironment(ClipsEnvironment):
             chunk_fired = int(lib.Run(self.env, max_firings))
             self.is_firing = self.output.is_firing = False
             fired += chunk_fired
-            if self.api.halted() or self.api.is_halt_requested():
+            if self.api.is_halted() or self.api.is_halt_requested():
                 self.api.clear_halt()
                 break
             if chunk_fired < max_firings:

@@ -20,7 +20,7 @@ from clips import _clips
 from clips._clips import ffi, lib
 
 from cxbridge.events import EventBus
-from cxbridge.executive.host.capi import EXTRA_FUNCTIONS, NULL, CData, callback, decode, encode
+from cxbridge.executive.host.capi import EXTRA_FUNCTIONS, NULL, CData, decode, encode, make_callback
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.facts.existing import EXISTS_FUNCTION
 from cxbridge.executive.host.loading import Diagnostic
@@ -84,7 +84,7 @@ class StubbedEnvironment(ClipsEnvironment):
         for function in self.call("get-function-list"):
             self._replace_by_stub(str(function))
         self._is_initialised = True
-        self._step_callback = callback("void(Environment *, void *)", self._count_step)
+        self._step_callback = make_callback("void(Environment *, void *)", self._count_step)
         EXTRA_FUNCTIONS.AddPeriodicFunction(self.env, b"cxbridge-look", self._step_callback, 0, NULL)
 
     @property
@@ -133,7 +133,7 @@ class StubbedEnvironment(ClipsEnvironment):
         key = -1 if name == "open" else types
         if key not in self._stubs:
             answer = _answer_open if name == "open" else _make_stub_function(types)
-            self._stubs[key] = callback("void(Environment *, UDFContext *, UDFValue *)", answer)
+            self._stubs[key] = make_callback("void(Environment *, UDFContext *, UDFValue *)", answer)
         record[_POINTER_OFFSET] = int(ffi.cast("intptr_t", self._stubs[key]))
 
     def _count_step(self, _env: CData, _context: CData) -> None:

@@ -247,7 +247,7 @@ class _Agent:
             self._say(f"... more than {_MAX_ROWS}")
 
     def _goals(self) -> None:
-        goals = self.assembly.executive.goals.open.values()
+        goals = self.assembly.executive.goals.open_goals.values()
         self._say(*(line.text for line in goal_lines(goals, modes=True)))
 
     def _why(self, question: str) -> None:

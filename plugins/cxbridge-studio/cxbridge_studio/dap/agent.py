@@ -148,7 +148,7 @@ class LiveStoppedEnvironment(StoppedEnvironment):
         return [fact for fact in map(self.fact, indices) if fact is not None]
 
     def fact(self, index: int) -> FactChange | None:
-        pointer = self._env.maker.find(index)
+        pointer = self._env.maker.find_fact(index)
         if pointer == NULL:
             return self._agent.retracted_facts.get(index)
         template = decode(lib.DeftemplateName(lib.FactDeftemplate(pointer)))

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Final
 from clips._clips import ffi, lib
 
 from cxbridge.clipstext.values import Value
-from cxbridge.executive.host.capi import CData, callback
+from cxbridge.executive.host.capi import CData, make_callback
 from cxbridge.executive.host.udf import UNBOUNDED
 from cxbridge.executive.host.values import to_python
 from cxbridge_studio.dap.rule_lines import RuleAction, find_rules
@@ -41,7 +41,7 @@ class Probes:
         self._actions: list[tuple[str, RuleAction]] = []
         self._context: CData = None
         self._values: dict[str, Value] = {}
-        call = callback("void(Environment *, UDFContext *, UDFValue *)", self._handle_probe)
+        call = make_callback("void(Environment *, UDFContext *, UDFValue *)", self._handle_probe)
         env.udfs.define_c(PROBE_FUNCTION, call, 1, UNBOUNDED, "*;l")
         env.loader.rewrite = self.rewrite
         self._env = env

@@ -16,7 +16,7 @@ from clips._clips import lib
 
 from cxbridge.errors import ClipsError, ExecutiveError
 from cxbridge.events import Event, SkillStatus
-from cxbridge.executive.host.capi import CData, callback, decode
+from cxbridge.executive.host.capi import CData, decode, make_callback
 from cxbridge.executive.host.values import FALSE, show
 from cxbridge.history.transitions import TRANSITION_TYPES, Transition
 from cxbridge_studio.debugger.agenda import activations, next_rule
@@ -89,7 +89,7 @@ class Debugger:
         self._passed_activation = ""
         self._has_agent_halted = False  # whether a rule of the agent has called (halt) in this loop
         self._is_subscribed = False
-        self._after_fire = callback("void(Environment *, Activation *, void *)", self._handle_firing)
+        self._after_fire = make_callback("void(Environment *, Activation *, void *)", self._handle_firing)
 
     @property
     def breakpoints(self) -> tuple[Breakpoint, ...]:
@@ -160,7 +160,7 @@ class Debugger:
         )
 
     @property
-    def within_loop(self) -> bool:
+    def is_within_loop(self) -> bool:
         """Whether a loop has begun but not ended, or the rules are stopped before the next loop."""
         return self._is_in_loop or self._stopped is not None
 
@@ -429,4 +429,4 @@ class Debugger:
         if (self._transition_hits or self._is_interrupted) and not self._fires_one_by_one:
             # Only after the check of is_halt_requested(), which cannot distinguish this halt from the
             # agent's.
-            self._env.hold()
+            self._env.end_after_rule()

@@ -126,7 +126,7 @@ def modify_fact(
     :param constant: whether only constants are accepted, not calls, which CLIPS would evaluate.
     :raises ClipsError: if the fact or a slot does not exist, or the slot cannot have the value.
     """
-    fact = env.maker.find(index)
+    fact = env.maker.find_fact(index)
     if fact == NULL:
         raise ClipsError(f"there is no fact f-{index}")
     if not slots:

@@ -47,7 +47,7 @@ def _describe_causes(agent: Run, failed_rules: Iterable[str]) -> Iterator[str]:
         yield from _describe_goals(agent, positions)
         yield from _describe_actions(agent, positions)
         yield from _describe_control_requests(agent)
-    elif not executive.goals.outcomes:
+    elif not executive.goals.outcome_counts:
         yield "no goal has appeared"
         yield from [*_describe_deffacts(agent)] or _describe_missing_fact(agent, positions)
         yield from _describe_empty_spec(agent)
@@ -88,7 +88,7 @@ def _describe_goals(agent: Run, positions: SourcePositions) -> Iterator[str]:
     modes = allowed_values(env, "goal", "mode")
     classes = {str(slots["id"]): str(slots["class"]) for _, _, slots in env.facts("goal")}
     texts_by_goal = _unhandled_sub_type_texts(agent)
-    sub_goals = (goal for goal in goals.open.values() if not goal.is_root and goal.goal in texts_by_goal)
+    sub_goals = (goal for goal in goals.open_goals.values() if not goal.is_root and goal.goal in texts_by_goal)
     for goal in (*goals.open_roots, *sub_goals):
         is_mode = not modes or goal.mode in modes
         position = _add_brackets(positions.goal_position(classes.get(goal.goal, ""), goal.mode))
@@ -98,7 +98,7 @@ def _describe_goals(agent: Run, positions: SourcePositions) -> Iterator[str]:
 
 def _describe_actions(agent: Run, positions: SourcePositions) -> Iterator[str]:
     """Yield the unfinished plan-actions of open goals."""
-    open_goals = agent.executive.goals.open
+    open_goals = agent.executive.goals.open_goals
     for _, _, slots in agent.executive.env.facts("plan-action"):
         if str(slots["goal-id"]) in open_goals and slots["state"] not in FINAL_ACTION_STATES:
             values = slots["param-values"]

@@ -113,7 +113,7 @@ def _ground_formula(blamed: BlamedPart) -> Atom:
     # A comparison of terms is an atom of the predicate `=`.
     name = "=" if isinstance(blamed.formula, TermComparison) else getattr(blamed.formula, "predicate", "")
     terms = (
-        blamed.bound[term.name] if isinstance(term, Variable) else getattr(term, "name", "")
+        blamed.binding[term.name] if isinstance(term, Variable) else getattr(term, "name", "")
         for term in blamed.formula.terms
     )
     return (name, *terms)

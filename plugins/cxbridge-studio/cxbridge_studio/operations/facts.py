@@ -116,7 +116,7 @@ def _modify_over_http(context: OperationContext, parameters: _SlotChanges) -> Fa
     if any("\0" in text for pair in parameters.slots.items() for text in pair):
         raise CxbridgeError("CLIPS has no such text")
     with env.lock:
-        if env.maker.find(parameters.index) == NULL:
+        if env.maker.find_fact(parameters.index) == NULL:
             raise NotFoundError(f"There is no fact f-{parameters.index}")
         return FactIndex(_modify_fact(context, parameters))
 

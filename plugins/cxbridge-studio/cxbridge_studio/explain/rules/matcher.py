@@ -109,7 +109,7 @@ class Matcher:
                 (name, clips_value(env.env, self._to_copied_value(value)))
                 for name, value in zip(names, row.values, strict=True)
             ]
-            pointer = env.maker.add(env.maker.new(deftemplate, values))
+            pointer = env.maker.assert_fact(env.maker.make_fact(deftemplate, values))
             if pointer != NULL:
                 index = int(lib.FactIndex(pointer))
                 self._original_indices[index] = row.index
@@ -129,7 +129,7 @@ class Matcher:
     def _to_copied_value(self, value: Value) -> Value:
         """Return a value of the snapshot as a value of this environment: facts as addresses, not indices."""
         if isinstance(value, FactRef):
-            fact = self._env.maker.find(self._copied_indices.get(value.index, -1))
+            fact = self._env.maker.find_fact(self._copied_indices.get(value.index, -1))
             return value.index if fact == NULL else FactAddress(fact)
         return tuple(map(self._to_copied_value, value)) if isinstance(value, tuple) else value
 

@@ -31,7 +31,7 @@ def _env():
 
 
 def fact(env, index):
-    pointer = env.maker.find(index)
+    pointer = env.maker.find_fact(index)
     text = env.watcher.fact_text(pointer)
     return FactChange(0, "executive", True, index, text[1:].split(" ")[0].rstrip(")"), text)
 

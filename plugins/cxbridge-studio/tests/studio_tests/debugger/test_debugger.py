@@ -259,7 +259,7 @@ def test_halt_beside_a_transition_that_stops_is_not_lost(env, debugger, actions)
     assert debugger.stopped.rule == "both"
     debugger.go_on()
     assert debugger.run() == 0
-    assert not debugger.within_loop
+    assert not debugger.is_within_loop
     assert debugger.run() == 3
 
 

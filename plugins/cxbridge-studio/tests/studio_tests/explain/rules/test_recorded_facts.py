@@ -33,7 +33,12 @@ def test_what_is_printed_reads_back(contents):
         snapshot = take_snapshot(env, "it")
         changes = [
             FactChange(
-                0, "world", True, row.index, row.template, env.watcher.fact_text(env.maker.find(row.index))
+                0,
+                "world",
+                True,
+                row.index,
+                row.template,
+                env.watcher.fact_text(env.maker.find_fact(row.index)),
             )
             for row in snapshot.facts
         ]
