@@ -88,7 +88,9 @@ def _describe_goals(agent: Run, positions: SourcePositions) -> Iterator[str]:
     modes = allowed_values(env, "goal", "mode")
     classes = {str(slots["id"]): str(slots["class"]) for _, _, slots in env.facts("goal")}
     texts_by_goal = _unhandled_sub_type_texts(agent)
-    sub_goals = (goal for goal in goals.open_goals.values() if not goal.is_root and goal.goal in texts_by_goal)
+    sub_goals = (
+        goal for goal in goals.open_goals.values() if not goal.is_root and goal.goal in texts_by_goal
+    )
     for goal in (*goals.open_roots, *sub_goals):
         is_mode = not modes or goal.mode in modes
         position = _add_brackets(positions.goal_position(classes.get(goal.goal, ""), goal.mode))
