@@ -116,7 +116,7 @@ EXTRA_FUNCTIONS = _ExtraFunctions()
 
 def make_callback(signature: str, function: Callable[..., Any]) -> CData:
     """Make a C function from a Python function. The caller must keep it alive as long as C may call it."""
-    return ffi.make_callback(signature, function)
+    return ffi.callback(signature, function)
 
 
 class ClipsApi:
