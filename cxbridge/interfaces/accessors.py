@@ -110,7 +110,7 @@ def misfit_error(owner: str, field: FieldSchema, value: object) -> InterfaceErro
         allowed = f"a sequence of at most {field.length} elements, each {allowed}"
     text = repr(value)
     if len(text) > _MAX_QUOTED_CHARACTERS:
-        text = text[: _MAX_QUOTED_CHARACTERS - 3] + "..."
+        text = text[: _MAX_QUOTED_CHARACTERS - len("...")] + "..."
     return InterfaceError(
         f"{owner}.{field.name} of type {field.type} cannot be {text}", hint=f"it holds {allowed}"
     )

@@ -204,7 +204,7 @@ class Message(Block):
                 return
         if len(values) > len(fields):
             raise TypeError(f"{self.type} has {len(fields)} fields, not {len(values)}")
-        for field, value in zip(fields, values, strict=False):
+        for field, value in zip(fields, values, strict=False):  # the other fields stay zero
             self.set(field.name, value)
 
     @classmethod

@@ -44,10 +44,8 @@ RESERVED_IN_MESSAGES: Final = frozenset(
 # fmt: on
 
 _IDENTIFIER = re.compile(r"(?!__)[A-Za-z_][A-Za-z0-9_]*")
-_ACCESSOR_PREFIXES = {
-    "set_": 5,
-    "is_": 4,
-}  # the prefixes and the number of removed characters, one more than their length
+# The prefixes of accessors, each with the number of characters that Fawkes removes: one more than its length.
+_ACCESSOR_PREFIXES = {"set_": 5, "is_": 4}
 
 
 def is_reserved(name: str, reserved: frozenset[str]) -> bool:

@@ -1,8 +1,7 @@
 """Forwards writes of a blackboard's interfaces to an event bus; see docs/recording.md.
 
 The forwarder opens each matching interface for reading and follows it: the interface is closed when no other
-program has it open. Listeners of the blackboard must not open interfaces, so that their tasks wait for
-`poll`.
+program has it open. Listeners of the blackboard must not open interfaces: they leave this task to `poll`.
 """
 
 from __future__ import annotations

@@ -70,7 +70,7 @@ def parse_bytes(data: bytes, file: str | Path | None = None) -> InterfaceSchema:
     return _require_schema(check_bytes(data, file))
 
 
-@lru_cache(maxsize=128)
+@lru_cache(maxsize=128)  # enough for the definitions of cxbridge and of a Fawkes checkout
 def _parse(data: bytes, file: str) -> InterfaceSchema:
     """Read a file once per process.
 

@@ -141,6 +141,7 @@ def _pop_similar_pairs(goals_a: list[Goal], goals_b: list[Goal]) -> list[GoalPai
     pairs: list[GoalPair] = []
     for group in kinds.values():
         is_comparable = 1 < len(group[0]) * len(group[1]) <= MAX_COMPARED
+        # one run may have more goals of a kind
         pairs += _most_similar_pairs(*group, 0.0) if is_comparable else zip(*group, strict=False)
     remove_pairs(pairs, goals_a, goals_b)
     return pairs

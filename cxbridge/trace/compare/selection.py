@@ -259,7 +259,7 @@ def _remove_slots(text: str, field: str) -> str:
     glob = re.compile(translate(field))
     try:
         template, slots = parse_fact(text)
-    except FactSyntaxError:
+    except FactSyntaxError:  # a recording may contain any text
         return text
     slot_texts = "".join(f" ({name} {value})" for name, value in slots.items() if not glob.match(name))
     return f"({template}{slot_texts})"

@@ -175,6 +175,7 @@ class Divergence:
             (edit.sort_key, self._difference(edit)) for edit in self._without_repeated_details(edits)
         ]
         starts = [(MISSING, MISSING), *self._alignment.pairs]
+        # `starts` has one element more: the pair before each pair
         for (last_a, last_b), (index_a, index_b) in zip(starts, self._alignment.pairs, strict=False):
             for token in (*self._tails[0][last_a + 1 : index_a], *self._tails[1][last_b + 1 : index_b]):
                 checks.note_unpaired(token)
@@ -201,6 +202,7 @@ class Divergence:
         votes = Counter(
             pair
             for index_a, index_b in self._alignment.pairs
+            # a text that contains `gen#` itself has equal keys and fewer names
             for pair in zip(self._tails[0][index_a].names, self._tails[1][index_b].names, strict=False)
         )
         # names are paired one to one: a pair with fewer votes is dropped if a name of it is paired already
@@ -218,7 +220,7 @@ class Divergence:
                         token.names[0]
                     ] = None
         for names_a, names_b in gaps.values():
-            for pair in zip(names_a, names_b, strict=False):
+            for pair in zip(names_a, names_b, strict=False):  # one run may have more new goals
                 self._pair_names(*pair)
 
     def _pair_names(self, name_a: int, name_b: int) -> None:

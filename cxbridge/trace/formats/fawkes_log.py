@@ -54,7 +54,7 @@ class _LogEntry:
     size: int
     is_complete: bool
 
-    def groups(self) -> tuple[str, ...] | None:
+    def fields(self) -> tuple[str, ...] | None:
         """Return letter, time of day, fraction, component and text, or None if the entry is invalid."""
         match = _ENTRY_LINES.match("\n".join(self.lines))
         return None if match is None else match.groups()
@@ -93,37 +93,35 @@ class FawkesLog(Run):
                 yield transition
 
     def _joined_entries(self) -> Iterator[tuple[int, tuple[str, ...]]]:
-        """Yield the line number and groups of each entry.
+        """Yield the line number and fields of each entry.
 
         Fawkes ends an entry when CLIPS prints a line feed alone, even within a string of a fact. The rest of
         the fact is then the next entry, which is joined to the entry of the fact.
         """
         unfinished: tuple[int, tuple[str, ...]] | None = None
         for entry in self._entries():
-            groups = entry.groups()
-            if groups is None:
+            fields = entry.fields()
+            if fields is None:
                 self.note(f"line {entry.line}: no entry of a log, left out")
                 continue
+            component, text = fields[-2:]
             if unfinished is not None:
-                line, (*stamp, component, text) = unfinished
+                line, (*stamp, fact_component, fact) = unfinished
                 if (
-                    groups[3] == component
-                    and not groups[4].startswith(_CLIPS_STARTS)
-                    and len(text) < MAX_LINE
+                    component == fact_component
+                    and not text.startswith(_CLIPS_STARTS)
+                    and len(fact) < MAX_LINE
                 ):
-                    groups = (*stamp, component, f"{text}\n{groups[4]}")
+                    text = f"{fact}\n{text}"
+                    fields = (*stamp, component, text)
                     entry.line = line
                 else:
                     yield unfinished
                 unfinished = None
-            if (
-                groups[4].startswith(_FACT_STARTS)
-                and not groups[4].endswith(")")
-                and _find_environment(groups[3])
-            ):
-                unfinished = entry.line, groups
+            if text.startswith(_FACT_STARTS) and not text.endswith(")") and _find_environment(component):
+                unfinished = entry.line, fields
             else:
-                yield entry.line, groups
+                yield entry.line, fields
         if unfinished is not None:
             yield unfinished
 
@@ -181,7 +179,7 @@ class _DayCounter:
         return self._midnight_us + time_of_day_us
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=256)  # many lines name the same few components
 def _find_environment(component: str) -> str | None:
     match = _ENVIRONMENT.fullmatch(component)
     return unescape_record(match.group(1)) if match else None
@@ -279,9 +277,9 @@ def open_copy(path: Path, _registry: InterfaceRegistry) -> FawkesLogWriter:
 FORMATS = (
     Format(
         "fawkes-log",
-        70,
+        rank=70,
         recognises=lambda _, head: _FIRST_ENTRY.search(head) is not None,
         reader=f"{__name__}:FawkesLog",
     ),
 )
-COPIES = (CopyFormat("fawkes-log", 20, f"{__name__}:open_copy"),)
+COPIES = (CopyFormat("fawkes-log", rank=20, writer=f"{__name__}:open_copy"),)

@@ -161,9 +161,9 @@ def _is_locked(path: Path) -> bool:
 
         with path.open("rb") as file:
             fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
-    except BlockingIOError:
+    except BlockingIOError:  # the lock of a writer
         return True
-    except (ImportError, OSError):
+    except (ImportError, OSError):  # a system without locks, or a file that cannot be opened
         return False
     return False
 

@@ -41,7 +41,7 @@ def copy_formats() -> dict[str, CopyFormat]:
     return {entry.name: entry for entry in _table_entries(FORMAT_MODULES.rows, "COPIES")}
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=8)  # the rows change only with the installed plug-ins
 def _table_entries(rows: tuple[Row, ...], table: str) -> tuple[Any, ...]:
     """Return the entries of a table of all modules, sorted by rank."""
     modules = [FORMAT_MODULES.load(row) for row in rows]

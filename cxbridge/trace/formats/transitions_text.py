@@ -218,9 +218,9 @@ def open_copy(path: Path, _registry: InterfaceRegistry) -> TransitionsWriter:
 FORMATS = (
     Format(
         "transitions",
-        60,
+        rank=60,
         recognises=lambda _, head: _FIRST_LINES.match(head) is not None,
         reader=f"{__name__}:TransitionsText",
     ),
 )
-COPIES = (CopyFormat("transitions", 30, f"{__name__}:open_copy"),)
+COPIES = (CopyFormat("transitions", rank=30, writer=f"{__name__}:open_copy"),)

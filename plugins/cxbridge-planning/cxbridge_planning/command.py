@@ -69,7 +69,7 @@ class CommandPlanner(EnginePlanner):
         except PlanningError:
             if time.monotonic() - start > _MAX_REFUSAL_S or not any(texts.files):
                 raise
-            with suppress(PlanningError):
+            with suppress(PlanningError):  # of two errors, the one about the user's text is raised
                 return self._solve_texts(plain_texts(domain, problem), domain, problem)
             raise
 

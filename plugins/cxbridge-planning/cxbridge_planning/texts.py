@@ -102,7 +102,7 @@ def read_task(domain: Domain, problem: Problem) -> Any:
     except Exception as error:  # noqa: BLE001 - unified-planning raises errors of several parsers, without a common class
         parse_error = error
     plain = plain_texts(domain, problem)
-    with suppress(Exception):
+    with suppress(Exception):  # of two errors, the one about the user's text is raised
         return module.PDDLReader().parse_problem_string(plain.domain, plain.problem)
     raise _refusal_error(module, original, parse_error) from parse_error
 
@@ -110,7 +110,7 @@ def read_task(domain: Domain, problem: Problem) -> Any:
 def _refusal_error(module: Any, texts: PddlTexts, parse_error: Exception) -> PlanningError:
     """Return the error for rejected texts; it names the domain's file unless the domain alone is readable."""
     file = texts.files[0]
-    with suppress(Exception):
+    with suppress(Exception):  # the domain is readable if there is no error
         module.PDDLReader().parse_problem_string(texts.domain)
         file = texts.files[1]
     text = " ".join(str(parse_error).split())[:_MAX_EXCERPT] or type(parse_error).__name__

@@ -75,6 +75,7 @@ def make_report(
     # events that differ in message id or time are partners, and so are all events before them: the lines of
     # both contexts correspond one to one
     if first and first.kind in {DifferenceKind.MSGID, DifferenceKind.TIME} and not comparison.rows:
+        # one run may end just after the difference
         lines = zip(contexts[0].lines, contexts[1].lines, strict=False)
         comparison.rows = [AlignedRow(line_a, line_b, not line_a.here) for line_a, line_b in lines]
     return ComparisonReport(comparison, a, b, *contexts)

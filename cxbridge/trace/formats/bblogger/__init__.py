@@ -8,13 +8,13 @@ from cxbridge.trace.formats.bblogger.header import is_bblogger_start, log_files
 FORMATS = (
     Format(
         "bblogger",
-        20,
+        rank=20,
         recognises=lambda _, head: is_bblogger_start(head),
         reader="cxbridge.trace.formats.bblogger.reader:BBLoggerFile",
     ),
     Format(
         "bblogger",
-        30,
+        rank=30,
         recognises=lambda path, _: bool(log_files(path)),
         reader="cxbridge.trace.formats.bblogger.reader:BBLoggerFolder",
     ),

@@ -212,6 +212,7 @@ def file_pattern(scenario: str, start_us: int, *, utc: bool = False) -> str:
 
 def _quote_name(text: str) -> str:
     """Return a text for a file name, without characters special in shells and patterns."""
+    # a text from CLIPS may have a lone surrogate, which is no UTF-8
     return quote(text, safe="", errors="backslashreplace")
 
 

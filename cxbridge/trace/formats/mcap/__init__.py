@@ -8,9 +8,9 @@ from cxbridge.trace.formats.mcap.records import MAGIC
 FORMATS = (
     Format(
         "mcap",
-        10,
+        rank=10,
         recognises=lambda _, head: head.startswith(MAGIC),
         reader="cxbridge.trace.formats.mcap.reader:McapRun",
     ),
 )
-COPIES = (CopyFormat("mcap", 10, "cxbridge.trace.formats.mcap.writer:open_copy"),)
+COPIES = (CopyFormat("mcap", rank=10, writer="cxbridge.trace.formats.mcap.writer:open_copy"),)

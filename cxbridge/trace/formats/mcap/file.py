@@ -43,6 +43,7 @@ def _pack_text(text: str) -> bytes:
     return _pack_block(text.encode("utf-8", "backslashreplace"))
 
 
+# The names of metadata and their keys repeat.
 _pack_name = lru_cache(maxsize=256)(_pack_text)
 
 

@@ -167,7 +167,7 @@ def _is_incomplete(lines: list[str]) -> bool:
 FORMATS = (
     Format(
         "clips-watch",
-        80,
+        rank=80,
         recognises=lambda _, head: _FIRST_ENTRY.search(head) is not None,
         reader=f"{__name__}:ClipsWatch",
     ),

@@ -57,9 +57,10 @@ class _McapCopy(McapFile):
                     record, self._metadata_index, mcap.METADATA_INDEX, content[: fields.offset]
                 )
             case mcap.ATTACHMENT:
-                times, _ = content[:16], (fields.long(), fields.long())
+                fields.long(), fields.long()
+                times = content[: fields.offset]
                 fields.text(), fields.text()
-                names = content[16 : fields.offset]
+                names = content[len(times) : fields.offset]
                 size = struct.pack("<Q", fields.long())
                 self._append_indexed(
                     record, self._attachment_index, mcap.ATTACHMENT_INDEX, times, size, names

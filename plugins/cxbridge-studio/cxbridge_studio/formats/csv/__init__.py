@@ -38,7 +38,7 @@ def _is_csv_start(head: bytes) -> bool:
 FORMATS = (
     Format(
         "csv",
-        50,
+        rank=50,
         recognises=lambda path, head: (
             _is_csv_start(head) or bool(files_with_start(path, "*.csv", len(TITLE) + 1, _is_csv_start))
         ),
@@ -48,8 +48,8 @@ FORMATS = (
 COPIES = (
     CopyFormat(
         "csv",
-        50,
-        f"{__name__}.writer:CsvWriter",
+        rank=50,
+        writer=f"{__name__}.writer:CsvWriter",
         exact=f"{__name__}.writer:convert_bblogger",
     ),
 )
