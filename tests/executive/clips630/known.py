@@ -93,7 +93,7 @@ KNOWN: tuple[Known, ...] = (
     Known("facts", "value", _TYPE, _CHECKS, "(facts MAIN 1 2 (id 2.5))"),
     Known(
         "send|slot-.*",
-        "MSGFUN1|no such thing",
+        "MSGFUN1|MSGFUN4|no such thing",
         _TYPE,
         _CHECKS,
         "(slot-delete$ (the-instance) C (/ 1 3) 1)",
@@ -112,11 +112,25 @@ KNOWN: tuple[Known, ...] = (
     Known("pp.*", "number of arguments", _ANY, _CHECKS, "(ppdefrule (id nil) (id x))"),
     Known(
         _OBJECTS,
-        f"no such thing.*|TMPLTDEF1.*|{_TYPE}|value",
+        f"no such thing.*|TMPLTDEF1.*|syntax|{_TYPE}|value",
         _TYPE,
         _NAMES,
         "(class-slots (id [c1]))",
         _NAME,
+    ),
+    Known(
+        "set-sequence-operator-recognition",
+        "value",
+        _TYPE,
+        _NAMES,
+        "(set-sequence-operator-recognition (id [nope]))",
+    ),
+    Known(
+        "delete-member\\$",
+        "MULTIFUN1",
+        "value",
+        "6.30 refuses an empty multifield as a value to delete, 6.4 finds none",
+        "(delete-member$ (create$ a b) c (create$))",
     ),
     Known(
         "build|eval|format|printout|str-.*|sym.*",
