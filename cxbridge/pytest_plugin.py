@@ -72,12 +72,14 @@ class Bench:
         # imported on first use, because pytest loads this plug-in in every project of the machine
         from cxbridge.run.program.plain_options import make_options  # noqa: PLC0415
         from cxbridge.testing.agent_run import PATIENCE_S, AgentRun  # noqa: PLC0415
-        from cxbridge.testing.golden import GoldenFiles, file_name  # noqa: PLC0415
+        from cxbridge.testing.golden import GoldenFiles, portable_file_name  # noqa: PLC0415
 
         trace = None
         if self.artifacts is not None:
             number = f"-{len(self.runs) + 1}" if self.runs else ""
-            trace = self.artifacts / self.file.stem / f"{file_name(self.test or 'module')}{number}.mcap"
+            trace = (
+                self.artifacts / self.file.stem / f"{portable_file_name(self.test or 'module')}{number}.mcap"
+            )
         run_options = make_options(
             scenario,
             find=self.find,

@@ -204,7 +204,7 @@ class _GoalFollower:
 
     def take(self, event: Event) -> None:
         """Process a transition and print an ended goal."""
-        self._reasons.take(event)
+        self._reasons.record_event(event)
         if not isinstance(event, GoalTransition):
             return
         if event.mode in ENDED_MODES:
@@ -224,7 +224,7 @@ class _GoalFollower:
         selected_us = self._selected_us.pop(goal.goal, None)
         took_s = None if selected_us is None else (goal.time_us - selected_us) / MICROSECONDS
         elapsed_s = (goal.time_us - self._start_us) / MICROSECONDS
-        self._story.print_goal(self._name, elapsed_s, goal, took_s, self._reasons.reason(goal))
+        self._story.print_goal(self._name, elapsed_s, goal, took_s, self._reasons.failure_reason(goal))
 
 
 _CODES: Final[Mapping[str, str]] = {

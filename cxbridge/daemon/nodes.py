@@ -39,7 +39,7 @@ class ExecutiveNode(ManagedNode[ThinkingComponent]):
             self._control.move_to(component.executive)
         self._checks = AgentChecks((self._run,))
         component.configure()
-        self._checks.start()
+        self._checks.check_loaded_files()
         self._configured = True
 
     def on_cleanup(self) -> None:
@@ -52,7 +52,7 @@ class ExecutiveNode(ManagedNode[ThinkingComponent]):
         """Run a step of the executive and the requested work of clients."""
         super().step()
         if self._checks is not None:
-            self._checks.look()
+            self._checks.check_new_files()
             if self._checks.all_initialized:
                 # from now on clients may load files, whose mistakes must not end the daemon
                 self._checks = None

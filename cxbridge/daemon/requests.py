@@ -15,8 +15,8 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, EventBus, LogLine, SkillStatus
 from cxbridge.executive.host.values import show
 from cxbridge.history.forest import Forest, parent_id
-from cxbridge.history.tree import plain_goal
-from cxbridge.history.truncation import cut
+from cxbridge.history.tree import goal_as_json
+from cxbridge.history.truncation import truncate
 from cxbridge.plugins import package_hint
 from cxbridge.printing import one_line
 from cxbridge.rights import Right, Rights
@@ -61,10 +61,15 @@ class DaemonState:
         if isinstance(event, LogLine):
             # assigns the number under the lock, so that a client that asks for later lines misses none
             with self._lock:
-                line = (next(self._numbers), event.level.value, event.component, cut(event.text, _MAX_TEXT))
+                line = (
+                    next(self._numbers),
+                    event.level.value,
+                    event.component,
+                    truncate(event.text, _MAX_TEXT),
+                )
                 self._lines.append(line)
         elif isinstance(event, SkillStatus):
-            self._skills[event.skiller] = (cut(event.skill_string, _MAX_TEXT), event.status)
+            self._skills[event.skiller] = (truncate(event.skill_string, _MAX_TEXT), event.status)
 
     def describe(self, parameters: Mapping[str, Any]) -> dict[str, Any]:
         """Return the state for JSON.
@@ -90,13 +95,13 @@ class DaemonState:
         if self._node is None:
             return []
         rows = {
-            goal.goal: plain_goal(goal) | {"error": cut(goal.error, _MAX_TEXT)}
+            goal.goal: goal_as_json(goal) | {"error": truncate(goal.error, _MAX_TEXT)}
             for goal in self._node.goals.values()
         }
         if not words:
             return list(rows.values())
         forest = Forest({goal: parent_id(row["parent"]) for goal, row in rows.items()})
-        goals = forest.with_ancestors(
+        goals = forest.goals_with_ancestors(
             goal for goal, row in rows.items() if words in " ".join(row.values()).lower()
         )
         return [row for goal, row in rows.items() if goal in goals]
@@ -109,7 +114,7 @@ class DaemonState:
         with env.lock:
             return [
                 {
-                    slot: cut(show(slots.get(slot, "")), _MAX_TEXT)
+                    slot: truncate(show(slots.get(slot, "")), _MAX_TEXT)
                     for slot in ("goal-id", "plan-id", "id", "action-name", "param-values", "state")
                 }
                 for _, _, slots in islice(env.facts("plan-action"), MAX_ACTIONS)

@@ -25,7 +25,7 @@ from cxbridge.executive.host.values import Value
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.history.transitions import (
     CALL_TEMPLATES,
-    FORGETFUL_TEMPLATES,
+    RELEASING_TEMPLATES,
     TRACKED_TEMPLATES,
     TransitionTracker,
 )
@@ -249,18 +249,18 @@ class Executive:
         tracker = TransitionTracker(self.env.name)
 
         def follow_fact(template: str, slots: dict[str, str]) -> None:
-            event = tracker.fact(self.bus.clock.now_us(), template, slots)
+            event = tracker.track_assertion(self.bus.clock.now_us(), template, slots)
             if event is not None:
                 self.bus.emit(event)
 
         def follow_retraction(template: str, slots: dict[str, str]) -> None:
-            tracker.retracted(template, slots, is_final=not self.env.maker.replaces)
+            tracker.record_retraction(template, slots, is_final=not self.env.maker.replaces)
 
         # a retraction within a `modify` is not the end of a goal: the tracker learns whether a new fact
         # follows
         for template, slots in {**TRACKED_TEMPLATES, **CALL_TEMPLATES}.items():
             self.env.watcher.follow(template, follow_fact, slots)
-        for template, slots in FORGETFUL_TEMPLATES.items():
+        for template, slots in RELEASING_TEMPLATES.items():
             self.env.watcher.follow_retractions(template, follow_retraction, slots)
 
     @property

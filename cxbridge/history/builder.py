@@ -39,12 +39,12 @@ from cxbridge.history.model import (
     PlannerExecution,
     SentCall,
     SkillExecution,
-    assignment_of,
-    fields_of,
+    read_assignment,
+    split_fields,
 )
 from cxbridge.history.steady import SteadyClock
 from cxbridge.history.transitions import unquote
-from cxbridge.history.truncation import MAX_TEXT, cut
+from cxbridge.history.truncation import MAX_TEXT, truncate
 
 IDLE: Final = "S_INACTIVE"
 RUNNING: Final = "S_RUNNING"
@@ -52,7 +52,7 @@ ENDED: Final = frozenset({"S_FINAL", "S_FAILED"})
 
 _SKILLER: Final = "SkillerInterface"
 _STARTED: Final = "started"
-_STEP = re.compile(r"\(([^()]*)\)")
+_PLAN_STEP = re.compile(r"\(([^()]*)\)")
 
 _OMITTED: Final = {
     "goal": "transitions of goals beyond the limit of goals are left out",
@@ -91,7 +91,7 @@ class RunHistory:
     """The history of a run, built as a sink of an event bus. It may be read between two events.
 
     :param start_us: the start of the run; None: its first event.
-    :ivar events: the number of events.
+    :ivar event_count: the number of events so far.
     :ivar goals: the goals in the order of their first event.
     :ivar actions: the plan-actions in the order of their first event.
     :ivar planner_calls: the calls of planners in the order of their start.
@@ -99,7 +99,7 @@ class RunHistory:
 
     def __init__(self, limits: HistoryLimits | None = None, start_us: int | None = None) -> None:
         self.clock = SteadyClock(start_us)
-        self.events = 0
+        self.event_count = 0
         self.goals: list[GoalRecord] = []
         self.actions: list[PlanActionRecord] = []
         self.planner_calls: list[PlannerExecution] = []
@@ -111,9 +111,9 @@ class RunHistory:
         self._last_call: dict[tuple[str, str], SkillExecution | None] = {}
         self._read_skillers: set[str] = set()  # Skillers that an executive reads
         self._board = BoardExecutions(self._limits.calls)
-        self._planning: dict[tuple[str, str], PlannerExecution] = {}
+        self._open_planner_calls: dict[tuple[str, str], PlannerExecution] = {}
         self._errors: dict[str, str] = {}
-        self._transitions = 0
+        self._transition_count = 0
         self._omitted = dict.fromkeys(_OMITTED, 0)
         self._handlers: Mapping[type[Event], Callable[[Any], None]] = {
             GoalTransition: self._handle_goal,
@@ -126,22 +126,22 @@ class RunHistory:
         }
 
     @classmethod
-    def of(
+    def from_events(
         cls, events: Iterable[Event], limits: HistoryLimits | None = None, start_us: int | None = None
     ) -> Self:
         """Build the history of all events."""
         history = cls(limits, start_us)
         for event in events:
-            history.take(event)
+            history.record_event(event)
         return history
 
-    def take(self, event: Event) -> None:
+    def record_event(self, event: Event) -> None:
         """Process the next event."""
-        self.clock.at(event.time_us)
+        self.clock.advance_to(event.time_us)
         handler = self._handlers.get(type(event))
         if handler is not None:
             handler(event)
-        self.events += 1
+        self.event_count += 1
 
     @property
     def end(self) -> int:
@@ -151,17 +151,17 @@ class RunHistory:
     @property
     def calls(self) -> list[SkillExecution]:
         """The executed skills in order."""
-        # a Skiller and the skill board that serves it report the same skills, which must count once
-        is_of_skillers = self._calls and (self._read_skillers or not self._board.calls)
-        return self._calls if is_of_skillers else self._board.calls
+        # a Skiller and the skill board that serves this Skiller report the same skills, which must count once
+        has_skiller_calls = self._calls and (self._read_skillers or not self._board.calls)
+        return self._calls if has_skiller_calls else self._board.calls
 
     @property
-    def _position(self) -> Moment:
-        return Moment(self.events, self.clock.now_us)
+    def _moment(self) -> Moment:
+        return Moment(self.event_count, self.clock.now_us)
 
-    def left_out(self) -> list[str]:
+    def omission_notes(self) -> list[str]:
         """Return sentences about events that were left out because of the limits."""
-        lost = self._omitted | ({} if self._calls else {"skill call": self._board.lost})
+        lost = self._omitted | ({} if self._calls else {"skill call": self._board.omitted_count})
         return [
             f"{count} {_OMITTED[kind]}: 'cxbridge trace cat' has them."
             for kind, count in lost.items()
@@ -180,7 +180,7 @@ class RunHistory:
                 self._omitted["goal"] += 1
                 return
             if former is not None:
-                former.replaced = self.events
+                former.replaced_seq = self.event_count
             life = 1 if former is None else former.life + 1
             goal = GoalRecord(
                 len(self.goals), event.env, event.goal, event.goal_class, event.sub_type, life=life
@@ -188,9 +188,9 @@ class RunHistory:
             self._goals[key] = goal
             self.goals.append(goal)
         goal.goal_class, goal.sub_type = event.goal_class, event.sub_type
-        error = cut(event.error, self._limits.text)
-        change = GoalChange(*self._position, event.mode, event.outcome, error, event.parent)
-        self._append(goal.changes, change)
+        error = truncate(event.error, self._limits.text)
+        change = GoalChange(*self._moment, event.mode, event.outcome, error, event.parent)
+        self._append_change(goal.changes, change)
 
     def _handle_action(self, event: PlanActionTransition) -> None:
         key = event.env, (event.goal, event.plan, event.action_id)
@@ -206,15 +206,15 @@ class RunHistory:
             assignment = self._assignments.get(key, ActionAssignment())
             # the assignment may belong to the previous plan-action with these ids
             action.assignment = ActionAssignment(
-                assignment.skiller, fields_of(event.params[1:-1]) or assignment.arguments
+                assignment.skiller, split_fields(event.params[1:-1]) or assignment.arguments
             )
             self._actions[key] = action
             self.actions.append(action)
             if goal is not None:
                 goal.actions.append(action)
         if event.call and [sent[1:] for sent in action.sent[-1:]] != [(event.skiller, event.call)]:
-            action.sent.append(SentCall(self.events, event.skiller, event.call))
-        self._append(action.changes, ActionChange(*self._position, event.state))
+            action.sent.append(SentCall(self.event_count, event.skiller, event.call))
+        self._append_change(action.changes, ActionChange(*self._moment, event.state))
 
     @staticmethod
     def _is_new_action(
@@ -227,10 +227,10 @@ class RunHistory:
             or ("" != action.params != event.params != "")
         )
 
-    def _append(self, changes: list[_Change], change: _Change) -> None:
-        """Append a change; beyond the limit it replaces the last one, so that start and end are correct."""
-        if self._transitions < self._limits.transitions or len(changes) <= 1:
-            self._transitions += 1
+    def _append_change(self, changes: list[_Change], change: _Change) -> None:
+        """Append a change. Beyond the limit, replace the last change, so that start and end are correct."""
+        if self._transition_count < self._limits.transitions or len(changes) <= 1:
+            self._transition_count += 1
             changes.append(change)
         else:
             self._omitted["transition"] += 1
@@ -243,15 +243,15 @@ class RunHistory:
             call = self._last_call.pop(("", event.skiller), None)
             if call is not None and key not in self._last_call:
                 call.env = event.env
-                call.begin = call.begin if call.end else self._position
+                call.begin = call.begin if call.end else self._moment
                 self._last_call[key] = call
-        self._status(key, event)
+        self._record_status(key, event)
 
-    def _status(self, key: tuple[str, str], event: SkillStatus) -> None:
-        text, position = cut(event.skill_string, self._limits.text), self._position
+    def _record_status(self, key: tuple[str, str], event: SkillStatus) -> None:
+        text, position = truncate(event.skill_string, self._limits.text), self._moment
         if key not in self._last_call and event.status in ENDED:
             self._last_call[key] = SkillExecution(*key, text, event.msgid, position, position, event.status)
-            return  # a Skiller that was used before this run still shows its last skill
+            return  # a Skiller that was used before this run still shows its last skill: no call of this run
         call = self._last_call.setdefault(key, None)
         is_same = call is not None and (call.skill_string, call.msgid) == (text, event.msgid)
         if call is not None and call.end is None and (not is_same or event.status != RUNNING):
@@ -260,14 +260,14 @@ class RunHistory:
             call.end = position
             call.status = event.status if is_same and event.status != IDLE else "stopped"
             if call.status in ENDED:
-                call.error = self._error_of(*key)
+                call.error = self._error_text(*key)
             if is_same:
                 return
         if event.status == RUNNING and not (is_same and call is not None and call.end is None):
             self._register_call(key, SkillExecution(*key, text, event.msgid, position, None, RUNNING))
         elif event.status in ENDED and text and not is_same:
             # started and ended between two reads of the executive
-            error = self._error_of(*key)
+            error = self._error_text(*key)
             self._register_call(
                 key, SkillExecution(*key, text, event.msgid, position, position, event.status, error)
             )
@@ -285,9 +285,9 @@ class RunHistory:
         if kind != _SKILLER:
             return
         values, skiller = event.values, name.rpartition("/")[2]
-        self._note_error(name, str(values.get("error", "")))
+        self._record_error(name, str(values.get("error", "")))
         # a Skiller that an executive reads is counted at the read, one cycle later, as its plan-actions are
-        msgid = values.get("msgid")  # a recording may contain any value
+        msgid = values.get("msgid")  # of any type: a recording may come from another program
         if (
             skiller not in self._read_skillers
             and isinstance(msgid, int)
@@ -296,13 +296,13 @@ class RunHistory:
             status = getattr(values["status"], "name", str(values["status"]))
             env = name.rpartition("/")[0]
             text = str(values["skill_string"])
-            self._status((env, skiller), SkillStatus(event.time_us, env, skiller, text, msgid, status))
+            self._record_status((env, skiller), SkillStatus(event.time_us, env, skiller, text, msgid, status))
 
-    def _error_of(self, env: str, skiller: str) -> str:
+    def _error_text(self, env: str, skiller: str) -> str:
         # each of several agents has its own blackboard, whose name precedes the Skiller's
         return self._errors.get(f"{env}/{skiller}") or self._errors.get(skiller, "")
 
-    def _note_error(self, skiller: str, text: str) -> None:
+    def _record_error(self, skiller: str, text: str) -> None:
         """Record a Skiller's error text, which may follow the end of the skill at the same time."""
         self._errors[skiller] = text
         for (env, name), call in self._last_call.items():
@@ -311,18 +311,18 @@ class RunHistory:
                 call.error = text
 
     def _handle_message(self, event: InterfaceMessage) -> None:
-        self._board.take(event, self._position)
+        self._board.record_message(event, self._moment)
 
     def _handle_fact(self, event: FactChange) -> None:
         if event.asserted and event.template == PLAN_ACTION:
             with suppress(FactSyntaxError):  # a recording may contain any text
-                self._note_assignment(event.env, *assignment_of(parse_fact(event.text)[1]))
+                self._record_assignment(event.env, *read_assignment(parse_fact(event.text)[1]))
         elif event.asserted and event.template == _SKILLER:
             with suppress(FactSyntaxError):  # a recording may contain any text
                 slots = parse_fact(event.text)[1]
-                self._note_error(unquote(slots.get("id", "")), unquote(slots.get("error", "")))
+                self._record_error(unquote(slots.get("id", "")), unquote(slots.get("error", "")))
 
-    def _note_assignment(self, env: str, key: ActionKey, assignment: ActionAssignment) -> None:
+    def _record_assignment(self, env: str, key: ActionKey, assignment: ActionAssignment) -> None:
         if len(self._assignments) < self._limits.actions:
             self._assignments[env, key] = assignment
             # the event of the action has no arguments if the run was recorded without parameters
@@ -330,29 +330,29 @@ class RunHistory:
                 action.assignment = assignment
 
     def _handle_plan(self, event: PlannerCall) -> None:
-        key, longest = (event.env, event.call), self._limits.text
-        call = self._planning.pop(key, None)
+        key, max_length = (event.env, event.call), self._limits.text
+        call = self._open_planner_calls.pop(key, None)
         if call is None:
             call = PlannerExecution(
-                event.planner, event.goal, self._position, text=cut(event.problem, longest)
+                event.planner, event.goal, self._moment, text=truncate(event.problem, max_length)
             )
             if len(self.planner_calls) < self._limits.calls:
                 self.planner_calls.append(call)
             else:
                 self._omitted["planner call"] += 1
         if event.status == _STARTED:
-            self._planning[key] = call
+            self._open_planner_calls[key] = call
         else:
-            call.end, call.status = self._position, event.status
-            took = f"{event.duration_us / MICROSECONDS:.3f} s of real time"
+            call.end, call.status = self._moment, event.status
+            duration_text = f"{event.duration_us / MICROSECONDS:.3f} s of real time"
             outcome = f"{event.actions} actions" if event.status == "found" else event.reason
-            call.text = cut(f"{outcome}, {took}: {event.problem}", longest)
-            self._note_plan(event)
+            call.text = truncate(f"{outcome}, {duration_text}: {event.problem}", max_length)
+            self._record_plan_arguments(event)
 
-    def _note_plan(self, event: PlannerCall) -> None:
+    def _record_plan_arguments(self, event: PlannerCall) -> None:
         """Record the arguments of a plan's actions."""
         # planning features name the plan like the call
-        for number, step in enumerate(_STEP.findall(event.plan)[: self._limits.actions], start=1):
+        for number, step in enumerate(_PLAN_STEP.findall(event.plan)[: self._limits.actions], start=1):
             key = event.goal, event.call, str(number)
             if (event.env, key) not in self._assignments:
-                self._note_assignment(event.env, key, ActionAssignment(arguments=tuple(step.split()[1:])))
+                self._record_assignment(event.env, key, ActionAssignment(arguments=tuple(step.split()[1:])))

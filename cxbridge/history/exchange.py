@@ -1,8 +1,9 @@
 """The messages of a skill board in a recorded run, as exchanged between masters and executors.
 
-They have the form of the topic in the ROS 2 CLIPS Executive of 2021 (fawkesrobotics/ros2-clips-executive):
-one REQUEST for all executors, and an id in each message. The id in REQUEST is the master's, otherwise that of
-the executor that sends or receives the message.
+A master is a client that requests skills, and an executor executes them. The messages have the form of a
+topic in the ROS 2 CLIPS Executive of 2021 (fawkesrobotics/ros2-clips-executive): one REQUEST goes to all
+executors, and each message has the id of a node. In REQUEST the node is the master, in all other messages the
+executor.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from typing import Any, Final, NamedTuple, TypeAlias
 
 from cxbridge.events import Event, InterfaceMessage
 from cxbridge.history.model import Moment, SkillExecution
-from cxbridge.history.truncation import cut
+from cxbridge.history.truncation import truncate
 
 _BOARD: Final = "SkillBoardInterface::"
 _EXECUTOR: Final = "SkillExecutorInterface::"
@@ -24,7 +25,7 @@ MAPPED_ACTION: Final = "mapped_action"
 """The parameter with the mapped skill string of an action."""
 
 
-def agent_of(event: InterfaceMessage) -> str:
+def message_agent(event: InterfaceMessage) -> str:
     """Return the agent whose blackboard has a message; empty with a single agent."""
     return event.uid.partition("::")[2].rpartition("/")[0]
 
@@ -34,7 +35,7 @@ def _interface_id(event: InterfaceMessage) -> str:
     return event.uid.partition("::")[2].rpartition("/")[2]
 
 
-def is_exchanged(event: InterfaceMessage) -> bool:
+def is_board_message(event: InterfaceMessage) -> bool:
     """Return whether a message was exchanged between masters and executors."""
     return event.uid.startswith((_BOARD, _EXECUTOR))
 
@@ -67,14 +68,14 @@ class SkillMessage:
 
 
 class _Ticket(NamedTuple):
-    """A ticket of a skill board, with the agent's name before that of the board."""
+    """The identity of a request on a skill board. In a team, the name of the agent precedes the board."""
 
     board: str
     epoch: int
     master: int
 
 
-_MessageOfMaster: TypeAlias = tuple[SkillMessage, str]
+_MasterMessage: TypeAlias = tuple[SkillMessage, str]
 
 
 class Exchange:
@@ -85,40 +86,40 @@ class Exchange:
 
     def __init__(self) -> None:
         self._requests: dict[_Ticket, SkillMessage] = {}
-        self._open: set[_Ticket] = set()
-        self._early: dict[_Ticket, list[InterfaceMessage]] = {}
+        self._open_tickets: set[_Ticket] = set()
+        self._early_replies: dict[_Ticket, list[InterfaceMessage]] = {}
 
-    def read(self, events: Iterable[Event]) -> Iterator[_MessageOfMaster]:
+    def read(self, events: Iterable[Event]) -> Iterator[_MasterMessage]:
         """Yield each message with the name of its master."""
         for event in events:
             if isinstance(event, InterfaceMessage):
-                yield from self.take(event)
-        for ticket, early in self._early.items():
-            yield from (self._message(ticket, event) for event in early)
+                yield from self.read_message(event)
+        for ticket, early in self._early_replies.items():
+            yield from (self._make_message(ticket, event) for event in early)
 
-    def take(self, event: InterfaceMessage) -> Iterator[_MessageOfMaster]:
+    def read_message(self, event: InterfaceMessage) -> Iterator[_MasterMessage]:
         """Yield a message and the replies that waited for it; nothing before its request."""
-        ticket = None if event.outcome == _REFUSED else _ticket(event)
+        ticket = None if event.outcome == _REFUSED else _read_ticket(event)
         if ticket is None:
             return
         if event.message != _REQUEST:
             if ticket in self._requests:
-                yield self._message(ticket, event)
+                yield self._make_message(ticket, event)
             else:
-                self._early.setdefault(ticket, []).append(event)
-        elif ticket not in self._open:  # otherwise the same request to another executor
-            self._open.add(ticket)
-            self._requests[ticket] = _request_of(ticket, event, event.values)
-            yield self._message(ticket, event)
-            yield from (self._message(ticket, early) for early in self._early.pop(ticket, ()))
+                self._early_replies.setdefault(ticket, []).append(event)
+        elif ticket not in self._open_tickets:  # otherwise the same request to another executor
+            self._open_tickets.add(ticket)
+            self._requests[ticket] = _make_request(ticket, event, event.values)
+            yield self._make_message(ticket, event)
+            yield from (self._make_message(ticket, early) for early in self._early_replies.pop(ticket, ()))
 
-    def _message(self, ticket: _Ticket, event: InterfaceMessage) -> _MessageOfMaster:
+    def _make_message(self, ticket: _Ticket, event: InterfaceMessage) -> _MasterMessage:
         values, kind = event.values, event.message.removesuffix("Message").upper()
-        # the master asks again after a refused confirmation: that request is a new one
-        if kind == "CONFIRM" or (kind == "FINISH" and _outcome(values) == "REFUSED"):
-            self._open.discard(ticket)
-        # a reply without its request: the recording began later, or left the request out
-        request = self._requests.get(ticket) or _request_of(ticket, event, {})
+        # after a refused confirmation the master asks again, and that request is a new message
+        if kind == "CONFIRM" or (kind == "FINISH" and _outcome_name(values) == "REFUSED"):
+            self._open_tickets.discard(ticket)
+        # a reply may lack its request: the recording began later, or left the request out
+        request = self._requests.get(ticket) or _make_request(ticket, event, {})
         executor = str(values.get("executor", "")) or _interface_id(event)
         node = request.node_id if event.message == _REQUEST else executor
         message = replace(
@@ -127,7 +128,7 @@ class Exchange:
         return message, request.node_id
 
 
-def _ticket(event: InterfaceMessage) -> _Ticket | None:
+def _read_ticket(event: InterfaceMessage) -> _Ticket | None:
     """Return the ticket of a message, or None if it does not belong to a skill board."""
     if event.uid.startswith(_BOARD):
         board = _interface_id(event)
@@ -135,10 +136,10 @@ def _ticket(event: InterfaceMessage) -> _Ticket | None:
         board = str(event.values.get("board", ""))
     else:
         return None
-    if agent := agent_of(event):
+    if agent := message_agent(event):
         board = f"{agent}/{board}"
     epoch, master = (event.values.get(name, 0) for name in ("epoch", "master"))
-    # a recording may contain any value
+    # values may have any type: a recording may come from another program
     return _Ticket(board, epoch if isinstance(epoch, int) else 0, master if isinstance(master, int) else 0)
 
 
@@ -147,7 +148,7 @@ def _fallback_name(ticket: _Ticket) -> str:
     return f"{ticket.board}-{ticket.master}"
 
 
-def _request_of(ticket: _Ticket, event: InterfaceMessage, values: Mapping[str, Any]) -> SkillMessage:
+def _make_request(ticket: _Ticket, event: InterfaceMessage, values: Mapping[str, Any]) -> SkillMessage:
     """Return the REQUEST of a ticket.
 
     :param values: the values of the recorded message; empty if it was not recorded.
@@ -170,22 +171,22 @@ def _request_of(ticket: _Ticket, event: InterfaceMessage, values: Mapping[str, A
 def _report_fields(kind: str, values: Any) -> dict[str, Any]:
     """Return status, success and progress of a message."""
     if kind == "FEEDBACK":
-        return {"status": str(values.get("text", "")), "progress": progress_of(values)}
+        return {"status": str(values.get("text", "")), "progress": read_progress(values)}
     if kind != "FINISH":
         return {}
-    outcome, error = _outcome(values), str(values.get("error", ""))
+    outcome, error = _outcome_name(values), str(values.get("error", ""))
     success = outcome == "SUCCEEDED"
     text = values.get("text", "") if success else error or outcome
-    return {"status": str(text), "success": success, "progress": progress_of(values)}
+    return {"status": str(text), "success": success, "progress": read_progress(values)}
 
 
-def progress_of(values: Any) -> float:
+def read_progress(values: Any) -> float:
     """Return the progress of a message, 0 if the value is not a number."""
     value = values.get("progress", 0.0)
     return float(value) if isinstance(value, int | float) else 0.0
 
 
-def _outcome(values: Any) -> str:
+def _outcome_name(values: Any) -> str:
     """Return the outcome of a FINISH by name."""
     # a running program has an enum item, a recording its name
     value = values.get("outcome", "")
@@ -219,13 +220,13 @@ class BoardExecutions:
         self._running: dict[tuple[str, str], _RunningCall] = {}
         self.calls: list[SkillExecution] = []
         """The calls in the order of their start."""
-        self.lost = 0
+        self.omitted_count = 0
         """The number of calls beyond the limit."""
 
-    def take(self, event: InterfaceMessage, position: Moment) -> None:
+    def record_message(self, event: InterfaceMessage, position: Moment) -> None:
         """Process a message of a run."""
-        env = agent_of(event)
-        for message, _master in self._exchange.take(event):
+        env = message_agent(event)
+        for message, _master in self._exchange.read_message(event):
             key = env, message.node_id
             if message.type == "CONFIRM":
                 self._start_call(message, env, event.msgid, position)
@@ -235,7 +236,7 @@ class BoardExecutions:
                 call, summary, count = self._running[key]
                 self._running[key] = _RunningCall(call, summary, count + 1)
                 report = f"{message.progress:.0%} {message.status}".rstrip()
-                call.skill_string = cut(f"{summary}: {count + 1} times feedback, the last: {report}")
+                call.skill_string = truncate(f"{summary}: {count + 1} times feedback, the last: {report}")
             elif message.type == "FINISH":
                 call = self._running.pop(key).call
                 call.end = position
@@ -245,7 +246,7 @@ class BoardExecutions:
     def _start_call(self, message: SkillMessage, env: str, msgid: int, position: Moment) -> None:
         summary = f"{' '.join((message.action, *message.params))} of {message.agent_id or 'no agent'}"
         call = SkillExecution(
-            env, message.node_id, cut(summary), msgid, position, None, _RUNNING, request=message.request
+            env, message.node_id, truncate(summary), msgid, position, None, _RUNNING, request=message.request
         )
         former = self._running.get((env, message.node_id))
         if former is not None:  # the executor restarted, or the reply was lost
@@ -254,4 +255,4 @@ class BoardExecutions:
         if len(self.calls) < self._limit:
             self.calls.append(call)
         else:
-            self.lost += 1
+            self.omitted_count += 1

@@ -1,8 +1,8 @@
-"""Why goals fail or are rejected, in one line each, during a run.
+"""Finds why a goal has failed or was rejected during a run, in one line.
 
-A reason costs little enough for each failed goal: a failed plan-action or sub-goal is remembered when its
-event comes, and facts are read only for the text of an error. ``cxbridge why`` of cxbridge-studio explains in
-full.
+The reasons must be cheap, because each failed goal needs one: the events of failed plan-actions and sub-goals
+are remembered, and facts are read only for the text of an error. ``cxbridge why`` of cxbridge-studio gives
+the full explanation.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from cxbridge.history.outcome import ENDED_MODES
 from cxbridge.history.tree import goal_title
 
 REASON_TYPES: Final = (GoalTransition, PlanActionTransition)
-"""The types of events to process."""
+"""The types of events for :meth:`FailureReasons.record_event`."""
 
 MAX_LOOKUPS: Final = 100
 """The maximal number of lookups of facts in a run, as each iterates over all facts of a deftemplate."""
@@ -35,16 +35,16 @@ FactSlots = Callable[[str], Iterable[Mapping[str, object]]]
 class FailureReasons:
     """The latest failures below each goal of an environment.
 
-    :param slots_of: reads facts; called while an event of this environment is processed.
+    :param read_slots: reads facts; called while an event of this environment is processed.
     """
 
-    def __init__(self, slots_of: FactSlots) -> None:
-        self._slots_of = slots_of
+    def __init__(self, read_slots: FactSlots) -> None:
+        self._read_slots = read_slots
         self._lookups_left = MAX_LOOKUPS
         self._actions: dict[str, PlanActionTransition] = {}  # by goal
         self._sub_goals: dict[str, dict[str, GoalTransition]] = {}  # by parent, then by goal
 
-    def take(self, event: Event) -> None:
+    def record_event(self, event: Event) -> None:
         """Remember a failed goal or action."""
         if isinstance(event, PlanActionTransition):
             if event.state in _FAILED_STATES:
@@ -60,7 +60,7 @@ class FailureReasons:
                 self._actions.pop(event.goal, None)
                 self._sub_goals.pop(event.goal, None)
 
-    def reason(self, goal: GoalTransition) -> str:
+    def failure_reason(self, goal: GoalTransition) -> str:
         """Return why a goal that just ended has failed, or an empty text."""
         if goal.outcome not in _FAILURE_OUTCOMES:
             return ""
@@ -77,13 +77,13 @@ class FailureReasons:
             return f"sub-goal {goal_title(child.goal, child.goal_class)} {child.outcome.lower()}"
         # the message is written for users, the error is a symbol for rules
         message = (
-            str(self._slots_of_last_fact("goal", {"id": goal.goal}).get("message", "")) if goal.error else ""
+            str(self._last_fact_slots("goal", {"id": goal.goal}).get("message", "")) if goal.error else ""
         )
         return message or goal.error
 
     def _action_text(self, action: PlanActionTransition) -> str:
         """Return a failed action with its arguments and error, as far as its fact has them."""
-        slots = self._slots_of_last_fact(
+        slots = self._last_fact_slots(
             "plan-action", {"goal-id": action.goal, "plan-id": action.plan, "id": action.action_id}
         )
         values = slots.get("param-values")
@@ -92,16 +92,16 @@ class FailureReasons:
         call = " ".join((action.action, *map(str, arguments)))
         return f"action {call} failed{f': {text}' if text else ''}"
 
-    def _slots_of_last_fact(self, template: str, key: Mapping[str, str]) -> Mapping[str, object]:
+    def _last_fact_slots(self, template: str, key: Mapping[str, str]) -> Mapping[str, object]:
         """Return the slots of the last fact with the key; empty without one, or after too many lookups."""
         if self._lookups_left <= 0:
             return {}
         self._lookups_left -= 1
-        last: Mapping[str, object] = {}
-        for slots in self._slots_of(template):
+        last_slots: Mapping[str, object] = {}
+        for slots in self._read_slots(template):
             if all(str(slots.get(slot)) == value for slot, value in key.items()):
-                last = slots
-        return last
+                last_slots = slots
+        return last_slots
 
 
 def forget_oldest(table: dict[str, Value]) -> None:

@@ -53,7 +53,7 @@ class Forest(Generic[Key]):
             while goal is not None and goal not in settled and goal not in path:
                 path[goal] = None
                 goal = self.parents[goal]
-            # a ring: from its first goal on, the path leads back to it
+            # the path has reached one of its own goals: from that goal on it is a ring
             if goal in path:
                 ring_path = list(path)
                 self.parents[min(ring_path[ring_path.index(goal) :], key=rank.__getitem__)] = None
@@ -70,7 +70,7 @@ class Forest(Generic[Key]):
             yield goal, depth
             stack += [(child, depth + 1) for child in reversed(self.children.get(goal, []))]
 
-    def with_ancestors(self, goals: Iterable[Key]) -> set[Key]:
+    def goals_with_ancestors(self, goals: Iterable[Key]) -> set[Key]:
         """Return the goals and all their ancestors."""
         result: set[Key] = set()
         for goal in goals:

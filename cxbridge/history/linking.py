@@ -1,7 +1,7 @@
 """Pairs plan-actions with the skills that executed them.
 
-The executive records the message by which it sent a plan-action. Fawkes' logs without facts and files of
-older versions do not have it; only for them the pairs are guessed.
+The executive records the message by which it sent a plan-action. Logs of Fawkes without facts, and recordings
+of older versions of cxbridge, lack the message; only for them the pairs are guessed.
 
 An action changes from WAITING to RUNNING when the executive sees the skill run, and ends when it sees the
 skill end. Candidates are therefore the actions that waited at the start of a skill and were RUNNING before
@@ -24,7 +24,7 @@ from cxbridge.history.builder import RunHistory
 from cxbridge.history.model import Moment, PlanActionRecord, SkillExecution
 from cxbridge.history.transitions import NOT_SENT
 
-_NAME_ENDS = re.compile(r"[\s({]")
+_SKILL_NAME_END = re.compile(r"[\s({]")
 
 WAITING = frozenset({"PENDING", "WAITING"})
 RUNNING = "RUNNING"
@@ -40,37 +40,37 @@ The executive sees the end of a skill only when it reads the Skiller.
 class SkillLink:
     """A plan-action and its skill.
 
-    :param ordered: seq and time of the change after which the action waited for the skill.
-    :param guessed: whether the pair was guessed.
+    :param ordered_at: the change after which the action waited for the skill.
+    :param is_guessed: whether the pair was guessed.
     """
 
     action: PlanActionRecord
     call: SkillExecution
-    ordered: Moment
-    guessed: bool = False
+    ordered_at: Moment
+    is_guessed: bool = False
 
     @property
     def word(self) -> str:
         """``probably`` and a blank if the pair was guessed, otherwise empty."""
-        return "probably " if self.guessed else ""
+        return "probably " if self.is_guessed else ""
 
 
 @dataclass(frozen=True, slots=True)
 class _Wait:
     """The waiting and running of an action.
 
-    :param ordered: seq and time of the last state before RUNNING.
+    :param ordered_at: the change to the last state before RUNNING.
     :param running_seq: the seq of RUNNING.
     :param end_us: the time of the end of RUNNING, if it was recorded.
     """
 
     action: PlanActionRecord
-    ordered: Moment
+    ordered_at: Moment
     running_seq: int
     end_us: int | None
 
 
-def links(history: RunHistory) -> list[SkillLink]:
+def find_skill_links(history: RunHistory) -> list[SkillLink]:
     """Return the pairs of actions and skills in order."""
     # whether messages are recorded is decided per agent
     envs_with_messages = {action.env for action in history.actions if action.sent}
@@ -80,10 +80,11 @@ def links(history: RunHistory) -> list[SkillLink]:
 
 def _recorded_links(history: RunHistory) -> Iterator[SkillLink]:
     """Yield the recorded pairs."""
-    # message ids are reused, so the last earlier call counts, unless it precedes the sending
+    # message ids are reused: the last call before the transition counts, unless the action was not yet sent
+    # then
     calls: dict[tuple[str, str], list[SkillExecution]] = {}
     for call in history.calls:
-        calls.setdefault(call.sent_as, []).append(call)
+        calls.setdefault(call.call_key, []).append(call)
     for action in history.actions:
         for seq, skiller, number in action.sent:
             candidates = [
@@ -112,17 +113,19 @@ def _guessed_links(history: RunHistory, envs_with_messages: Collection[str]) -> 
 
     :param envs_with_messages: the environments whose messages are recorded.
     """
-    waits = [wait for wait in _waits(history) if wait.action.env not in envs_with_messages]
+    waits = [wait for wait in _find_waits(history) if wait.action.env not in envs_with_messages]
     waits.sort(key=lambda wait: wait.running_seq)
     running_seqs = [wait.running_seq for wait in waits]
     skillers = {call.skiller for call in history.calls}
     paired: set[tuple[int, int]] = set()
     for call in history.calls if waits else ():
-        limit = call.end.seq if call.end is not None else history.events
+        limit_seq = call.end.seq if call.end is not None else history.event_count
         candidates = [
             wait
-            for wait in waits[bisect_right(running_seqs, call.begin.seq) : bisect_right(running_seqs, limit)]
-            if wait.ordered.seq < call.begin.seq
+            for wait in waits[
+                bisect_right(running_seqs, call.begin.seq) : bisect_right(running_seqs, limit_seq)
+            ]
+            if wait.ordered_at.seq < call.begin.seq
             and call.env in ("", wait.action.env)
             # a name that is not a Skiller's proves nothing: it may be a robot's, if one Skiller serves all
             # robots
@@ -135,10 +138,10 @@ def _guessed_links(history: RunHistory, envs_with_messages: Collection[str]) -> 
         if candidates:
             wait = min(candidates, key=partial(_unlikeliness, call, history.end))
             paired.add((wait.action.number, wait.running_seq))
-            yield SkillLink(wait.action, call, wait.ordered, guessed=True)
+            yield SkillLink(wait.action, call, wait.ordered_at, is_guessed=True)
 
 
-def _waits(history: RunHistory) -> Iterator[_Wait]:
+def _find_waits(history: RunHistory) -> Iterator[_Wait]:
     """Yield the waiting of actions for skills."""
     for action in history.actions:
         changes = action.changes
@@ -157,11 +160,11 @@ def _unlikeliness(call: SkillExecution, end: int, wait: _Wait) -> tuple[int, int
     """Return the rank of a candidate; the lowest is the most likely."""
     end_us = call.end.time if call.end is not None else end
     gap = abs((end if wait.end_us is None else wait.end_us) - end_us)
-    count = wait.action.assignment.count_in(call.skill_string)
+    count = wait.action.assignment.count_arguments_in(call.skill_string)
     # tuples compare in this order, and False precedes True
-    return -count, gap // SAME_US, wait.action.name != _skill_name(call.skill_string), wait.ordered.seq
+    return -count, gap // SAME_US, wait.action.name != _skill_name(call.skill_string), wait.ordered_at.seq
 
 
 def _skill_name(skill_string: str) -> str:
     """Return the name of the skill that a skill string calls, or that an executor executes."""
-    return _NAME_ENDS.split(skill_string, maxsplit=1)[0]
+    return _SKILL_NAME_END.split(skill_string, maxsplit=1)[0]

@@ -25,7 +25,7 @@ DONE_STATES: Final = ("FINAL", "FAILED")
 PLAN_ACTION: Final = "plan-action"
 """The deftemplate of plan-actions."""
 
-_FIELD = re.compile(r'"[^"]*"|[^\s"]+')
+_PRINTED_FIELD = re.compile(r'"[^"]*"|[^\s"]+')
 _SKILL_STRING_WORD = re.compile(r"[^\s{}()=,\"']+")
 
 ActionKey = tuple[str, str, str]
@@ -77,11 +77,11 @@ class SentCall(NamedTuple):
 
 @dataclass(slots=True, eq=False)
 class GoalRecord:
-    """A life of a goal: at least one change, and the plan-actions after it.
+    """A life of a goal, from its formulation on: at least one change, and the plan-actions of the goal.
 
     :param number: the index of the goal in :attr:`~cxbridge.history.builder.RunHistory.goals`.
     :param life: the number of the life, from 1, because the id of a retracted goal may be reused.
-    :param replaced: the seq at which the next life starts, if any.
+    :param replaced_seq: the seq at which the next life starts, if any.
     """
 
     number: int
@@ -92,7 +92,7 @@ class GoalRecord:
     changes: list[GoalChange] = field(default_factory=list)
     actions: list[PlanActionRecord] = field(default_factory=list, repr=False)
     life: int = 1
-    replaced: int | None = None
+    replaced_seq: int | None = None
 
     @property
     def name(self) -> str:
@@ -101,9 +101,9 @@ class GoalRecord:
 
     @property
     def last_actions(self) -> list[PlanActionRecord]:
-        """The plan-actions since the goal was last formulated, as it may be tried again with another plan."""
-        since = max((change.seq for change in self.changes if change.mode == "FORMULATED"), default=0)
-        return [action for action in self.actions if action.changes[-1].seq >= since]
+        """The plan-actions since the last formulation: a goal may be tried again with another plan."""
+        since_seq = max((change.seq for change in self.changes if change.mode == "FORMULATED"), default=0)
+        return [action for action in self.actions if action.changes[-1].seq >= since_seq]
 
     @property
     def parent(self) -> str:
@@ -156,8 +156,8 @@ class GoalRecord:
         return end
 
     @property
-    def former_ends(self) -> list[GoalChange]:
-        """The changes that set earlier outcomes, as a goal may be formulated again."""
+    def former_end_changes(self) -> list[GoalChange]:
+        """The changes that set earlier outcomes: a goal may be formulated again."""
         last = self.end_change
         return [change for change in self.changes if change.mode == "FINISHED" and change is not last]
 
@@ -178,24 +178,26 @@ class ActionAssignment:
     skiller: str = ""
     arguments: tuple[str, ...] = ()
 
-    def count_in(self, skill_string: str) -> int:
+    def count_arguments_in(self, skill_string: str) -> int:
         """Return the number of arguments that a skill string contains."""
         words = set(_SKILL_STRING_WORD.findall(skill_string))
         return sum(value in words for value in self.arguments)
 
 
-def assignment_of(slots: Mapping[str, str]) -> tuple[ActionKey, ActionAssignment]:
+def read_assignment(slots: Mapping[str, str]) -> tuple[ActionKey, ActionAssignment]:
     """Return the key of a plan-action's fact, and its assignment.
 
     :param slots: the slots of the fact, as CLIPS prints their values.
     """
     key = slots.get("goal-id", ""), slots.get("plan-id", ""), slots.get("id", "")
-    return key, ActionAssignment(unquote(slots.get("skiller", "")), fields_of(slots.get("param-values", "")))
+    return key, ActionAssignment(
+        unquote(slots.get("skiller", "")), split_fields(slots.get("param-values", ""))
+    )
 
 
-def fields_of(text: str) -> tuple[str, ...]:
+def split_fields(text: str) -> tuple[str, ...]:
     """Return the fields of a printed multislot, strings without quotes."""
-    return tuple(unquote(word) for word in _FIELD.findall(text))
+    return tuple(unquote(word) for word in _PRINTED_FIELD.findall(text))
 
 
 @dataclass(slots=True, eq=False)
@@ -206,8 +208,8 @@ class PlanActionRecord:
     :param goal: the id of its goal.
     :param plan: the id of its plan.
     :param assignment: updated by the last fact of the action.
-    :param sent: the messages that sent it, empty if they are not recorded.
-    :param params: the parameters in its first event, as its ids may be reused.
+    :param sent: the messages that sent the plan-action, empty if they are not recorded.
+    :param params: the parameters in the first event; other parameters show that the ids are reused.
     """
 
     number: int
@@ -258,7 +260,7 @@ class SkillExecution:
     request: str = ""
 
     @property
-    def sent_as(self) -> tuple[str, str]:
+    def call_key(self) -> tuple[str, str]:
         """The Skiller and call of the :class:`SentCall` that names this execution."""
         return ("", self.request) if self.request else (self.skiller, str(self.msgid))
 
@@ -284,22 +286,22 @@ def goal_forest(goals: Sequence[GoalRecord]) -> Forest[int]:
     lives: dict[tuple[str, str], list[GoalRecord]] = {}
     for goal in goals:
         lives.setdefault((goal.env, goal.id), []).append(goal)
-    return Forest({goal.number: _parent_of(goal, lives) for goal in goals})
+    return Forest({goal.number: _parent_number(goal, lives) for goal in goals})
 
 
-def _parent_of(goal: GoalRecord, lives: Mapping[tuple[str, str], Sequence[GoalRecord]]) -> int | None:
+def _parent_number(goal: GoalRecord, lives: Mapping[tuple[str, str], Sequence[GoalRecord]]) -> int | None:
     """Return the number of the parent, the life of its id that existed at the time."""
     parent = parent_id(goal.parent)
     parents = () if parent is None else lives.get((goal.env, parent), ())
-    *_, since = (
+    *_, since_seq = (
         change.seq for change in takewhile(lambda change: change.parent == goal.parent, goal.changes[::-1])
     )
     # a goal may name its parent before the parent is formulated: the slot then means the first life
-    earlier = [life for life in parents if life.changes[0].seq <= since]
-    return earlier[-1].number if earlier else parents[0].number if parents else None
+    earlier_lives = [life for life in parents if life.changes[0].seq <= since_seq]
+    return earlier_lives[-1].number if earlier_lives else parents[0].number if parents else None
 
 
-def goals_named(goals: Sequence[GoalRecord], name: str) -> list[GoalRecord]:
+def find_goals(goals: Sequence[GoalRecord], name: str) -> list[GoalRecord]:
     """Return the goals that a name denotes, in order.
 
     :param name: an id, which may have several lives; ``ID#2``, one of the lives; a class; ``CLASS#2``, one of
@@ -307,17 +309,17 @@ def goals_named(goals: Sequence[GoalRecord], name: str) -> list[GoalRecord]:
     """
     # an id may contain `#2` itself, so a complete id or class takes precedence
     stem, _, digits = name.rpartition("#")
-    for of_name, of_stem in (
+    for named_goals, numbered_goals in (
         ([goal for goal in goals if goal.id == name], [goal for goal in goals if goal.id == stem]),
         (
             [goal for goal in goals if goal.goal_class == name],
             [goal for goal in goals if goal.goal_class == stem],
         ),
     ):
-        if of_name:
-            return of_name
-        if of_stem and digits.isdecimal():
-            return of_stem[max(0, int(digits) - 1) : int(digits)]
+        if named_goals:
+            return named_goals
+        if numbered_goals and digits.isdecimal():
+            return numbered_goals[max(0, int(digits) - 1) : int(digits)]
     return [goal for goal in goals if goal.id.startswith(name)]
 
 

@@ -79,7 +79,7 @@ def skill_outcome(status: str) -> OutcomeKind:
     return _SKILL_OUTCOMES.get(status, OutcomeKind.FORMULATED)
 
 
-def plain_outcomes() -> dict[str, Any]:
+def outcomes_as_json() -> dict[str, Any]:
     """Return the outcomes and their states for pages, as JSON values."""
     states = {"goal": _GOAL_OUTCOMES, "action": _ACTION_OUTCOMES, "skill": _SKILL_OUTCOMES}
     return {

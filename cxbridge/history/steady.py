@@ -1,11 +1,11 @@
-"""Times of a run that never decrease."""
+"""Conversion of the times of events into times that never decrease, even if the clock is set back."""
 
 from __future__ import annotations
 
 from cxbridge.clock import MICROSECONDS
 
-STEP_US = MICROSECONDS
-"""A larger step back means that the clock was set; a smaller one, that events overtook each other."""
+MIN_SETBACK_US = MICROSECONDS
+"""A larger step back means that the clock was set back, a smaller step that events overtook each other."""
 
 
 class SteadyClock:
@@ -22,11 +22,11 @@ class SteadyClock:
         """The time of the last event."""
         self.first_us = start_us
         """The clock at the start of the run."""
-        self.steps: list[tuple[int, int]] = []
+        self.setbacks: list[tuple[int, int]] = []
         """The times, on this clock, at which the clock was set back, and by how many microseconds."""
         self._offset = start_us or 0
 
-    def at(self, time_us: int) -> int:
+    def advance_to(self, time_us: int) -> int:
         """Return the time of the next event, in microseconds since the start of the run.
 
         :param time_us: the time of the event on the clock of the run.
@@ -34,20 +34,20 @@ class SteadyClock:
         if self.first_us is None:
             self.first_us = self._offset = time_us
         since_us = time_us - self._offset
-        if since_us < self.now_us - STEP_US:
-            self.steps.append((self.now_us, self.now_us - since_us))
+        if since_us < self.now_us - MIN_SETBACK_US:
+            self.setbacks.append((self.now_us, self.now_us - since_us))
             self._offset = time_us - self.now_us
         elif since_us > self.now_us:
             self.now_us = since_us
         return self.now_us
 
-    def notes(self) -> list[str]:
+    def describe_setbacks(self) -> list[str]:
         """Return warnings about the times for the user."""
-        if not self.steps:
+        if not self.setbacks:
             return []
-        at_us, back_us = self.steps[0]
+        at_us, back_us = self.setbacks[0]
         text = (
             f"The clock was set back by {back_us / MICROSECONDS:.3f} s at {at_us / MICROSECONDS:.3f} s; "
             "times go on from there as if it had not been."
         )
-        return [text if len(self.steps) == 1 else f"{text} It was set back {len(self.steps)} times."]
+        return [text if len(self.setbacks) == 1 else f"{text} It was set back {len(self.setbacks)} times."]

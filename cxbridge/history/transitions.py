@@ -39,7 +39,7 @@ CALL_TEMPLATES: Final[Mapping[str, tuple[str, ...]]] = {
 }
 """The deftemplates, with the slots, of messages that sent plan-actions to a Skiller or skill board."""
 
-FORGETFUL_TEMPLATES: Final[Mapping[str, tuple[str, ...]]] = {
+RELEASING_TEMPLATES: Final[Mapping[str, tuple[str, ...]]] = {
     "goal": ("id",),
     "plan-action": ("goal-id", "plan-id", "id"),
 }
@@ -67,21 +67,24 @@ _STATE_SLOTS: Final = ("mode", "outcome", "parent", "error")
 
 
 class _Memory(Generic[Key, State]):
-    """The last state of each goal or plan-action, by the key in its fact."""
+    """The last state of each goal or plan-action, by the key in its fact.
 
-    # states of retracted facts are kept for a while, because a modified fact is retracted and asserted
+    The states of retracted facts are kept for a while, because CLIPS modifies a fact by retracting the fact
+    and asserting a new one.
+    """
+
     def __init__(self) -> None:
         self._states: dict[Key, State] = {}
-        self._retired: dict[Key, bool] = {}
+        self._retired_keys: dict[Key, bool] = {}
         self.is_first = False
         """Whether the last key had no fact before, or only a finally retracted one."""
 
     def __len__(self) -> int:
-        return len(self._states) + len(self._retired)
+        return len(self._states) + len(self._retired_keys)
 
     def update(self, key: Key, state: State) -> bool:
         """Set the state of an asserted fact; return whether the state has changed."""
-        self.is_first = self._retired.pop(key, False) or key not in self._states
+        self.is_first = self._retired_keys.pop(key, False) or key not in self._states
         if self._states.get(key) == state:
             return False
         self._states[key] = state
@@ -93,11 +96,11 @@ class _Memory(Generic[Key, State]):
         :param is_final: whether the fact is not asserted again with other slots.
         """
         if key in self._states:
-            self._retired.pop(key, None)
-            self._retired[key] = is_final
-            if len(self._retired) > MAX_RETIRED:
-                oldest = next(iter(self._retired))
-                del self._retired[oldest], self._states[oldest]
+            self._retired_keys.pop(key, None)
+            self._retired_keys[key] = is_final
+            if len(self._retired_keys) > MAX_RETIRED:
+                oldest = next(iter(self._retired_keys))
+                del self._retired_keys[oldest], self._states[oldest]
 
 
 class TransitionTracker:
@@ -121,34 +124,34 @@ class TransitionTracker:
         """Return the number of entries in the tables, which the numbers of facts limit."""
         return len(self._goals) + len(self._actions)
 
-    def fact(self, time_us: int, template: str, slots: Mapping[str, str]) -> Transition | None:
+    def track_assertion(self, time_us: int, template: str, slots: Mapping[str, str]) -> Transition | None:
         """Return the transition that the assertion of a fact causes, or None.
 
         :param time_us: the run's clock.
         """
         try:
             if template == "goal":
-                return self.goal(time_us, slots)
+                return self.track_goal(time_us, slots)
             if template == "plan-action":
-                return self.plan_action(time_us, slots)
+                return self.track_plan_action(time_us, slots)
             if template == "SkillerInterface":
-                return self.skiller(time_us, slots)
+                return self.read_skiller_status(time_us, slots)
             if template == "skill":
                 _store_newest(
-                    self._skills, (slots["id"], _skiller_of(slots)), slots.get("msgid", slots["id"])
+                    self._skills, (slots["id"], _skiller_id(slots)), slots.get("msgid", slots["id"])
                 )
             elif template == "skill-action-execinfo":
-                skiller = _skiller_of(slots)
+                skiller = _skiller_id(slots)
                 call = self._skills.get((slots["skill-id"], skiller), "0")
                 # an action that was not sent has no message
-                _store_newest(self._calls, _sent_key(slots), ("", "") if call == "0" else (skiller, call))
+                _store_newest(self._calls, _call_key(slots), ("", "") if call == "0" else (skiller, call))
             elif template == "skill-board-call":
-                _store_newest(self._calls, _sent_key(slots), ("", slots["id"]))
+                _store_newest(self._calls, _call_key(slots), ("", slots["id"]))
         except (KeyError, ValueError):
             return None
         return None
 
-    def change(self, event: FactChange) -> Transition | None:
+    def track_change(self, event: FactChange) -> Transition | None:
         """Return the transition that a printed change of a fact causes, or None.
 
         :raises FactSyntaxError: if the fact of a goal, plan-action or Skiller cannot be parsed.
@@ -157,23 +160,23 @@ class TransitionTracker:
         if event.asserted and event.template in TRACKED_TEMPLATES:
             slots = parse_fact(event.text)[1]
             if former_id and (event.template != "goal" or slots.get("id") != former_id):
-                # not a modify, which would assert the same fact at once
+                # not a `modify`, which would assert a fact of the same goal next
                 self._goals.retire(former_id, is_final=True)
-            return self.fact(event.time_us, event.template, slots)
+            return self.track_assertion(event.time_us, event.template, slots)
         if former_id:
             self._goals.retire(former_id, is_final=True)
         if event.asserted and event.template in CALL_TEMPLATES:
             # facts of the calls only add the link to a message; an invalid one adds none
             with suppress(FactSyntaxError):
-                self.fact(event.time_us, *parse_fact(event.text))
-        elif not event.asserted and event.template in FORGETFUL_TEMPLATES:
+                self.track_assertion(event.time_us, *parse_fact(event.text))
+        elif not event.asserted and event.template in RELEASING_TEMPLATES:
             slots = parse_fact(event.text)[1]
-            self.retracted(event.template, slots)
+            self.record_retraction(event.template, slots)
             self._last_retracted = slots.get("id", "") if event.template == "goal" else ""
         return None
 
-    def retracted(self, template: str, slots: Mapping[str, str], *, is_final: bool = False) -> None:
-        """Record the retraction of a fact of `FORGETFUL_TEMPLATES`, whose state is dropped later.
+    def record_retraction(self, template: str, slots: Mapping[str, str], *, is_final: bool = False) -> None:
+        """Record the retraction of a fact of `RELEASING_TEMPLATES`, whose state is dropped later.
 
         :param is_final: whether no ``modify`` asserts the fact again with other slots.
         """
@@ -182,10 +185,10 @@ class TransitionTracker:
                 self._goals.retire(slots["id"], is_final=is_final)
             elif template == "plan-action":
                 self._actions.retire(_action_key(slots))
-        except KeyError:
+        except KeyError:  # a foreign deftemplate, see above
             return
 
-    def goal(self, time_us: int, slots: Mapping[str, str]) -> GoalTransition | None:
+    def track_goal(self, time_us: int, slots: Mapping[str, str]) -> GoalTransition | None:
         """Return a transition if mode, outcome, parent or error of the goal changed.
 
         :raises KeyError: if a slot is missing.
@@ -206,10 +209,10 @@ class TransitionTracker:
             mode=mode,
             outcome=outcome,
             error=error,
-            params=_detail(slots, "params"),
-            meta=_detail(slots, "meta"),
+            params=_slot_in_parentheses(slots, "params"),
+            meta=_slot_in_parentheses(slots, "meta"),
             priority=slots.get("priority", ""),
-            resources=_detail(slots, "required-resources"),
+            resources=_slot_in_parentheses(slots, "required-resources"),
             # a rule may retract a goal and assert it in its next mode, without making a new goal
             is_new=is_first and mode == "FORMULATED" and goal != NO_PARENT,
             slots={
@@ -219,7 +222,7 @@ class TransitionTracker:
             },
         )
 
-    def plan_action(self, time_us: int, slots: Mapping[str, str]) -> PlanActionTransition | None:
+    def track_plan_action(self, time_us: int, slots: Mapping[str, str]) -> PlanActionTransition | None:
         """Return a transition if the state of the plan-action changed.
 
         :raises KeyError: if a slot is missing.
@@ -239,12 +242,12 @@ class TransitionTracker:
             plan=key[1],
             action=action,
             state=state,
-            params=_detail(slots, "param-values"),
+            params=_slot_in_parentheses(slots, "param-values"),
             skiller=skiller,
             call=call,
         )
 
-    def skiller(self, time_us: int, slots: Mapping[str, str]) -> SkillStatus:
+    def read_skiller_status(self, time_us: int, slots: Mapping[str, str]) -> SkillStatus:
         """Return the status in a SkillerInterface fact.
 
         :raises KeyError: if a slot is missing.
@@ -268,12 +271,12 @@ def _store_newest(table: dict[Key, State], key: Key, value: State) -> None:
         del table[next(iter(table))]
 
 
-def _skiller_of(slots: Mapping[str, str]) -> str:
+def _skiller_id(slots: Mapping[str, str]) -> str:
     """Return the id of the Skiller in a fact, empty if a skill board takes the calls."""
     return unquote(slots.get("skiller", ""))
 
 
-def _sent_key(slots: Mapping[str, str]) -> tuple[str, str, str]:
+def _call_key(slots: Mapping[str, str]) -> tuple[str, str, str]:
     return slots["goal-id"], slots["plan-id"], slots["action-id"]
 
 
@@ -281,7 +284,7 @@ def _action_key(slots: Mapping[str, str]) -> tuple[str, str, str]:
     return slots["goal-id"], slots["plan-id"], slots["id"]
 
 
-def _detail(slots: Mapping[str, str], name: str) -> str:
+def _slot_in_parentheses(slots: Mapping[str, str], name: str) -> str:
     """Return a slot in parentheses, empty if the deftemplate lacks it."""
     value = slots.get(name)
     return "" if value is None else f"({value})"

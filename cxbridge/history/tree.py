@@ -13,7 +13,7 @@ Key = TypeVar("Key", bound=Hashable)
 
 
 class TreeGoal(Protocol):
-    """The slots of a goal."""
+    """The slots of a goal that a line of a tree shows."""
 
     @property
     def goal_class(self) -> str: ...
@@ -68,7 +68,7 @@ def goal_title(goal: str, goal_class: str) -> str:
     return f"{goal} ({goal_class})"
 
 
-def plain_goal(goal: NamedGoal) -> dict[str, str]:
+def goal_as_json(goal: NamedGoal) -> dict[str, str]:
     """Return a goal as an object for JSON."""
     return {
         "id": goal.goal,
@@ -80,35 +80,37 @@ def plain_goal(goal: NamedGoal) -> dict[str, str]:
     }
 
 
-def goal_line(branch: str, name: str, goal: TreeGoal, *, modes: bool = False) -> GoalLine:
+def goal_line(branch: str, name: str, goal: TreeGoal, *, show_modes: bool = False) -> GoalLine:
     """Return a goal as a line of a tree.
 
-    :param modes: whether to show the mode also next to an outcome.
+    :param show_modes: whether to show the mode also next to an outcome.
     """
     has_outcome = goal.outcome not in ("UNKNOWN", "")
-    state = " ".join((goal.mode,) * (modes or not has_outcome) + (goal.outcome,) * has_outcome)
+    state = " ".join((goal.mode,) * (show_modes or not has_outcome) + (goal.outcome,) * has_outcome)
     title = goal_title(name, goal.goal_class)
     return GoalLine(branch, title, goal_outcome(goal.mode, goal.outcome), state, goal.error)
 
 
-def goal_lines(goals: Iterable[NamedGoal], *, modes: bool = False) -> Iterator[GoalLine]:
+def goal_lines(goals: Iterable[NamedGoal], *, show_modes: bool = False) -> Iterator[GoalLine]:
     """Yield goals as trees, parents before their children; see :func:`goal_line`.
 
-    :param goals: in the order of appearance; equal ids are lives of the same id.
+    :param goals: the goals in the order of appearance; goals with the same id are lives of this id.
     """
-    numbered = list(goals)
+    goals_by_number = list(goals)
     lives: dict[str, list[int]] = {}
-    for number, goal in enumerate(numbered):
+    for number, goal in enumerate(goals_by_number):
         lives.setdefault(goal.goal, []).append(number)
     parents: dict[int, int | None] = {}
-    for number, goal in enumerate(numbered):
+    for number, goal in enumerate(goals_by_number):
         parent_lives = lives.get(parent_id(goal.parent) or "", [])
         earlier = [life_number for life_number in parent_lives if life_number < number]
         parents[number] = earlier[-1] if earlier else parent_lives[0] if parent_lives else None
     for number, branch in draw_branches(Forest(parents)):
-        goal = numbered[number]
+        goal = goals_by_number[number]
         life = lives[goal.goal].index(number) + 1
-        yield goal_line(branch, goal.goal if life == 1 else f"{goal.goal}#{life}", goal, modes=modes)
+        yield goal_line(
+            branch, goal.goal if life == 1 else f"{goal.goal}#{life}", goal, show_modes=show_modes
+        )
 
 
 def draw_branches(forest: Forest[Key]) -> Iterator[tuple[Key, str]]:

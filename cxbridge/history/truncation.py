@@ -6,6 +6,6 @@ MAX_TEXT = 2000
 """The maximal number of characters of a text on a page."""
 
 
-def cut(text: str, max_length: int = MAX_TEXT) -> str:
-    """Return a text; if it is too long, its start and length."""
+def truncate(text: str, max_length: int = MAX_TEXT) -> str:
+    """Return a text; of a longer text its start, with the number of its characters."""
     return text if len(text) <= max_length else f"{text[:max_length]} … ({len(text)} characters)"

@@ -64,7 +64,7 @@ class AgentChecks:
         """Remove a killed agent."""
         self._loadings = [loading for loading in self._loadings if loading.agent is not agent]
 
-    def start(self) -> None:
+    def check_loaded_files(self) -> None:
         """Check the files that are loaded before the first cycle.
 
         :raises BrokenAgentError: if an agent has mistakes.
@@ -76,7 +76,7 @@ class AgentChecks:
         ]
         self._raise_mistakes([*self._missing, *mistakes])
 
-    def look(self) -> None:
+    def check_new_files(self) -> None:
         """Check the files that rules have loaded since the last call. To be called after each cycle.
 
         :raises BrokenAgentError: if an agent has mistakes.

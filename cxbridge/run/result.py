@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
-from cxbridge.history.tree import GoalLine, NamedGoal, goal_lines, plain_goal
+from cxbridge.history.tree import GoalLine, NamedGoal, goal_as_json, goal_lines
 from cxbridge.printing import one_line
 
 if TYPE_CHECKING:
@@ -111,7 +111,7 @@ class RunResult:
             "firings": self.firings,
             "run_seconds": round(self.run_seconds, 6),
             "wall_seconds": round(self.wall_seconds, 3),
-            "goals": [plain_goal(goal) for goal in self.goals],
+            "goals": [goal_as_json(goal) for goal in self.goals],
             "forgotten_goals": self.forgotten,
             **optional,
         }

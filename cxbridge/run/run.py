@@ -121,7 +121,7 @@ def _run(
             )
         with assembly.loop.busy_section():
             _start(assembly, interrupt)
-        checks.start()
+        checks.check_loaded_files()
         assembly.loop.add(Hook.POST_LOOP, recorder.loop)
         deadline_us = assembly.clock.now_us() + int(options.timeout * MICROSECONDS)
         if replay is not None:
@@ -136,7 +136,7 @@ def _run(
 
         def done() -> bool:
             nonlocal over, loss
-            checks.look()
+            checks.check_new_files()
             over = assembly.is_over
             loss = assembly.loss  # goals may have failed because of the loss
             if interrupt.is_signalled or over or assembly.clock.now_us() >= deadline_us:

@@ -38,14 +38,14 @@ def read_samples(path: Path) -> list[Sample]:
     histories = {source: RunHistory(UNLIMITED) for source in sources}
     for event in run:
         if isinstance(event, InterfaceWrite):
-            histories[InterfaceWrite].take(event)
+            histories[InterfaceWrite].record_event(event)
             continue
         status = _status(event)
         if status is not None:
             history = histories[type(event)]
             if isinstance(event, FactChange):
-                history.take(event)  # the fact has the reason of a failure
-            history.take(status)
+                history.record_event(event)  # the fact has the reason of a failure
+            history.record_event(status)
     # dictionaries keep the order: writes have the most exact times, statuses the least exact ones
     history = next((history for history in histories.values() if history.calls), RunHistory())
     return [
@@ -65,7 +65,7 @@ def _status(event: Event) -> Transition | None:
         return replace(event, env=_ENV)
     if isinstance(event, FactChange) and event.asserted and event.template == _TYPE:
         try:
-            return TransitionTracker(_ENV).fact(event.time_us, *parse_fact(event.text))
+            return TransitionTracker(_ENV).track_assertion(event.time_us, *parse_fact(event.text))
         except FactSyntaxError:
             return None
     return None

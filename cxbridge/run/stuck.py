@@ -33,8 +33,8 @@ _PASSIVE_FEATURES: Final = frozenset(
     }
 )  # fmt: skip
 
-# The start of CLIPS' message that names the rule of an error.
-_RULE_ERROR: Final = "[PRCCODE4]"
+RULE_ERROR_CODE: Final = "[PRCCODE4]"
+"""The start of CLIPS' message that names the rule of an error; CLIPS prints the error itself before."""
 
 _MIN_QUIET_CYCLES: Final = 15  # half a second at Fawkes' period
 
@@ -60,7 +60,7 @@ class StuckWatch:
     def _record_error(self, event: Event) -> None:
         text = getattr(event, "text", "")
         # e.g. [PRCCODE4] Execution halted during the actions of defrule 'NAME'.
-        if text.startswith(_RULE_ERROR) and "'" in text:
+        if text.startswith(RULE_ERROR_CODE) and "'" in text:
             self._failed_rules[text.split("'")[1]] = None
 
     def check(self) -> bool:

@@ -19,7 +19,7 @@ from cxbridge.event_kinds import View
 from cxbridge.events import Event, GoalTransition, Level, LogLine, PlanActionTransition, RuleFired
 from cxbridge.executive.host.values import Value
 from cxbridge.history.builder import UNLIMITED, RunHistory
-from cxbridge.history.model import GoalRecord, PlanActionRecord, goal_tree, goals_named
+from cxbridge.history.model import GoalRecord, PlanActionRecord, find_goals, goal_tree
 from cxbridge.history.transitions import TRANSITION_TYPES, Transition
 from cxbridge.mainloop import Hook
 from cxbridge.printing import indent_lines
@@ -28,6 +28,7 @@ from cxbridge.run.explainers import with_explanations
 from cxbridge.run.mistakes import AgentChecks
 from cxbridge.run.options import RunOptions
 from cxbridge.run.recording import start_recording
+from cxbridge.run.stuck import RULE_ERROR_CODE
 from cxbridge.run.watchdog import make_spin_watchdog
 from cxbridge.testing.golden import GoldenFiles
 from cxbridge.testing.members import find_member
@@ -36,25 +37,22 @@ from cxbridge.testing.world import World
 from cxbridge.trace.compare.checks import TimeReference, Tolerance
 from cxbridge.trace.compare.model import Order
 
-# Seconds of real time, to end tests of agents whose rules fire forever.
 PATIENCE_S: Final = 60.0
-
-# The start of CLIPS' message that names the rule of an error; CLIPS prints the error in the message before.
-_HALTED = "[PRCCODE4]"
+"""The default limit of a wait in seconds of real time, for agents whose rules fire forever."""
 
 _LAST_RULES = 10  # number of rules in the report of a failure
 _LAST_LINES = 15  # number of log lines, and of skill calls, in the report of a failure
 
 
 class AgentRun(Closing):
-    """A run whose clock moves only when the test advances it; a context manager.
+    """A run whose clock advances only while the test runs cycles; a context manager.
 
     The constructor loads the agent and runs no cycle: rules have fired only if the agent runs them during
     loading.
 
     :param options: the options of ``cxbridge run``.
-    :param scripted: execute skills by the script `skills` instead of ``options.skiller``.
-    :param strict: raise an error for mistakes in the loaded files.
+    :param scripted: whether the script :attr:`skills` executes the skills instead of ``options.skiller``.
+    :param strict: whether mistakes in the loaded files raise an error.
     :param patience: the limit of each wait, in seconds of real time.
     :param golden: the golden files for `assert_golden`; None if the run has none.
     :raises CxbridgeError: if the scenario is invalid.
@@ -89,7 +87,7 @@ class AgentRun(Closing):
             stack.callback(assembly.finalize)
             assembly.bus.subscribe(self._record_event, LogLine, RuleFired, *TRANSITION_TYPES)
             self._history = RunHistory(UNLIMITED, self._start_us)
-            assembly.bus.subscribe(self._history.take, GoalTransition, PlanActionTransition)
+            assembly.bus.subscribe(self._history.record_event, GoalTransition, PlanActionTransition)
             self._world = World(assembly.executive.env, assembly.board)
             stack.callback(self._world.close)
             if scripted:
@@ -100,15 +98,15 @@ class AgentRun(Closing):
             watchdog = make_spin_watchdog(assembly)
             stack.callback(watchdog.stop)
             watchdog.start()
-            with self._limited(), assembly.loop.busy_section():
+            with self._limit_real_time(), assembly.loop.busy_section():
                 assembly.start()
-            self._check(self._checks.start)
+            self._convert_mistakes(self._checks.check_loaded_files)
             self._stack = stack.pop_all()
 
     def __getattr__(self, name: str) -> Any:
         """Return a member of a plug-in, e.g. ``run.assert_properties`` of cxbridge-explore."""
         if name.startswith("_"):
-            raise AttributeError(name)  # copy and pickle look for such names
+            raise AttributeError(name)  # tools such as copy and pickle probe objects for special methods
         return find_member("run", self, name)
 
     @property
@@ -118,7 +116,7 @@ class AgentRun(Closing):
 
     def _record_event(self, event: Event) -> None:
         if isinstance(event, LogLine):
-            if event.text.startswith(_HALTED):
+            if event.text.startswith(RULE_ERROR_CODE):
                 cause = self.log[-1].text if self.log and self.log[-1].level is Level.ERROR else ""
                 self._errors.append(f"{cause} {event.text}".strip())
             self.log.append(event)
@@ -127,8 +125,8 @@ class AgentRun(Closing):
         elif isinstance(event, TRANSITION_TYPES):
             self.transitions.append(event)
 
-    def _check(self, check: Callable[[], None]) -> None:
-        """Raise an error for mistakes in the loaded agent."""
+    def _convert_mistakes(self, check: Callable[[], None]) -> None:
+        """Call a check of the agent, and convert its mistakes to an assertion error."""
         __tracebackhide__ = True
         try:
             check()
@@ -150,12 +148,12 @@ class AgentRun(Closing):
     def step(self, loops: int = 1) -> None:
         """Run cycles of the main loop."""
         end = self._assembly.loop.cycle_count + loops
-        self._run(lambda: self._assembly.loop.cycle_count >= end)
+        self._run_cycles(lambda: self._assembly.loop.cycle_count >= end)
 
     def advance(self, seconds: float) -> None:
         """Run cycles for a number of seconds of the run's clock."""
         end = self.seconds + seconds
-        self._run(lambda: self.seconds >= end)
+        self._run_cycles(lambda: self.seconds >= end)
 
     def until(self, condition: Callable[[], object], timeout: float = 60.0) -> None:
         """Run until the condition is true after a cycle.
@@ -164,7 +162,7 @@ class AgentRun(Closing):
         :raises AssertionError: if the condition is still false at the limit.
         """
         if not self.wait_for(condition, timeout):
-            raise AssertionError(self._with_goals(f"the condition was not met within {timeout:g} s"))
+            raise AssertionError(self._add_goals(f"the condition was not met within {timeout:g} s"))
 
     def to_end(self, timeout: float = 600.0) -> None:
         """Run until all root goals are over, no skill runs and the agenda is empty; see `is_over`.
@@ -189,15 +187,15 @@ class AgentRun(Closing):
         :returns: whether the condition is true.
         """
         end = self.seconds + timeout
-        met = False
+        is_met = False
 
         def done() -> bool:
-            nonlocal met
-            met = bool(condition())
-            return met or self.seconds >= end
+            nonlocal is_met
+            is_met = bool(condition())
+            return is_met or self.seconds >= end
 
-        self._run(done)
-        return met
+        self._run_cycles(done)
+        return is_met
 
     @property
     def is_over(self) -> bool:
@@ -216,27 +214,28 @@ class AgentRun(Closing):
         while self._due_actions and self._due_actions[0][0] <= self._assembly.clock.now_us():
             self._due_actions.pop(0)[1]()
 
-    def _run(self, done: Callable[[], bool]) -> None:
+    def _run_cycles(self, done: Callable[[], bool]) -> None:
+        """Run cycles until ``done()`` is true after a cycle, a rule has an error, or real time is over."""
         loop, clock = self._assembly.loop, self._assembly.clock
-        with self._limited() as expired:
+        with self._limit_real_time() as expired:
             while not expired.is_set():
                 start_us = clock.now_us()
                 loop.run_once()
                 clock.sleep_until(start_us + loop.period_us)
                 # an error in a rule ends the test at once: later failures would only be its consequences
-                if self._problem or done():
+                if self._first_error or done():
                     break
-        self._check(self._checks.look)
-        if self._problem:
-            raise AssertionError(self._with_goals(f"an error in a rule: {self._problem}"))
+        self._convert_mistakes(self._checks.check_new_files)
+        if self._first_error:
+            raise AssertionError(self._add_goals(f"an error in a rule: {self._first_error}"))
 
     @property
-    def _problem(self) -> str:
+    def _first_error(self) -> str:
         """The first error of a rule, or empty."""
         return next(iter((*self._assembly.executive.env.faults, *self._errors)), "")
 
     @contextmanager
-    def _limited(self) -> Iterator[threading.Event]:
+    def _limit_real_time(self) -> Iterator[threading.Event]:
         """Interrupt rules that fire forever.
 
         :raises AssertionError: on exit from the context, if :attr:`patience` is exceeded.
@@ -256,7 +255,7 @@ class AgentRun(Closing):
             timer.cancel()
         if expired.is_set():
             problem = f"no end within {self.patience:g} s of real time; last rules: {self._last_rules()}"
-            raise AssertionError(self._with_goals(problem))
+            raise AssertionError(self._add_goals(problem))
 
     @property
     def skills(self) -> ScriptedSkills:
@@ -316,12 +315,12 @@ class AgentRun(Closing):
 
         :raises AssertionError: if there is none, or several.
         """
-        goals = goals_named(self._history.goals, name)
+        goals = find_goals(self._history.goals, name)
         if len(goals) != 1:
             problem = (
                 f"{len(goals)} goals are of class {name}, not one" if goals else f"there is no goal {name}"
             )
-            raise AssertionError(self._with_goals(problem))
+            raise AssertionError(self._add_goals(problem))
         return goals[0]
 
     def actions(self, name: str | None = None) -> list[PlanActionRecord]:
@@ -335,7 +334,7 @@ class AgentRun(Closing):
             wrong = [f"{goal.id} is {goal.mode} {goal.outcome}" for goal in goals if goal.outcome != outcome]
             if not goals or wrong:
                 problem = ", ".join(wrong) or f"there is no goal of class {name}"
-                raise AssertionError(self._with_goals(f"{name} should be {outcome}: {problem}"))
+                raise AssertionError(self._add_goals(f"{name} should be {outcome}: {problem}"))
 
     def describe(self) -> list[str]:
         """Return the goals, the skills and the end of the log as lines of text."""
@@ -365,7 +364,8 @@ class AgentRun(Closing):
         rows = [(rule, len(list(firings))) for rule, firings in groupby(self.rules)]
         return ", ".join(rule if count == 1 else f"{rule} ({count} times)" for rule, count in rows)
 
-    def _with_goals(self, problem: str) -> str:
+    def _add_goals(self, problem: str) -> str:
+        """Return the text of an error with the time and the goals so far."""
         lines = [f"{problem} ({self.seconds:.2f} s into the run)", *goal_tree(self._history.goals)]
         return "\n".join(map(indent_lines, lines))
 

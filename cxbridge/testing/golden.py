@@ -1,4 +1,4 @@
-"""Golden runs: comparison with a reviewed recording."""
+"""Golden files: recordings of runs that developers have reviewed, and with which tests compare later runs."""
 
 from __future__ import annotations
 
@@ -30,8 +30,9 @@ class GoldenFiles:
     """The golden files of a test.
 
     :param test: the test's name, the default for files; empty if several tests share the run.
-    :param update: write the files instead of comparing.
-    :param pages: the folder for pages with a differing run and the golden one, if any.
+    :param folder: the folder of the files.
+    :param update: whether to write the files instead of comparing.
+    :param pages: the folder for pages that show a differing run next to the golden run; None: no pages.
     """
 
     folder: Path
@@ -46,7 +47,7 @@ class GoldenFiles:
         """
         if not (name or self.test):
             raise AssertionError("several tests share this run: assert_golden needs a name for its file")
-        return self.folder / f"{file_name(name or self.test)}{SUFFIX}"
+        return self.folder / f"{portable_file_name(name or self.test)}{SUFFIX}"
 
     def check(
         self,
@@ -68,21 +69,25 @@ class GoldenFiles:
         :raises OSError: if a folder cannot be created.
         """
         file = self.file(name)
-        since_us = None if tolerance is None else start_us
+        time_origin_us = None if tolerance is None else start_us
         if self.update:
-            write_golden(file, transitions, since_us)
+            write_golden(file, transitions, time_origin_us)
             return
         if not file.exists():
             raise AssertionError(f"there is no golden file {file}: pytest --update-golden writes it")
-        page = None if self.pages is None else self.pages / f"{file_name(f'{self.test} {file.stem}')}.html"
+        page = (
+            None
+            if self.pages is None
+            else self.pages / f"{portable_file_name(f'{self.test} {file.stem}')}.html"
+        )
         report = compare_with_golden(
-            file, transitions, view=view, order=order, tolerance=tolerance, start_us=since_us, page=page
+            file, transitions, view=view, order=order, tolerance=tolerance, start_us=time_origin_us, page=page
         )
         if report:
             raise AssertionError("\n".join(["this run is not the golden one", *report]))
 
 
-def file_name(text: str) -> str:
+def portable_file_name(text: str) -> str:
     """Return a text as a portable file name, e.g. ``test_move_a-1_`` for ``test_move[a-1]``."""
     return re.sub(r"[^A-Za-z0-9._=-]+", "_", text).strip("_")
 
@@ -139,7 +144,7 @@ def compare_with_golden(
 
 def _write_page(page: Path, name: str, document: dict[str, Any]) -> str:
     """Write a page; return a line with its path, or with the reason of a failure."""
-    document["a"]["path"] = "this run"
+    document["a"]["path"] = "this run"  # instead of the path of a temporary file
     try:
         page.parent.mkdir(parents=True, exist_ok=True)
         write_document(page, "comparison", f"{name}: this run and the golden one", document)

@@ -23,11 +23,11 @@ from cxbridge.run.specs import choose_spec
 
 _AGENT_NAME: Final = re.compile(r"[A-Za-z][A-Za-z0-9_-]*")
 # The template with the files that every project has.
-_SHARED: Final = "shared"
+_SHARED_TEMPLATE: Final = "shared"
 # The tutorial's agent, whose name is replaced by that of the new agent.
-_TUTORIAL: Final = "courier"
-# The prefix of the option that selects a template.
-_FROM: Final = "from_"
+_TUTORIAL_TEMPLATE: Final = "courier"
+# The prefix of the field whose option selects a template, e.g. --from-fawkes.
+_SOURCE_OPTION_PREFIX: Final = "from_"
 
 
 class Template:
@@ -65,20 +65,20 @@ class NewOptions:
         """Return all templates."""
         return [TEMPLATES.load(row) for row in TEMPLATES.rows]
 
-    def chosen(self) -> Template | None:
+    def selected_template(self) -> Template | None:
         """Return the selected template, None for the agent of the tutorial.
 
         :raises CxbridgeError: if options select two templates.
         """
-        chosen = {
+        selected_template = {
             f"--{name.replace('_', '-')}": template
             for template in self.more
             for name, value in vars(template).items()
-            if name.startswith(_FROM) and value is not None
+            if name.startswith(_SOURCE_OPTION_PREFIX) and value is not None
         }
-        if len(chosen) > 1:
-            raise CxbridgeError(f"{' and '.join(chosen)} cannot go together")
-        return next(iter(chosen.values()), None)
+        if len(selected_template) > 1:
+            raise CxbridgeError(f"{' and '.join(selected_template)} cannot go together")
+        return next(iter(selected_template.values()), None)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -93,8 +93,10 @@ class FawkesTemplate(Template):
         if self.fawkes_dir is None:
             raise CxbridgeError("--from-fawkes needs a checkout", hint="name it with --fawkes-dir")
         checkout = self.fawkes_dir.absolute()
-        words = words_of_checkout(name, checkout, RunOptions(fawkes_dir=checkout, spec=self.from_fawkes))
-        return read_template(shipped_dir("templates") / "fawkes", words)
+        replacements = checkout_replacements(
+            name, checkout, RunOptions(fawkes_dir=checkout, spec=self.from_fawkes)
+        )
+        return read_template(shipped_dir("templates") / "fawkes", replacements)
 
 
 def make_project(folder: Path, options: NewOptions) -> list[Path]:
@@ -104,17 +106,21 @@ def make_project(folder: Path, options: NewOptions) -> list[Path]:
     :returns: the written files.
     :raises CxbridgeError: if the name is invalid, a file exists, or a file cannot be written.
     """
-    name, template, shipped = _agent_name(folder), options.chosen(), shipped_dir("templates")
+    name, template, shipped = (
+        _checked_agent_name(folder),
+        options.selected_template(),
+        shipped_dir("templates"),
+    )
     if template is None:
-        files: Mapping[str, str] = read_template(shipped / _TUTORIAL, {_TUTORIAL: name})
+        files: Mapping[str, str] = read_template(shipped / _TUTORIAL_TEMPLATE, {_TUTORIAL_TEMPLATE: name})
     else:
         files = template.files(name)
-    return _write(
-        {folder / path: text for path, text in {**files, **read_template(shipped / _SHARED)}.items()}
+    return _write_new_files(
+        {folder / path: text for path, text in {**files, **read_template(shipped / _SHARED_TEMPLATE)}.items()}
     )
 
 
-def words_of_checkout(name: str, checkout: Path, options: RunOptions) -> dict[str, str]:
+def checkout_replacements(name: str, checkout: Path, options: RunOptions) -> dict[str, str]:
     """Return the placeholders of a template, with their texts for an agent that remains in its checkout.
 
     :param name: the name of the project.
@@ -133,22 +139,24 @@ def words_of_checkout(name: str, checkout: Path, options: RunOptions) -> dict[st
     }
 
 
-def read_template(folder: Path, words: Mapping[str, str] = MappingProxyType({})) -> dict[str, str]:
-    """Return the texts of a template's files by path, with words replaced.
+def read_template(folder: Path, replacements: Mapping[str, str] = MappingProxyType({})) -> dict[str, str]:
+    """Return the texts of a template's files by path, with placeholders replaced.
 
     In paths, ``dot-`` becomes a dot, and the suffix ``.in``, which hides files from tools, is removed. Names
     of tests become valid module names.
 
-    :param words: the replacements by placeholder.
+    :param replacements: the texts by placeholder.
     """
     return {
-        _target_path(file.relative_to(folder), words): _replace_words(file.read_text("utf-8"), words)
+        _target_path(file.relative_to(folder), replacements): _replace_placeholders(
+            file.read_text("utf-8"), replacements
+        )
         for file in sorted(folder.rglob("*"))
         if file.is_file()
     }
 
 
-def _agent_name(folder: Path) -> str:
+def _checked_agent_name(folder: Path) -> str:
     """Return the name of a project's agent.
 
     :raises CxbridgeError: if the name is not usable in files and identifiers.
@@ -161,7 +169,7 @@ def _agent_name(folder: Path) -> str:
     return name
 
 
-def _write(files: Mapping[Path, str]) -> list[Path]:
+def _write_new_files(files: Mapping[Path, str]) -> list[Path]:
     """Write all files, or none if one of them exists; return their paths."""
     for file in files:
         if file.exists() or file.is_symlink():
@@ -177,16 +185,18 @@ def _write(files: Mapping[Path, str]) -> list[Path]:
     return list(files)
 
 
-def _target_path(path: Path, words: Mapping[str, str]) -> str:
+def _target_path(path: Path, replacements: Mapping[str, str]) -> str:
     names = []
     for name in path.parts:
         if name.startswith("test_"):  # a Python module, whose name cannot have a dash
-            words = {old: new.replace("-", "_") for old, new in words.items()}
-        names.append(re.sub("^dot-", ".", _replace_words(name, words)).removesuffix(".in"))
+            replacements = {placeholder: text.replace("-", "_") for placeholder, text in replacements.items()}
+        names.append(re.sub("^dot-", ".", _replace_placeholders(name, replacements)).removesuffix(".in"))
     return "/".join(names)
 
 
-def _replace_words(text: str, words: Mapping[str, str]) -> str:
+def _replace_placeholders(text: str, replacements: Mapping[str, str]) -> str:
     return (
-        re.sub("|".join(map(re.escape, words)), lambda match: words[match.group()], text) if words else text
+        re.sub("|".join(map(re.escape, replacements)), lambda match: replacements[match.group()], text)
+        if replacements
+        else text
     )

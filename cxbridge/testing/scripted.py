@@ -17,25 +17,25 @@ from cxbridge.testing.skills import SkillScript
 from cxbridge.testing.world import OWNER
 
 # The name of a skill at the start of its template in an action mapping.
-_SKILL: Final = re.compile(r"\w+")
+_LEADING_SKILL_NAME: Final = re.compile(r"\w+")
 
 
 class ScriptedSkills(SkillScript):
     """Replaces the Skillers, and directs the executors of the skill board, by the script of a test.
 
-    It is created before the components of the run, which otherwise create the usual Skillers.
+    The object must be created before the components of the run, which otherwise create the usual Skillers.
 
-    :param usual: the deciders for skills without an entry in the script. A skill without a decider succeeds
-        after a second.
+    :param usual_deciders: the deciders for skills without an entry in the script. A skill without a decider
+        succeeds after a second.
     """
 
-    def __init__(self, context: Run, usual: Sequence[Decider] = ()) -> None:
+    def __init__(self, context: Run, usual_deciders: Sequence[Decider] = ()) -> None:
         super().__init__(context.clock)
-        served = () if context.skill_board is None else context.skill_board.skillers
+        served_names = () if context.skill_board is None else context.skill_board.skillers
         self._context = context
         # the lowest priority: the last resort if no decider knows the skill
-        self._usual = (*usual, StaticEstimator(seconds=1.0, priority=-sys.maxsize))
-        skillers = skiller_settings(context.config, "simulator", served)
+        self._usual_deciders = (*usual_deciders, StaticEstimator(seconds=1.0, priority=-sys.maxsize))
+        skillers = skiller_settings(context.config, "simulator", served_names)
         self._names = [settings.name for settings in skillers]
         self._skillers: dict[str, SkillerSimulator] = {}
         self.execute = DecidedExecution(lambda agent: Deciders([self.decider(agent)]))
@@ -70,12 +70,12 @@ class ScriptedSkills(SkillScript):
             for item in self._context.config.search("/clips-executive/specs")
             if "/action-mapping/" in item.path and not item.is_list
         )
-        names = (_SKILL.match(text) for text in mappings)
+        names = (_LEADING_SKILL_NAME.match(text) for text in mappings)
         return self.complaints({name.group() for name in names if name})
 
     def vanish(self, skiller: str = "Skiller") -> None:
         """Let a Skiller crash: its interface loses its writer, and its current skill never ends."""
-        self._check_known(skiller)
+        self._check_skiller_name(skiller)
         self._skillers.pop(skiller).close()
 
     def come_back(self, skiller: str = "Skiller") -> None:
@@ -84,19 +84,19 @@ class ScriptedSkills(SkillScript):
             raise AssertionError(f"Skiller '{skiller}' is running already")
         if skiller not in self._names:
             raise AssertionError(f"there is no Skiller '{skiller}', but: {', '.join(self._names)}")
-        context, deciders = self._context, [self.decider(skiller), *self._usual]
+        context, deciders = self._context, [self.decider(skiller), *self._usual_deciders]
         self._skillers[skiller] = SkillerSimulator(
             context.board, context.clock, context.bus, deciders, name=skiller
         )
 
     def take_control(self, skiller: str = "Skiller") -> None:
         """Let another client steal a Skiller's exclusive control in the next cycle."""
-        self._check_known(skiller)
+        self._check_skiller_name(skiller)
         reader = self._context.board.open_for_reading("SkillerInterface", skiller, owner=OWNER)
         message = reader.create_message("AcquireControlMessage")
         message.set("steal_control", True)
         reader.msgq_enqueue(message)
 
-    def _check_known(self, skiller: str) -> None:
+    def _check_skiller_name(self, skiller: str) -> None:
         if skiller not in self._skillers:
             raise AssertionError(f"there is no Skiller '{skiller}', but: {', '.join(self._skillers)}")

@@ -1,4 +1,8 @@
-"""Skills with scripted outcomes."""
+"""The script of skills: a test determines the outcomes of skill calls, and looks up the calls.
+
+``run.skills("drive", to="kitchen").fails("blocked", times=1).succeeds()`` makes a :class:`SkillRule` for the
+calls of ``drive`` with this argument: the first call fails, and all further calls succeed.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +20,7 @@ from cxbridge.skiller.skillstring import SkillStringCall
 from cxbridge.skiller.status import Status
 from cxbridge.suggestions import nearest_names
 
-_PATTERN: Final = re.compile(r"[*?[]")  # a character with a meaning in shell patterns
+_PATTERN_CHARACTER: Final = re.compile(r"[*?[]")  # a character with a meaning in shell patterns
 _MAX_EXAMPLES: Final = 3  # limit of different calls in a complaint
 
 
@@ -58,6 +62,7 @@ class SkillAnswer(Protocol):
 class _Behaviour:
     """The outcome of a number of calls.
 
+    :param answer: determines the outcome of each call.
     :param times: the number of calls; None for all further calls.
     :param then: the effect of each call on the world, if any.
     """
@@ -69,7 +74,7 @@ class _Behaviour:
 
 @dataclass
 class SkillRule:
-    """The outcomes of calls of a skill, in order.
+    """The outcomes of the calls that match a skill's name and arguments, in order.
 
     :param name: the name of the skill; ``*`` for all skills.
     :param args: the arguments to match; texts may be shell patterns.
@@ -80,27 +85,27 @@ class SkillRule:
     args: dict[str, Any] = field(default_factory=dict)
     calls: list[Call] = field(default_factory=list)
     _behaviours: list[_Behaviour] = field(default_factory=list)
-    _scripted: bool = False
-    _optional: bool = False
+    _has_script: bool = False
+    _is_optional: bool = False
 
     def optional(self) -> Self:
         """Accept a run without a matching call, which otherwise fails the test."""
-        self._optional = True
+        self._is_optional = True
         return self
 
     def succeeds(self, *, after: float = 1.0, times: int | None = None, then: Effect | None = None) -> Self:
         """Let the calls succeed after some seconds."""
-        return self._add_behaviour(_always(Outcome(after)), times, then)
+        return self._add_behaviour(_constant_answer(Outcome(after)), times, then)
 
     def fails(
         self, error: str = "", *, after: float = 1.0, times: int | None = None, then: Effect | None = None
     ) -> Self:
         """Let the calls fail with an error after some seconds."""
-        return self._add_behaviour(_always(Outcome(after, Status.S_FAILED, error)), times, then)
+        return self._add_behaviour(_constant_answer(Outcome(after, Status.S_FAILED, error)), times, then)
 
     def hangs(self, *, times: int | None = None) -> Self:
         """Let the calls never end."""
-        return self._add_behaviour(_always(Outcome(FOREVER)), times, None)
+        return self._add_behaviour(_constant_answer(Outcome(FOREVER)), times, None)
 
     def does(self, answer: SkillAnswer, *, times: int | None = None, then: Effect | None = None) -> Self:
         """Let a function determine the outcome at the start of each call."""
@@ -109,14 +114,15 @@ class SkillRule:
     def _add_behaviour(self, answer: SkillAnswer, times: int | None, then: Effect | None) -> Self:
         if times is not None and times < 1:
             raise ValueError(f"times={times}: at least once")
-        self._scripted = True
+        self._has_script = True
         self._behaviours.append(_Behaviour(answer, times, then))
         return self
 
     def matches(self, call: SkillStringCall) -> bool:
         """Return whether the rule applies to a call."""
         return fnmatchcase(call.name, self.name) and all(
-            key in call.args and _is_like(call.args[key], pattern) for key, pattern in self.args.items()
+            key in call.args and _matches_pattern(call.args[key], pattern)
+            for key, pattern in self.args.items()
         )
 
     def __str__(self) -> str:
@@ -129,7 +135,7 @@ class SkillRule:
         :param skills: the names of skills that were called, or to which actions are mapped.
         :param calls: the calls of the run.
         """
-        if self.calls or self._optional:
+        if self.calls or self._is_optional:
             return ""
         if self.name not in skills:
             similar = nearest_names(self.name, skills)
@@ -137,18 +143,18 @@ class SkillRule:
             hint = f"; did you mean '{similar[0]}'?" if similar else hint
             # a rule without outcomes only looks calls up, often to check that there are none: its name is a
             # typo only if it is a plain name, and the names of the skills are known
-            is_typo = self._scripted or (skills and not _PATTERN.search(self.name))
+            is_typo = self._has_script or (skills and not _PATTERN_CHARACTER.search(self.name))
             return f"{self} has met no call, there is no skill '{self.name}'{hint}" if is_typo else ""
-        calls_of_skill = dict.fromkeys(str(call) for call in calls if fnmatchcase(call.name, self.name))
-        examples = f", calls were {', '.join(list(calls_of_skill)[:_MAX_EXAMPLES])}" if calls_of_skill else ""
-        return f"{self} has met no call{examples}; say .optional() if it need not" if self._scripted else ""
+        skill_calls = dict.fromkeys(str(call) for call in calls if fnmatchcase(call.name, self.name))
+        examples = f", calls were {', '.join(list(skill_calls)[:_MAX_EXAMPLES])}" if skill_calls else ""
+        return f"{self} has met no call{examples}; say .optional() if it need not" if self._has_script else ""
 
     @property
     def has_outcomes(self) -> bool:
         """Whether the rule has outcomes for further calls."""
         return bool(self._behaviours)
 
-    def take(self) -> _Behaviour:
+    def use_next_outcome(self) -> _Behaviour:
         """Return the outcome of the next call, and use it up if its number is limited."""
         behaviour = self._behaviours[0]
         if behaviour.times is not None:
@@ -158,14 +164,16 @@ class SkillRule:
         return behaviour
 
 
-def _always(outcome: Outcome) -> SkillAnswer:
+def _constant_answer(outcome: Outcome) -> SkillAnswer:
+    """Return an answer with the same outcome for all calls."""
+
     def answer(call: Call) -> Outcome:  # noqa: ARG001 - all calls have the same outcome
         return outcome
 
     return answer
 
 
-def _is_like(value: object, pattern: object) -> bool:
+def _matches_pattern(value: object, pattern: object) -> bool:
     return fnmatchcase(argument_text(value), pattern) if isinstance(pattern, str) else value == pattern
 
 
@@ -192,24 +200,24 @@ class SkillScript:
         self._rules.append(rule)
         return rule
 
-    def complaints(self, mapped: Collection[str] = ()) -> list[str]:
+    def complaints(self, mapped_skills: Collection[str] = ()) -> list[str]:
         """Return the complaints about unused entries at the end of the run."""
-        skills = {*mapped, *(call.name for call in self.calls)}
+        skills = {*mapped_skills, *(call.name for call in self.calls)}
         return [text for rule in self._rules if (text := rule.complaint(skills, self.calls))]
 
     def begin(self, skiller: str, call: SkillStringCall) -> Outcome | None:
         """Record the start of a call; return its outcome, or None if the script has none."""
         seconds = (self._clock.now_us() - self._start_us) / MICROSECONDS
-        started = Call(seconds, call.name, dict(call.args), skiller)
-        self.calls.append(started)
-        matching = [rule for rule in self._rules if rule.matches(call)]
-        for rule in matching:
-            rule.calls.append(started)
+        started_call = Call(seconds, call.name, dict(call.args), skiller)
+        self.calls.append(started_call)
+        matching_rules = [rule for rule in self._rules if rule.matches(call)]
+        for rule in matching_rules:
+            rule.calls.append(started_call)
         # the last rule wins, as a test may refine the rules of its fixture
-        for rule in (*reversed(matching), self.otherwise):
+        for rule in (*reversed(matching_rules), self.otherwise):
             if rule.has_outcomes:
-                behaviour = rule.take()
-                outcome = behaviour.answer(started)
+                behaviour = rule.use_next_outcome()
+                outcome = behaviour.answer(started_call)
                 return (
                     outcome if behaviour.then is None else replace(outcome or Outcome(), then=behaviour.then)
                 )

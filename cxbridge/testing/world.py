@@ -1,4 +1,4 @@
-"""Access of a test to the world of an agent: facts, interfaces, messages."""
+"""Access of a test to the facts of an agent, and to interfaces and messages on its blackboard."""
 
 from __future__ import annotations
 
@@ -29,27 +29,28 @@ class World:
     def facts(self, template: str, slots: dict[str, object]) -> list[dict[str, Value]]:
         """Return the facts of a deftemplate with these slot values."""
         with self._env.lock:
-            return [fact for _, fact in self._matching(template, slots)]
+            return [fact for _, fact in self._find_facts(template, slots)]
 
-    def _matching(self, template: str, slots: dict[str, object]) -> list[tuple[int, dict[str, Value]]]:
+    def _find_facts(self, template: str, slots: dict[str, object]) -> list[tuple[int, dict[str, Value]]]:
+        """Return index and slots of the facts with these slot values."""
         if not self._env.has_template(template):
             template = template.replace("_", "-")
         if not self._env.has_template(template):
             templates = construct_names(self._env, "deftemplate")
             raise AssertionError(f"there is no deftemplate '{template}'{or_similar(template, templates)}")
         # Python's keywords cannot have a dash, names of slots may have a dash or an underscore
-        values = {name.replace("_", "-"): _comparable(value) for name, value in slots.items()}
-        matching = []
+        values = {name.replace("_", "-"): _to_comparable(value) for name, value in slots.items()}
+        matching_facts = []
         for index, _, fact in self._env.facts(template):
             names = {name: name if name in fact else name.replace("-", "_") for name in values}
-            unknown = [name for name, slot in names.items() if slot not in fact]
-            if unknown:
+            unknown_names = [name for name, slot in names.items() if slot not in fact]
+            if unknown_names:
                 raise AssertionError(
-                    f"deftemplate '{template}' has no slot '{unknown[0]}', but: {', '.join(fact)}"
+                    f"deftemplate '{template}' has no slot '{unknown_names[0]}', but: {', '.join(fact)}"
                 )
-            if all(_comparable(fact[names[name]]) == value for name, value in values.items()):
-                matching.append((index, fact))
-        return matching
+            if all(_to_comparable(fact[names[name]]) == value for name, value in values.items()):
+                matching_facts.append((index, fact))
+        return matching_facts
 
     def assert_fact(self, text: str) -> None:
         """Assert the fact that a text describes.
@@ -58,8 +59,8 @@ class World:
         """
         with self._env.lock:
             # without a new fault, None means an invalid or equal fact; the run reports faults of Python code
-            faults = len(self._env.faults)
-            if self._env.assert_string(text) is None and len(self._env.faults) == faults:
+            fault_count = len(self._env.faults)
+            if self._env.assert_string(text) is None and len(self._env.faults) == fault_count:
                 raise AssertionError(
                     f"{text} cannot be asserted: it is invalid, or an equal fact exists already"
                 )
@@ -67,7 +68,7 @@ class World:
     def retract(self, template: str, slots: dict[str, object]) -> int:
         """Retract the matching facts; return their number."""
         with self._env.lock:
-            indices = [index for index, _ in self._matching(template, slots)]
+            indices = [index for index, _ in self._find_facts(template, slots)]
             return sum(self._env.retract(index) for index in indices)
 
     def write(self, uid: str, fields: dict[str, object]) -> None:
@@ -86,7 +87,7 @@ class World:
 
         :raises CxbridgeError: if there is no such interface, message or field, or no writer.
         """
-        interface = self._reader(uid)
+        interface = self._open_reader(uid)
         outgoing = interface.create_message(message if message.endswith("Message") else f"{message}Message")
         _set_fields(outgoing, fields)
         return interface.msgq_enqueue(outgoing)
@@ -96,11 +97,12 @@ class World:
 
         :raises CxbridgeError: if there is no such interface.
         """
-        interface = self._reader(uid)
+        interface = self._open_reader(uid)
         interface.read()
         return interface.as_dict()
 
-    def _reader(self, uid: str) -> Interface:
+    def _open_reader(self, uid: str) -> Interface:
+        """Return the instance for reading an interface; the first call opens it."""
         if uid not in self._readers:
             self._readers[uid] = self._board.open_for_reading(*parse_uid(uid), owner=OWNER)
         return self._readers[uid]
@@ -117,12 +119,12 @@ def _set_fields(block: Block, fields: dict[str, object]) -> None:
         set_field(block, name, value)
 
 
-def _comparable(value: object) -> object:
+def _to_comparable(value: object) -> object:
     """Return a value in a form that is equal for equal values of CLIPS and Python."""
     if isinstance(value, bool):
         return "TRUE" if value else "FALSE"
     if isinstance(value, str):
         return str(value)  # symbols and strings of CLIPS are equal in tests
     if isinstance(value, (tuple, list)):
-        return tuple(_comparable(item) for item in value)
+        return tuple(_to_comparable(item) for item in value)
     return value

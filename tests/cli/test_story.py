@@ -177,22 +177,22 @@ class TestFailureReasons:
             ]
         }
         reasons = FailureReasons(lambda template: facts.get(template, ()))
-        reasons.take(PlanActionTransition(0, "executive", "1", "G", "P", "pick", "FAILED"))
+        reasons.record_event(PlanActionTransition(0, "executive", "1", "G", "P", "pick", "FAILED"))
         failed = goal("G", "FINISHED", "FAILED", error="ACTION-FAILED")
-        reasons.take(failed)
-        assert reasons.reason(failed) == "action pick book failed: slipped"
+        reasons.record_event(failed)
+        assert reasons.failure_reason(failed) == "action pick book failed: slipped"
 
     def test_a_goal_that_begins_again_has_a_clean_sheet(self):
         reasons = FailureReasons(lambda _: ())
-        reasons.take(goal("below", "FINISHED", "FAILED", parent="G"))
-        assert reasons.reason(goal("G", "FINISHED", "FAILED")) == "sub-goal below (C) failed"
-        reasons.take(goal("G", "FORMULATED"))
-        assert reasons.reason(goal("G", "FINISHED", "FAILED")) == ""
+        reasons.record_event(goal("below", "FINISHED", "FAILED", parent="G"))
+        assert reasons.failure_reason(goal("G", "FINISHED", "FAILED")) == "sub-goal below (C) failed"
+        reasons.record_event(goal("G", "FORMULATED"))
+        assert reasons.failure_reason(goal("G", "FINISHED", "FAILED")) == ""
 
     def test_a_goal_that_went_well_needs_none(self):
         reasons = FailureReasons(lambda _: ())
-        reasons.take(goal("below", "FINISHED", "FAILED", parent="G"))
-        assert reasons.reason(goal("G", "FINISHED", "COMPLETED")) == ""
+        reasons.record_event(goal("below", "FINISHED", "FAILED", parent="G"))
+        assert reasons.failure_reason(goal("G", "FINISHED", "COMPLETED")) == ""
 
     def test_many_failures_cost_neither_memory_nor_many_looks(self):
         looks: list[str] = []
@@ -204,8 +204,8 @@ class TestFailureReasons:
         reasons = FailureReasons(look)
         for number in range(3 * MAX_FAILURES):
             failed = goal(f"g{number}", "FINISHED", "FAILED", parent=f"p{number}", error="TIMEOUT")
-            reasons.take(failed)
-            assert reasons.reason(failed) == "TIMEOUT"
+            reasons.record_event(failed)
+            assert reasons.failure_reason(failed) == "TIMEOUT"
         assert len(looks) == MAX_LOOKUPS
         assert len(reasons._sub_goals) == MAX_FAILURES
 

@@ -216,7 +216,7 @@ def test_a_log_has_every_transition_whatever_strings_hold(
     )
     run: Iterable[Event] = open_run(path) if facts else []
     tracker = TransitionTracker("executive")
-    expected = [tracker.fact(number, *fact) for number, fact in enumerate(facts)]
+    expected = [tracker.track_assertion(number, *fact) for number, fact in enumerate(facts)]
     found = [event for event in run if isinstance(event, TRANSITION_TYPES)]
     start = 12 * 3600 * 1_000_000
     assert found == [replace(each, time_us=start + each.time_us) for each in expected if each is not None]

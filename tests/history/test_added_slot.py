@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from cxbridge.clipstext.goal_slots import DECLARATION, GOAL_SLOTS, read_slots
-from cxbridge.history.outcome import plain_outcomes
+from cxbridge.history.outcome import outcomes_as_json
 from tests.history.test_lives import AGENT, SCENARIO
 from tests.support import PACKAGES, ROOT, needs_plugin
 
@@ -121,7 +121,7 @@ def test_the_page_has_it(package: Path, events: list[dict[str, Any]]):
     assert NODE is not None
     script = ROOT / "plugins/cxbridge-web/tests/web_tests" / "page" / "model_of_run.mjs"
     done = subprocess.run(
-        [NODE, str(script), str(static / "js"), json.dumps(plain_outcomes())],
+        [NODE, str(script), str(static / "js"), json.dumps(outcomes_as_json())],
         input="\n".join(map(json.dumps, events)),
         capture_output=True,
         text=True,

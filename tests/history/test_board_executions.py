@@ -27,24 +27,24 @@ def exchange(outcome="SUCCEEDED", error=""):
 
 
 def test_an_execution_has_its_agent_and_its_feedback():
-    (call,) = RunHistory.of(exchange()).calls
+    (call,) = RunHistory.from_events(exchange()).calls
     assert call.skiller == "e1"
     assert call.skill_string == "move tb3 wp1 of robot1: 2 times feedback, the last: 50% half"
     assert (call.begin[1], call.end, call.status, call.error) == (2, (5, 5), "S_FINAL", "")
 
 
 def test_an_execution_that_fails_says_why():
-    (call,) = RunHistory.of(exchange("FAILED", "door closed")).calls
+    (call,) = RunHistory.from_events(exchange("FAILED", "door closed")).calls
     assert (call.status, call.error) == ("S_FAILED", "door closed")
 
 
 def test_an_execution_that_is_not_over_has_no_end():
-    (call,) = RunHistory.of(exchange()[:-1]).calls
+    (call,) = RunHistory.from_events(exchange()[:-1]).calls
     assert (call.status, call.end) == ("S_RUNNING", None)
 
 
 def test_an_execution_is_over_when_its_executor_begins_another():
-    first, second = RunHistory.of([*exchange()[:-1], *exchange()[:-1]]).calls
+    first, second = RunHistory.from_events([*exchange()[:-1], *exchange()[:-1]]).calls
     assert (first.status, first.end) == ("stopped", second.begin)
     assert (second.status, second.end) == ("S_RUNNING", None)
 
@@ -56,18 +56,18 @@ def test_an_executor_that_refuses_another_request_goes_on():
     ]
     refused = [replace(each, values={**each.values, "master": 8}) for each in other]
     begun, finished = exchange()[:-1], exchange()[-1:]
-    (call,) = RunHistory.of([*begun, *refused, *finished]).calls
+    (call,) = RunHistory.from_events([*begun, *refused, *finished]).calls
     assert (call.status, call.end and call.end[1]) == ("S_FINAL", 5)
 
 
 def test_what_began_before_the_recording_is_no_call():
     """Nobody knows its skill; before, each of its messages made one more call."""
-    assert RunHistory.of(exchange()[1:]).calls == []
+    assert RunHistory.from_events(exchange()[1:]).calls == []
 
 
 def test_actions_have_the_arguments_of_the_plan():
     plan = "(move tb3 here there)\n0.5: (wait) [1.0]"
-    history = RunHistory.of(
+    history = RunHistory.from_events(
         [
             PlanActionTransition(0, "e", "1", "G", "P", "move", "FORMULATED"),
             PlanActionTransition(0, "e", "2", "G", "P", "wait", "FORMULATED"),

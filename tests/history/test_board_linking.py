@@ -10,7 +10,7 @@ from msgspec.structs import replace
 
 from cxbridge.events import Event, GoalTransition, InterfaceMessage, PlanActionTransition
 from cxbridge.history.builder import RunHistory
-from cxbridge.history.linking import links
+from cxbridge.history.linking import find_skill_links
 from tests.history.runs import ListRun, action, fact, goal, us
 
 ROBOTS = ("robot1", "robot2", "robot3")
@@ -63,7 +63,10 @@ def a_run(order: tuple[int, ...], over: tuple[float, ...], *, facts: bool = Fals
 
 
 def linked(run):
-    return {link.action.goal: (link.call.skiller, link.call.error) for link in links(RunHistory.of(run))}
+    return {
+        link.action.goal: (link.call.skiller, link.call.error)
+        for link in find_skill_links(RunHistory.from_events(run))
+    }
 
 
 EXPECTED = {f"g{n}": (f"{ROBOTS[n]}-arm", REASONS[n]) for n in range(3)}
@@ -94,7 +97,7 @@ def test_an_action_that_fails_twice_has_the_reason_of_each_time():
         ]
 
     run = ListRun([goal(0, "g0", "DISPATCHED"), *once(0, 1, "door closed"), *once(5, 2, "battery low")])
-    found = links(RunHistory.of(run))
+    found = find_skill_links(RunHistory.from_events(run))
     assert [(link.action.id, link.call.error) for link in found] == [
         ("1", "door closed"),
         ("2", "battery low"),

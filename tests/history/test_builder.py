@@ -21,11 +21,13 @@ def status(text: str, state: str, msgid: int = 1, time: int = 0) -> SkillStatus:
 
 
 def calls(*events: Event) -> list[tuple[str, str, bool]]:
-    return [(call.skill_string, call.status, call.end is None) for call in RunHistory.of(events).calls]
+    return [
+        (call.skill_string, call.status, call.end is None) for call in RunHistory.from_events(events).calls
+    ]
 
 
 def test_a_family_of_goals():
-    history = RunHistory.of(family())
+    history = RunHistory.from_events(family())
     assert [each.id for each in history.goals] == ["gen1", "gen2", "RUN-gen3"]
     assert list(goal_forest(history.goals).parents.values()) == [2, 2, None]
     assert [change.mode for change in history.goals[1].changes] == [
@@ -36,7 +38,7 @@ def test_a_family_of_goals():
     ]
     (say,) = history.actions
     assert (say.name, say.goal_record, len(say.changes)) == ("say", history.goals[0], 3)
-    assert history.events == len(family())
+    assert history.event_count == len(family())
 
 
 def test_parents_in_a_circle_and_parents_never_seen():
@@ -95,7 +97,7 @@ def test_a_skill_between_two_looks_is_a_call():
 
 def test_the_error_of_a_skill_is_in_its_interface():
     write = InterfaceWrite(0, "SkillerInterface::Skiller", {"error": "no way"})
-    history = RunHistory.of([status("a", "S_RUNNING"), write, status("a", "S_FAILED")])
+    history = RunHistory.from_events([status("a", "S_RUNNING"), write, status("a", "S_FAILED")])
     assert history.calls[0].error == "no way"
 
 
@@ -104,7 +106,7 @@ def plan(time: int, call: str, status_: str) -> PlannerCall:
 
 
 def test_a_call_of_a_planner_lasts_from_its_start_to_its_answer():
-    history = RunHistory.of(
+    history = RunHistory.from_events(
         [plan(0, "1", "started"), plan(3, "1", "found"), plan(4, "", "failed"), plan(5, "2", "started")]
     )
     assert [(each.begin, each.end, each.status) for each in history.planner_calls] == [
@@ -117,7 +119,9 @@ def test_a_call_of_a_planner_lasts_from_its_start_to_its_answer():
 
 
 def test_a_goal_that_is_retracted_and_comes_again_is_one_goal():
-    history = RunHistory.of([goal("a", "FORMULATED"), goal("a", "RETRACTED"), goal("a", "FORMULATED")])
+    history = RunHistory.from_events(
+        [goal("a", "FORMULATED"), goal("a", "RETRACTED"), goal("a", "FORMULATED")]
+    )
     assert [[change.mode for change in each.changes] for each in history.goals] == [
         ["FORMULATED", "RETRACTED", "FORMULATED"]
     ]
@@ -127,8 +131,8 @@ def test_it_can_be_read_between_two_events():
     history = RunHistory()
     seen = []
     for event in family():
-        history.take(event)
-        seen.append((history.events, [each.mode for each in history.goals]))
+        history.record_event(event)
+        seen.append((history.event_count, [each.mode for each in history.goals]))
     assert [count for count, _ in seen] == list(range(1, len(family()) + 1))
     assert seen[0][1] == ["FORMULATED"]
     assert seen[-1][1] == ["FINISHED", "FINISHED", "FINISHED"]
@@ -145,13 +149,13 @@ def test_a_skill_string_that_is_cut_is_still_one_skill():
 def test_the_error_of_a_skill_is_in_the_fact_that_the_executive_has_of_it():
     text = '(SkillerInterface (id "Skiller") (skill_string "a") (error "no way") (msgid 1) (status S_FAILED))'
     fact = FactChange(1, "executive", True, 7, "SkillerInterface", text)
-    history = RunHistory.of([status("a", "S_RUNNING"), fact, status("a", "S_FAILED", time=1)])
+    history = RunHistory.from_events([status("a", "S_RUNNING"), fact, status("a", "S_FAILED", time=1)])
     assert history.calls[0].error == "no way"
 
 
 def test_times_are_since_the_begin_of_the_run():
     history = RunHistory(start_us=1_000_000)
-    history.take(status("a", "S_RUNNING", time=3_500_000))
+    history.record_event(status("a", "S_RUNNING", time=3_500_000))
     assert history.calls[0].begin == (0, 2_500_000)
 
 
@@ -161,7 +165,7 @@ def write(skiller: str, text: str, state: str, msgid: int, time: int, error: str
 
 
 def test_a_skiller_that_no_executive_reads_has_its_calls():
-    history = RunHistory.of(
+    history = RunHistory.from_events(
         [
             write("r1/S", "", "S_INACTIVE", 0, 0),
             write("r1/S", "a", "S_RUNNING", 1, 10),
@@ -174,7 +178,7 @@ def test_a_skiller_that_no_executive_reads_has_its_calls():
 
 
 def test_what_an_executive_reads_counts():
-    history = RunHistory.of(
+    history = RunHistory.from_events(
         [
             write("Skiller", "a", "S_RUNNING", 1, 0),
             status("a", "S_RUNNING", time=10),

@@ -75,7 +75,9 @@ def of_result(shape: dict[str, str]) -> list[str]:
 
 
 def of_test(shape: dict[str, str]) -> list[str]:
-    return [line.split("─ ")[-1].split()[0] for line in goal_tree(RunHistory.of(events(shape)).goals)]
+    return [
+        line.split("─ ")[-1].split()[0] for line in goal_tree(RunHistory.from_events(events(shape)).goals)
+    ]
 
 
 def of_comparison(shape: dict[str, str]) -> list[str]:
@@ -87,7 +89,7 @@ def of_trail(shape: dict[str, str]) -> list[str]:
 
 
 def of_report(shape: dict[str, str]) -> list[str]:
-    goals = RunHistory.of(events(shape)).goals
+    goals = RunHistory.from_events(events(shape)).goals
     return [goals[number].id for number, _ in goal_forest(goals).walk()]
 
 

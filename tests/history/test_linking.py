@@ -11,7 +11,7 @@ from msgspec.structs import replace
 from cxbridge.clipstext.facts import parse_fact
 from cxbridge.events import Event, FactChange, PlanActionTransition, PlannerCall, SkillStatus
 from cxbridge.history.builder import RunHistory
-from cxbridge.history.linking import links
+from cxbridge.history.linking import find_skill_links
 from cxbridge.resources import shipped_dir
 from cxbridge.run.options import RunOptions
 from cxbridge.run.run import run_scenario
@@ -33,7 +33,8 @@ def runs(at: float, skiller: str, text: str, status: str, msgid: int = 1) -> Eve
 
 def linked(run: Run) -> Pairs:
     return {
-        link.action.goal: (link.call.skiller, link.call.skill_string) for link in links(RunHistory.of(run))
+        link.action.goal: (link.call.skiller, link.call.skill_string)
+        for link in find_skill_links(RunHistory.from_events(run))
     }
 
 
@@ -118,7 +119,7 @@ def test_each_action_of_two_robots_has_the_skill_of_its_own_robot(tmp_path: Path
             asked[slots["goal-id"], slots["id"]] = slots["skiller"].strip('"')
     told = [event for event in whole if isinstance(event, SkillStatus)]
     assert len({event.skiller for event in told}) == 2
-    paired = links(RunHistory.of(whole))
+    paired = find_skill_links(RunHistory.from_events(whole))
     for link in paired:
         assert asked[link.action.goal, link.action.id] == link.call.skiller
     assert paired
@@ -152,7 +153,9 @@ def test_a_number_that_a_refused_message_has_again_is_not_the_call_before():
         sent(3, "g1", "WAITING"),
         sent(4, "g1", "FAILED", "7"),
     ]
-    assert [(link.action.goal, link.guessed) for link in links(RunHistory.of(events))] == [("g0", False)]
+    assert [
+        (link.action.goal, link.is_guessed) for link in find_skill_links(RunHistory.from_events(events))
+    ] == [("g0", False)]
 
 
 def test_an_agent_that_does_not_say_it_is_guessed_beside_one_that_does():
@@ -166,5 +169,8 @@ def test_an_agent_that_does_not_say_it_is_guessed_beside_one_that_does():
             replace(sent(1, "g", "RUNNING"), env=own, call=call, skiller="new-robot" if call else ""),
         )
     ]
-    found = {link.action.env: (link.call.skiller, link.guessed) for link in links(RunHistory.of(events))}
+    found = {
+        link.action.env: (link.call.skiller, link.is_guessed)
+        for link in find_skill_links(RunHistory.from_events(events))
+    }
     assert found == {"new": ("new-robot", False), "old": ("old-robot", True)}

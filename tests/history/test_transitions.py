@@ -28,72 +28,72 @@ SKILLER = {
 @pytest.mark.parametrize("slot", ["mode", "outcome", "parent", "error"])
 def test_a_goal_is_told_when_its_state_changes(slot: str) -> None:
     tracker = TransitionTracker("executive")
-    assert tracker.fact(1, "goal", GOAL) is not None
-    assert tracker.fact(2, "goal", GOAL) is None
-    changed = tracker.goal(3, {**GOAL, slot: "OTHER"})
+    assert tracker.track_assertion(1, "goal", GOAL) is not None
+    assert tracker.track_assertion(2, "goal", GOAL) is None
+    changed = tracker.track_goal(3, {**GOAL, slot: "OTHER"})
     assert changed is not None
     assert getattr(changed, slot) == "OTHER"
     assert (changed.time_us, changed.env, changed.goal) == (3, "executive", "gen1")
-    assert tracker.goal(4, GOAL) is not None
+    assert tracker.track_goal(4, GOAL) is not None
 
 
 @pytest.mark.parametrize("slot", ["message", "class", "sub-type"])
 def test_a_goal_is_not_told_when_only_something_else_changes(slot: str) -> None:
     tracker = TransitionTracker("executive")
-    tracker.goal(1, GOAL)
-    assert tracker.goal(2, {**GOAL, slot: "OTHER"}) is None
+    tracker.track_goal(1, GOAL)
+    assert tracker.track_goal(2, {**GOAL, slot: "OTHER"}) is None
 
 
 def test_a_plan_action_is_named_by_goal_plan_and_id() -> None:
     tracker = TransitionTracker("executive")
-    assert tracker.fact(1, "plan-action", ACTION) is not None
-    assert tracker.fact(1, "plan-action", ACTION) is None
+    assert tracker.track_assertion(1, "plan-action", ACTION) is not None
+    assert tracker.track_assertion(1, "plan-action", ACTION) is None
     for slot in ("id", "goal-id", "plan-id", "state"):
-        assert tracker.plan_action(2, {**ACTION, slot: "OTHER"}) is not None
-    assert tracker.plan_action(3, {**ACTION, "action-name": "other", "state": "OTHER"}) is None
+        assert tracker.track_plan_action(2, {**ACTION, slot: "OTHER"}) is not None
+    assert tracker.track_plan_action(3, {**ACTION, "action-name": "other", "state": "OTHER"}) is None
 
 
 def test_every_skiller_fact_is_told() -> None:
     tracker = TransitionTracker("executive")
     for _ in range(2):
-        event = tracker.fact(5, "SkillerInterface", SKILLER)
+        event = tracker.track_assertion(5, "SkillerInterface", SKILLER)
         assert event is not None
-        assert event == tracker.skiller(5, {**SKILLER, "id": "Skiller"})
+        assert event == tracker.read_skiller_status(5, {**SKILLER, "id": "Skiller"})
     assert event.skill_string == 'say{text="a", wait=true}'  # type: ignore[union-attr]
 
 
 def test_a_modified_fact_is_retracted_and_asserted_and_not_forgotten() -> None:
     tracker = TransitionTracker("executive")
     for template, slots in (("goal", GOAL), ("plan-action", ACTION)):
-        assert tracker.fact(1, template, slots) is not None
-        tracker.retracted(template, slots)
-        assert tracker.fact(2, template, slots) is None
+        assert tracker.track_assertion(1, template, slots) is not None
+        tracker.record_retraction(template, slots)
+        assert tracker.track_assertion(2, template, slots) is None
 
 
 def test_goals_that_come_and_go_for_ever_leave_nothing_behind() -> None:
     """The tracker once kept every goal and plan-action: a leak in a daemon that makes goals for ever."""
     tracker = TransitionTracker("executive")
     stays = {**GOAL, "id": "stays"}
-    tracker.fact(0, "goal", stays)
+    tracker.track_assertion(0, "goal", stays)
     sizes = set()
     for number in range(5 * MAX_RETIRED):
         goal = {**GOAL, "id": f"gen{number}"}
         action = {**ACTION, "goal-id": f"gen{number}"}
-        assert tracker.fact(number, "goal", goal) is not None
-        assert tracker.fact(number, "plan-action", action) is not None
+        assert tracker.track_assertion(number, "goal", goal) is not None
+        assert tracker.track_assertion(number, "plan-action", action) is not None
         for template, slots in (("goal", goal), ("plan-action", action)):
-            tracker.retracted(template, slots)
-            assert tracker.fact(number, template, slots) is None
-            tracker.retracted(template, slots)
+            tracker.record_retraction(template, slots)
+            assert tracker.track_assertion(number, template, slots) is None
+            tracker.record_retraction(template, slots)
         sizes.add(len(tracker))
     assert max(sizes) <= 4 * MAX_RETIRED + 5
-    assert tracker.fact(0, "goal", stays) is None
+    assert tracker.track_assertion(0, "goal", stays) is None
 
 
 def test_a_retraction_of_somebody_elses_fact_means_nothing() -> None:
     tracker = TransitionTracker("executive")
     for template, slots in (("goal", {}), ("plan-action", {"id": "a"}), ("time", {}), ("goal", GOAL)):
-        tracker.retracted(template, slots)
+        tracker.record_retraction(template, slots)
     assert len(tracker) == 0
 
 
@@ -107,13 +107,16 @@ def test_a_retraction_of_somebody_elses_fact_means_nothing() -> None:
     ],
 )
 def test_facts_of_somebody_elses_templates_mean_nothing(template: str, slots: dict[str, str]) -> None:
-    assert TransitionTracker("executive").fact(0, template, slots) is None
+    assert TransitionTracker("executive").track_assertion(0, template, slots) is None
 
 
 def test_a_fact_without_a_slot_leaves_no_trace() -> None:
     tracker = TransitionTracker("executive")
-    assert tracker.fact(0, "goal", {key: value for key, value in GOAL.items() if key != "class"}) is None
-    assert tracker.fact(0, "goal", GOAL) is not None
+    assert (
+        tracker.track_assertion(0, "goal", {key: value for key, value in GOAL.items() if key != "class"})
+        is None
+    )
+    assert tracker.track_assertion(0, "goal", GOAL) is not None
 
 
 @pytest.mark.parametrize(

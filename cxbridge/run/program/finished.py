@@ -13,7 +13,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.events import Level, LogLine
 from cxbridge.file_access import write_file
 from cxbridge.history.builder import RunHistory
-from cxbridge.history.model import GoalRecord, PlanActionRecord, SkillExecution, goal_tree, goals_named
+from cxbridge.history.model import GoalRecord, PlanActionRecord, SkillExecution, find_goals, goal_tree
 from cxbridge.run.explainers import why
 from cxbridge.run.pages import VIEWS
 from cxbridge.trace.formats import registry
@@ -59,7 +59,7 @@ class Run:
 
         :raises TraceError: if the recording cannot be read.
         """
-        return RunHistory.of(self.source, start_us=self.source.start_us)
+        return RunHistory.from_events(self.source, start_us=self.source.start_us)
 
     @property
     def goals(self) -> list[GoalRecord]:
@@ -81,7 +81,7 @@ class Run:
 
         :raises CxbridgeError: unless exactly one goal matches.
         """
-        goals = goals_named(self.goals, name)
+        goals = find_goals(self.goals, name)
         if len(goals) != 1:
             classes = ", ".join(dict.fromkeys(goal.goal_class for goal in self.goals)) or "none"
             raise CxbridgeError(

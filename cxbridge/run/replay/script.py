@@ -9,7 +9,7 @@ from enum import Enum
 from typing import Any, Final
 
 from cxbridge.events import InterfaceMessage, InterfaceWrite, SkillStatus
-from cxbridge.history.exchange import progress_of
+from cxbridge.history.exchange import read_progress
 from cxbridge.trace.compare.names import replace_names
 
 Values = Mapping[str, Any]
@@ -210,6 +210,6 @@ def _add_message(execution: Execution, message: InterfaceMessage) -> None:
             execution.parameters = None
     elif message.message == "FeedbackMessage":
         after_us = message.time_us - execution.time_us
-        execution.feedback.append((after_us, progress_of(values), str(values.get("text", ""))))
+        execution.feedback.append((after_us, read_progress(values), str(values.get("text", ""))))
     elif message.message == "FinishMessage":
         execution.outcome, execution.error = str(values.get("outcome", "")), str(values.get("error", ""))

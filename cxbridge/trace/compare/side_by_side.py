@@ -60,11 +60,11 @@ def page_report(
 
 def _goal_values(a: Run, b: Run) -> dict[str, Any]:
     """Return the goals of both runs in the order of their trees, with lengths, starts and unit."""
-    histories = [RunHistory.of(run, UNLIMITED, run.start_us) for run in (a, b)]
+    histories = [RunHistory.from_events(run, UNLIMITED, run.start_us) for run in (a, b)]
     # a text of transitions may have no times: the numbers of events then replace them
     has_times = all(history.end > 0 for history in histories)
     bars = [_goal_bars(history, has_times=has_times) for history in histories]
-    ends = [history.end / MICROSECONDS if has_times else history.events for history in histories]
+    ends = [history.end / MICROSECONDS if has_times else history.event_count for history in histories]
     match = match_goals(GoalForest(_transitions_of(a)), GoalForest(_transitions_of(b)))
     rows: dict[str, dict[str, Any]] = {}
     for goal_a, goal_b in match.pairs:
@@ -104,7 +104,7 @@ def _make_bar(goal: GoalRecord, history: RunHistory, *, has_times: bool) -> Bar:
     if has_times:
         times = begin.time / MICROSECONDS, (history.end if end_change is None else end.time) / MICROSECONDS
     else:
-        times = begin.seq, (history.events if end_change is None else end.seq)
+        times = begin.seq, (history.event_count if end_change is None else end.seq)
     return {
         "goal": goal.name,
         "goal_class": goal.goal_class,

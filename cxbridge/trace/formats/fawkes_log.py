@@ -84,7 +84,7 @@ class FawkesLog(Run):
             if type(event) is FactChange:
                 tracker = trackers.setdefault(event.env, TransitionTracker(event.env))
                 try:
-                    transition = tracker.change(event)
+                    transition = tracker.track_change(event)
                 except FactSyntaxError as error:
                     self.note(f"line {line}: fact f-{event.index} is not readable: {error}")
                     continue

@@ -113,7 +113,7 @@ def play(
         )
         assembly = run.world.assembly
         history = RunHistory(UNLIMITED, assembly.clock.now_us())
-        assembly.bus.subscribe(history.take, *TRANSITION_TYPES)
+        assembly.bus.subscribe(history.record_event, *TRANSITION_TYPES)
         stack.callback(start_recording(assembly, options).close)
         # Finalise before the recorder closes, so that the shutdown rules are recorded.
         stack.callback(assembly.finalize)

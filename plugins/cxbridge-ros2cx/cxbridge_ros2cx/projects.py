@@ -18,7 +18,7 @@ import typer
 from cxbridge.errors import CxbridgeError
 from cxbridge.run.program.plain_options import make_options
 from cxbridge.run.source import source_of
-from cxbridge.testing.new_project import Template, read_template, words_of_checkout
+from cxbridge.testing.new_project import Template, checkout_replacements, read_template
 from cxbridge_ros2cx.options import is_clips_manager_agent
 
 _TEMPLATES: Final = Path(__file__).parent / "templates"
@@ -55,7 +55,7 @@ class Ros2CxTemplate(Template):
             raise CxbridgeError("--ros2cx goes with the parameters of an agent", file=source_path)
         return read_template(
             _TEMPLATES / "thesis",
-            words_of_checkout(name, source_path, make_options(None, ros2cx=source_path)),
+            checkout_replacements(name, source_path, make_options(None, ros2cx=source_path)),
         )
 
 

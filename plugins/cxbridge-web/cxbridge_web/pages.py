@@ -16,7 +16,7 @@ from starlette.exceptions import HTTPException
 from starlette.responses import PlainTextResponse, Response
 from starlette.staticfiles import StaticFiles
 
-from cxbridge.history.outcome import plain_outcomes
+from cxbridge.history.outcome import outcomes_as_json
 
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send
@@ -67,7 +67,7 @@ def make_site_module(
 
 def make_base_script() -> str:
     """Return the script that all pages share: ``cx``, with the outcomes of goals, actions and skills."""
-    outcomes = json.dumps(plain_outcomes(), ensure_ascii=False)
+    outcomes = json.dumps(outcomes_as_json(), ensure_ascii=False)
     return (
         (STATIC_FOLDER / "shared/base.js")
         .read_text(encoding="utf-8")

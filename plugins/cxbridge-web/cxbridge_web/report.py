@@ -17,7 +17,7 @@ from typing import Any, Final
 from cxbridge.errors import CxbridgeError
 from cxbridge.file_access import write_file
 from cxbridge.history.builder import UNLIMITED, RunHistory
-from cxbridge.history.linking import links
+from cxbridge.history.linking import find_skill_links
 from cxbridge.resources import VERSION
 from cxbridge.run.explainers import explainer
 from cxbridge.trace.codec import encode_with_kind
@@ -59,7 +59,9 @@ def report(run: Run, title: str = "") -> str:
     else:
         data = b"".join(encode_with_kind(event) + b"\n" for event in run if event.KIND.name)
     name = title or run.path.name or "run"
-    history = RunHistory.of(run, UNLIMITED, run.start_us)  # before `run.notes`: reading the run fills them
+    history = RunHistory.from_events(
+        run, UNLIMITED, run.start_us
+    )  # before `run.notes`: reading the run fills them
     embedded = {
         "name": name,
         "links": guessed_links(history),
@@ -196,7 +198,7 @@ def guessed_links(history: RunHistory) -> list[list[Any]]:
         message id and begin (in microseconds) of the skill call.
     """
     start_us = history.clock.first_us or 0
-    pairs = [(link.action, link.call) for link in links(history) if link.guessed]
+    pairs = [(link.action, link.call) for link in find_skill_links(history) if link.is_guessed]
     return [
         [
             *(action.env, action.goal, action.plan, action.id),

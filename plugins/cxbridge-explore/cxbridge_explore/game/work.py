@@ -31,7 +31,7 @@ class WorkCount:
         self._history = RunHistory(start_us=start_us)
 
     def __call__(self, event: Event) -> None:
-        self._history.take(event)
+        self._history.record_event(event)
 
     def by_robot(
         self, robots: Mapping[str, str], end_us: int, seconds_at: Callable[[int], float]
@@ -43,7 +43,7 @@ class WorkCount:
         :param seconds_at: converts a time to seconds of the production.
         """
         clock = self._history.clock
-        end, start_us = clock.at(end_us), clock.first_us or 0
+        end, start_us = clock.advance_to(end_us), clock.first_us or 0
         spans_of_robots: dict[str, list[Span]] = {name: [] for name in sorted(set(robots.values()))}
         for call in self._history.calls:
             name = _performer(call)

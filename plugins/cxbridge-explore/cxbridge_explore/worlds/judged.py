@@ -64,8 +64,8 @@ class JudgedRun(Closing):
         """Return whether the run cannot continue: it is stuck or has lost a component."""
         if not self._is_checked:
             self._is_checked = True
-            self._checks.start()
-        self._checks.look()
+            self._checks.check_loaded_files()
+        self._checks.check_new_files()
         self._loss = self.world.assembly.loss
         # A team that waits for a restart is not stuck: the restarted agent can still change something.
         return bool(self._loss) or (not self.world.awaits_restart and self._watch.check())

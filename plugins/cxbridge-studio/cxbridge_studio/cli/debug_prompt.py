@@ -248,7 +248,7 @@ class _Agent:
 
     def _goals(self) -> None:
         goals = self.assembly.executive.goals.open_goals.values()
-        self._say(*(line.text for line in goal_lines(goals, modes=True)))
+        self._say(*(line.text for line in goal_lines(goals, show_modes=True)))
 
     def _why(self, question: str) -> None:
         kind, _, name = question.rpartition(" ")

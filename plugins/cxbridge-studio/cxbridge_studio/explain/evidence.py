@@ -27,7 +27,7 @@ from cxbridge.events import (
     RuleFired,
     SkillStatus,
 )
-from cxbridge.history.exchange import agent_of, is_exchanged
+from cxbridge.history.exchange import is_board_message, message_agent
 from cxbridge.history.model import PLAN_ACTION, ActionKey
 from cxbridge.history.transitions import unquote
 from cxbridge_studio.explain.action_diagnosis import FAILED_STATES, ActionDiagnosis, diagnose_action
@@ -149,9 +149,9 @@ class History:
         elif isinstance(event, InterfaceMessage):
             # An execution reports its progress many times, which explains nothing.
             if (
-                is_exchanged(event)
+                is_board_message(event)
                 and event.message != _FEEDBACK_MESSAGE
-                and agent_of(event) in ("", self.env)
+                and message_agent(event) in ("", self.env)
             ):
                 self.steps.append(EvidenceStep(event, ()))
         elif isinstance(event, ENVIRONMENT_EVENT_TYPES) and event.env == self.env:

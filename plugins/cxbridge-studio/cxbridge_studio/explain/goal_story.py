@@ -173,7 +173,7 @@ class GoalStoryWriter:
     def outcome_cause(self, goal: GoalRecord) -> Cause:
         """Return how a goal ended, with the reasons."""
         # A goal that was formulated again after its end is open now.
-        if goal.end_change is None and goal.former_ends:
+        if goal.end_change is None and goal.former_end_changes:
             return Cause(self._mode_text(goal))
         return Cause(self._outcome_text(goal), tuple(self._causes_of_outcome(goal, {goal.name})))
 
@@ -184,8 +184,8 @@ class GoalStoryWriter:
     def _is_retracted(self, goal: GoalRecord) -> bool:
         """Whether the fact of a goal is retracted, as far as facts are known."""
         facts = self._facts.get("goal")
-        if goal.replaced is not None or facts is None or not self._evidence.has_facts("goal"):
-            return goal.replaced is not None
+        if goal.replaced_seq is not None or facts is None or not self._evidence.has_facts("goal"):
+            return goal.replaced_seq is not None
         # With as many facts as the limit, the goal may be among those that were not copied.
         return len(facts) < MAX_COPIED_FACTS and all(slots.get("id") != goal.id for slots in facts)
 
@@ -260,7 +260,7 @@ class GoalStoryWriter:
 
     def _former_outcomes_text(self, goal: GoalRecord) -> str:
         """Return the outcomes of the goal before it was formulated again."""
-        ends = [f"{change.outcome} at {self._time_text(change)}" for change in goal.former_ends]
+        ends = [f"{change.outcome} at {self._time_text(change)}" for change in goal.former_end_changes]
         return f"; before, it was {', '.join(ends)}" if ends else ""
 
     def _causes_of_outcome(self, goal: GoalRecord, reported_names: set[str]) -> Iterator[Cause]:

@@ -8,7 +8,7 @@ from typing import Final
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import PlannerCall
 from cxbridge.history.builder import UNLIMITED, RunHistory
-from cxbridge.history.linking import SkillLink, links
+from cxbridge.history.linking import SkillLink, find_skill_links
 from cxbridge.history.model import (
     ActionChange,
     GoalChange,
@@ -16,8 +16,8 @@ from cxbridge.history.model import (
     PlanActionRecord,
     PlannerExecution,
     SkillExecution,
+    find_goals,
     goal_forest,
-    goals_named,
 )
 from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.explain.action_diagnosis import FAILED_STATES, ActionDiagnosis
@@ -40,11 +40,11 @@ class Goals:
         # The events are numbered by their position in this list, so the `seq` of a change is an index into
         # it.
         self._steps = list(history.steps)
-        run = RunHistory.of((step.event for step in self._steps), UNLIMITED)
+        run = RunHistory.from_events((step.event for step in self._steps), UNLIMITED)
         self.all = run.goals
         self._forest = goal_forest(run.goals)
         self._run = run
-        self._links_by_action = {link.action.number: link for link in links(run)}
+        self._links_by_action = {link.action.number: link for link in find_skill_links(run)}
 
     def parent(self, goal: GoalRecord) -> GoalRecord | None:
         parent_number = self._forest.parents[goal.number]
@@ -101,7 +101,7 @@ class Goals:
 
     def planner_calls(self, goal: GoalRecord) -> Iterator[PlannerCall]:
         """Yield the results of planner calls for a goal, in order."""
-        begin, end = goal.changes[0].seq, len(self._steps) if goal.replaced is None else goal.replaced
+        begin, end = goal.changes[0].seq, len(self._steps) if goal.replaced_seq is None else goal.replaced_seq
         for step in self._steps[begin:end]:
             event = step.event
             if isinstance(event, PlannerCall) and event.goal == goal.id and event.status != "started":
@@ -112,13 +112,13 @@ class Goals:
         return self._steps[seq].event.time_us
 
     def find_goals(self, name: str, *, latest_only: bool = False) -> list[GoalRecord]:
-        """Return the goals with a name; see :func:`~cxbridge.history.model.goals_named`.
+        """Return the goals with a name; see :func:`~cxbridge.history.model.find_goals`.
 
         :param latest_only: whether to return only the latest goal if the name is an id.
         :raises UnknownGoalError: if there is no such goal.
         :raises CxbridgeError: if the name is the beginning of several ids.
         """
-        matches = goals_named(self.all, name)
+        matches = find_goals(self.all, name)
         stem = name.rpartition("#")[0]
         if not matches:
             known_names = dict.fromkeys(word for goal in self.all for word in (goal.id, goal.goal_class))

@@ -164,7 +164,9 @@ class _RunStoryWriter:
 
 def _has_failed(goal: GoalRecord) -> bool:
     """Whether a goal has failed, now or before it was formulated again."""
-    return bool(goal.former_ends) or (goal.end_change is not None and goal.outcome in _FAILURE_OUTCOMES)
+    return bool(goal.former_end_changes) or (
+        goal.end_change is not None and goal.outcome in _FAILURE_OUTCOMES
+    )
 
 
 def _drop_missing_firings(cause: Cause) -> Cause:

@@ -108,7 +108,7 @@ class _WatchedFacts:
         is_modified = text != event.text
         if is_modified:
             event = FactChange(event.time_us, ENVIRONMENT, event.asserted, event.index, event.template, text)
-        transition = self._tracker.change(event)
+        transition = self._tracker.track_change(event)
         if event.asserted:
             self._remember(event.index, text)
         elif not is_modified:  # a modified fact is asserted next, and needs the slots of its previous text

@@ -38,7 +38,7 @@ def filter_goals(goals: Sequence[GoalRow], words: str) -> Sequence[GoalRow]:
         return goals
     by_id = {(goal.env, goal.id): goal for goal in goals}
     matching = (key for key, goal in by_id.items() if has_words(words, goal[1:]))
-    selected = goal_forest(goals).with_ancestors(matching)
+    selected = goal_forest(goals).goals_with_ancestors(matching)
     return [goal for key, goal in by_id.items() if key in selected]
 
 

@@ -274,7 +274,7 @@ class MonitorApp(App[None]):
         if not self.is_running:
             return
         goal = self._find("#goals", GoalTree).chosen
-        text = LEGEND if goal is None else one_line(goal_line("", goal.id, goal, modes=True).text)
+        text = LEGEND if goal is None else one_line(goal_line("", goal.id, goal, show_modes=True).text)
         self._set_text("legend", text)
 
     # -- keys

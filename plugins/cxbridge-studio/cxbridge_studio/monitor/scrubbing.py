@@ -99,14 +99,14 @@ class Scrubber:
 
     def _end_loading(self, *notes: str) -> None:
         self._reader = None
-        self.notes += [*notes, *self.run.notes, *self._clock.notes()]
+        self.notes += [*notes, *self.run.notes, *self._clock.describe_setbacks()]
 
     def _add(self, event: Event) -> None:
         if not event.KIND.name:
             return
         number = len(self.events)
         self.events.append(event)
-        self.times.append(self._clock.at(event.time_us))
+        self.times.append(self._clock.advance_to(event.time_us))
         self._state_at_end.add_event(event)
         if isinstance(event, LogLine):
             self.log_lines.append(number)

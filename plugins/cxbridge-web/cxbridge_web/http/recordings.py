@@ -173,7 +173,9 @@ def _make_recording_response(file: Path, *, with_links: bool) -> Response:
     headers = {"Cache-Control": "no-cache"}
     if with_links:
         run = open_run(file)
-        return JSONResponse(guessed_links(RunHistory.of(run, UNLIMITED, run.start_us)), headers=headers)
+        return JSONResponse(
+            guessed_links(RunHistory.from_events(run, UNLIMITED, run.start_us)), headers=headers
+        )
     if is_mcap(file):
         return FileResponse(file, media_type="application/octet-stream", headers=headers)
     return StreamingResponse(_encode_lines(file), media_type="application/x-ndjson", headers=headers)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import Any, Final
 
-from cxbridge.history.truncation import cut
+from cxbridge.history.truncation import truncate
 from cxbridge_web.escaping import escape_invisible
 
 # The number of an event of the run, and its time in microseconds since the first event.
@@ -23,7 +23,7 @@ MAX_NAME_LENGTH: Final = 80
 
 def make_label(text: str) -> str:
     """Return a text as a name: one visible line of limited length, never empty."""
-    line = escape_invisible(cut(text.partition("\n")[0], MAX_NAME_LENGTH)).replace("\t", " ")
+    line = escape_invisible(truncate(text.partition("\n")[0], MAX_NAME_LENGTH)).replace("\t", " ")
     return line or "(empty)"
 
 

@@ -17,9 +17,9 @@ from typing import Any, Final
 
 from cxbridge.file_access import replaced_file
 from cxbridge.history.builder import ENDED, RUNNING
-from cxbridge.history.linking import links
+from cxbridge.history.linking import find_skill_links
 from cxbridge.history.model import SkillExecution
-from cxbridge.history.truncation import cut
+from cxbridge.history.truncation import truncate
 from cxbridge.trace.formats.base import Run
 from cxbridge_web.timeline.events import Lanes, Moment, TraceEvents, Track, Tracks
 from cxbridge_web.timeline.goals import OPEN_NOTE, add_goals
@@ -103,14 +103,14 @@ def _add_calls(data: TimelineData, tracks: Tracks, events: TraceEvents) -> dict[
     if not data.history.calls and not data.history.planner_calls:
         return skiller_tracks
     process = tracks.add_process("skills")
-    end = data.history.events, data.history.end
+    end = data.history.event_count, data.history.end
     for call in data.history.calls:
         key = call.env, call.skiller
         if key not in skiller_tracks:
             skiller_tracks[key] = tracks.add_thread(process, call.skiller)
         args: dict[str, Any] = {"skill": call.skill_string, "msgid": call.msgid, "status": call.status}
         if call.error:
-            args["error"] = cut(call.error, MAX_VALUE_LENGTH)
+            args["error"] = truncate(call.error, MAX_VALUE_LENGTH)
         if call.end is None:
             args["note"] = OPEN_NOTE
         events.add_slice(
@@ -142,7 +142,7 @@ def _add_interfaces(data: TimelineData, tracks: Tracks, events: TraceEvents) -> 
             add_slice(uid, moment)
         last_changes[uid] = moment, changed
     for uid in last_changes:
-        add_slice(uid, (data.history.events, data.history.end))
+        add_slice(uid, (data.history.event_count, data.history.end))
     for moment, uid, text in data.messages.items():
         events.add_instant(interface_tracks[uid], text, moment, {"message": text}, category="message")
     return interface_tracks
@@ -161,12 +161,12 @@ def _add_flows(
     end.
     """
     writes = _SkillerWrites(data)
-    for number, link in enumerate(links(data.history), start=1):
+    for number, link in enumerate(find_skill_links(data.history), start=1):
         call = link.call
-        begin_write, end_write = writes.find_begin_and_end(call, link.ordered[0])
+        begin_write, end_write = writes.find_begin_and_end(call, link.ordered_at[0])
         interface = interfaces.get(f"{_SKILLER_PREFIX}{call.skiller}")
         steps = [
-            (actions[link.action.number], link.ordered),
+            (actions[link.action.number], link.ordered_at),
             (interface, begin_write),
             (skillers[call.env, call.skiller], call.begin),
             (interface, end_write),

@@ -60,7 +60,7 @@ def _indent(depth: int) -> str:
 
 def _add_goal(goal: GoalRecord, parent: str, history: RunHistory, events: TraceEvents, track: Track) -> None:
     """Add a slice for each life of a goal, containing slices for its modes."""
-    end = history.events, history.end
+    end = history.event_count, history.end
     begin: Moment | None = None
     # A goal may be retracted and formulated again with the same id: each life has a slice.
     for change, next_change in zip(goal.changes, [*goal.changes[1:], None], strict=True):
@@ -121,7 +121,9 @@ def _add_plan(
     action_tracks = {}
     for span, action in spans:
         action_tracks[action.number] = track = lanes.reserve_track(*span)
-        _add_action(action, events, track, span, DROPPED_NOTE if span[1][0] < history.events else OPEN_NOTE)
+        _add_action(
+            action, events, track, span, DROPPED_NOTE if span[1][0] < history.event_count else OPEN_NOTE
+        )
     return action_tracks
 
 
@@ -133,7 +135,7 @@ def _find_span(action: PlanActionRecord, history: RunHistory) -> tuple[Moment, M
     last_change = action.changes[-1]
     if last_change.state in DONE_STATES:
         return begin, last_change[:2]
-    return begin, _find_retraction(action, last_change) or (history.events, history.end)
+    return begin, _find_retraction(action, last_change) or (history.event_count, history.end)
 
 
 def _find_retraction(action: PlanActionRecord, last_change: ActionChange) -> Moment | None:

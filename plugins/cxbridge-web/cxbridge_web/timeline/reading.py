@@ -11,7 +11,7 @@ from typing import Any, Final
 
 from cxbridge.events import Event, FactChange, InterfaceMessage, InterfaceWrite, Level, LogLine, RuleFired
 from cxbridge.history.builder import HistoryLimits, RunHistory
-from cxbridge.history.truncation import cut
+from cxbridge.history.truncation import truncate
 from cxbridge.trace.codec import values_with_enum_names
 from cxbridge.trace.formats.base import Run
 from cxbridge_web.timeline.events import Moment
@@ -74,8 +74,8 @@ def read_timeline(run: Run, limits: TimelineLimits | None = None) -> TimelineDat
     )
     fact_count = 0
     for event in run:
-        seq = data.history.events
-        data.history.take(event)
+        seq = data.history.event_count
+        data.history.record_event(event)
         moment = seq, data.history.end
         if isinstance(event, FactChange):
             fact_count += 1 if event.asserted else -1
@@ -88,9 +88,9 @@ def read_timeline(run: Run, limits: TimelineLimits | None = None) -> TimelineDat
     lists_by_noun |= {"interface writes": data.changes, "messages": data.messages, "firings": data.firings}
     data.notes = [
         *run.notes,
-        *data.history.clock.notes(),
+        *data.history.clock.describe_setbacks(),
         *(_make_note(noun, items) for noun, items in lists_by_noun.items() if items.lost),
-        *data.history.left_out(),
+        *data.history.omission_notes(),
     ]
     return data
 
@@ -101,11 +101,11 @@ def _add_event(data: TimelineData, event: Event, moment: Moment) -> None:
         case RuleFired():
             data.firings.add((moment, event.env, event.rule))
         case LogLine():
-            data.log[event.level].add((moment, event.component, cut(event.text)))
+            data.log[event.level].add((moment, event.component, truncate(event.text)))
         case InterfaceWrite():
             values = data.interfaces.setdefault(event.uid, {})
             texts = {name: _value_text(value) for name, value in values_with_enum_names(event.values).items()}
-            texts = {name: cut(text, MAX_VALUE_LENGTH) for name, text in texts.items()}
+            texts = {name: truncate(text, MAX_VALUE_LENGTH) for name, text in texts.items()}
             changed = {name: text for name, text in texts.items() if values.get(name) != text}
             values.update(changed)
             if changed:  # a program may write the same values in each loop
@@ -116,7 +116,7 @@ def _add_event(data: TimelineData, event: Event, moment: Moment) -> None:
             values_text = " ".join(f"{name}={_value_text(value)}" for name, value in fields)
             sender = f" from {event.sender}" if event.sender else ""
             text = f"{event.message} {event.msgid} {event.outcome}{sender}: {values_text}"
-            data.messages.add((moment, event.uid, cut(text)))
+            data.messages.add((moment, event.uid, truncate(text)))
 
 
 def _make_note(noun: str, lists_by_noun: TruncatedList[Any]) -> str:

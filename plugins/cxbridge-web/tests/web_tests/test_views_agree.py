@@ -22,9 +22,9 @@ from msgspec.structs import replace
 from cxbridge.clipstext.facts import parse_fact
 from cxbridge.events import Event, FactChange, InterfaceMessage, PlanActionTransition, SkillStatus
 from cxbridge.history.builder import RunHistory
-from cxbridge.history.linking import links
+from cxbridge.history.linking import find_skill_links
 from cxbridge.history.model import goal_forest
-from cxbridge.history.outcome import ENDED_MODES, plain_outcomes
+from cxbridge.history.outcome import ENDED_MODES, outcomes_as_json
 from cxbridge.resources import shipped_dir
 from cxbridge.run.options import RunOptions
 from cxbridge.run.run import run_scenario
@@ -104,7 +104,7 @@ def in_why(run: Run) -> Iterator[Pair]:
         for goal in goals.all:
             for action in goal.actions:
                 if (link := goals.skill_link(action)) is not None:
-                    assert not link.guessed
+                    assert not link.is_guessed
                     key, call = (env, goal.id, action.plan, action.id), link.call
                     yield key, call.skiller, name_of(call.skill_string)
 
@@ -147,7 +147,7 @@ def in_page(run: Run, modules: Path) -> dict[str, list[Any]]:
     assert NODE is not None
     lines = b"".join(encode_with_kind(event) + b"\n" for event in run if event.KIND.name)
     script = ROOT / "plugins/cxbridge-web/tests/web_tests" / "page" / "model_of_run.mjs"
-    command = [NODE, str(script), str(modules), json.dumps(plain_outcomes())]
+    command = [NODE, str(script), str(modules), json.dumps(outcomes_as_json())]
     done = subprocess.run(command, input=lines, capture_output=True, check=False)
     assert done.returncode == 0, done.stderr.decode()
     model: dict[str, list[Any]] = json.loads(done.stdout)
@@ -193,7 +193,7 @@ def check(run: Run, modules: Path) -> int:
     if NODE is not None:
         model = in_page(run, modules)
         assert sorted(set(page_pairs(model))) == said
-        compare_histories(RunHistory.of(run), model)
+        compare_histories(RunHistory.from_events(run), model)
         actions = read_timeline(run).history.actions
         assert sorted(text for *_, text in model["actions"]) == sorted(each.text for each in actions)
     return len(known)
@@ -237,9 +237,11 @@ def test_a_recording_that_does_not_say_it_is_guessed(tmp_path: Path):
         replace(event, skiller="", call="") if isinstance(event, PlanActionTransition) else event
         for event in open_run(recorded)
     ]
-    said, guessed = (links(RunHistory.of(events)) for events in (open_run(recorded), ListRun(older)))
-    assert {link.guessed for link in said} == {False}
-    assert {link.guessed for link in guessed} == {True}
+    said, guessed = (
+        find_skill_links(RunHistory.from_events(events)) for events in (open_run(recorded), ListRun(older))
+    )
+    assert {link.is_guessed for link in said} == {False}
+    assert {link.is_guessed for link in guessed} == {True}
     evidence = RecordedEvidence(ListRun(older), None, None)
     assert evidence.history is not None
     for before, after in pairwise(said):
@@ -306,14 +308,14 @@ def test_the_page_reads_a_skill_board_as_the_history_does(seed: int, page_module
         uid, kind, values = draw.choice(left).pop(0)
         number = len(events)
         events.append(InterfaceMessage(number * 1000, uid, f"{kind}Message", number, "", "queued", values))
-    compare_histories(RunHistory.of(events), in_page(ListRun(events), page_modules))
+    compare_histories(RunHistory.from_events(events), in_page(ListRun(events), page_modules))
 
 
 @pytest.mark.skipif(NODE is None, reason="needs node")
 @pytest.mark.parametrize("seed", range(many(300, 10)))
 def test_the_page_reads_any_transitions_as_the_history_does(seed: int, page_modules: Path):
     events = drawn_events(random.Random(seed))
-    compare_histories(RunHistory.of(events), in_page(ListRun(events), page_modules))
+    compare_histories(RunHistory.from_events(events), in_page(ListRun(events), page_modules))
 
 
 @pytest.mark.skipif(NODE is None, reason="needs node")

@@ -8,7 +8,7 @@ import pytest
 from msgspec import structs
 
 from cxbridge.events import Event, GoalTransition, PlannerCall
-from cxbridge.history.model import goals_named
+from cxbridge.history.model import find_goals
 from cxbridge.run.program.finished import open_run
 from cxbridge_studio.explain.answer import explain
 from cxbridge_studio.explain.recorded import RecordedEvidence
@@ -33,7 +33,7 @@ def test_why_without_a_number_tells_of_both(recorded: Path):
 def test_why_is_asked_by_time(recorded: Path):
     run = open_run(recorded)
     for life, name in enumerate(("ROOM", "ROOM#2")):
-        end = goals_named(run.goals, "ROOM")[life].changes[-2].time / 1e6
+        end = find_goals(run.goals, "ROOM")[life].changes[-2].time / 1e6
         answer = explain(RecordedEvidence(run.source, end, None), "ROOM", "goal")
         assert [goal["goal"] for goal in answer.data["goals"]] == [name]
 

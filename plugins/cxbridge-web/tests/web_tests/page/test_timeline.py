@@ -337,7 +337,7 @@ def test_steps_give_each_transition_the_same_room(recorded):
     "events", [family(), exchange(), exchange("FAILED", "door closed"), exchange()[:-1], exchange()[1:]]
 )
 def test_the_reader_in_javascript_finds_what_the_one_in_python_finds(tab, site, events):
-    known = RunHistory.of(events)
+    known = RunHistory.from_events(events)
     tab.goto(site.url)
     found = tab.evaluate(
         """async (events) => {

@@ -22,7 +22,7 @@ from cxbridge.events import (
     SkillStatus,
 )
 from cxbridge.history.builder import RunHistory
-from cxbridge.history.linking import links
+from cxbridge.history.linking import find_skill_links
 from cxbridge.trace.formats.registry import open_run
 from cxbridge_web.timeline.export import trace_events, write_timeline
 from cxbridge_web.timeline.goals import DROPPED_NOTE, INDENT, OPEN_NOTE
@@ -148,7 +148,7 @@ def test_of_two_that_waited_the_one_of_the_skills_name_ran_it():
         act(2, "other", "RUNNING"),
         act(2, "move", "RUNNING"),
     ]
-    (link,) = links(RunHistory.of(run))
+    (link,) = find_skill_links(RunHistory.from_events(run))
     assert link.action.name == "move"
 
 
@@ -165,12 +165,12 @@ def test_of_two_that_waited_the_one_that_ended_with_the_skill_ran_it():
         act(5 * second, "office", "EXECUTION-SUCCEEDED"),
         act(9 * second, "kitchen", "EXECUTION-SUCCEEDED"),
     ]
-    (link,) = links(RunHistory.of(run))
+    (link,) = find_skill_links(RunHistory.from_events(run))
     assert link.action.name == "office"
 
 
 def test_a_skill_that_no_action_waited_for_has_no_arrow():
-    assert links(RunHistory.of([say(1, "a", "S_RUNNING"), say(2, "a", "S_FINAL")])) == []
+    assert find_skill_links(RunHistory.from_events([say(1, "a", "S_RUNNING"), say(2, "a", "S_FINAL")])) == []
 
 
 def test_counters_tell_of_facts_and_firings():

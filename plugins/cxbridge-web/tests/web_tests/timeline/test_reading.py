@@ -70,14 +70,14 @@ def test_what_is_left_out_is_told():
 
 def test_an_empty_run():
     data = read_timeline(MemoryRun([]))
-    assert (data.history.events, data.history.end, data.history.clock.first_us) == (0, 0, None)
+    assert (data.history.event_count, data.history.end, data.history.clock.first_us) == (0, 0, None)
 
 
 @given(st.lists(events, max_size=30))
 def test_any_events_can_be_read(several):
     data = read_timeline(MemoryRun(several))
-    assert data.history.events == len(several)
-    assert all(at.seq <= data.history.events for each in data.history.goals for at in each.changes)
+    assert data.history.event_count == len(several)
+    assert all(at.seq <= data.history.event_count for each in data.history.goals for at in each.changes)
     read_timeline(MemoryRun(several), SMALL)
 
 
