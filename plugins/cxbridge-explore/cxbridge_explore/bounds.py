@@ -1,4 +1,7 @@
-"""The bounds of an exploration, and the options of its execution; both are options of the command."""
+"""The bounds of an exploration, and the options of its execution.
+
+Both classes are groups of command line options: the fields are the options of ``cxbridge explore``.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,7 @@ from cxbridge_explore.forking import HAS_FORK
 
 @dataclass(frozen=True, kw_only=True)
 class Bounds:
-    """The bounds of an exploration. The result is complete within them.
+    """The bounds of an exploration. The result is complete within these bounds.
 
     :param depth: the number of choice points, counted from the start of a run, at which the world may choose
         unusual options; None for all.
@@ -73,12 +76,12 @@ class ExecutionOptions:
     coverage: bool = False
 
     @property
-    def forks(self) -> bool:
+    def is_forking(self) -> bool:
         """Whether to fork runs: as requested, or by default if the system can."""
         return HAS_FORK if self.fork is None else self.fork
 
     @property
-    def processes(self) -> int:
+    def process_count(self) -> int:
         """The number of parallel runs."""
         if self.jobs is not None:
             return self.jobs

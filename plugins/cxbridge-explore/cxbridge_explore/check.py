@@ -1,4 +1,4 @@
-"""Check of a scenario's world and properties."""
+"""The check of a scenario's world and properties, for ``cxbridge check``."""
 
 from __future__ import annotations
 
@@ -8,20 +8,20 @@ from typing import Final
 
 from cxbridge.errors import CxbridgeError
 from cxbridge_explore.properties.builtin.table import builtin_properties
-from cxbridge_explore.properties.reading import FILE, combine_properties, read_properties
-from cxbridge_explore.worldmodel.names import check_world_of
+from cxbridge_explore.properties.reading import PROPERTIES_FILE, combine_properties, read_properties
+from cxbridge_explore.worldmodel.names import check_world_names
 from cxbridge_explore.worldmodel.reading import find_world, read_world
 from cxbridge_studio.check.agent import Agent, find_agent_names
 from cxbridge_studio.check.findings import Code, Finding, Severity, make_error_finding
 
-WORLD: Final = Code(
+WORLD_CODE: Final = Code(
     "CX121",
     Severity.ERROR,
     "the world is wrong",
     "The world.yaml beside the scenario cannot be read, or names a skill, an interface, a field or an agent "
     "that the scenario does not have. Neither cxbridge explore nor cxbridge sweep plays the scenario.",
 )
-PROPERTIES: Final = Code(
+PROPERTIES_CODE: Final = Code(
     "CX122",
     Severity.ERROR,
     "a property is wrong",
@@ -29,7 +29,7 @@ PROPERTIES: Final = Code(
     "the name of another property. cxbridge explore does not play the scenario.",
 )
 
-CODES: Final = (WORLD, PROPERTIES)
+CODES: Final = (WORLD_CODE, PROPERTIES_CODE)
 
 
 def check(agent: Agent) -> Iterator[Finding]:
@@ -38,14 +38,14 @@ def check(agent: Agent) -> Iterator[Finding]:
     if (world := find_world(folder)) is not None:
         names = [name for name in find_agent_names(replace(agent.options, agent=None)) if name]
         try:
-            check_world_of(read_world(world), [agent.context], names, as_written=True)
+            check_world_names(read_world(world), [agent.context], names, reads_text_only=True)
         except CxbridgeError as error:
-            yield make_error_finding(error, WORLD)
-    if (properties := folder / FILE).is_file():
+            yield make_error_finding(error, WORLD_CODE)
+    if (properties := folder / PROPERTIES_FILE).is_file():
         try:
             combine_properties(read_properties(properties), builtin_properties())
         except CxbridgeError as error:
-            finding = make_error_finding(error, PROPERTIES)
-            if not finding.place.file:  # the error about two properties with the same name has no place
+            finding = make_error_finding(error, PROPERTIES_CODE)
+            if not finding.place.file:  # the error about two properties with one name has no place
                 finding = replace(finding, place=replace(finding.place, file=str(properties)))
             yield finding

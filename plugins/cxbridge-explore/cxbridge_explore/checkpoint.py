@@ -1,4 +1,7 @@
-"""The checkpoint file of an interrupted exploration. A resumed exploration gives the same counts."""
+"""The checkpoint file of an interrupted exploration.
+
+A resumed exploration continues from the file, and gives the counts of an uninterrupted exploration.
+"""
 
 from __future__ import annotations
 
@@ -23,11 +26,11 @@ from cxbridge_explore.worldmodel.model import WorldModel
 from cxbridge_explore.worlds.run import MakeAssembly
 
 
-class _Checkpoint(Struct, frozen=True, rename={"identity": "about"}):
+class _Checkpoint(Struct, frozen=True, rename={"identity": "about"}):  # the name in existing files
     """The content of the file.
 
     :param kind: identifies the file format.
-    :param identity: the explored program, as :func:`identity_of` returns it.
+    :param identity: the explored program, as :func:`make_identity` returns it.
     """
 
     kind: Literal["cxbridge exploration"]
@@ -35,44 +38,44 @@ class _Checkpoint(Struct, frozen=True, rename={"identity": "about"}):
     graph: SavedGraph
 
 
-# The texts that identify the explored program, by subject: options, world, properties, files ...
+# Texts that identify the explored program, by subject such as options, world, properties and files.
 ProgramIdentity = Mapping[str, str]
 
 
-def identity_of(
+def make_identity(
     options: RunOptions,
     bounds: Bounds,
     properties: Sequence[Property],
     world: WorldModel | None,
     make: MakeAssembly,
 ) -> ProgramIdentity:
-    """Return the identity of the explored program. Any difference leads to other runs or verdicts."""
+    """Return the identity of the explored program: everything that influences the runs and their verdicts."""
     limits = {field.name: str(getattr(bounds, field.name)) for field in fields(bounds)}
     limits |= {field.name: str(getattr(options, field.name)) for field in fields(options)}
-    # The seed of a league game is in the bound method or in the arguments.
+    # A game of a plug-in has its seed in the bound method or in the arguments.
     game = make if isinstance(make, partial) else partial(make)
     return limits | {
         "world": repr(world),
         "properties": "\n".join(f"{property_.name}: {property_.text}" for property_ in properties),
         "game or its seed": f"{game.args}{getattr(game.func, '__self__', '')}",
         "version": __version__,
-        "files of the agent": _digest(options),
+        "files of the agent": _compute_digest(options),
     }
 
 
 def write_checkpoint(file: Path, graph: Graph, identity: ProgramIdentity) -> None:
     """Write the explored graph with its open edges.
 
-    :param identity: see :func:`identity_of`.
+    :param identity: see :func:`make_identity`.
     :raises CxbridgeError: if the file cannot be written; an existing file stays unchanged.
     """
     write_file(file, encode(_Checkpoint("cxbridge exploration", dict(identity), graph.save())))
 
 
-def read_checkpoint(file: Path, graph: Graph, identity: ProgramIdentity) -> None:
-    """Load an explored graph.
+def load_checkpoint(file: Path, graph: Graph, identity: ProgramIdentity) -> None:
+    """Restore an explored graph from a file.
 
-    :param identity: see :func:`identity_of`.
+    :param identity: see :func:`make_identity`.
     :raises CxbridgeError: if the file is not a checkpoint, or belongs to another exploration.
     """
     try:
@@ -81,18 +84,18 @@ def read_checkpoint(file: Path, graph: Graph, identity: ProgramIdentity) -> None
         raise CxbridgeError(f"cannot be read: {error.strerror}", file=file) from error
     except (DecodeError, UnicodeDecodeError) as error:
         raise CxbridgeError("is not the checkpoint of an exploration", file=file) from error
-    different = [name for name in identity if checkpoint.identity.get(name) != identity[name]]
-    if different:
+    different_names = [name for name in identity if checkpoint.identity.get(name) != identity[name]]
+    if different_names:
         raise CxbridgeError(
-            f"belongs to another exploration: {', '.join(different)} differ",
+            f"belongs to another exploration: {', '.join(different_names)} differ",
             file=file,
             hint="use the same options and the same agent as before, or start again without --resume",
         )
-    graph.load(checkpoint.graph)
+    graph.restore(checkpoint.graph)
 
 
-def _digest(options: RunOptions) -> str:
-    """Return a digest of the files in the scenario's folder."""
+def _compute_digest(options: RunOptions) -> str:
+    """Return a digest of the files in the scenario's folder; empty without a folder."""
     folder = options.scenario
     if folder is None or not folder.is_dir():
         return ""

@@ -1,4 +1,4 @@
-"""Counterexamples: the shortest failing run, as a recording, a test and a sentence."""
+"""Counterexamples: the shortest run that violates a property, as a recording, a test and a sentence."""
 
 from __future__ import annotations
 
@@ -10,10 +10,16 @@ from typing import Any
 from cxbridge.errors import CxbridgeError
 from cxbridge.file_access import write_file
 from cxbridge.run.options import RunOptions
-from cxbridge_explore.counterexample_playing import NthChoice, NthChooser, PlayedRun, play, unusual_choices
-from cxbridge_explore.counterexample_pytest import identifier, pytest_text
+from cxbridge_explore.counterexample_playing import (
+    NthChoice,
+    NthChooser,
+    PlayedRun,
+    play_run,
+    unusual_choices,
+)
+from cxbridge_explore.counterexample_pytest import make_identifier, make_test_text
 from cxbridge_explore.counterexample_shrinking import shrink
-from cxbridge_explore.counterexample_words import describe
+from cxbridge_explore.counterexample_words import describe_run
 from cxbridge_explore.properties.monitor import Property
 from cxbridge_explore.worldmodel.model import WorldModel
 from cxbridge_explore.worlds.points import USUAL, Choice, ChoicePath, PathChooser
@@ -28,7 +34,7 @@ class Counterexample:
     :param message: the violation, in a sentence.
     :param choices: the unusual choices of the run.
     :param test: the file of a test that fails like the run; None if a test cannot script the choices.
-    :param words: the choices and the violation, in a sentence.
+    :param description: the choices and the violation, in a sentence.
     """
 
     property: str
@@ -36,7 +42,7 @@ class Counterexample:
     choices: tuple[Choice, ...]
     recording: Path
     test: Path | None
-    words: str
+    description: str
 
     def as_dict(self) -> dict[str, Any]:
         """Return the counterexample as JSON values."""
@@ -46,7 +52,7 @@ class Counterexample:
             "choices": [choice.as_dict() for choice in self.choices],
             "recording": str(self.recording),
             "test": None if self.test is None else str(self.test),
-            "words": self.words,
+            "words": self.description,
         }
 
 
@@ -59,7 +65,7 @@ def write_counterexample(
     world: WorldModel | None = None,
     make: MakeAssembly = make_scenario,
 ) -> Counterexample:
-    """Shrink a failing path and write its recording and test into a folder.
+    """Shorten a path that violates a property, and write its recording and test into a folder.
 
     :param properties: the watched properties.
     :param name: the violated property.
@@ -70,36 +76,41 @@ def write_counterexample(
     violated = [property_ for property_ in properties if property_.name == name]
 
     def play_choices(choices: Sequence[NthChoice]) -> PlayedRun:
-        return play(options, violated, NthChooser(choices), world=world, make=make, briefly=True)
+        return play_run(
+            options, violated, NthChooser(choices), world=world, make=make, stops_at_violation=True
+        )
 
-    first = play(options, violated, PathChooser(path), world=world, make=make, briefly=True)
-    shortest = shrink(unusual_choices(first.choices), name, play_choices) if first.violation(name) else None
-    violation = None if shortest is None else shortest.violation(name)
+    first = play_run(options, violated, PathChooser(path), world=world, make=make, stops_at_violation=True)
+    shortest = (
+        shrink(unusual_choices(first.choices), name, play_choices) if first.find_violation(name) else None
+    )
+    violation = None if shortest is None else shortest.find_violation(name)
     if shortest is None or violation is None:
         raise CxbridgeError(
             f"'{name}' is not violated on this path", hint="the agent may have changed since the exploration"
         )
-    words = describe(shortest, violation)
-    stem = identifier(name)
+    description = describe_run(shortest, violation)
+    stem = make_identifier(name)
     recording = folder / f"{stem}.mcap"
     chooser = NthChooser(unusual_choices(shortest.choices))
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise CxbridgeError(f"cannot be written: {error.strerror}", file=folder) from error
-    play(options, violated, chooser, recording, world=world, make=make, briefly=True)
+    play_run(options, violated, chooser, recording, world=world, make=make, stops_at_violation=True)
     file, test = folder / f"test_{stem}.py", None
     if make is make_scenario:  # the fixture `cx` of a test runs only scenarios
-        test = _write_test(options, shortest, violated[0], words, file)
+        test = _write_test(options, shortest, violated[0], description, file)
     unusual = tuple(choice for choice in shortest.choices if choice.option != USUAL)
-    return Counterexample(name, violation.message, unusual, recording, test, words)
+    return Counterexample(name, violation.message, unusual, recording, test, description)
 
 
 def _write_test(
-    options: RunOptions, played: PlayedRun, violated: Property, words: str, file: Path
+    options: RunOptions, played: PlayedRun, violated: Property, description: str, file: Path
 ) -> Path | None:
+    """Write the test and return its file; None if a test cannot script the run."""
     try:
-        text = pytest_text(options, played, violated, words, file.parent)
+        text = make_test_text(options, played, violated, description, file.parent)
     except CxbridgeError:
         return None
     write_file(file, text)

@@ -1,4 +1,4 @@
-"""Plays a path of choices while properties are watched, optionally with a recording."""
+"""Plays a run along chosen options while properties are watched, optionally with a recording."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from cxbridge_explore.worlds.skills import SkillResult
 
 @dataclass(frozen=True, slots=True)
 class NthChoice:
-    """A choice, identified independently of the run.
+    """A choice, identified independently of the other choices of its run.
 
-    :param subject: the subject of its choice point.
-    :param nth: the number of earlier points with this subject.
+    :param subject: the subject of the choice point.
+    :param nth: the number of earlier choice points with this subject.
     :param option: the name of the option.
     """
 
@@ -34,9 +34,10 @@ class NthChoice:
 
 
 def unusual_choices(choices: Sequence[Choice]) -> tuple[NthChoice, ...]:
-    """Return the unusual choices of a run, independently of its other choices.
+    """Return the unusual choices of a run.
 
-    If a choice is left out, the run has other choice points, so that indices do not identify them.
+    The choices are not identified by the indices of their points: if one choice is left out, the run has
+    other choice points.
     """
     counts: dict[str, int] = {}
     unusual = []
@@ -45,12 +46,12 @@ def unusual_choices(choices: Sequence[Choice]) -> tuple[NthChoice, ...]:
         nth = counts.get(subject, 0)
         counts[subject] = nth + 1
         if choice.option != USUAL:
-            unusual.append(NthChoice(subject, nth, choice.taken.name))
+            unusual.append(NthChoice(subject, nth, choice.taken_option.name))
     return tuple(unusual)
 
 
 class NthChooser:
-    """Takes the given choices at their points, and the usual option elsewhere."""
+    """A chooser that takes some choices at their points, and the usual option elsewhere."""
 
     def __init__(self, choices: Sequence[NthChoice]) -> None:
         self._options = {(choice.subject, choice.nth): choice.option for choice in choices}
@@ -61,7 +62,7 @@ class NthChooser:
         self._counts[point.subject] = nth + 1
         option = self._options.get((point.subject, nth))
         names = [candidate.name for candidate in point.options]
-        # without an earlier choice, the point may lack the option
+        # the point may lack the option if an earlier choice of the path was left out
         return names.index(option) if option in names else USUAL
 
 
@@ -70,8 +71,8 @@ class PlayedRun:
     """The record of a played run.
 
     :param results: the results of the skill calls, in order.
-    :param agents: the number of agents.
-    :param on_board: whether a skill board executes the skills.
+    :param agent_count: the number of agents.
+    :param uses_skill_board: whether a skill board executes the skills.
     """
 
     choices: tuple[Choice, ...]
@@ -79,15 +80,15 @@ class PlayedRun:
     history: RunHistory
     start_us: int
     results: tuple[SkillResult, ...]
-    agents: int
-    on_board: bool
+    agent_count: int
+    uses_skill_board: bool
 
-    def violation(self, name: str) -> Violation | None:
-        """Return the violation of a property; None if the run does not violate it."""
+    def find_violation(self, name: str) -> Violation | None:
+        """Return the violation of a property; None if the run does not violate the property."""
         return next((violation for violation in self.violations if violation.property == name), None)
 
 
-def play(
+def play_run(
     options: RunOptions,
     properties: Sequence[Property],
     chooser: Chooser,
@@ -95,21 +96,23 @@ def play(
     *,
     world: WorldModel | None = None,
     make: MakeAssembly = make_scenario,
-    briefly: bool = False,
+    stops_at_violation: bool = False,
 ) -> PlayedRun:
     """Play a run to its end.
 
     :param trace: the file of the recording; None to record nothing.
     :param world: the possible events; None for the file in the scenario's folder.
     :param make: makes the program to run.
-    :param briefly: whether to stop at the first violation.
+    :param stops_at_violation: whether the run ends at the first violation.
     :raises CxbridgeError: if the scenario is invalid, or the file cannot be written.
     """
     if trace is not None:
         options = replace(options, trace=trace, trace_level="facts")
     with ExitStack() as stack:
         run = stack.enter_context(
-            ExploredRun(options, properties, chooser, world=world, make=make, briefly=briefly)
+            ExploredRun(
+                options, properties, chooser, world=world, make=make, stops_at_violation=stops_at_violation
+            )
         )
         assembly = run.world.assembly
         history = RunHistory(UNLIMITED, assembly.clock.now_us())
@@ -119,7 +122,7 @@ def play(
         stack.callback(assembly.finalize)
         start_us = assembly.clock.now_us()
         _, result = run.play()
-        on_board = any(agent.skill_board is not None for agent in assembly.agents)
+        uses_skill_board = any(agent.skill_board is not None for agent in assembly.agents)
         return PlayedRun(
             result.choices,
             tuple(run.properties.violations),
@@ -127,5 +130,5 @@ def play(
             start_us,
             tuple(run.world.skill_results),
             len(assembly.agents),
-            on_board,
+            uses_skill_board,
         )

@@ -18,7 +18,7 @@ from cxbridge_explore.properties.monitor import Property
 from cxbridge_explore.worlds.points import USUAL, ChoiceKind
 
 # The options of a run that the fixture `cx` takes, too.
-_OPTIONS: Final = (
+_FIXTURE_OPTIONS: Final = (
     "spec",
     "agent",
     "core",
@@ -30,16 +30,19 @@ _OPTIONS: Final = (
     "config",
 )
 _SCRIPTABLE_KINDS: Final = frozenset({ChoiceKind.SKILL, ChoiceKind.DURATION})
-_USUAL_S: Final = 1.0  # default duration of a scripted skill, in seconds
+_DEFAULT_DURATION_S: Final = 1.0  # default duration of a scripted skill, in seconds
 
-_MAX_IDENTIFIER: Final = 60  # limit of characters
-_NOT_IN_NAMES: Final = re.compile(r"\W+")
+_MAX_IDENTIFIER_LENGTH: Final = 60  # limit of characters
+_NON_WORD_CHARACTERS: Final = re.compile(r"\W+")
 
 
-def pytest_text(options: RunOptions, played: PlayedRun, violated: Property, words: str, folder: Path) -> str:
+def make_test_text(
+    options: RunOptions, played: PlayedRun, violated: Property, description: str, folder: Path
+) -> str:
     """Return the text of a test file.
 
-    :param folder: the folder of the file; paths in the test are relative to it.
+    :param description: the docstring of the test.
+    :param folder: the folder of the file, to which the paths in the test are relative.
     :raises CxbridgeError: if the fixture cannot script a choice.
     """
     if not violated.source:
@@ -49,8 +52,8 @@ def pytest_text(options: RunOptions, played: PlayedRun, violated: Property, word
         "",
         "",
     ]
-    script = list(_script(played))
-    if played.on_board and any(".does(usual" in line for line in script):
+    script = list(_script_lines(played))
+    if played.uses_skill_board and any(".does(usual" in line for line in script):
         lines += [
             "def usual(call):",
             "    return None  # the usual result",
@@ -59,9 +62,9 @@ def pytest_text(options: RunOptions, played: PlayedRun, violated: Property, word
         ]
     option_arguments = "".join(f", {key}={value!r}" for key, value in _option_arguments(options, folder))
     lines += [
-        f"def test_{identifier(violated.name)}(cx):",
-        f'    """{_docstring(words)}"""',
-        f"    run = cx.run({_plain(options.scenario, folder)!r}{option_arguments})",
+        f"def test_{make_identifier(violated.name)}(cx):",
+        f'    """{_escape_docstring(description)}"""',
+        f"    run = cx.run({_to_literal(options.scenario, folder)!r}{option_arguments})",
         *(f"    {line}" for line in script),
         f"    run.assert_properties({violated.source!r}, timeout={options.timeout:g})",
         "",
@@ -69,12 +72,12 @@ def pytest_text(options: RunOptions, played: PlayedRun, violated: Property, word
     return "\n".join(lines)
 
 
-def _script(played: PlayedRun) -> Iterator[str]:
+def _script_lines(played: PlayedRun) -> Iterator[str]:
     """Yield the lines that script the results of skills.
 
     :raises CxbridgeError: if the fixture cannot script a choice.
     """
-    if played.agents > 1:
+    if played.agent_count > 1:
         raise CxbridgeError("a test runs only one agent")
     for choice in played.choices:
         if choice.option != USUAL and choice.point.kind not in _SCRIPTABLE_KINDS:
@@ -84,58 +87,61 @@ def _script(played: PlayedRun) -> Iterator[str]:
         args = [f"{key}={value!r}" for key, value in call.args.items() if isinstance(key, str)]
         outcomes.setdefault(f"run.skills({', '.join((repr(call.name), *args))})", []).append(outcome)
     for selection, results in outcomes.items():
-        while results and results[-1] is None:  # the script's default comes after its last entry
+        while results and results[-1] is None:  # after its last entry, a script gives the usual outcome
             results.pop()
         if results:
-            yield selection + "".join(_behaviours(results, on_board=played.on_board))
+            yield selection + "".join(_outcome_calls(results, uses_skill_board=played.uses_skill_board))
 
 
-def _behaviours(outcomes: Sequence[Outcome | None], *, on_board: bool) -> Iterator[str]:
+def _outcome_calls(outcomes: Sequence[Outcome | None], *, uses_skill_board: bool) -> Iterator[str]:
     """Yield the calls that script the outcomes of a skill; None stands for the usual outcome."""
     for outcome, run in groupby(outcomes):
         times = f"times={len(list(run))}"
-        seconds = _USUAL_S if outcome is None or outcome.seconds is None else outcome.seconds
-        if outcome is None:  # an executor of a skill board may have another usual result than success
-            yield f".does(usual, {times})" if on_board else f".succeeds({times})"
+        seconds = _DEFAULT_DURATION_S if outcome is None or outcome.seconds is None else outcome.seconds
+        if outcome is None:  # the usual outcome of an executor of a skill board may be a failure
+            yield f".does(usual, {times})" if uses_skill_board else f".succeeds({times})"
         elif seconds >= FOREVER:
             yield f".hangs({times})"
         else:
             arguments = [repr(outcome.error)] if outcome.error else []
-            arguments += [f"after={seconds!r}"] if seconds != _USUAL_S else []
+            arguments += [f"after={seconds!r}"] if seconds != _DEFAULT_DURATION_S else []
             verb = "fails" if outcome.status is Status.S_FAILED else "succeeds"
             yield f".{verb}({', '.join((*arguments, times))})"
 
 
 def _option_arguments(options: RunOptions, folder: Path) -> Iterator[tuple[str, Any]]:
-    for key in _OPTIONS:
-        value = _plain(getattr(options, key), folder)
+    for key in _FIXTURE_OPTIONS:
+        value = _to_literal(getattr(options, key), folder)
         if value:
             yield key, value
     for group in options.more:
-        yield from ((key, _plain(value, folder)) for key, value in vars(group).items() if value)
+        yield from ((key, _to_literal(value, folder)) for key, value in vars(group).items() if value)
 
 
-def _plain(value: object, folder: Path) -> object:
-    """Return the value of an option as a value with a literal repr. Paths become relative to a folder."""
+def _to_literal(value: object, folder: Path) -> object:
+    """Return the value of an option as a value whose repr is a literal. Paths become relative to a folder."""
     if isinstance(value, Path):
         if not value.exists():
             return str(value)  # the name of a shipped scenario
         try:
             return Path(os.path.relpath(value.resolve(), folder.resolve())).as_posix()
-        except ValueError:  # another drive of Windows
+        except ValueError:  # on Windows, the folder is on another drive
             return str(value.resolve())
     if isinstance(value, tuple):
-        return tuple(_plain(item, folder) for item in value)
+        return tuple(_to_literal(item, folder) for item in value)
     return value
 
 
-def identifier(name: str) -> str:
-    """Return the name of a property in a form that the name of a file or a function can contain."""
-    # a property without a name has its whole form as the name
-    return _NOT_IN_NAMES.sub("_", name).strip("_").lower()[:_MAX_IDENTIFIER].strip("_") or "property"
+def make_identifier(name: str) -> str:
+    """Return the name of a property as a part of the name of a file or a function."""
+    # cut, since a property without a name has its whole form as the name
+    return (
+        _NON_WORD_CHARACTERS.sub("_", name).strip("_").lower()[:_MAX_IDENTIFIER_LENGTH].strip("_")
+        or "property"
+    )
 
 
-def _docstring(words: str) -> str:
+def _escape_docstring(sentence: str) -> str:
     """Return a sentence escaped for a docstring."""
-    text = " ".join(words.replace("\\", "\\\\").replace('"""', "'''").split())
+    text = " ".join(sentence.replace("\\", "\\\\").replace('"""', "'''").split())
     return f"{text} " if text.endswith('"') else text

@@ -1,7 +1,8 @@
 """Finds the shortest path of choices that violates a property.
 
-Delta debugging finds a path without needless choices, which may not be the shortest. So it only reduces long
-paths; then all subsets of the remaining choices are tried, the smallest first.
+Delta debugging finds a path from which no choice can be left out, but which may not be the shortest.
+Therefore delta debugging only shortens long paths. Then all subsets of the remaining choices are tried, the
+smallest first.
 """
 
 from __future__ import annotations
@@ -17,38 +18,39 @@ _MAX_CHOICES: Final = 6  # limit of choices whose subsets are all tried: at most
 PlayChoices = Callable[[Sequence[NthChoice]], PlayedRun]  # plays a run with these choices
 
 
-def shrink(choices: Sequence[NthChoice], name: str, play: PlayChoices) -> PlayedRun | None:
-    """Return the run with the fewest choices that violates a property; among equals, the earliest violation.
+def shrink(choices: Sequence[NthChoice], name: str, play_choices: PlayChoices) -> PlayedRun | None:
+    """Return a run that violates a property, with the fewest choices, and then with the earliest violation.
 
-    :param choices: the unusual choices of a failing run.
+    :param choices: the unusual choices of a run that violates the property.
     :param name: the name of the property.
-    :param play: plays a run with some of the choices.
+    :param play_choices: plays a run with some of the choices.
     :returns: None if the run with all choices does not violate the property.
     """
-    tried: dict[frozenset[NthChoice], PlayedRun] = {}
+    tried_runs: dict[frozenset[NthChoice], PlayedRun] = {}
 
-    def violating_run(subset: Sequence[NthChoice]) -> PlayedRun | None:
+    def find_violating_run(subset: Sequence[NthChoice]) -> PlayedRun | None:
         key = frozenset(subset)
-        if key not in tried:
-            tried[key] = play(subset)
-        return tried[key] if tried[key].violation(name) is not None else None
+        if key not in tried_runs:
+            tried_runs[key] = play_choices(subset)
+        return tried_runs[key] if tried_runs[key].find_violation(name) is not None else None
 
     if len(choices) > _MAX_CHOICES:
-        choices = _minimize(choices, lambda subset: violating_run(subset) is not None)
+        choices = _minimize(choices, lambda subset: find_violating_run(subset) is not None)
     for size in range(min(len(choices), _MAX_CHOICES) + 1):
         violating_runs = [
-            run for subset in combinations(choices, size) if (run := violating_run(subset)) is not None
+            run for subset in combinations(choices, size) if (run := find_violating_run(subset)) is not None
         ]
         if violating_runs:
             return min(
-                violating_runs, key=lambda run: (len(unusual_choices(run.choices)), _seconds(run, name))
+                violating_runs,
+                key=lambda run: (len(unusual_choices(run.choices)), _violation_seconds(run, name)),
             )
-    return violating_run(choices)
+    return find_violating_run(choices)
 
 
-def _seconds(run: PlayedRun, name: str) -> float:
-    """Return the time of the violation of a property."""
-    violation = run.violation(name)
+def _violation_seconds(run: PlayedRun, name: str) -> float:
+    """Return the time of the violation of a property, in seconds since the start of the run."""
+    violation = run.find_violation(name)
     return violation.seconds if violation is not None else 0.0
 
 
@@ -57,16 +59,16 @@ def _minimize(
 ) -> list[NthChoice]:
     """Remove choices until none can be left out: Zeller's delta debugging, by halves, quarters and so on."""
     remaining = list(choices)
-    chunks = 2
+    chunk_count = 2
     while len(remaining) > 1:
-        size = -(-len(remaining) // chunks)
+        size = -(-len(remaining) // chunk_count)  # rounded up
         for start in range(0, len(remaining), size):
             smaller = remaining[:start] + remaining[start + size :]
             if violates(smaller):
-                remaining, chunks = smaller, max(chunks - 1, 2)
+                remaining, chunk_count = smaller, max(chunk_count - 1, 2)
                 break
         else:
             if size == 1:
                 break
-            chunks = min(chunks * 2, len(remaining))
+            chunk_count = min(chunk_count * 2, len(remaining))
     return remaining

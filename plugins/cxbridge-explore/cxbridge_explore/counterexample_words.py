@@ -1,4 +1,4 @@
-"""Describes a path of choices: ``deliver fails the second time while robot2 executes charge``."""
+"""Describes a run in a sentence: ``deliver fails the second time while robot2 executes charge: ...``."""
 
 from __future__ import annotations
 
@@ -12,31 +12,31 @@ from cxbridge_explore.properties.monitor import Violation
 from cxbridge_explore.worlds.points import USUAL, Choice, ChoiceKind
 
 # The subject of a choice about a skill: `Skiller: deliver{wp='wp1'}`.
-_CALL: Final = re.compile(r"(?P<skiller>[^:]*): (?P<skill>[\w.]+)\{(?P<args>.*)\}\Z", re.DOTALL)
+_CALL_SUBJECT: Final = re.compile(r"(?P<skiller>[^:]*): (?P<skill>[\w.]+)\{(?P<args>.*)\}\Z", re.DOTALL)
 _ORDINALS: Final = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth")
 
 
 class _ChosenSkill(NamedTuple):
-    """A skill whose result the world chose."""
+    """A skill call whose result the world has chosen."""
 
     skiller: str
     skill: str
     arguments: str
 
 
-def _skill_of(choice: Choice) -> _ChosenSkill | None:
-    """Return the skill of a choice about a skill; None for another choice."""
-    match = _CALL.match(choice.point.subject) if choice.point.kind is ChoiceKind.SKILL else None
+def _find_chosen_skill(choice: Choice) -> _ChosenSkill | None:
+    """Return the skill call of a choice; None if the choice is not about a skill call."""
+    match = _CALL_SUBJECT.match(choice.point.subject) if choice.point.kind is ChoiceKind.SKILL else None
     return None if match is None else _ChosenSkill(match["skiller"], match["skill"], match["args"])
 
 
-def describe(played: PlayedRun, violation: Violation) -> str:
+def describe_run(played: PlayedRun, violation: Violation) -> str:
     """Describe the unusual events of a run and the violation in a sentence."""
     ordinals_of_events: dict[tuple[str, str], list[str]] = {}
     for event, ordinal_number, circumstances in _unusual_events(played):
         ordinals_of_events.setdefault((event, circumstances), []).append(ordinal_number)
     phrases = [
-        f"{event} the {_enumeration(ordinals)} time{circumstances}"
+        f"{event} the {_join_words(ordinals)} time{circumstances}"
         if ordinals[0]
         else f"{event}{circumstances}"
         for (event, circumstances), ordinals in ordinals_of_events.items()
@@ -45,23 +45,28 @@ def describe(played: PlayedRun, violation: Violation) -> str:
     return f"{events}: {violation.message} (at {violation.seconds:.2f} s)"
 
 
-def _enumeration(words: list[str]) -> str:
+def _join_words(words: list[str]) -> str:
     return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))
 
 
 def _unusual_events(played: PlayedRun) -> Iterator[tuple[str, str, str]]:
-    """Yield the event of each unusual choice, its ordinal number, or empty, and its circumstances."""
+    """Yield the event, the ordinal number and the circumstances of each unusual choice.
+
+    The ordinal number is empty for an event that is not a skill call.
+    """
     counts: dict[str, int] = {}
-    skillers = {skill.skiller for choice in played.choices if (skill := _skill_of(choice)) is not None}
+    skillers = {
+        skill.skiller for choice in played.choices if (skill := _find_chosen_skill(choice)) is not None
+    }
     has_several_skillers = len(skillers) > 1
     for choice in played.choices:
-        skill = _skill_of(choice)
-        # calls of a skill by one Skiller are counted together, whatever their arguments
+        skill = _find_chosen_skill(choice)
+        # all calls of a skill by one Skiller are counted together, regardless of their arguments
         key = choice.point.subject if skill is None else f"{skill.skiller}/{skill.skill}"
         counts[key] = counts.get(key, 0) + 1
         if choice.option == USUAL:
             continue
-        name = choice.taken.name
+        name = choice.taken_option.name
         if skill is None:
             yield f"{choice.point.subject} {name}", "", f" at {choice.point.seconds:.2f} s"
             continue
@@ -69,7 +74,7 @@ def _unusual_events(played: PlayedRun) -> Iterator[tuple[str, str, str]]:
         place = f" on {skill.skiller}" if has_several_skillers else ""
         yield (
             f"{skill.skill}{arguments} {name}",
-            ordinal(counts[key]),
+            format_ordinal(counts[key]),
             place + _concurrent_skills(played, choice, skill.skiller),
         )
 
@@ -77,7 +82,7 @@ def _unusual_events(played: PlayedRun) -> Iterator[tuple[str, str, str]]:
 def _concurrent_skills(played: PlayedRun, choice: Choice, performer: str) -> str:
     """Return a phrase about the skills that other Skillers execute at a choice; empty without such skills."""
     now = round(choice.point.seconds * MICROSECONDS)
-    # The history has Skillers without the agent's name before the slash.
+    # The history has the names of Skillers without the agent's name and the slash.
     skiller = performer.rpartition("/")[2]
     concurrent_skills = sorted(
         {
@@ -89,8 +94,8 @@ def _concurrent_skills(played: PlayedRun, choice: Choice, performer: str) -> str
     return f" while {' and '.join(concurrent_skills)}" if concurrent_skills else ""
 
 
-def ordinal(number: int) -> str:
-    """Return an ordinal number as a word, or with its ending: ``first``, ``21st``."""
+def format_ordinal(number: int) -> str:
+    """Return an ordinal number: a word such as ``first`` up to nine, then digits as in ``21st``."""
     if number <= len(_ORDINALS):
         return _ORDINALS[number - 1]
     ending = "th" if number % 100 in (11, 12, 13) else {1: "st", 2: "nd", 3: "rd"}.get(number % 10, "th")

@@ -1,7 +1,8 @@
 """Checks whether an agent is deterministic, by playing the usual run twice.
 
-An exploration compares states and follows paths, so its result is only valid if equal choices lead to equal
-runs. A second usual run, in a separate process, reveals most agents that depend on time or on random numbers.
+An exploration compares states and follows paths, so that its result is valid only if equal choices lead to
+equal runs. The usual run is the run without a fault. A second usual run, in a separate process, reveals most
+agents that depend on the time of day or on random numbers.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from cxbridge.events import Event, LogLine, RuleFired
 from cxbridge.file_access import file_errors
 from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.spawning import safe_spawn_context
-from cxbridge_explore.graph import ROOT, Edge, Graph
+from cxbridge_explore.graph import ROOT_EDGE, Edge, Graph
 from cxbridge_explore.playing import MakeRun
 from cxbridge_explore.worlds.points import USUAL, ChoicePoint, DivergedError
 
@@ -29,20 +30,20 @@ if TYPE_CHECKING:
     from multiprocessing.connection import Connection
     from multiprocessing.process import BaseProcess
 
-Moment = tuple[float, str]  # seconds since the start of the run, and a description of the event
+EventRecord = tuple[float, str]  # seconds since the start of the run, and a description of the event
 
-_SEED: Final = 1  # any fixed seed, the same for both runs
+_FIXED_SEED: Final = 1  # of both runs; any number would do
 
 
-class _MomentRecorder:
-    """Records the events of a run; a chooser that takes the usual options."""
+class _EventRecorder:
+    """A chooser that takes the usual options, and records the choice points and events of the run."""
 
     def __init__(self) -> None:
-        self.moments: list[Moment] = []
+        self.records: list[EventRecord] = []
         self.start_us = 0
 
     def choose(self, index: int, point: ChoicePoint) -> int:  # noqa: ARG002 - the same option everywhere
-        self.moments.append((round(point.seconds, 6), point.subject))
+        self.records.append((round(point.seconds, 6), point.subject))
         return USUAL
 
     def record(self, event: Event) -> None:
@@ -53,29 +54,29 @@ class _MomentRecorder:
                 text = f"log: {event.text}"
             case _:
                 text = str(event).replace(f"time_us={event.time_us}, ", "")
-        self.moments.append(((event.time_us - self.start_us) / MICROSECONDS, text))
+        self.records.append(((event.time_us - self.start_us) / MICROSECONDS, text))
 
 
 class UsualRun:
-    """A fault-free run in a child process, which starts at once.
+    """A usual run in a child process, which starts at once.
 
     :param is_detailed: whether to record all events, not only choice points and the end.
     :param seed: the seed of Python's random numbers; None for a different seed each time.
     """
 
-    def __init__(self, make: MakeRun, *, is_detailed: bool = False, seed: int | None = None) -> None:
+    def __init__(self, make_run: MakeRun, *, is_detailed: bool = False, seed: int | None = None) -> None:
         self._receiving, sending = multiprocessing.Pipe(duplex=False)
-        arguments = sending, make, is_detailed, seed
-        self._process = _start_process(_play, arguments)
+        arguments = sending, make_run, is_detailed, seed
+        self._process = _start_process(_play_usual_run, arguments)
         sending.close()
 
-    def moments(self) -> list[Moment] | None:
-        """Wait for the end and return the events; None if the run failed."""
-        moments: list[Moment] | None = None
+    def records(self) -> list[EventRecord] | None:
+        """Wait for the end of the run and return its records; None if the run has failed."""
+        records: list[EventRecord] | None = None
         with suppress(EOFError):
-            moments = self._receiving.recv()
+            records = self._receiving.recv()
         self._process.join()
-        return moments
+        return records
 
     def close(self) -> None:
         """Kill the run if it is still active."""
@@ -85,7 +86,7 @@ class UsualRun:
 
 
 def _start_process(target: Callable[..., None], arguments: tuple[object, ...]) -> BaseProcess:
-    """Start and return a child process. Except on Windows, a fork saves loading the program again."""
+    """Start and return a child process. A fork, where possible, saves the time of loading the program."""
     process: BaseProcess
     if sys.platform != "win32":
         process = multiprocessing.get_context("fork").Process(target=target, args=arguments, daemon=True)
@@ -97,54 +98,54 @@ def _start_process(target: Callable[..., None], arguments: tuple[object, ...]) -
     return process
 
 
-def _play(sending: Connection, make: MakeRun, is_detailed: bool, seed: int | None) -> None:
+def _play_usual_run(sending: Connection, make_run: MakeRun, is_detailed: bool, seed: int | None) -> None:
     """Play the usual run in a child process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     random.seed(seed)
-    recorder = _MomentRecorder()
+    recorder = _EventRecorder()
     try:
         with file_errors():
-            run = make(recorder)
+            run = make_run(recorder)
             run.world.start()
         recorder.start_us = run.world.assembly.clock.now_us()
         if is_detailed:
             run.world.assembly.bus.subscribe(recorder.record, LogLine, RuleFired, *TRANSITION_TYPES)
-        leaf = run.leaf()
+        leaf = run.play_to_leaf()
     except CxbridgeError:
         return  # the exploration reports the same error
-    sending.send([*recorder.moments, (round(leaf.seconds, 6), f"the end: {leaf.outcome}, {leaf.reason}")])
+    sending.send([*recorder.records, (round(leaf.seconds, 6), f"the end: {leaf.outcome}, {leaf.reason}")])
 
 
-def usual_moments(graph: Graph) -> list[Moment] | None:
-    """Return the events of the usual run in an explored graph; None if the graph lacks it."""
-    moments: list[Moment] = []
-    edge: Edge = ROOT
+def find_usual_records(graph: Graph) -> list[EventRecord] | None:
+    """Return the records of the usual run in an explored graph; None if the graph lacks that run."""
+    records: list[EventRecord] = []
+    edge: Edge = ROOT_EDGE
     while edge in graph.links:
         number = graph.links[edge]
         node = graph.nodes[number]
         if node.edge != edge:
-            return None  # merged with a run that has faults
-        moments.append((round(node.point.seconds, 6), node.point.subject))
+            return None  # the usual run was merged with a run that has faults
+        records.append((round(node.point.seconds, 6), node.point.subject))
         edge = number, USUAL
     leaf = graph.leaves.get(edge)
     if leaf is None or leaf.is_given_up:
-        return None  # a second run may never end either
-    return [*moments, (round(leaf.seconds, 6), f"the end: {leaf.outcome}, {leaf.reason}")]
+        return None  # the usual run did not end, and a second run may not end either
+    return [*records, (round(leaf.seconds, 6), f"the end: {leaf.outcome}, {leaf.reason}")]
 
 
-def explain_difference(make: MakeRun, divergence: DivergedError) -> CxbridgeError:
-    """Play the usual run twice more and return the error that explains their difference.
+def explain_difference(make_run: MakeRun, divergence: DivergedError) -> CxbridgeError:
+    """Play two more usual runs, and return an error that explains their difference.
 
-    :param divergence: the difference that was noticed first.
+    :param divergence: the difference that has ended the exploration.
     """
-    first, second = _play_twice(make, None)
-    difference = _difference(first, second)
+    first, second = _play_twice(make_run, None)
+    difference = _describe_difference(first, second)
     if not difference:
         return CxbridgeError(
             f"the agent is not deterministic: {divergence.message}",
             hint="find code that depends on the time of day, on random numbers or on other processes",
         )
-    same_with_seed = not _difference(*_play_twice(make, _SEED))
+    same_with_seed = not _describe_difference(*_play_twice(make_run, _FIXED_SEED))
     cause = (
         "random numbers without a seed: seed the generator, or draw from a world"
         if same_with_seed
@@ -153,21 +154,21 @@ def explain_difference(make: MakeRun, divergence: DivergedError) -> CxbridgeErro
     return CxbridgeError(f"the agent is not deterministic: {difference}", hint=f"the cause: {cause}")
 
 
-def _play_twice(make: MakeRun, seed: int | None) -> tuple[list[Moment], list[Moment]]:
-    """Return the events of two usual runs, which are played at the same time."""
-    runs = [UsualRun(make, is_detailed=True, seed=seed) for _ in range(2)]
-    first, second = (run.moments() or [] for run in runs)
+def _play_twice(make_run: MakeRun, seed: int | None) -> tuple[list[EventRecord], list[EventRecord]]:
+    """Return the records of two usual runs, which are played at the same time."""
+    runs = [UsualRun(make_run, is_detailed=True, seed=seed) for _ in range(2)]
+    first, second = (run.records() or [] for run in runs)
     return first, second
 
 
-def _difference(first: Iterable[Moment], second: Iterable[Moment]) -> str:
+def _describe_difference(first: Iterable[EventRecord], second: Iterable[EventRecord]) -> str:
     """Return the first difference of two runs; empty if they are equal."""
-    for first_moment, second_moment in zip_longest(first, second):
-        if first_moment != second_moment:
-            moments = f"{_describe(first_moment)}, and {_describe(second_moment)}"
-            return f"the first difference of two runs is {moments}"
+    for first_record, second_record in zip_longest(first, second):
+        if first_record != second_record:
+            records = f"{_describe_record(first_record)}, and {_describe_record(second_record)}"
+            return f"the first difference of two runs is {records}"
     return ""
 
 
-def _describe(moment: Moment | None) -> str:
-    return "the end" if moment is None else f"'{moment[1]}' at {moment[0]:.3f} s"
+def _describe_record(record: EventRecord | None) -> str:
+    return "the end" if record is None else f"'{record[1]}' at {record[0]:.3f} s"

@@ -1,4 +1,8 @@
-"""Explores a scenario: plays every way that its runs can go, within bounds."""
+"""Explores a scenario: plays every way that its runs can go, within bounds.
+
+A run reaches choice points, at which the world decides the next event, such as the failure of a skill. An
+exploration plays a run for each option of each choice point, and merges runs that reach equal states.
+"""
 
 from __future__ import annotations
 
@@ -13,17 +17,17 @@ from typing import NoReturn
 
 from cxbridge.run.options import RunOptions
 from cxbridge_explore.bounds import Bounds, ExecutionOptions
-from cxbridge_explore.checkpoint import identity_of, read_checkpoint
+from cxbridge_explore.checkpoint import load_checkpoint, make_identity
 from cxbridge_explore.coordinator import Coordinator
-from cxbridge_explore.determinism import UsualRun, explain_difference, usual_moments
+from cxbridge_explore.determinism import UsualRun, explain_difference, find_usual_records
 from cxbridge_explore.graph import Graph
-from cxbridge_explore.judging import properties_of
+from cxbridge_explore.judging import select_properties
 from cxbridge_explore.playing import ExploredRun
 from cxbridge_explore.progress import ProgressReporter
 from cxbridge_explore.properties.monitor import Property
 from cxbridge_explore.replaying import explore_by_replay
 from cxbridge_explore.result import ExploreResult
-from cxbridge_explore.worker import serve
+from cxbridge_explore.worker import run_loader
 from cxbridge_explore.worldmodel.model import WorldModel
 from cxbridge_explore.worlds.points import DivergedError
 from cxbridge_explore.worlds.run import MakeAssembly, make_scenario
@@ -38,12 +42,12 @@ def explore(  # noqa: PLR0913 - the options of the command, and two callbacks fo
     world: WorldModel | None = None,
     make: MakeAssembly = make_scenario,
     resume: Path | None = None,
-    show: Callable[[str], None] | None = None,
-    draw: Callable[[ExploreResult], None] | None = None,
+    show_line: Callable[[str], None] | None = None,
+    draw_page: Callable[[ExploreResult], None] | None = None,
 ) -> ExploreResult:
-    """Explore until no edge is open, or a signal requests the end.
+    """Explore until no edge of the graph is open, or a signal requests the end.
 
-    The calling process must have no other threads, since it is forked.
+    The calling process must have no other threads, since this function forks the process.
 
     :param options: the options of ``cxbridge run``.
     :param properties: the properties of every run; None for the built-in properties and the properties in the
@@ -51,12 +55,12 @@ def explore(  # noqa: PLR0913 - the options of the command, and two callbacks fo
     :param world: the possible events; None for the file in the scenario's folder.
     :param make: makes the program to run.
     :param resume: the checkpoint of an interrupted exploration.
-    :param show: called with a line of progress from time to time.
-    :param draw: called every few seconds with the result so far.
+    :param show_line: called with a line about the progress, several times a second.
+    :param draw_page: called with the result so far, every few seconds.
     :raises CxbridgeError: if the scenario or an option is invalid, or the agent is not deterministic.
     """
     options.check()
-    properties = properties_of(options) if properties is None else properties
+    properties = select_properties(options) if properties is None else properties
     bounds.check()
     execution.check()
     make_explored_run = partial(
@@ -64,47 +68,52 @@ def explore(  # noqa: PLR0913 - the options of the command, and two callbacks fo
     )
     graph = Graph(bounds.faults, bounds.depth)
     if resume is not None:
-        read_checkpoint(resume, graph, identity_of(options, bounds, properties, world, make))
+        load_checkpoint(resume, graph, make_identity(options, bounds, properties, world, make))
     coordinator: Coordinator | None = None
     unmerged_reasons: tuple[str, ...] = ()
-    started, cpu_s = time.perf_counter(), _cpu_seconds()
+    start_s, cpu_s = time.perf_counter(), _cpu_seconds()
 
-    def draw_so_far(explored_graph: Graph) -> None:
-        if draw is not None:
-            draw(ExploreResult(explored_graph, tuple(properties), (), 0.0, time.perf_counter() - started))
+    def draw_result(explored_graph: Graph) -> None:
+        if draw_page is not None:
+            draw_page(
+                ExploreResult(explored_graph, tuple(properties), (), 0.0, time.perf_counter() - start_s)
+            )
 
-    progress = ProgressReporter(graph, show, None if draw is None else draw_so_far)
-    # The second usual run is played at the same time, in a process that is forked before all other processes.
-    with _signals() as received, closing(UsualRun(make_explored_run)) as usual:
+    progress = ProgressReporter(graph, show_line, None if draw_page is None else draw_result)
+    # A second usual run is played at the same time, in a process that is forked before all other processes.
+    with _record_signals() as received_signals, closing(UsualRun(make_explored_run)) as usual_run:
 
         def is_over() -> bool:
-            progress.tick()
-            return bool(received)
+            progress.show_if_due()
+            return bool(received_signals)
 
         def load(address: str) -> NoReturn:
-            serve(address, make_explored_run, merge=bounds.merge)
+            run_loader(address, make_explored_run, merge=bounds.merge)
 
         try:
-            if execution.forks:
+            if execution.is_forking:
                 with Coordinator(graph, execution, load) as coordinator:
                     coordinator.explore(is_over)
             else:
                 unmerged_reasons = explore_by_replay(make_explored_run, graph, is_over, merge=bounds.merge)
-            if not received:
-                _check_determinism(graph, usual)
+            if not received_signals:
+                _check_determinism(graph, usual_run)
         except DivergedError as error:
             raise explain_difference(make_explored_run, error) from None
     cpu_s = _cpu_seconds() - cpu_s
     if coordinator is not None:
         unmerged_reasons = tuple(coordinator.unmerged_reasons)
         cpu_s += coordinator.cpu_seconds
-    return ExploreResult(graph, tuple(properties), unmerged_reasons, cpu_s, time.perf_counter() - started)
+    return ExploreResult(graph, tuple(properties), unmerged_reasons, cpu_s, time.perf_counter() - start_s)
 
 
-def _check_determinism(graph: Graph, usual: UsualRun) -> None:
-    """Compare the usual run of the exploration with another usual run."""
-    explored = usual_moments(graph)
-    if explored is not None and usual.moments() not in (None, explored):
+def _check_determinism(graph: Graph, usual_run: UsualRun) -> None:
+    """Compare the usual run of the exploration with a second usual run.
+
+    :raises DivergedError: if the runs differ.
+    """
+    explored_records = find_usual_records(graph)
+    if explored_records is not None and usual_run.records() not in (None, explored_records):
         raise DivergedError("two usual runs differ")
 
 
@@ -114,18 +123,20 @@ def _cpu_seconds() -> float:
 
 
 @contextmanager
-def _signals() -> Iterator[list[int]]:
-    """Record the signals that request the end, without a thread, since this process forks."""
-    received: list[int] = []
+def _record_signals() -> Iterator[list[int]]:
+    """Record the signals that request the end. No thread waits for them, since this process forks."""
+    received_signals: list[int] = []
 
-    def note(number: int, _frame: object) -> None:
-        if received:
+    def record_signal(number: int, _frame: object) -> None:
+        if received_signals:
             signal.default_int_handler(number, None)  # the second signal ends the process at once
-        received.append(number)
+        received_signals.append(number)
 
-    outer_handlers = {number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}
+    outer_handlers = {
+        number: signal.signal(number, record_signal) for number in (signal.SIGINT, signal.SIGTERM)
+    }
     try:
-        yield received
+        yield received_signals
     finally:
         for number, handler in outer_handlers.items():
             signal.signal(number, handler)

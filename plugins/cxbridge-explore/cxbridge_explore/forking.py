@@ -1,6 +1,7 @@
-"""Functions for processes that fork, and for their copies.
+"""Functions for processes that fork, and for their forked copies.
 
-Windows cannot fork: callers check :data:`HAS_FORK` first.
+Windows cannot fork, so that callers check :data:`HAS_FORK` first. Each function raises `NoForkError` there,
+by a condition that type checkers of Windows understand.
 """
 
 from __future__ import annotations
@@ -30,19 +31,19 @@ def fork() -> int:
     """
     if sys.platform == "win32":
         raise NoForkError
-    # A copy has only the forking thread; locks that other threads hold would stay locked in it.
-    paused = [*watchdog.running_watchdogs]
-    for thread in paused:
+    # A copy has only the forking thread, and locks that other threads hold would stay locked in the copy.
+    paused_threads = [*watchdog.running_watchdogs]
+    for thread in paused_threads:
         thread.stop()
     try:
         return os.fork()
     finally:
-        for thread in paused:
+        for thread in paused_threads:
             thread.start()
 
 
 def has_ended(child: int) -> bool:
-    """Return whether a child has ended, without waiting. The system then forgets the child."""
+    """Return whether a child has ended, without waiting. If it has ended, the system forgets the child."""
     if sys.platform == "win32":
         raise NoForkError
     return os.waitpid(child, os.WNOHANG) != (0, 0)
@@ -58,25 +59,25 @@ def kill(pid: int) -> None:
     os.kill(pid, signal.SIGKILL)
 
 
-def local_socket() -> socket.socket:
-    """Return a stream socket whose address is a path."""
+def make_local_socket() -> socket.socket:
+    """Make a stream socket whose address is a path."""
     if sys.platform == "win32":
         raise NoForkError
     return socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
 
 
-def let_signals_end() -> None:
-    """Let SIGTERM and SIGHUP end this process, whatever handlers it inherits, and ignore SIGINT."""
+def reset_signals() -> None:
+    """Let SIGTERM and SIGHUP end this process in place of inherited handlers, and ignore SIGINT."""
     if sys.platform == "win32":
         raise NoForkError
-    signal.set_wakeup_fd(-1)  # the descriptor is shared with the parent, whose handler would wake up
+    signal.set_wakeup_fd(-1)  # the parent shares the descriptor, and its handler would wake up
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
-def cpu_seconds(pid: int) -> float:
-    """Return the CPU seconds of a process; without procfs, the monotonic time."""
+def read_cpu_seconds(pid: int) -> float:
+    """Return the processor time of a process. On systems without /proc, return the monotonic time instead."""
     if sys.platform == "win32":
         raise NoForkError
     try:
@@ -88,7 +89,7 @@ def cpu_seconds(pid: int) -> float:
 
 
 def limit_cpu_seconds(seconds: int | None) -> None:
-    """Let the system end this process after some CPU seconds; None removes the limit."""
+    """Let the system end this process after some seconds of processor time; None removes the limit."""
     if sys.platform == "win32":
         raise NoForkError
     import resource  # noqa: PLC0415 - Windows lacks the module

@@ -1,8 +1,8 @@
 """The explored graph: the states with a choice, and where each option leads.
 
-A node is a choice point in a state; an edge is an option taken there. An active run is on exactly one open
-edge, so the open edges are the remaining work whatever happens to processes. The counts depend only on the
-graph, not on the order of exploration.
+A node is a choice point in a state; an edge is an option taken at a node. A leaf is the end of a run. A run
+that is played is on exactly one open edge, so that the open edges are the remaining work even if processes
+die. The counts in a result depend only on the graph, not on the order of the exploration.
 """
 
 from __future__ import annotations
@@ -13,10 +13,10 @@ from typing import Final
 from msgspec import Struct
 
 from cxbridge_explore.properties.monitor import Violation
-from cxbridge_explore.use import Used
+from cxbridge_explore.use import UsedPart
 from cxbridge_explore.worlds.points import USUAL, ChoicePath, Step
 
-ROOT: Final = (-1, USUAL)  # edge on which each run starts
+ROOT_EDGE: Final = (-1, USUAL)  # the edge on which each run starts
 
 # The outcome of a run with an invalid scenario; it ends the exploration.
 BAD_INPUT: Final = "bad input"
@@ -24,7 +24,7 @@ BAD_INPUT: Final = "bad input"
 # The outcome of a run whose choice points differ from those of an earlier run on the same path.
 DIVERGED: Final = "diverged"
 
-# The number of a node, or -1 before the first node; and the index of the option that is taken there.
+# The number of a node, or -1 before the first node, and the index of the option that is taken at the node.
 Edge = tuple[int, int]
 
 
@@ -39,8 +39,8 @@ class PointOption(Struct, frozen=True):
     faults: int
 
 
-class Point(Struct, frozen=True, rename={"options": "ways"}):
-    """A choice point as stored in the graph.
+class Point(Struct, frozen=True, rename={"options": "ways"}):  # the name in existing checkpoint files
+    """A choice point as the graph stores it.
 
     :param index: the number of the choice point in its run, from 0.
     :param seconds: the time by the run's clock.
@@ -76,9 +76,9 @@ class GraphNode(Struct):
     """A choice point in a state.
 
     :param point: the choice point as the first run saw it.
-    :param edge: the edge on which the first run came.
-    :param faults: the number of faults of the first run so far.
-    :param share: the share of the run tree below the node, if all options lead to equally many runs.
+    :param edge: the edge on which the first run reached the point.
+    :param faults: the number of faults of the first run up to the point.
+    :param share: the share of all runs that go through the node, if all options lead to equally many runs.
     """
 
     point: Point
@@ -87,15 +87,17 @@ class GraphNode(Struct):
     share: float
 
 
-class SavedGraph(Struct, frozen=True, rename={"node_of_state": "known"}):
+class SavedGraph(
+    Struct, frozen=True, rename={"node_of_state": "known", "open_edges": "open", "used_parts": "used"}
+):
     """A graph in a checkpoint; see :class:`Graph`."""
 
     nodes: list[GraphNode]
     leaves: list[tuple[Edge, Leaf]]
     links: list[tuple[Edge, int]]
-    open: list[Edge]
+    open_edges: list[Edge]
     node_of_state: dict[bytes, int]
-    used: list[Used]
+    used_parts: list[UsedPart]
 
 
 class Graph:
@@ -103,17 +105,23 @@ class Graph:
 
     :param faults: the maximum number of faults in a run.
     :param depth: see :class:`~cxbridge_explore.bounds.Bounds`.
+    :ivar leaves: the end of the run on an edge.
+    :ivar links: the node to which an edge leads.
+    :ivar open_edges: the unexplored edges, in the order of discovery.
+    :ivar merged_count: the number of runs that have reached a known state.
+    :ivar used_parts: the parts of the agent that the runs have used, if recorded.
+    :ivar explored_share: the explored share of all runs. As in Knuth's estimate of the size of a tree, all
+        options of a node count as leading to equally many runs.
     """
 
     def __init__(self, faults: int, depth: int | None) -> None:
         self.nodes: list[GraphNode] = []
         self.leaves: dict[Edge, Leaf] = {}
-        self.links: dict[Edge, int] = {}  # target node of each edge that ends at a node
-        self.open: dict[Edge, None] = {ROOT: None}  # unexplored edges, in the order of discovery
-        self.merged = 0  # number of runs that reached a known state
-        self.used: set[Used] = set()  # parts of the agent that the runs used, if recorded
-        # Explored share of the run tree. Knuth's estimate: the options of a node lead to equally many runs.
-        self.explored = 0.0
+        self.links: dict[Edge, int] = {}
+        self.open_edges: dict[Edge, None] = {ROOT_EDGE: None}
+        self.merged_count = 0
+        self.used_parts: set[UsedPart] = set()
+        self.explored_share = 0.0
         self._faults = faults
         self._depth = depth
         self._node_of_state: dict[bytes, int] = {}  # by the digest of the state
@@ -124,21 +132,21 @@ class Graph:
             self.nodes,
             list(self.leaves.items()),
             list(self.links.items()),
-            list(self.open),
+            list(self.open_edges),
             self._node_of_state,
-            sorted(self.used),
+            sorted(self.used_parts),
         )
 
-    def load(self, saved: SavedGraph) -> None:
+    def restore(self, saved: SavedGraph) -> None:
         """Load a saved graph with the same bounds."""
         self.nodes = saved.nodes
         self.leaves = dict(saved.leaves)
         self.links = dict(saved.links)
-        self.open = dict.fromkeys(saved.open)
+        self.open_edges = dict.fromkeys(saved.open_edges)
         self._node_of_state = saved.node_of_state
-        self.used = set(saved.used)
-        self.merged = len(self.links) - len(self.nodes)  # one link per node is of its first run
-        self.explored = 1.0 - sum(map(self._share, self.open))
+        self.used_parts = set(saved.used_parts)
+        self.merged_count = len(self.links) - len(self.nodes)  # the first run to a node was not merged
+        self.explored_share = 1.0 - sum(map(self._compute_share, self.open_edges))
 
     # ---- reports of runs
 
@@ -148,53 +156,53 @@ class Graph:
         :param digest: the digest of the run's state; empty if the state cannot be compared.
         :returns: the number of the new node, whose edges are now open; None if the state is known.
         """
-        del self.open[edge]
-        faults = self.faults_of(edge)
-        if digest:  # states are equal only if the bounds leave the same options
+        del self.open_edges[edge]
+        faults = self.count_faults(edge)
+        if digest:  # nodes are equal only if the bounds leave them the same options
             digest = b"%b %d %d" % (digest, faults, point.index if self._depth is not None else 0)
         equal_node = self._node_of_state.get(digest) if digest else None
         if equal_node is not None:
             self.links[edge] = equal_node
-            self.merged += 1
-            self.explored += self._share(edge)
+            self.merged_count += 1
+            self.explored_share += self._compute_share(edge)
             return None
         number = len(self.nodes)
-        self.nodes.append(GraphNode(point, edge, faults, self._share(edge)))
+        self.nodes.append(GraphNode(point, edge, faults, self._compute_share(edge)))
         self.links[edge] = number
         if digest:
             self._node_of_state[digest] = number
-        for option in self.options(number):
-            self.open[number, option] = None
+        for option in self.allowed_options(number):
+            self.open_edges[number, option] = None
         return number
 
     def record_end(self, edge: Edge, leaf: Leaf) -> None:
         """Record the end of the run on an open edge."""
-        del self.open[edge]
+        del self.open_edges[edge]
         self.leaves[edge] = leaf
-        self.explored += self._share(edge)
+        self.explored_share += self._compute_share(edge)
 
     # ---- analysis
 
-    def faults_of(self, edge: Edge) -> int:
+    def count_faults(self, edge: Edge) -> int:
         """Return the number of faults of a run on an edge."""
         number, option = edge
-        if edge == ROOT:
+        if edge == ROOT_EDGE:
             return 0
         node = self.nodes[number]
         return node.faults + node.point.options[option].faults
 
-    def point_number(self, edge: Edge) -> int:
-        """Return the number of the first choice point after an edge, in a run on the edge."""
+    def next_point_number(self, edge: Edge) -> int:
+        """Return the number in its run of the first choice point after an edge."""
         number, _ = edge
-        return 0 if edge == ROOT else self.nodes[number].point.index + 1
+        return 0 if edge == ROOT_EDGE else self.nodes[number].point.index + 1
 
-    def _share(self, edge: Edge) -> float:
-        """Return the share of the run tree below an edge."""
+    def _compute_share(self, edge: Edge) -> float:
+        """Return the share of all runs that go through an edge."""
         number, _ = edge
-        return 1.0 if edge == ROOT else self.nodes[number].share / len(self.options(number))
+        return 1.0 if edge == ROOT_EDGE else self.nodes[number].share / len(self.allowed_options(number))
 
-    def options(self, number: int) -> list[int]:
-        """Return the options to explore at a node, the usual one first."""
+    def allowed_options(self, number: int) -> list[int]:
+        """Return the options of a node within the bounds, the usual option first."""
         node = self.nodes[number]
         if self._depth is not None and node.point.index >= self._depth:
             return [USUAL]
@@ -205,7 +213,7 @@ class Graph:
             if index == USUAL or option.faults <= allowed_faults
         ]
 
-    def cycles(self) -> list[int]:
+    def find_cycles(self) -> list[int]:
         """Return a node of each cycle. A run in a cycle never ends."""
         # Kahn's algorithm, from the ends of the runs backwards.
         successors: dict[int, list[int]] = {}
@@ -217,9 +225,8 @@ class Graph:
             for target in targets:
                 predecessors.setdefault(target, set()).add(number)
         ends = [number for number in range(len(self.nodes)) if number not in open_successors]
-        while (
-            ends
-        ):  # remove nodes that only lead to ends; the remaining nodes are on a cycle or lead to a cycle
+        # Nodes that only lead to ends are removed; the remaining nodes are on a cycle or lead to a cycle.
+        while ends:
             for number in predecessors.get(ends.pop(), ()):
                 open_successors[number] -= 1
                 if not open_successors[number]:
@@ -234,36 +241,36 @@ class Graph:
         on_cycles: set[int] = set()
         for number in sorted(endless):
             reachable: set[int] = set()
-            pending = [number]
-            while pending:
-                for target in successors.get(pending.pop(), ()):
+            pending_nodes = [number]
+            while pending_nodes:
+                for target in successors.get(pending_nodes.pop(), ()):
                     if target in endless and target not in reachable:
                         reachable.add(target)
-                        pending.append(target)
-            # A node that reaches itself is on a cycle; the further nodes of that cycle are not reported.
+                        pending_nodes.append(target)
+            # A node that reaches itself is on a cycle. The further nodes of the cycle are not returned.
             if number in reachable and not on_cycles & reachable:
                 first_nodes.append(number)
                 on_cycles |= reachable
         return first_nodes
 
-    def edges_to(self, edge: Edge) -> list[Edge]:
+    def trace_edges(self, edge: Edge) -> list[Edge]:
         """Return the edges from the first choice of a run to an edge."""
         path = []
-        while edge != ROOT:
+        while edge != ROOT_EDGE:
             path.append(edge)
             number, _ = edge
             edge = self.nodes[number].edge
         return path[::-1]
 
-    def path_to(self, edge: Edge) -> ChoicePath:
+    def find_path(self, edge: Edge) -> ChoicePath:
         """Return the path of a run to an edge."""
         return {
             node.point.index: Step(node.point.subject, node.point.options[option].name)
-            for node, option in self._choices(edge)
+            for node, option in self._trace_choices(edge)
             if option != USUAL
         }
 
-    def choices_to(self, edge: Edge) -> list[dict[str, object]]:
+    def list_choices(self, edge: Edge) -> list[dict[str, object]]:
         """Return the unusual choices of a run to an edge, as JSON values."""
         return [
             {
@@ -273,10 +280,10 @@ class Graph:
                 "option": node.point.options[option].name,
                 "seconds": round(node.point.seconds, 6),
             }
-            for node, option in self._choices(edge)
+            for node, option in self._trace_choices(edge)
             if option != USUAL
         ]
 
-    def _choices(self, edge: Edge) -> Iterator[tuple[GraphNode, int]]:
-        for number, option in self.edges_to(edge):
+    def _trace_choices(self, edge: Edge) -> Iterator[tuple[GraphNode, int]]:
+        for number, option in self.trace_edges(edge):
             yield self.nodes[number], option

@@ -1,4 +1,4 @@
-"""Selects the properties of an exploration."""
+"""Selects the properties that each run of an exploration must have."""
 
 from __future__ import annotations
 
@@ -8,21 +8,21 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.source import source_of
 from cxbridge_explore.properties.builtin.table import RUN_ENDS, builtin_properties
 from cxbridge_explore.properties.monitor import Property
-from cxbridge_explore.properties.reading import combine_properties, find_property, properties_beside
+from cxbridge_explore.properties.reading import combine_properties, find_property, read_scenario_properties
 
 
-def properties_of(
+def select_properties(
     options: RunOptions, property_texts: Sequence[str] = (), *, is_cut: bool = False
 ) -> tuple[Property, ...]:
-    """Return the given properties; by default the built-in properties and the properties of the scenario.
+    """Return the requested properties; by default the built-in properties and those of the scenario.
 
-    :param property_texts: the names or forms of properties.
-    :param is_cut: whether a time limit ends each run with unfinished goals, as in a game; then the property
-        that each run ends is left out.
+    :param property_texts: the names or forms of the requested properties.
+    :param is_cut: whether a time limit ends each run with unfinished goals, as in a game. Then the property
+        that each run ends is left out of the default.
     """
     if property_texts:
         return combine_properties(map(find_property, property_texts))
     built_in = [
         property_ for property_ in builtin_properties() if not (is_cut and property_.name == RUN_ENDS)
     ]
-    return combine_properties(built_in, properties_beside(source_of(options).config_file()))
+    return combine_properties(built_in, read_scenario_properties(source_of(options).config_file()))

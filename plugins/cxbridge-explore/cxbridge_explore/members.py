@@ -1,4 +1,4 @@
-"""The members of the pytest fixture: ``cx.explore`` and ``run.assert_properties``."""
+"""The members that this plug-in adds to the pytest fixture: ``cx.explore`` and ``run.assert_properties``."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from cxbridge.run.stuck import StuckWatch
 from cxbridge_explore.bounds import Bounds, ExecutionOptions
 from cxbridge_explore.explore import explore as explore_scenario
 from cxbridge_explore.forking import HAS_FORK
-from cxbridge_explore.judging import properties_of
+from cxbridge_explore.judging import select_properties
 from cxbridge_explore.properties.monitor import Ending, Property, RunEnd
 from cxbridge_explore.properties.reading import find_property
 from cxbridge_explore.properties.watch import PropertyWatch
@@ -51,9 +51,9 @@ def explore(
     result = explore_scenario(
         run_options,
         Bounds(faults=faults, depth=depth),
-        # A copy lacks the other threads of this process, but keeps the locks that they hold.
+        # A forked copy lacks the other threads of this process, but keeps the locks that those threads hold.
         ExecutionOptions(fork=HAS_FORK and threading.active_count() == 1),
-        properties=properties_of(run_options, properties),
+        properties=select_properties(run_options, properties),
         world=None if world is None else read_world(cx.find(world)),
     )
     if result.violations:
@@ -64,7 +64,7 @@ def explore(
 def assert_properties(run: AgentRun, *properties: str | Property, timeout: float = 600.0) -> None:
     """Run to the end while properties are checked, and finalise the agent.
 
-    :param properties: the names of built-in properties, or forms. The properties are watched from now on.
+    :param properties: names of built-in properties, or forms. The properties are watched from this call on.
     :param timeout: the limit of the run's clock in seconds.
     :raises AssertionError: if a property is violated.
     """
@@ -74,21 +74,21 @@ def assert_properties(run: AgentRun, *properties: str | Property, timeout: float
         [agent],
         agent.clock,
     )
-    stuck = StuckWatch(agent)
+    stuck_watch = StuckWatch(agent)
     is_stuck = False
 
-    def done() -> bool:
+    def is_done() -> bool:
         nonlocal is_stuck
         watch.check()
-        is_stuck = not run.is_over and stuck.check()
+        is_stuck = not run.is_over and stuck_watch.check()
         return is_stuck or run.is_over
 
-    run.wait_for(done, timeout)
+    run.wait_for(is_done, timeout)
     is_at_end = run.is_over or agent.executive.maintaining_goals
     ending = Ending.OVER if is_at_end else Ending.STUCK if is_stuck else Ending.CUT
-    watch.end(RunEnd(ending, "" if ending is not Ending.CUT else f"not within {timeout:g} s"))
+    watch.check_end(RunEnd(ending, "" if ending is not Ending.CUT else f"not within {timeout:g} s"))
     agent.finalize()
-    watch.finalized()
+    watch.check_shutdown()
     if watch.violations:
         raise AssertionError(
             "\n".join(

@@ -1,4 +1,4 @@
-"""One run of an exploration: its properties are watched from its start, and decided at its end."""
+"""One run of an exploration, whose properties are watched from the start to the end of the run."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from cxbridge.run.result import COMPLETED, UNSUCCESSFUL, RunResult
 from cxbridge_explore.graph import BAD_INPUT, DIVERGED, Leaf
 from cxbridge_explore.properties.monitor import Ending, Property, RunEnd
 from cxbridge_explore.properties.watch import PropertyWatch
-from cxbridge_explore.use import Used, UseWatch
+from cxbridge_explore.use import UsedPart, UseWatch
 from cxbridge_explore.worldmodel.model import WorldModel
 from cxbridge_explore.worlds.judged import JudgedRun
 from cxbridge_explore.worlds.points import Chooser, DivergedError
@@ -24,7 +24,7 @@ class ExploredRun(JudgedRun):
     :param chooser: decides at each choice point.
     :param world: the possible events; None for the file in the scenario's folder.
     :param make: makes the program to run.
-    :param briefly: whether to stop at the first violation.
+    :param stops_at_violation: whether the run ends at the first violation.
     :param coverage: whether to record the used parts of the agent.
     """
 
@@ -36,32 +36,32 @@ class ExploredRun(JudgedRun):
         *,
         world: WorldModel | None = None,
         make: MakeAssembly = make_scenario,
-        briefly: bool = False,
+        stops_at_violation: bool = False,
         coverage: bool = False,
     ) -> None:
         super().__init__(options, chooser, world, make=make)
-        self._briefly = briefly
+        self._stops_at_violation = stops_at_violation
         assembly = self.world.assembly
-        self._use = UseWatch(assembly.bus, assembly.agents) if coverage else None
+        self._use_watch = UseWatch(assembly.bus, assembly.agents) if coverage else None
         self.properties = PropertyWatch(properties, assembly.agents, assembly.clock)
         self.world.watchers.append(self.properties)
 
-    def used(self) -> tuple[Used, ...]:
+    def collect_used_parts(self) -> tuple[UsedPart, ...]:
         """Return the parts of the agent that were used for the first time since the last call."""
-        return () if self._use is None else self._use.new_parts()
+        return () if self._use_watch is None else self._use_watch.take_new_parts()
 
     def play(self) -> tuple[RunResult, WorldResult]:
         """Play the run to its end and evaluate the properties; see :class:`JudgedRun`."""
         ended, result = super().play()
         is_over = ended.status in (COMPLETED, UNSUCCESSFUL)
         ending = Ending.OVER if is_over else Ending.STUCK if ended.is_stuck else Ending.CUT
-        self.properties.end(RunEnd(ending, "" if is_over else ended.reason))
+        self.properties.check_end(RunEnd(ending, "" if is_over else ended.reason))
         self.world.assembly.finalize()
-        self.properties.finalized()
+        self.properties.check_shutdown()
         return ended, result
 
-    def leaf(self) -> Leaf:
-        """Play the run to its end and return the result.
+    def play_to_leaf(self) -> Leaf:
+        """Play the run to its end and return the result as a leaf of the graph.
 
         :raises CxbridgeError: if the agent is broken.
         """
@@ -71,20 +71,20 @@ class ExploredRun(JudgedRun):
             ended.reason,
             result.seconds,
             tuple(self.properties.violations),
-            tuple(sorted(self.properties.evaluated)),
+            tuple(sorted(self.properties.evaluated_names)),
         )
 
     def _is_cut(self) -> bool:
-        """Return whether the run cannot continue, or need not: a violation suffices if it is brief."""
+        """Return whether the run cannot continue, or stops at a violation."""
         is_violated = self.properties.check()
-        return super()._is_cut() or (self._briefly and is_violated)
+        return super()._is_cut() or (self._stops_at_violation and is_violated)
 
 
 MakeRun = Callable[[Chooser], ExploredRun]  # makes a run with a chooser
 
 
-def failure(error: Exception) -> Leaf:
-    """Return the leaf of a run that raised an exception."""
+def make_failure_leaf(error: Exception) -> Leaf:
+    """Return the leaf for a run that has raised an exception."""
     if isinstance(error, DivergedError):
         return Leaf(DIVERGED, str(error), 0.0)
     if isinstance(error, CxbridgeError):

@@ -1,12 +1,16 @@
-"""The rows that this plug-in adds to tables; see docs/plugins.md."""
+"""The extensions of this plug-in; see docs/plugins.md.
+
+Each :class:`~cxbridge.plugins.Row` names an extension, and the module or ``module:object`` that cxbridge
+imports when the extension is used.
+"""
 
 from __future__ import annotations
 
 from cxbridge.plugins import Row
 
-API = 1
+API = 1  # version of the plug-in interface
 
-# The tables that this plug-in defines in `cxbridge_explore.game.kinds`.
+# Tables to which other plug-ins add kinds of games; `cxbridge_explore.game.kinds` defines them.
 HOOKS = ("EXPLORED_GAMES", "PLAYED_GAMES")
 
 CHECKS = (Row("explore", "cxbridge_explore.check"),)

@@ -1,4 +1,4 @@
-"""Progress of an exploration as one line that is overwritten."""
+"""The progress of an exploration: a line of text every moment, and a page every few seconds."""
 
 from __future__ import annotations
 
@@ -8,50 +8,53 @@ from typing import Final
 
 from cxbridge_explore.graph import Graph
 
-_PERIOD_S: Final = 0.2  # time between two progress lines
-_MIN_PAUSE_S: Final = 2.0  # minimum time between two drawings
+_LINE_PERIOD_S: Final = 0.2  # seconds between two lines
+_MIN_PAGE_PAUSE_S: Final = 2.0  # minimum of the seconds between two pages
 _PAUSE_FACTOR: Final = 20  # a pause of 20 times the duration of a drawing limits drawing to 5 % of the time
-_MIN_SHARE: Final = 1e-3  # below this share, an estimate of the total is meaningless
+_MIN_SHARE: Final = 1e-3  # below this share of explored runs, an estimate of the total is meaningless
 
 
 class ProgressReporter:
-    """Shows progress from time to time.
+    """Shows the progress from time to time.
 
     :param graph: the explored graph.
-    :param show: called with the line; None to show nothing.
-    :param draw: called with the graph, less often; None to draw nothing.
+    :param show_line: called with the line; None to show no line.
+    :param draw_page: called with the graph, less often; None to draw no page.
     """
 
     def __init__(
         self,
         graph: Graph,
-        show: Callable[[str], None] | None,
-        draw: Callable[[Graph], None] | None = None,
+        show_line: Callable[[str], None] | None,
+        draw_page: Callable[[Graph], None] | None = None,
     ) -> None:
         self._graph = graph
-        self._show = show
-        self._draw = draw
-        self._next_draw = 0.0
-        self._begin = self._next = time.monotonic()
+        self._show_line = show_line
+        self._draw_page = draw_page
+        self._next_page_s = 0.0
+        self._start_s = self._next_line_s = time.monotonic()
 
-    def tick(self) -> None:
-        """Show the progress if it is due."""
-        now = time.monotonic()
-        if self._show is not None and now >= self._next:
-            self._next = now + _PERIOD_S
-            self._show(self.line(now - self._begin))
-        if self._draw is not None and now >= self._next_draw:
-            self._draw(self._graph)
-            self._next_draw = time.monotonic() + max(_MIN_PAUSE_S, _PAUSE_FACTOR * (time.monotonic() - now))
+    def show_if_due(self) -> None:
+        """Show a line and draw a page if their time has come."""
+        now_s = time.monotonic()
+        if self._show_line is not None and now_s >= self._next_line_s:
+            self._next_line_s = now_s + _LINE_PERIOD_S
+            self._show_line(self.format_line(now_s - self._start_s))
+        if self._draw_page is not None and now_s >= self._next_page_s:
+            self._draw_page(self._graph)
+            self._next_page_s = time.monotonic() + max(
+                _MIN_PAGE_PAUSE_S, _PAUSE_FACTOR * (time.monotonic() - now_s)
+            )
 
-    def line(self, seconds: float) -> str:
-        """Return the progress as text.
+    def format_line(self, seconds: float) -> str:
+        """Return the progress as a line of text.
 
         :param seconds: the seconds since the start.
         """
         graph = self._graph
-        text = f"{len(graph.leaves)} runs, {len(graph.nodes)} states, {graph.merged} merged, {seconds:.0f} s"
-        share = graph.explored
+        counts = f"{len(graph.leaves)} runs, {len(graph.nodes)} states, {graph.merged_count} merged"
+        text = f"{counts}, {seconds:.0f} s"
+        share = graph.explored_share
         if share < _MIN_SHARE:
-            return f"{text}; {len(graph.open)} branches are open"
+            return f"{text}; {len(graph.open_edges)} branches are open"
         return f"{text}; about {100 * share:.0f} % of {round(len(graph.leaves) / share)} runs"

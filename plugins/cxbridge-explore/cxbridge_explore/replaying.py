@@ -1,4 +1,4 @@
-"""Explores without fork: the runs are played one after the other, each from the beginning."""
+"""Explores without forking: plays the runs one after the other, each from the beginning."""
 
 from __future__ import annotations
 
@@ -6,26 +6,32 @@ from collections.abc import Callable
 
 from cxbridge.errors import CxbridgeError
 from cxbridge_explore.graph import Edge, Graph, Leaf
-from cxbridge_explore.playing import ExploredRun, MakeRun, failure
-from cxbridge_explore.state import Digest, state_digest
-from cxbridge_explore.worker import as_point
+from cxbridge_explore.playing import ExploredRun, MakeRun, make_failure_leaf
+from cxbridge_explore.state import ComputeDigest, make_digest_function
+from cxbridge_explore.worker import make_point
 from cxbridge_explore.worlds.points import USUAL, ChoicePoint, PathChooser
 
 
 class _MergedError(BaseException):
-    """The run has reached a known state. Not an `Exception`, which code around the choice may catch."""
+    """The run has reached a known state.
+
+    Not an `Exception`, since code of the agent or of the executive may catch an `Exception` of a choice.
+    """
 
 
 class _ReportingChooser:
-    """Takes the usual options, reports each choice point to the graph, and leaves its further options open.
+    """Takes the usual options, and adds each choice point to the graph, where its other options stay open.
 
     :param edge: the open edge to explore.
     :param first_reported: the number of the first choice point after the edge.
+    :ivar edge: the open edge of the run.
+    :ivar compute_digest: computes the digest of a state; to be set before the run is played.
+    :ivar unmerged_reason: the reason why the last state could not be compared; may be empty.
     """
 
     def __init__(self, graph: Graph, edge: Edge, first_reported: int) -> None:
         self.edge = edge
-        self.digest: Digest = lambda _: (b"", "")  # replaced as soon as the run is made
+        self.compute_digest: ComputeDigest = lambda _: (b"", "")
         self.unmerged_reason = ""
         self._graph = graph
         self._first_reported = first_reported
@@ -33,8 +39,8 @@ class _ReportingChooser:
     def choose(self, index: int, point: ChoicePoint) -> int:
         if index < self._first_reported:
             return USUAL
-        digest, self.unmerged_reason = self.digest(point)
-        number = self._graph.record_choice_point(self.edge, as_point(index, point), digest)
+        digest, self.unmerged_reason = self.compute_digest(point)
+        number = self._graph.record_choice_point(self.edge, make_point(index, point), digest)
         if number is None:
             raise _MergedError
         self.edge = number, USUAL
@@ -42,22 +48,22 @@ class _ReportingChooser:
 
 
 def explore_by_replay(
-    make: MakeRun, graph: Graph, is_over: Callable[[], bool], *, merge: bool
+    make_run: MakeRun, graph: Graph, is_over: Callable[[], bool], *, merge: bool
 ) -> tuple[str, ...]:
-    """Explore until no edge is open or ``is_over`` returns True before a run.
+    """Explore until no edge is open, or ``is_over`` returns True before a run.
 
     :param merge: whether to compare states.
     :returns: the reasons why states were not compared.
     """
     unmerged_reasons: dict[str, None] = {}
-    while graph.open and not is_over():
-        edge = next(reversed(graph.open))  # depth-first, as with processes
-        chooser = _ReportingChooser(graph, edge, graph.point_number(edge))
+    while graph.open_edges and not is_over():
+        edge = next(reversed(graph.open_edges))  # depth-first, as with processes
+        chooser = _ReportingChooser(graph, edge, graph.next_point_number(edge))
         # The chooser follows the path to the edge, and explores the usual options from there on.
-        with make(PathChooser(graph.path_to(edge), chooser)) as run:
-            chooser.digest = state_digest(run, merge=merge)
-            leaf = _play(run)
-            graph.used.update(run.used())
+        with make_run(PathChooser(graph.find_path(edge), chooser)) as run:
+            chooser.compute_digest = make_digest_function(run, merge=merge)
+            leaf = _play_run(run)
+            graph.used_parts.update(run.collect_used_parts())
         if leaf is not None:
             graph.record_end(chooser.edge, leaf)
         if chooser.unmerged_reason:
@@ -65,16 +71,16 @@ def explore_by_replay(
     return tuple(unmerged_reasons)
 
 
-def _play(run: ExploredRun) -> Leaf | None:
+def _play_run(run: ExploredRun) -> Leaf | None:
     """Play a run and return its end; None if the run reached a known state.
 
     :raises CxbridgeError: if the agent is broken, or the run diverges from its path.
     """
     try:
-        return run.leaf()
+        return run.play_to_leaf()
     except _MergedError:
         return None
     except CxbridgeError:
-        raise  # ends the exploration
+        raise  # an invalid scenario ends the exploration, unlike an exception in one of its runs
     except Exception as error:  # noqa: BLE001 - an agent's Python code may raise anything
-        return failure(error)
+        return make_failure_leaf(error)

@@ -17,9 +17,9 @@ CLEAN, VIOLATED, BAD_INPUT, INCOMPLETE = range(4)  # exit statuses of `cxbridge 
 
 @dataclass(frozen=True, slots=True)
 class ExploreResult:
-    """The result of an exploration.
+    """The result of an exploration, complete or so far.
 
-    :param properties: the properties of every run.
+    :param properties: the properties that each run was checked for.
     :param unmerged_reasons: the reasons why states were not compared.
     :param cpu_seconds: the processor time of all processes.
     :param wall_seconds: the real time.
@@ -36,13 +36,13 @@ class ExploreResult:
     @property
     def is_complete(self) -> bool:
         """Whether no edge is open."""
-        return not self.graph.open
+        return not self.graph.open_edges
 
     @property
     def outcomes(self) -> dict[str, int]:
         """The number of runs by outcome; the outcome of a run in a cycle is ``endless``."""
         counts = Counter(leaf.outcome for leaf in self.graph.leaves.values())
-        counts.update({"endless": len(self.graph.cycles())})
+        counts.update({"endless": len(self.graph.find_cycles())})
         return dict(sorted((+counts).items()))  # the plus drops an outcome without runs
 
     @property
@@ -52,30 +52,30 @@ class ExploreResult:
         violations: dict[str, dict[str, Any]] = {}
         for edge, leaf in graph.leaves.items():
             for violation in leaf.violations:
-                row = self._violation(violation.as_dict(), edge)
+                row = self._make_violation(violation.as_dict(), edge)
                 shortest = violations.get(violation.property)
                 if shortest is None or len(row["choices"]) < len(shortest["choices"]):
                     violations[violation.property] = row
         for edge, leaf in graph.leaves.items():
             if leaf.is_given_up and any(property_.name == RUN_ENDS for property_ in self.properties):
                 row = {"property": RUN_ENDS, "message": leaf.reason, "seconds": leaf.seconds}
-                # No counterexample is written: a run that plays it again would not end either.
-                violations.setdefault(RUN_ENDS, self._violation(row, edge) | {"is_given_up": True})
-        for number in graph.cycles():
+                # No counterexample is written, since a run on the same path would not end either.
+                violations.setdefault(RUN_ENDS, self._make_violation(row, edge) | {"is_given_up": True})
+        for number in graph.find_cycles():
             node, message = graph.nodes[number], "the run reaches the same state again and again"
             row = {"property": RUN_ENDS, "message": message, "seconds": node.point.seconds}
-            violations.setdefault(RUN_ENDS, self._violation(row, node.edge))
+            violations.setdefault(RUN_ENDS, self._make_violation(row, node.edge))
         for name, example in self.counterexamples.items():
             violations[name] = violations[name] | example.as_dict()
         return [violations[name] for name in sorted(violations)]
 
-    def _violation(self, row: dict[str, Any], edge: Edge) -> dict[str, Any]:
-        """Return a violation with the path to its run, without a counterexample yet."""
-        return row | {"choices": self.graph.choices_to(edge), "recording": None, "test": None}
+    def _make_violation(self, row: dict[str, Any], edge: Edge) -> dict[str, Any]:
+        """Return a violation with the choices of its run, and without a counterexample."""
+        return row | {"choices": self.graph.list_choices(edge), "recording": None, "test": None}
 
     @property
     def vacuous(self) -> list[str]:
-        """The properties that no run could have violated."""
+        """The names of the properties that no run could have violated."""
         evaluated = {name for leaf in self.graph.leaves.values() for name in leaf.evaluated}
         return [property_.name for property_ in self.properties if property_.name not in evaluated]
 
@@ -92,7 +92,7 @@ class ExploreResult:
             "complete": self.is_complete,
             "runs": len(graph.leaves),
             "states": len(graph.nodes),
-            "merged": graph.merged,
+            "merged": graph.merged_count,
             "outcomes": self.outcomes,
             "violations": self.violations,
             "vacuous": self.vacuous,
@@ -104,8 +104,8 @@ class ExploreResult:
     def lines(self) -> Iterator[str]:
         """Yield the result as lines of text."""
         graph = self.graph
-        end = "complete" if self.is_complete else f"not complete, {len(graph.open)} branches are open"
-        yield f"{len(graph.leaves)} runs, {len(graph.nodes)} states, {graph.merged} merged: {end}"
+        end = "complete" if self.is_complete else f"not complete, {len(graph.open_edges)} branches are open"
+        yield f"{len(graph.leaves)} runs, {len(graph.nodes)} states, {graph.merged_count} merged: {end}"
         for outcome, count in self.outcomes.items():
             yield f"  {outcome}: {count}"
         for violation in self.violations:

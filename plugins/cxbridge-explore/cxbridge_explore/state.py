@@ -1,7 +1,9 @@
-"""The state of a run at a choice point as a value: equal states have equal futures.
+"""The state of a run at a choice point as a value, and its digest. Equal states have equal futures.
 
-Times are relative to now. Generated names (``gen12``) and message ids are numbered by first occurrence. Runs
-with a hidden part of their state are not compared.
+The state is the facts and globals of the agents, their blackboards, and the state of skills and properties.
+In the value, times are relative to now, and generated names (``gen12``) and message ids are numbered by their
+first occurrence. If a part of the state is hidden, such as that of an executor in Python, the run is not
+compared with other runs.
 """
 
 from __future__ import annotations
@@ -26,32 +28,31 @@ if TYPE_CHECKING:
     from cxbridge_explore.playing import ExploredRun
     from cxbridge_explore.worlds.points import ChoicePoint
 
-# The features without hidden state: their state is in facts or on the blackboard, or never changes.
+# Features whose state is in facts or on the blackboard, or never changes.
 _STATELESS_FEATURES: Final = frozenset(
     {"blackboard", "config", "redefine-warning", "pddl-parser", "navgraph", "motor-switch"}
 )
 
-_GENERATED: Final = re.compile(r"gen\d+")
+_GENERATED_NAME: Final = re.compile(r"gen\d+")
 _EPOCH_S: Final = VIRTUAL_EPOCH_US // MICROSECONDS
 # A number counts as a time if it is at most this many seconds after the epoch of the virtual clock. No run is
 # longer.
 _MAX_RUN_S: Final = 10_000_000
 
 _MESSAGE_IDS: Final = frozenset({"msgid", "msg-id"})
-# The name after each opening parenthesis in CLIPS code, which includes the names of all called functions.
-_CALLED: Final = re.compile(r"\(([^\s()\"]+)")
+# The word after each opening parenthesis in CLIPS code: the names of called functions, and further words.
+_CALLED_FUNCTION: Final = re.compile(r"\(([^\s()\"]+)")
+
+# Seconds after which the CX core requests control of a Skiller again (`skills.clp`).
+_CONTROL_RETRY_S: Final = 3.0
+
+# Computes the digest of the state at a choice point. Returns the digest and an empty text; or an empty digest
+# and the reason why the state cannot be compared.
+ComputeDigest = Callable[["ChoicePoint"], tuple[bytes, str]]
 
 
-# After this time the core requests control of a Skiller again (`skills.clp`).
-_REQUEST_AGAIN_S: Final = 3.0
-
-
-# Returns the digest of the state at a choice point and an empty text; or an empty digest and the reason.
-Digest = Callable[["ChoicePoint"], tuple[bytes, str]]
-
-
-def state_digest(run: ExploredRun, *, merge: bool) -> Digest:
-    """Return the digest function for a run.
+def make_digest_function(run: ExploredRun, *, merge: bool) -> ComputeDigest:
+    """Return the function that computes the digests of a run's states.
 
     :param merge: whether states are compared at all.
     """
@@ -63,20 +64,22 @@ class HiddenStateError(Exception):
 
 
 class StateReader:
-    """Reads the state of a run, at the choices of the run and of its copies."""
+    """Reads the state of a run, at the choice points of the run and of its forked copies."""
 
     def __init__(self, run: ExploredRun) -> None:
         self._run = run
-        self._hidden: str | None = None
+        self._hidden_reason: str | None = None
 
     def digest(self, point: ChoicePoint) -> tuple[bytes, str]:
-        """Return the digest of the state at a choice point; empty with the reason if a part is hidden."""
-        if self._hidden is None:
-            self._hidden = next((text for agent in self._agents for text in _hidden_state(agent)), "")
-        if self._hidden:
-            return b"", self._hidden
+        """Return the digest of the state at a choice point; see :data:`ComputeDigest`."""
+        if self._hidden_reason is None:
+            self._hidden_reason = next(
+                (text for agent in self._agents for text in _list_hidden_reasons(agent)), ""
+            )
+        if self._hidden_reason:
+            return b"", self._hidden_reason
         try:
-            state = self._state(point)
+            state = self._read_state(point)
         except HiddenStateError as error:
             return b"", str(error)
         return blake2b(repr(state).encode("utf-8", "surrogatepass"), digest_size=16).digest(), ""
@@ -85,24 +88,26 @@ class StateReader:
     def _agents(self) -> tuple[Run, ...]:
         return self._run.world.assembly.agents
 
-    def _state(self, point: ChoicePoint) -> Hashable:
+    def _read_state(self, point: ChoicePoint) -> Hashable:
         world = self._run.world
-        names = _Names(world.assembly.clock.now_us())
+        normalizer = _Normalizer(world.assembly.clock.now_us())
         skills, properties = world.state(), self._run.properties.state()
         if skills is None:
             raise HiddenStateError("the progress of the skill board's executors is not visible")
         if properties is None:
             raise HiddenStateError("a property has no state() to compare")
         return (
-            names.plain(point.subject),
-            tuple(_agent_state(agent, names) for agent in self._agents),
-            names.plain(skills),
-            names.plain(properties),
+            normalizer.normalize(point.subject),
+            tuple(_read_agent_state(agent, normalizer) for agent in self._agents),
+            normalizer.normalize(skills),
+            normalizer.normalize(properties),
         )
 
 
-class _Names:
-    """Replaces names that are only compared with each other by numbers.
+class _Normalizer:
+    """Replaces values that differ between runs without an effect: times, generated names, message ids.
+
+    Rules only compare generated names and message ids with each other, so that numbers replace them.
 
     :param now_us: the time to which times are relative.
     """
@@ -115,29 +120,29 @@ class _Names:
         self._skills: dict[str, str] = {}
 
     def number_skill(self, skill: str, message: object) -> None:
-        """Record the id of a fact `skill`, which ends with the id of its message."""
+        """Record the id of a fact ``skill``, which ends with a message id, for numbering."""
         end = f"-{message}"
         if isinstance(message, int) and skill.endswith(end):
             number = self._messages.setdefault(message, len(self._messages))
             self._skills[skill] = f"{skill.removesuffix(end)}-#{number}"
 
     def blur_last_try(self, slots: dict[str, Value], seconds: float) -> None:
-        """Replace an old time in ``last-try``: rules only test whether ``seconds`` have passed."""
+        """Replace an old time in ``last-try``, since rules only test whether some seconds have passed."""
         match slots["last-try"]:
             case (int() as last_s, int() as last_us):
                 age_us = self._now_us - last_s * MICROSECONDS - last_us
                 if age_us > seconds * MICROSECONDS:
                     slots["last-try"] = Symbol("long-ago")
 
-    def plain(self, value: object) -> Hashable:
+    def normalize(self, value: object) -> Hashable:
         """Return a value with relative times, and with numbers in place of generated names."""
         if isinstance(value, str):
             value = self._skills.get(value, value)
-            return _GENERATED.sub(self._rename, value) if "gen" in value else str(value)
+            return _GENERATED_NAME.sub(self._rename, value) if "gen" in value else str(value)
         if isinstance(value, int | float):
             return ("time", round(value - self._now_s, 6)) if self._is_time(value) else value
         if isinstance(value, frozenset | set):
-            return "set", tuple(sorted(repr(self.plain(item)) for item in sorted(value, key=repr)))
+            return "set", tuple(sorted(repr(self.normalize(item)) for item in sorted(value, key=repr)))
         if isinstance(value, tuple | list):
             return self._sequence(value)
         return repr(value)
@@ -152,7 +157,7 @@ class _Names:
                     items.append(("time", seconds * MICROSECONDS + us - self._now_us))
                     number += 2
                 case _:
-                    items.append(self.plain(values[number]))
+                    items.append(self.normalize(values[number]))
                     number += 1
         return tuple(items)
 
@@ -160,12 +165,12 @@ class _Names:
     def _is_time(value: float) -> bool:
         return 0 <= value - _EPOCH_S < _MAX_RUN_S
 
-    def slots(self, values: Mapping[str, object]) -> Hashable:
+    def normalize_slots(self, values: Mapping[str, object]) -> Hashable:
         """Return the slots of a fact, or the fields of an interface."""
         return tuple(
             self._messages.setdefault(value, len(self._messages))
             if name in _MESSAGE_IDS and isinstance(value, int) and value
-            else self.plain(value)
+            else self.normalize(value)
             for name, value in values.items()
         )
 
@@ -173,7 +178,7 @@ class _Names:
         return self._generated.setdefault(match[0], f"gen#{len(self._generated)}")
 
 
-def _agent_state(agent: Run, names: _Names) -> Hashable:
+def _read_agent_state(agent: Run, normalizer: _Normalizer) -> Hashable:
     """Return the state of an agent and its blackboard.
 
     :raises HiddenStateError: if rules fire, a planner works, or messages wait.
@@ -186,28 +191,28 @@ def _agent_state(agent: Run, names: _Names) -> Hashable:
     facts = list(env.facts())
     for _, template, slots in facts:
         if template == "skill":
-            names.number_skill(str(slots["id"]), slots["msgid"])
+            normalizer.number_skill(str(slots["id"]), slots["msgid"])
         elif template == "skiller-control":
-            names.blur_last_try(slots, _REQUEST_AGAIN_S)
+            normalizer.blur_last_try(slots, _CONTROL_RETRY_S)
     return (
-        tuple((template, names.slots(slots)) for _, template, slots in facts),
-        _global_values(env, names),
+        tuple((template, normalizer.normalize_slots(slots)) for _, template, slots in facts),
+        _read_globals(env, normalizer),
         (env.quit_requested, env.is_ended, bool(env.faults), agent.executive.skills.running),
-        # these decide the verdict on the run
+        # whether goals have finished, and whether a goal has failed: both decide the verdict on the run
         (bool(goals.outcome_counts), goals.outcome_counts.total() > goals.outcome_counts["COMPLETED"]),
-        _board_state(agent.board, names),
+        _read_board_state(agent.board, normalizer),
     )
 
 
-def _global_values(env: ClipsEnvironment, names: _Names) -> Hashable:
-    variables = map(decode, map(lib.DefglobalName, _walk(env, lib.GetNextDefglobal)))
-    return tuple((name, names.plain(env.eval(f"?*{name}*"))) for name in variables)
+def _read_globals(env: ClipsEnvironment, normalizer: _Normalizer) -> Hashable:
+    variables = map(decode, map(lib.DefglobalName, _walk_items(env, lib.GetNextDefglobal)))
+    return tuple((name, normalizer.normalize(env.eval(f"?*{name}*"))) for name in variables)
 
 
-def _walk(env: ClipsEnvironment, next_item: Callable[[CData, CData], CData]) -> Iterator[CData]:
-    """Yield the items of an environment.
+def _walk_items(env: ClipsEnvironment, next_item: Callable[[CData, CData], CData]) -> Iterator[CData]:
+    """Yield the constructs of an environment.
 
-    :param next_item: a function of CLIPS that returns the item after another one, or the first after NULL.
+    :param next_item: a function of CLIPS that returns the construct after a construct, the first after NULL.
     """
     item = next_item(env.env, NULL)
     while item != NULL:
@@ -215,7 +220,7 @@ def _walk(env: ClipsEnvironment, next_item: Callable[[CData, CData], CData]) -> 
         item = next_item(env.env, item)
 
 
-def _board_state(board: LocalBlackBoard, names: _Names) -> Hashable:
+def _read_board_state(board: LocalBlackBoard, normalizer: _Normalizer) -> Hashable:
     """Return the state of the interfaces.
 
     :raises HiddenStateError: if messages wait for their handling.
@@ -224,19 +229,23 @@ def _board_state(board: LocalBlackBoard, names: _Names) -> Hashable:
     for memory in board.memories():
         info, instances = memory.info(), memory.instances()
         # At a choice about a skill, the Skiller handles the message that calls it.
-        handled = 1 if memory.type == "SkillerInterface" else 0
-        waiting = max((instance.msgq_size() for instance in instances if instance.is_writer), default=0)
-        if waiting > handled:
+        handled_count = 1 if memory.type == "SkillerInterface" else 0
+        waiting_count = max((instance.msgq_size() for instance in instances if instance.is_writer), default=0)
+        if waiting_count > handled_count:
             raise HiddenStateError(f"messages to {memory.uid} waited")
         unread = tuple(instance.version_read != memory.version for instance in instances)
-        block: Hashable = names.plain(split_us(info.timestamp_us)), names.slots(memory.values())
-        if waiting:
-            block = None  # The Skiller is about to write all fields, and its state is included elsewhere.
+        block: Hashable = (
+            normalizer.normalize(split_us(info.timestamp_us)),
+            normalizer.normalize_slots(memory.values()),
+        )
+        if waiting_count:
+            # The Skiller is about to write all fields, and its state is that of the skills.
+            block = None
         interfaces.append((memory.uid, info.writer, info.readers, unread, block))
     return tuple(interfaces)
 
 
-def _hidden_state(agent: Run) -> list[str]:
+def _list_hidden_reasons(agent: Run) -> list[str]:
     """Return the reasons why the states of an agent cannot be compared."""
     env = agent.executive.env
     reasons = [
@@ -250,24 +259,24 @@ def _hidden_state(agent: Run) -> list[str]:
         reasons.append("a program's own features have a hidden state")
     if lib.GetNextInstance(env.env, NULL) != NULL:
         reasons.append("the agent has instances of COOL")
-    drawing = _drawing_functions(env)
+    drawing = _find_drawing_functions(env)
     reasons += [
         f"rule {name} draws random numbers"
         for name, text in rule_texts(env).items()
-        if drawing.intersection(_CALLED.findall(text))
+        if drawing.intersection(_CALLED_FUNCTION.findall(text))
     ]
     return reasons
 
 
-def _drawing_functions(env: ClipsEnvironment) -> set[str]:
+def _find_drawing_functions(env: ClipsEnvironment) -> set[str]:
     """Return the functions that draw random numbers, directly or through other functions."""
     calls: dict[str, set[str]] = {}
-    for function in _walk(env, lib.GetNextDeffunction):
+    for function in _walk_items(env, lib.GetNextDeffunction):
         text = lib.DeffunctionPPForm(function)
-        called = set(_CALLED.findall("" if text == NULL else decode(text)))
+        called = set(_CALLED_FUNCTION.findall("" if text == NULL else decode(text)))
         calls[decode(lib.DeffunctionName(function))] = called
     drawing = {"random", "seed"}
-    # add the callers of drawing functions until none is left
+    # repeat, since the callers of added functions draw, too
     while callers := {name for name, called in calls.items() if called & drawing} - drawing:
         drawing |= callers
     return drawing

@@ -1,4 +1,4 @@
-"""The parts of agents that runs use: rules, modes and outcomes of goals, actions, skills."""
+"""Records the parts of agents that runs use: rules, modes and outcomes of goals, actions, and skills."""
 
 from __future__ import annotations
 
@@ -10,25 +10,25 @@ from cxbridge.run.agent import Run
 
 # The kind of a part, its name, and the mode or outcome of a goal. The kinds are the names of the counts in
 # `cxbridge_studio.explain.coverage.model.RecordedUse`.
-Used = tuple[str, str, str]
+UsedPart = tuple[str, str, str]
 
-_EVENTS: Final = (RuleFired, GoalTransition, PlanActionTransition, SkillStatus)
+_EVENT_TYPES: Final = (RuleFired, GoalTransition, PlanActionTransition, SkillStatus)
 
 
 class UseWatch:
-    """Records the parts of an agent that a run uses. A forked process keeps the record.
+    """Records the parts of agents that a run uses, each once. A forked copy of the run keeps the record.
 
     :param agents: the agents, which are not started yet.
     """
 
     def __init__(self, bus: EventBus, agents: Iterable[Run]) -> None:
-        self._seen: set[Used] = set()
-        self._new_parts: list[Used] = []
-        bus.subscribe(self._record, *_EVENTS)
-        for agent in agents:  # the agent's configuration may switch the watching off
+        self._seen_parts: set[UsedPart] = set()
+        self._new_parts: list[UsedPart] = []
+        bus.subscribe(self._record, *_EVENT_TYPES)
+        for agent in agents:  # the configuration of an agent may switch off the events of fired rules
             agent.executive.env.watcher.rules.set((), on=True)
 
-    def new_parts(self) -> tuple[Used, ...]:
+    def take_new_parts(self) -> tuple[UsedPart, ...]:
         """Return the parts that were used for the first time since the last call."""
         parts = tuple(self._new_parts)
         self._new_parts.clear()
@@ -37,18 +37,18 @@ class UseWatch:
     def _record(self, event: Event) -> None:
         match event:
             case RuleFired():
-                self._note("firings", event.rule)
+                self._add_part("firings", event.rule)
             case GoalTransition():
-                self._note("modes", event.goal_class, event.mode)
+                self._add_part("modes", event.goal_class, event.mode)
                 if event.mode == "FINISHED":
-                    self._note("outcomes", event.goal_class, event.outcome)
+                    self._add_part("outcomes", event.goal_class, event.outcome)
             case PlanActionTransition(state="RUNNING"):
-                self._note("actions", event.action.lower())
+                self._add_part("actions", event.action.lower())
             case SkillStatus(status="S_RUNNING"):
-                self._note("skills", event.skill_string.partition("{")[0].strip())
+                self._add_part("skills", event.skill_string.partition("{")[0].strip())
 
-    def _note(self, kind: str, name: str, detail: str = "") -> None:
-        used = kind, name, detail
-        if used not in self._seen:
-            self._seen.add(used)
-            self._new_parts.append(used)
+    def _add_part(self, kind: str, name: str, detail: str = "") -> None:
+        part = kind, name, detail
+        if part not in self._seen_parts:
+            self._seen_parts.add(part)
+            self._new_parts.append(part)

@@ -1,8 +1,9 @@
 """The messages between the processes of an exploration, as frames over a Unix socket.
 
-A process reports to the coordinator and obeys its orders. A run that reaches a choice point sends
-:class:`Reached`, and then gets orders: :class:`Fork` for each option except the last option, and
-:class:`Continue` for the last option; or :class:`Leave` if the state is known.
+Processes send reports to the coordinator, and the coordinator sends orders. A run that reaches a choice point
+sends a :class:`ChoicePointReport`. If the state is new, the run gets a :class:`ForkOrder` for each option
+except the last, and a :class:`ContinueOrder` for the last option. If the state is known, the run gets an
+:class:`ExitOrder`.
 """
 
 from __future__ import annotations
@@ -13,52 +14,55 @@ from collections.abc import Iterator
 from msgspec import Struct
 from msgspec.msgpack import Decoder, Encoder
 
-from cxbridge_explore.forking import local_socket
+from cxbridge_explore.forking import make_local_socket
 from cxbridge_explore.graph import Leaf, Point
-from cxbridge_explore.use import Used
+from cxbridge_explore.use import UsedPart
 
-_LENGTH = struct.Struct("!I")
+_LENGTH_FORMAT = struct.Struct("!I")
 
 
-class Hello(Struct, frozen=True, tag=True):
-    """A process has started for an edge; without an edge, it has loaded the scenario.
+class StartReport(Struct, frozen=True, tag=True):
+    """A process has started, or the loader has loaded the scenario.
 
-    :param pid: the id of the process; 0 in the message that is sent before the fork.
+    A copy sends two such reports: its parent sends the first on the copy's connection before the fork.
+
+    :param pid: the id of the process; 0 in the report before the fork.
+    :param edge: the edge of a copy; None in reports of the loader.
     """
 
     pid: int
     edge: tuple[int, int] | None = None
 
 
-class Reached(Struct, frozen=True, tag=True):
+class ChoicePointReport(Struct, frozen=True, tag=True):
     """The run has reached a choice point.
 
     :param digest: the digest of the state; empty if states are not compared.
     :param unmerged_reason: the reason for an empty digest.
     :param cpu_s: the processor time of this process.
-    :param used: the parts of the agent used since the last report.
+    :param used_parts: the parts of the agent that were used for the first time since the last report.
     """
 
     point: Point
     digest: bytes
     unmerged_reason: str
     cpu_s: float
-    used: tuple[Used, ...] = ()
+    used_parts: tuple[UsedPart, ...] = ()
 
 
-class Ended(Struct, frozen=True, tag=True):
+class EndReport(Struct, frozen=True, tag=True):
     """The run has ended.
 
     :param cpu_s: the processor time of this process.
-    :param used: the parts of the agent used since the last report.
+    :param used_parts: see :class:`ChoicePointReport`.
     """
 
     leaf: Leaf
     cpu_s: float
-    used: tuple[Used, ...] = ()
+    used_parts: tuple[UsedPart, ...] = ()
 
 
-class Refused(Struct, frozen=True, tag=True):
+class RefusalReport(Struct, frozen=True, tag=True):
     """The scenario cannot be explored.
 
     :param text: the error message.
@@ -67,12 +71,12 @@ class Refused(Struct, frozen=True, tag=True):
     text: str
 
 
-class Play(Struct, frozen=True, tag=True):
-    """Start a run that follows a path to an edge.
+class PlayOrder(Struct, frozen=True, tag=True):
+    """Fork the loader for a run that follows a path to an edge.
 
     :param choices: the index, the subject and the option of each unusual choice.
-    :param first_reported: the number of the first choice point to report; at earlier points outside of the
-        path, the usual option is taken.
+    :param first_reported: the number of the first choice point that the run reports. At earlier points
+        outside of the path, the run takes the usual option.
     """
 
     edge: tuple[int, int]
@@ -80,58 +84,58 @@ class Play(Struct, frozen=True, tag=True):
     first_reported: int
 
 
-class Fork(Struct, frozen=True, tag=True):
+class ForkOrder(Struct, frozen=True, tag=True):
     """Fork the run for an option."""
 
     edge: tuple[int, int]
 
 
-class Continue(Struct, frozen=True, tag=True):
+class ContinueOrder(Struct, frozen=True, tag=True):
     """Continue the run with an option."""
 
     option: int
 
 
-class Leave(Struct, frozen=True, tag=True):
+class ExitOrder(Struct, frozen=True, tag=True):
     """Exit, since the state is known."""
 
 
-Report = Hello | Reached | Ended | Refused
-Order = Play | Fork | Continue | Leave
+Report = StartReport | ChoicePointReport | EndReport | RefusalReport
+Order = PlayOrder | ForkOrder | ContinueOrder | ExitOrder
 
 _encoder = Encoder()
-_reports: Decoder[Report] = Decoder(Report)
-_orders: Decoder[Order] = Decoder(Order)
+_report_decoder: Decoder[Report] = Decoder(Report)
+_order_decoder: Decoder[Order] = Decoder(Order)
 
 
-def frame(message: Report | Order) -> bytes:
-    """Return the bytes of a message, preceded by their number."""
+def encode_frame(message: Report | Order) -> bytes:
+    """Return a message as bytes after their count."""
     data = _encoder.encode(message)
-    return _LENGTH.pack(len(data)) + data
+    return _LENGTH_FORMAT.pack(len(data)) + data
 
 
-class Link:
-    """A run's blocking connection to the coordinator.
+class CoordinatorLink:
+    """The blocking connection of a process to the coordinator.
 
     :param address: the path of the coordinator's socket.
     """
 
     def __init__(self, address: str) -> None:
-        self._socket = local_socket()
+        self._socket = make_local_socket()
         self._socket.connect(address)
 
     def send(self, report: Report) -> None:
-        self._socket.sendall(frame(report))
+        self._socket.sendall(encode_frame(report))
 
     def receive(self) -> Order:
         """Wait for an order.
 
         :raises EOFError: if the coordinator is gone.
         """
-        (size,) = _LENGTH.unpack(self._exactly(_LENGTH.size))
-        return _orders.decode(self._exactly(size))
+        (size,) = _LENGTH_FORMAT.unpack(self._receive_bytes(_LENGTH_FORMAT.size))
+        return _order_decoder.decode(self._receive_bytes(size))
 
-    def _exactly(self, size: int) -> bytes:
+    def _receive_bytes(self, size: int) -> bytes:
         """Return the next ``size`` bytes, which may arrive in several pieces.
 
         :raises EOFError: if the coordinator is gone.
@@ -145,12 +149,12 @@ class Link:
         return data
 
     def close(self) -> None:
-        """Close this process's end of the connection."""
+        """Close this process's end of the connection; a copy may have the same connection open."""
         self._socket.close()
 
 
-class Reports:
-    """Parser of reports from the bytes of a connection."""
+class ReportParser:
+    """Parses the reports in the bytes of a connection, which arrive in pieces of any size."""
 
     def __init__(self) -> None:
         self._data = b""
@@ -158,10 +162,10 @@ class Reports:
     def feed(self, data: bytes) -> Iterator[Report]:
         """Add bytes, and yield the complete reports."""
         self._data += data
-        while len(self._data) >= _LENGTH.size:
-            end = _LENGTH.size + _LENGTH.unpack_from(self._data)[0]
+        while len(self._data) >= _LENGTH_FORMAT.size:
+            end = _LENGTH_FORMAT.size + _LENGTH_FORMAT.unpack_from(self._data)[0]
             if len(self._data) < end:
                 return
-            report = _reports.decode(self._data[_LENGTH.size : end])
+            report = _report_decoder.decode(self._data[_LENGTH_FORMAT.size : end])
             self._data = self._data[end:]
             yield report

@@ -1,4 +1,4 @@
-"""The processes of an exploration: the loader, and its forks, which run the scenario and fork again."""
+"""The processes of an exploration: the loader, and its forked copies, which play runs and fork again."""
 
 from __future__ import annotations
 
@@ -14,19 +14,29 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.file_access import file_errors
 from cxbridge_explore import forking
 from cxbridge_explore.graph import Edge, Point, PointOption
-from cxbridge_explore.playing import ExploredRun, MakeRun, failure
-from cxbridge_explore.state import Digest, state_digest
-from cxbridge_explore.use import Used
-from cxbridge_explore.wire import Continue, Ended, Fork, Hello, Link, Order, Play, Reached, Refused
+from cxbridge_explore.playing import ExploredRun, MakeRun, make_failure_leaf
+from cxbridge_explore.state import ComputeDigest, make_digest_function
+from cxbridge_explore.use import UsedPart
+from cxbridge_explore.wire import (
+    ChoicePointReport,
+    ContinueOrder,
+    CoordinatorLink,
+    EndReport,
+    ForkOrder,
+    Order,
+    PlayOrder,
+    RefusalReport,
+    StartReport,
+)
 from cxbridge_explore.worlds.points import USUAL, ChoicePoint, Chooser, Option, PathChooser, Step
 
-# The number of new objects before a garbage collection in a copy. Collections are rare, since they touch the
-# pages that the copy shares with its parent.
-_GENERATION_SIZE = 50_000
+# Number of new objects after which a copy collects garbage. Collections are rare, since a collection writes
+# to memory pages that the copy shares with its parent, which duplicates the pages.
+_COLLECTION_THRESHOLD = 50_000
 
 
-class Process:
-    """The current process: its connection to the coordinator, and its forked copies.
+class ExplorationProcess:
+    """The state of the current process: its connection to the coordinator, and its forked copies.
 
     :param address: the path of the coordinator's socket.
     """
@@ -34,21 +44,21 @@ class Process:
     def __init__(self, address: str) -> None:
         self._address = address
         self._copies: list[int] = []
-        self.link = Link(address)
-        self.link.send(Hello(os.getpid()))
+        self.link = CoordinatorLink(address)
+        self.link.send(StartReport(os.getpid()))
 
-    def copy(self, edge: Edge) -> bool:
-        """Fork the process for an edge and return True in the copy.
+    def fork_copy(self, edge: Edge) -> bool:
+        """Fork this process for an edge; return True in the copy.
 
-        The copy's connection is opened before the fork, so the coordinator notices every death.
+        The connection of the copy is opened before the fork, so that the coordinator notices each death.
         """
         self._reap()
-        link = Link(self._address)
-        link.send(Hello(0, edge))
+        link = CoordinatorLink(self._address)
+        link.send(StartReport(0, edge))
         try:
             pid = forking.fork()
         except OSError as error:
-            self.link.send(Refused(f"the system cannot make another process: {error.strerror}"))
+            self.link.send(RefusalReport(f"the system cannot make another process: {error.strerror}"))
             exit_process(1)
         if pid:
             self._copies.append(pid)
@@ -56,70 +66,80 @@ class Process:
             return False
         self.link.close()
         self.link = link
-        self._copies.clear()  # they are children of the parent
-        link.send(Hello(os.getpid(), edge))
+        self._copies.clear()  # the earlier copies are children of the parent
+        link.send(StartReport(os.getpid(), edge))
         return True
 
     def _reap(self) -> None:
-        """Reap the dead copies."""
+        """Forget the copies that have ended, so that the system can forget them, too."""
         self._copies = [pid for pid in self._copies if not forking.has_ended(pid)]
 
 
 class ForkingChooser:
-    """A chooser that reports each choice point to the coordinator, and forks on its orders.
+    """A chooser that reports each choice point to the coordinator, and forks on the coordinator's orders.
 
-    :param first_reported: see :class:`~cxbridge_explore.wire.Play`.
-    :param digest: returns the digest of a state, or an empty digest with the reason.
-    :param used: returns the parts of the agent used since the last call.
+    :param first_reported: see :class:`~cxbridge_explore.wire.PlayOrder`.
+    :param compute_digest: computes the digest of a state.
+    :param collect_used_parts: returns the parts of the agent that were used for the first time since its
+        last call.
     """
 
     def __init__(
-        self, process: Process, first_reported: int, digest: Digest, used: Callable[[], tuple[Used, ...]]
+        self,
+        process: ExplorationProcess,
+        first_reported: int,
+        compute_digest: ComputeDigest,
+        collect_used_parts: Callable[[], tuple[UsedPart, ...]],
     ) -> None:
         self._process = process
         self._first_reported = first_reported
-        self._digest = digest
-        self._used = used
+        self._compute_digest = compute_digest
+        self._collect_used_parts = collect_used_parts
 
     def choose(self, index: int, point: ChoicePoint) -> int:
-        """Return the ordered option; exit if no option is left."""
+        """Return the option in an order; exit if the coordinator orders no option."""
         if index < self._first_reported:
             return USUAL
         try:
             self._process.link.send(
-                Reached(as_point(index, point), *self._digest(point), time.process_time(), self._used())
+                ChoicePointReport(
+                    make_point(index, point),
+                    *self._compute_digest(point),
+                    time.process_time(),
+                    self._collect_used_parts(),
+                )
             )
-            return self._obey()
+            return self._follow_orders()
         except (EOFError, OSError):
             exit_process(1)  # the coordinator is gone
 
-    def _obey(self) -> int:
-        """Obey orders until the run of this process has an option to take."""
+    def _follow_orders(self) -> int:
+        """Carry out orders until an order gives this process an option."""
         while True:
             match self._process.link.receive():
-                case Fork(edge):
-                    if self._process.copy(edge):
+                case ForkOrder(edge):
+                    if self._process.fork_copy(edge):
                         _, option = edge
                         return option
-                case Continue(option):
+                case ContinueOrder(option):
                     return option
                 case _:
                     exit_process()
 
 
-def as_point(index: int, point: ChoicePoint) -> Point:
+def make_point(index: int, point: ChoicePoint) -> Point:
     """Return a choice point as the graph stores it."""
     options = tuple(PointOption(option.name, option.faults) for option in point.options)
     return Point(index, point.kind.value, point.subject, point.seconds, options)
 
 
 def exit_process(status: int = 0) -> NoReturn:
-    """Exit without cleanup: the resources are shared with other processes."""
+    """Exit without cleanup, since other processes share the resources of this process."""
     os._exit(status)
 
 
 class _DeferredChooser:
-    """A chooser that is set after the run is made."""
+    """A chooser that delegates to a chooser that is set after the run is made."""
 
     def __init__(self) -> None:
         self.chooser: Chooser
@@ -128,18 +148,19 @@ class _DeferredChooser:
         return self.chooser.choose(index, point)
 
 
-def serve(address: str, make: MakeRun, *, merge: bool) -> NoReturn:
-    """Load the scenario and fork this process for each path to play. Never returns.
+def run_loader(address: str, make_run: MakeRun, *, merge: bool) -> NoReturn:
+    """Load the scenario, and fork this process for each path to play.
 
-    Call it in a new process.
+    The function must be called in a new process, and never returns.
 
     :param merge: whether to compare states.
     """
-    forking.let_signals_end()  # the coordinator, which Ctrl-C reaches too, ends this process
-    random.seed()  # A different seed in each process reveals agents that use random numbers without a seed.
+    forking.reset_signals()  # the coordinator, which Ctrl-C reaches too, ends this process
+    # Different seeds in the processes reveal agents that draw random numbers without a seed.
+    random.seed()
     try:
-        process = Process(address)
-        _serve(process, make, merge=merge)
+        process = ExplorationProcess(address)
+        _load_and_fork(process, make_run, merge=merge)
     except (EOFError, OSError):
         exit_process(1)  # the coordinator is gone
     except BaseException as error:  # noqa: BLE001 - a copy must never return into the coordinator's code
@@ -147,36 +168,40 @@ def serve(address: str, make: MakeRun, *, merge: bool) -> NoReturn:
         exit_process(1)
 
 
-def _serve(process: Process, make: MakeRun, *, merge: bool) -> NoReturn:
+def _load_and_fork(process: ExplorationProcess, make_run: MakeRun, *, merge: bool) -> NoReturn:
     deferred = _DeferredChooser()
     try:
         with file_errors():
-            run = make(deferred)
+            run = make_run(deferred)
             run.world.start()
     except CxbridgeError as error:
         # names of files may contain bytes that are not text
-        process.link.send(Refused(str(error).encode("utf-8", "backslashreplace").decode()))
+        process.link.send(RefusalReport(str(error).encode("utf-8", "backslashreplace").decode()))
         exit_process()
-    digest = state_digest(run, merge=merge)
+    compute_digest = make_digest_function(run, merge=merge)
     gc.collect()
-    gc.freeze()  # no collection touches the pages that the copies share with this process
-    gc.set_threshold(_GENERATION_SIZE, 10, 10)
-    process.link.send(Hello(os.getpid()))
+    gc.freeze()  # later collections skip the present objects, whose pages the copies share
+    gc.set_threshold(_COLLECTION_THRESHOLD, 10, 10)
+    process.link.send(StartReport(os.getpid()))
     while True:
         order: Order = process.link.receive()
-        if not isinstance(order, Play):
+        if not isinstance(order, PlayOrder):
             exit_process()
-        if process.copy(order.edge):
-            deferred.chooser = ForkingChooser(process, order.first_reported, digest, run.used)
-            _play(process, run, deferred, order)
+        if process.fork_copy(order.edge):
+            deferred.chooser = ForkingChooser(
+                process, order.first_reported, compute_digest, run.collect_used_parts
+            )
+            _play_path(process, run, deferred, order)
 
 
-def _play(process: Process, run: ExploredRun, deferred: _DeferredChooser, order: Play) -> NoReturn:
+def _play_path(
+    process: ExplorationProcess, run: ExploredRun, deferred: _DeferredChooser, order: PlayOrder
+) -> NoReturn:
     path = {index: Step(subject, option) for index, subject, option in order.choices}
     deferred.chooser = PathChooser(path, deferred.chooser)
     try:
-        leaf = run.leaf()
+        leaf = run.play_to_leaf()
     except Exception as error:  # noqa: BLE001 - an agent's Python code may raise anything
-        leaf = failure(error)
-    process.link.send(Ended(leaf, time.process_time(), run.used()))
+        leaf = make_failure_leaf(error)
+    process.link.send(EndReport(leaf, time.process_time(), run.collect_used_parts()))
     exit_process()

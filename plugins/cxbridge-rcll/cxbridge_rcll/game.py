@@ -50,11 +50,11 @@ class LeagueGame(LeagueSettings):
     failures: float = 0.0
 
     @property
-    def quiet(self) -> Collection[str]:
+    def quiet_components(self) -> Collection[str]:
         """The components whose log lines are only shown with ``--verbose``."""
         return ("Referee",)
 
-    def of_agent(self, agent: Path) -> LeagueGame:
+    def replace_agent(self, agent: Path) -> LeagueGame:
         """Return the same game with another agent, whose folder is laid over the folders of this game.
 
         :raises CxbridgeError: if options conflict.
@@ -128,7 +128,7 @@ class LeagueGame(LeagueSettings):
         if not self.failures:
             return NOTHING_FAILS
         failure = SkillFailure(error="the skill has failed, as was drawn", probability=self.failures)
-        return WorldModel(otherwise=SkillModel(SkillPattern("*"), (failure,)))
+        return WorldModel(default_skill=SkillModel(SkillPattern("*"), (failure,)))
 
     def make(
         self, seed: int, options: RunOptions, additions: Additions = NOTHING

@@ -57,7 +57,7 @@ class RefboxOptions:
         """Whether a league game is requested."""
         return self.refbox_dir is not None
 
-    def refuse(self) -> None:
+    def check_unchosen(self) -> None:
         """Raise :class:`CxbridgeError` if an option of league games is set."""
         for option in fields(self):
             if option.default is not MISSING and getattr(self, option.name) != option.default:
@@ -78,7 +78,7 @@ class ExploredLeague(RefboxOptions):
         typer.Option(min=0, metavar="M", help="Minutes of the production of the game of the league."),
     ] = 20.0
 
-    def explored(self, options: RunOptions) -> tuple[RunOptions, MakeAssembly]:
+    def make_exploration(self, options: RunOptions) -> tuple[RunOptions, MakeAssembly]:
         """Return the options of a run that ends with the production, and the factory of the run."""
         from cxbridge_rcll.game import LeagueGame  # noqa: PLC0415 - slow, and help needs no game
 
@@ -129,8 +129,8 @@ class PlayedLeague(RefboxOptions):
         """Whether a league game is requested."""
         return self.refbox_dir is not None or self.referee is not None
 
-    def game(
-        self, run: RunOptions, *, minutes: float | None, world: Path | None, several: bool
+    def make_game(
+        self, run: RunOptions, *, minutes: float | None, world: Path | None, is_series: bool
     ) -> LeagueGame:
         """Return the game.
 
@@ -146,7 +146,7 @@ class PlayedLeague(RefboxOptions):
                 hint="name the team's checkout with --overlay, and a Fawkes checkout with --fawkes-dir",
             )
         address = self._address()
-        if several and address is not None:
+        if is_series and address is not None:
             raise CxbridgeError("a referee box plays one game", hint="play many with --refbox-dir")
         game = LeagueGame(
             run=run,

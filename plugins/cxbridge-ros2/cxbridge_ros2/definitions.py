@@ -199,9 +199,9 @@ class Definitions:
     def _load_nested(self, fields: Fields, registered: Collection[str] = ()) -> None:
         """Load the nested types of fields, except registered messages of the same definition."""
         for _, field_type in fields:
-            nest_settings = _nested_type(field_type)
-            if nest_settings is not None and nest_settings not in registered:
-                self._load(parse_type(nest_settings))
+            nested_name = _nested_type(field_type)
+            if nested_name is not None and nested_name not in registered:
+                self._load(parse_type(nested_name))
 
     def _derive_messages(self, name: TypeName) -> Iterator[tuple[str, Fields]]:
         """Yield the messages of a definition with their fields, and store their default values."""

@@ -1,4 +1,4 @@
-"""``cxbridge explore``: plays a scenario in every way that its world allows."""
+"""The command ``cxbridge explore``, which plays a scenario in every way that its world allows."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.printing import one_line, unfiltered_stream
 from cxbridge.run.options import BrokenOptions, RunOptions, ScenarioOptions, SourceOptions
 from cxbridge_explore.bounds import Bounds, ExecutionOptions
-from cxbridge_explore.game.kinds import EXPLORED_GAMES, ExploredGame, chosen_game
+from cxbridge_explore.game.kinds import EXPLORED_GAMES, ExploredGame, find_chosen_game
 
 if TYPE_CHECKING:
     from cxbridge_explore.checkpoint import ProgramIdentity
@@ -28,11 +28,11 @@ if TYPE_CHECKING:
     from cxbridge_explore.worlds.run import MakeAssembly
     from cxbridge_studio.explain.coverage.model import Coverage
 
-RESUME: Final = "explore.resume"  # default checkpoint file of an interrupted exploration
+DEFAULT_CHECKPOINT: Final = "explore.resume"  # the file that an interrupted exploration writes
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Agent(ScenarioOptions, SourceOptions, BrokenOptions):
+class _AgentOptions(ScenarioOptions, SourceOptions, BrokenOptions):
     """Options that select the agent."""
 
     timeout: Annotated[
@@ -41,7 +41,7 @@ class _Agent(ScenarioOptions, SourceOptions, BrokenOptions):
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Judging:
+class _JudgingOptions:
     """Options of the world, the properties and the outputs."""
 
     world: Annotated[
@@ -85,8 +85,11 @@ def _game_options() -> list[type[Any]]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Games:
-    """Options of plug-ins for a game instead of a scenario."""
+class _GameOptions:
+    """Options with which plug-ins select a game in place of a scenario.
+
+    :cvar added_groups: returns the groups of options of plug-ins, which become the values of ``more``.
+    """
 
     added_groups: ClassVar[Callable[[], list[type[Any]]]] = _game_options
 
@@ -95,17 +98,17 @@ class _Games:
 
 @option_groups
 def explore(
-    agent: _Agent,
+    agent: _AgentOptions,
     bounds: Bounds,
     execution: ExecutionOptions,
-    judging: _Judging,
-    games: _Games,
+    judging: _JudgingOptions,
+    games: _GameOptions,
     *,
     resume: Annotated[
         Path | None,
         typer.Option(
             metavar="FILE",
-            help=f"Resume an interrupted exploration; Ctrl-C writes {RESUME}.",
+            help=f"Resume an interrupted exploration; Ctrl-C writes {DEFAULT_CHECKPOINT}.",
             show_default=False,
         ),
     ] = None,
@@ -118,19 +121,19 @@ def explore(
     Example: cxbridge explore test-scenario --faults 2
     """
     from cxbridge_explore.explore import explore as explore_scenario
-    from cxbridge_explore.judging import properties_of
+    from cxbridge_explore.judging import select_properties
     from cxbridge_explore.worldmodel.reading import read_world
     from cxbridge_explore.worlds.run import make_scenario
 
-    game = chosen_game(games.more)
+    game = find_chosen_game(games.more)
     check_folders(judging.html)
     options = RunOptions(**vars(agent), skiller="none")
     make: MakeAssembly = make_scenario
     if game is not None:
-        options, make = game.explored(options)
+        options, make = game.make_exploration(options)
     execution = replace(execution, coverage=judging.coverage or judging.html is not None)
-    show = _show_line if sys.stderr.isatty() else None
-    properties = properties_of(options, judging.properties, is_cut=game is not None)
+    show_line = _show_line if sys.stderr.isatty() else None
+    properties = select_properties(options, judging.properties, is_cut=game is not None)
     world = None if judging.world is None else read_world(judging.world)
     command = shlex.join(["cxbridge", *sys.argv[1:]])
     result = explore_scenario(
@@ -141,25 +144,25 @@ def explore(
         world=world,
         make=make,
         resume=resume,
-        show=show,
-        draw=None if judging.html is None else partial(_draw, judging.html, command),
+        show_line=show_line,
+        draw_page=None if judging.html is None else partial(_write_live_page, judging.html, command),
     )
-    if show is not None:
+    if show_line is not None:
         _show_line("")
-    result = _with_counterexamples(result, options, world, make, judging.out)
+    result = _write_counterexamples(result, options, world, make, judging.out)
     if not result.is_complete:
-        from cxbridge_explore.checkpoint import identity_of
+        from cxbridge_explore.checkpoint import make_identity
 
-        identity = identity_of(options, bounds, properties, world, make)
-        _write_checkpoint(result, identity, resume or Path(RESUME))
-    coverage = _coverage(result, options) if execution.coverage else None
+        identity = make_identity(options, bounds, properties, world, make)
+        _write_checkpoint(result, identity, resume or Path(DEFAULT_CHECKPOINT))
+    coverage = _compute_coverage(result, options) if execution.coverage else None
     if coverage is not None and judging.html is not None:
         _write_page(result, coverage, judging.html, command, (options, world, make))
     _print_result(result, coverage, as_json=as_json)
     return result.status
 
 
-def _draw(file: Path, command: str, result: ExploreResult) -> None:
+def _write_live_page(file: Path, command: str, result: ExploreResult) -> None:
     """Write the page of an exploration that is still running."""
     from cxbridge_explore.map.page import write_page
 
@@ -173,33 +176,35 @@ def _write_page(
     command: str,
     program: tuple[RunOptions, WorldModel | None, MakeAssembly],
 ) -> None:
-    """Write the page, with the pages of runs and counterexamples."""
+    """Write the page of a finished exploration, and the pages of runs and counterexamples."""
     from cxbridge_explore.map.page import write_page
-    from cxbridge_explore.map.rows import run_rows
-    from cxbridge_explore.map.run_pages import violation_stories, write_run_pages
+    from cxbridge_explore.map.rows import make_run_rows
+    from cxbridge_explore.map.run_pages import write_run_pages, write_violation_pages
 
-    pages = write_run_pages(result.graph, run_rows(result.graph), file, *program)
-    stories = violation_stories(result.counterexamples, file)
+    pages = write_run_pages(result.graph, make_run_rows(result.graph), file, *program)
+    stories = write_violation_pages(result.counterexamples, file)
     write_page(result, coverage, file, command, pages=pages, stories=stories)
 
 
-def _coverage(result: ExploreResult, options: RunOptions) -> Coverage:
-    from cxbridge_explore.map.coverage import explored_coverage
+def _compute_coverage(result: ExploreResult, options: RunOptions) -> Coverage:
+    from cxbridge_explore.map.coverage import compute_explored_coverage
 
-    return explored_coverage(options, result.graph.used)
+    return compute_explored_coverage(options, result.graph.used_parts)
 
 
 def _print_result(result: ExploreResult, coverage: Coverage | None, *, as_json: bool) -> None:
-    from cxbridge_explore.map.coverage import as_dict, never_reached
+    from cxbridge_explore.map.coverage import coverage_values, describe_unreached_parts
 
     if as_json:
-        say_json(result.as_dict() | ({} if coverage is None else {"coverage": as_dict(coverage)}), indent=2)
+        say_json(
+            result.as_dict() | ({} if coverage is None else {"coverage": coverage_values(coverage)}), indent=2
+        )
         return
-    for line in (*result.lines(), *(() if coverage is None else never_reached(coverage))):
+    for line in (*result.lines(), *(() if coverage is None else describe_unreached_parts(coverage))):
         say(line)
 
 
-def _with_counterexamples(
+def _write_counterexamples(
     result: ExploreResult, options: RunOptions, world: WorldModel | None, make: MakeAssembly, folder: Path
 ) -> ExploreResult:
     """Write the counterexample of each violation, and return the result with the counterexamples."""
@@ -209,9 +214,9 @@ def _with_counterexamples(
     counterexamples = {}
     for violation in result.violations:
         if violation.get("is_given_up"):
-            continue  # the run would not end this time either
+            continue  # a run on the same path would not end either
         name = violation["property"]
-        # A counterexample plays more runs, which take seconds if rules fire endlessly.
+        # printed first, since shortening plays more runs, which take seconds if rules fire endlessly
         say(f"{name} is violated: {violation['message']}; its counterexample follows", err=True, flush=True)
         try:
             path = read_path(violation["choices"])
@@ -230,7 +235,7 @@ def _show_line(text: str) -> None:
 
 
 def _write_checkpoint(result: ExploreResult, identity: ProgramIdentity, file: Path) -> None:
-    """Write the checkpoint; a failure is only a warning."""
+    """Write the checkpoint; a failure is a warning, since the result is still of use."""
     from cxbridge_explore.checkpoint import write_checkpoint
 
     try:

@@ -1,4 +1,4 @@
-"""A progress bar for long work."""
+"""A progress bar for commands that play many runs."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from cxbridge.printing import unfiltered_stream
 
 
 @contextmanager
-def progress(name: str, total: int) -> Iterator[Callable[[], None]]:
-    """Show a progress bar if standard error is a terminal. Yields the function to call after each step."""
+def show_progress(name: str, total: int) -> Iterator[Callable[[], None]]:
+    """Show a progress bar if standard error is a terminal; yield the function to call after each step."""
     if not sys.stderr.isatty():
         yield lambda: None
         return

@@ -1,4 +1,4 @@
-"""``cxbridge sweep``: plays thousands of runs in random worlds."""
+"""The command ``cxbridge sweep``, which plays thousands of runs in random worlds."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from cxbridge.cli.console import check_folders, say, say_json
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.errors import CxbridgeError
 from cxbridge.run.options import ScenarioOptions, SourceOptions
-from cxbridge_explore.cli.progress import progress
+from cxbridge_explore.cli.progress import show_progress
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from cxbridge_explore.sweep.rows import RunRow, SweepJob
     from cxbridge_explore.sweep.summary import AgentComparison
 
-_LOCAL = "local"
-_DASK = "dask://"
+_LOCAL_ENGINE = "local"
+_DASK_PREFIX = "dask://"
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -77,7 +77,7 @@ class _SweepOptions:
             metavar="local|dask://HOST:PORT",
             help="The place where the runs are played: this machine or a Dask cluster.",
         ),
-    ] = _LOCAL
+    ] = _LOCAL_ENGINE
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -116,14 +116,14 @@ def sweep(agent: _AgentOptions, settings: _SweepOptions, outputs: _SweepOutputs)
     from cxbridge_explore.sweep.summary import AgentComparison, SweepSummary
 
     check_folders(outputs.csv, outputs.parquet, outputs.page)
-    jobs = _jobs(agent, settings)
-    started = time.perf_counter()
+    jobs = _make_jobs(agent, settings)
+    start_s = time.perf_counter()
     seeds = range(settings.seed, settings.seed + settings.runs)
     with ExitStack() as stack:
         file = None if settings.resume is None else stack.enter_context(RowFile(settings.resume))
-        engine = _engine(settings, stack)
-        sweeps = {name: _play(engine, name, job, seeds, file) for name, job in jobs.items()}
-    wall_seconds = round(time.perf_counter() - started, 3)
+        engine = _make_engine(settings, stack)
+        sweeps = {name: _play_sweep(engine, name, job, seeds, file) for name, job in jobs.items()}
+    wall_seconds = round(time.perf_counter() - start_s, 3)
     _write_files(sweeps, outputs)
     first, *others = sweeps.values()
     report: dict[str, Any] = {
@@ -145,19 +145,19 @@ def sweep(agent: _AgentOptions, settings: _SweepOptions, outputs: _SweepOutputs)
             say(f"against {settings.against}:")
             _print_outcomes(report["against"])
             _print_comparison(comparison)
-    # The figures of an agent whose runs never end are meaningless, and a script must not use them.
-    endless = [name for name, rows in sweeps.items() if not any(row.came_to_its_end for row in rows)]
-    for name in endless:
+    # The command fails, since the figures of an agent whose runs never end are meaningless.
+    endless_agents = [name for name, rows in sweeps.items() if not any(row.has_ended for row in rows)]
+    for name in endless_agents:
         say(f"{name}: no run reached its end, so the sweep says nothing about the agent", err=True)
-    return 1 if endless else 0
+    return 1 if endless_agents else 0
 
 
-def _jobs(agent: _AgentOptions, settings: _SweepOptions) -> dict[str, SweepJob]:
-    """Return a job for each agent, by its name."""
+def _make_jobs(agent: _AgentOptions, settings: _SweepOptions) -> dict[str, SweepJob]:
+    """Return the job of each agent, by the name of the agent."""
     from cxbridge.run.options import RunOptions
     from cxbridge_explore.sweep.rows import SweepJob
 
-    # without Skillers, since the world decides how skills end
+    # without a Skiller, since the world decides how skills end
     options = RunOptions(**vars(agent), skiller="none", timeout=settings.timeout)
     jobs = {str(agent.scenario or agent.spec or "agent"): SweepJob(options, settings.world)}
     if settings.against is not None:
@@ -173,31 +173,36 @@ def _jobs(agent: _AgentOptions, settings: _SweepOptions) -> dict[str, SweepJob]:
     return jobs
 
 
-def _engine(settings: _SweepOptions, stack: ExitStack) -> Engine:
-    """Return the engine that the options select; the stack closes it."""
+def _make_engine(settings: _SweepOptions, stack: ExitStack) -> Engine:
+    """Return the engine that the options select.
+
+    :param stack: closes the engine.
+    """
     from cxbridge_explore.sweep.engine import LocalEngine
 
-    if settings.engine == _LOCAL:
+    if settings.engine == _LOCAL_ENGINE:
         return LocalEngine(settings.jobs or os.cpu_count() or 1)
-    if settings.engine.startswith(_DASK):
+    if settings.engine.startswith(_DASK_PREFIX):
         from cxbridge_explore.sweep.dask_engine import DaskEngine
 
-        return stack.enter_context(DaskEngine(settings.engine.removeprefix(_DASK)))
-    raise CxbridgeError(f"--engine cannot be '{settings.engine}'", hint=f"use {_LOCAL} or {_DASK}HOST:PORT")
+        return stack.enter_context(DaskEngine(settings.engine.removeprefix(_DASK_PREFIX)))
+    raise CxbridgeError(
+        f"--engine cannot be '{settings.engine}'", hint=f"use {_LOCAL_ENGINE} or {_DASK_PREFIX}HOST:PORT"
+    )
 
 
-def _play(
+def _play_sweep(
     engine: Engine, name: str, job: SweepJob, seeds: Sequence[int], file: RowFile | None
 ) -> list[RunRow]:
-    """Return the rows of an agent, in the order of seeds.
+    """Play the runs of an agent, and return their rows in the order of seeds.
 
-    :param file: provides the rows of earlier runs, and stores new rows; None to store none.
+    :param file: has the rows of earlier runs, and stores new rows; None to store no rows.
     """
-    earlier_rows = {} if file is None else file.rows_of(name)
+    earlier_rows = {} if file is None else file.find_earlier_rows(name)
     rows = {seed: earlier_rows[seed] for seed in seeds if seed in earlier_rows}
-    missing = [seed for seed in seeds if seed not in rows]
-    with progress(name, len(missing)) as advance:
-        for row in engine.rows(job, missing) if missing else ():
+    missing_seeds = [seed for seed in seeds if seed not in rows]
+    with show_progress(name, len(missing_seeds)) as advance:
+        for row in engine.play_seeds(job, missing_seeds) if missing_seeds else ():
             rows[row.seed] = row
             if file is not None:
                 file.add(name, row)
@@ -219,10 +224,10 @@ def _write_files(sweeps: Mapping[str, Sequence[RunRow]], outputs: _SweepOutputs)
 def _print_comparison(comparison: AgentComparison) -> None:
     """Print the differences between two agents."""
     completed, makespan = comparison.completed, comparison.makespan
-    share, span = 100 * completed.estimate, completed.span("+.2f", scale=100)
+    share, span = 100 * completed.estimate, completed.format_bounds("+.2f", scale=100)
     say(f"difference in completed runs: {share:+.2f} % ({span})")
     if makespan is not None:
-        say(f"difference in makespan: {makespan.estimate:+.3f} s ({makespan.span('+.3f')})")
+        say(f"difference in makespan: {makespan.estimate:+.3f} s ({makespan.format_bounds('+.3f')})")
     for runs in comparison.as_dict()["seeds"]:
         first, second = runs["outcomes"]
         spans = " and ".join(f"{value:.2f} s" for value in runs["makespans"])

@@ -1,1 +1,1 @@
-"""Games: runs that a referee judges by points."""
+"""Games: runs in which a referee awards points."""

@@ -1,4 +1,7 @@
-"""The judge of a game, and the record of its phases and machines."""
+"""The interface of judges, which report the state and the score of a game, and the record of the states.
+
+The production is the phase of a game in which teams are awarded points.
+"""
 
 from __future__ import annotations
 
@@ -7,13 +10,13 @@ from typing import TYPE_CHECKING, Final, NamedTuple, Protocol
 
 from cxbridge.clock import MICROSECONDS, Clock
 from cxbridge_explore.game.score import POST_GAME, Score
-from cxbridge_explore.game.timeline import Span, within
+from cxbridge_explore.game.timeline import Span, clip_spans
 
 if TYPE_CHECKING:
     from cxbridge.run.agent import Run
     from cxbridge.run.team import Team
 
-PRODUCTION: Final = "PRODUCTION"  # phase in which points are awarded
+PRODUCTION: Final = "PRODUCTION"  # the name of the phase
 
 
 class GameState(NamedTuple):
@@ -28,10 +31,10 @@ class GameState(NamedTuple):
 
 
 class Judge(Protocol):
-    """Reports the state and the score of a game, without influence on it."""
+    """Reports the state and the score of a game, without influence on the game."""
 
     def watch(self, run: Run | Team) -> None:
-        """Start watching a run that is not started yet."""
+        """Watch a run that is not started yet."""
 
     def state(self) -> GameState:
         """Return the current state; called after each loop."""
@@ -41,18 +44,21 @@ class Judge(Protocol):
 
 
 class GameWatch:
-    """Records the start and the end of the production, and the changing states of machines."""
+    """Records the start and the end of the production, and the states of machines.
+
+    :param clock: the run's clock; the run starts now.
+    """
 
     def __init__(self, judge: Judge, clock: Clock) -> None:
         self._judge, self._clock = judge, clock
         self._start_us = clock.now_us()
-        # The production begins and ends between two loops, so these are times of loops.
+        # the times of the loops after which the production had begun and had ended
         self._begin_us: int | None = None
         self._end_us: int | None = None
         self._changes: dict[str, list[tuple[int, str]]] = {}
 
     def record(self) -> None:
-        """Record the current state. Called after each loop."""
+        """Record the current state, after each loop."""
         if self._end_us is not None:
             return
         now_us, (phase, machines) = self._clock.now_us(), self._judge.state()
@@ -66,7 +72,7 @@ class GameWatch:
                 changes.append((now_us, state))
 
     def seconds_at(self, time_us: int) -> float:
-        """Return the seconds since the start of the production, or of the run before the production."""
+        """Return the seconds since the start of the production; before the production, of the run."""
         begin_us = self._start_us if self._begin_us is None else self._begin_us
         return round((time_us - begin_us) / MICROSECONDS, 3)
 
@@ -75,7 +81,7 @@ class GameWatch:
         """The duration of the production so far."""
         return self.seconds_at(self._end_us or self._clock.now_us())
 
-    def machines(self) -> dict[str, tuple[Span, ...]]:
+    def machine_spans(self) -> dict[str, tuple[Span, ...]]:
         """Return the states of each machine during the production."""
         spans_of_machines = {}
         for name, changes in sorted(self._changes.items()):
@@ -84,5 +90,5 @@ class GameWatch:
                 Span(self.seconds_at(begin_us), self.seconds_at(end_us), state)
                 for (begin_us, state), end_us in zip(changes, ends, strict=True)
             )
-            spans_of_machines[name] = tuple(within(spans, self.seconds))
+            spans_of_machines[name] = tuple(clip_spans(spans, self.seconds))
         return spans_of_machines

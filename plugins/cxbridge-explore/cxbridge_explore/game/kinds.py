@@ -1,4 +1,8 @@
-"""The kinds of games that plug-ins add to ``cxbridge game`` and ``cxbridge explore``."""
+"""The interfaces of games, and the tables to which plug-ins add kinds of games.
+
+A kind of game is a group of command line options: if its options select a game, ``cxbridge game`` plays, or
+``cxbridge explore`` explores, that game in place of a scenario.
+"""
 
 from __future__ import annotations
 
@@ -26,11 +30,11 @@ class Game(Protocol):
         """The options of the run, such as its agent and recordings."""
 
     @property
-    def quiet(self) -> Collection[str]:
+    def quiet_components(self) -> Collection[str]:
         """The components whose log lines are shown only with ``--verbose``."""
 
-    def of_agent(self, agent: Path) -> Self:
-        """Return the same game with another agent, that of ``--against``.
+    def replace_agent(self, agent: Path) -> Self:
+        """Return the same game with another agent, the agent of ``--against``.
 
         :raises CxbridgeError: if the options of that agent contradict each other.
         """
@@ -53,19 +57,22 @@ class PlayedGame(Protocol):
     def is_chosen(self) -> bool:
         """Whether the options select a game."""
 
-    def refuse(self) -> None:
-        """Reject options that select no game.
+    def check_unchosen(self) -> None:
+        """Check options that do not select a game.
 
-        :raises CxbridgeError: with a hint at the option that selects the game.
+        :raises CxbridgeError: if an option has no meaning without a game; the hint names the option that
+            selects a game.
         """
 
-    def game(self, run: RunOptions, *, minutes: float | None, world: Path | None, several: bool) -> Game:
-        """Return the game.
+    def make_game(
+        self, run: RunOptions, *, minutes: float | None, world: Path | None, is_series: bool
+    ) -> Game:
+        """Make the game.
 
         :param run: the options of the run, such as its agent and recordings.
         :param minutes: the duration of the production; None for the game's default.
-        :param world: the file of possible failures.
-        :param several: whether several games are played.
+        :param world: the file of possible failures; None for the game's default.
+        :param is_series: whether several games are played.
         """
 
 
@@ -76,13 +83,14 @@ class ExploredGame(Protocol):
     def is_chosen(self) -> bool:
         """Whether the options select a game."""
 
-    def refuse(self) -> None:
-        """Reject options that select no game.
+    def check_unchosen(self) -> None:
+        """Check options that do not select a game.
 
-        :raises CxbridgeError: with a hint at the option that selects the game.
+        :raises CxbridgeError: if an option has no meaning without a game; the hint names the option that
+            selects a game.
         """
 
-    def explored(self, options: RunOptions) -> tuple[RunOptions, MakeAssembly]:
+    def make_exploration(self, options: RunOptions) -> tuple[RunOptions, MakeAssembly]:
         """Return the options of a run with a time limit, and the function that makes the run."""
 
 
@@ -95,11 +103,11 @@ EXPLORED_GAMES: Final[Table[type[Any]]] = Table("EXPLORED_GAMES", is_dataclass, 
 T = TypeVar("T", PlayedGame, ExploredGame)
 
 
-def chosen_game(groups: Sequence[T]) -> T | None:
+def find_chosen_game(groups: Sequence[T]) -> T | None:
     """Return the group of options that selects a game, or None.
 
-    :param groups: the groups with a given option.
-    :raises CxbridgeError: if several groups select a game, or options are given without their game.
+    :param groups: the groups of which the command line has an option.
+    :raises CxbridgeError: if several groups select a game, or an option has no meaning without a game.
     """
     chosen = [group for group in groups if group.is_chosen]
     if len(chosen) > 1:
@@ -107,5 +115,5 @@ def chosen_game(groups: Sequence[T]) -> T | None:
         raise CxbridgeError(f"the options name two games: {names}", hint="leave out the options of one game")
     if not chosen:
         for group in groups:
-            group.refuse()
+            group.check_unchosen()
     return chosen[0] if chosen else None

@@ -1,4 +1,4 @@
-"""Many games of one agent, or of two agents on the same seeds."""
+"""Plays many games of one agent, or of two agents with the same seeds, and compares the agents."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.spawning import safe_process_pool
 from cxbridge_explore.game.kinds import Game
 from cxbridge_explore.game.score import GameResult
-from cxbridge_explore.sweep.statistics import CONFIDENCE, Interval, mean_interval, quantiles
-from cxbridge_explore.sweep.summary import largest_differences
+from cxbridge_explore.sweep.statistics import CONFIDENCE, Interval, mean_interval, summarize_sample
+from cxbridge_explore.sweep.summary import rank_differences
 
 _MAX_SEEDS: Final = 10  # limit of listed seeds
 
@@ -23,18 +23,19 @@ def play_games(
 ) -> dict[str, dict[int, GameResult]]:
     """Play each game with each seed, in child processes.
 
+    :param games: the games by agent.
     :param advance: called after each game.
-    :returns: the results by name and seed, in order.
+    :returns: the results by agent and seed, in order.
     :raises CxbridgeError: if a scenario is invalid, or a process dies.
     """
     results: dict[str, dict[int, GameResult]] = {name: {} for name in games}
     with safe_process_pool(processes) as pool:
-        pending = {
+        pending_games = {
             pool.submit(game.play, seed): (name, seed) for seed in seeds for name, game in games.items()
         }
         try:
-            for future in as_completed(pending):
-                name, seed = pending[future]
+            for future in as_completed(pending_games):
+                name, seed = pending_games[future]
                 results[name][seed] = future.result()
                 advance()
         except BrokenProcessPool:
@@ -43,8 +44,10 @@ def play_games(
             ) from None
         finally:
             pool.shutdown(cancel_futures=True)
-    # The games ended in no particular order.
-    return {name: {seed: by_seed[seed] for seed in seeds} for name, by_seed in results.items()}
+    # sorted by seed, since the games have ended in any order
+    return {
+        name: {seed: results_by_seed[seed] for seed in seeds} for name, results_by_seed in results.items()
+    }
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +67,7 @@ class GamesSummary:
         return {
             "games": len(self.results),
             "complete": sum(result.is_over for result in self.results.values()),
-            "points": quantiles([float(result.points) for result in self.results.values()]),
+            "points": summarize_sample([float(result.points) for result in self.results.values()]),
             "mean": self.points.as_dict(),
             "deliveries": sum(len(result.score.deliveries) for result in self.results.values()),
             "by_seed": {seed: result.points for seed, result in self.results.items()},
@@ -73,7 +76,7 @@ class GamesSummary:
 
 @dataclass(frozen=True, slots=True)
 class Match:
-    """The games of two agents on the same seeds.
+    """The games of two agents with the same seeds.
 
     :param first: the results of the first agent by seed.
     :param second: the results of the second agent by seed.
@@ -92,11 +95,11 @@ class Match:
 
     def most_different_games(self) -> Iterator[tuple[int, int, int]]:
         """Yield the seeds with the largest differences, with the points of both agents."""
-        for seed in largest_differences(self._differences())[:_MAX_SEEDS]:
+        for seed in rank_differences(self._differences())[:_MAX_SEEDS]:
             yield seed, self.first[seed].points, self.second[seed].points
 
     @property
-    def better(self) -> int | None:
+    def better_index(self) -> int | None:
         """The index of the better agent; None if the games do not show a difference."""
         difference = self.difference
         if not difference.excludes_zero:
@@ -107,7 +110,7 @@ class Match:
         return {
             "difference": self.difference.as_dict(),
             "confidence": CONFIDENCE,
-            "better": self.better,
+            "better": self.better_index,
             "seeds": [
                 {"seed": seed, "points": [first_points, second_points]}
                 for seed, first_points, second_points in self.most_different_games()

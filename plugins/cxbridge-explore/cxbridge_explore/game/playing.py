@@ -1,4 +1,4 @@
-"""Plays one game in a drawn world and summarises the result."""
+"""Plays one game in a world whose failures are drawn from a seed, and summarises the result."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from cxbridge.run.result import FAULT
 from cxbridge_explore.game.judge import GameWatch, Judge
 from cxbridge_explore.game.score import POST_GAME, GameResult
 from cxbridge_explore.game.timeline import Timeline
-from cxbridge_explore.game.work import WorkCount, robots_of, work_of
+from cxbridge_explore.game.work import WorkCount, find_robots, summarize_work
 from cxbridge_explore.worldmodel.model import WorldModel
 from cxbridge_explore.worlds.judged import JudgedRun
 from cxbridge_explore.worlds.points import RandomChooser
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 _INTERRUPTED: Final = 130  # exit status of shells for SIGINT: 128 + 2
 
-OUTCOME: Final = "outcome.json"  # name of the attachment with the result in the game's recording
+OUTCOME_FILE: Final = "outcome.json"  # the attachment of the game's recording that has the result
 
 
 def play_game(
@@ -50,7 +50,7 @@ def play_game(
     :param attach: called with each agent before the game.
     :raises KeyboardInterrupt: if a signal has ended the game; the recording is complete up to that point.
     """
-    started = time.perf_counter()
+    start_s = time.perf_counter()
     with Interrupt() as interrupt, ExitStack() as stack:
         run = stack.enter_context(JudgedRun(options, RandomChooser(seed), world, make=make))
         assembly = run.world.assembly
@@ -59,27 +59,29 @@ def play_game(
         if attach is not None:
             for agent in assembly.agents:
                 attach(agent)
-        work = WorkCount(assembly.clock.now_us())
-        assembly.bus.subscribe(work, *WorkCount.events)
+        work_count = WorkCount(assembly.clock.now_us())
+        assembly.bus.subscribe(work_count, *WorkCount.events)
         judge.watch(assembly)
-        watch = GameWatch(judge, assembly.clock)
+        game_watch = GameWatch(judge, assembly.clock)
         recorder = start_recording(assembly, options)
         stack.callback(recorder.close)
         stack.callback(assembly.finalize)  # before the recorder closes, so that the shutdown is recorded
         interrupt.on_signal(assembly.loop.stop, assembly.interrupt)
-        assembly.loop.add(Hook.POST_LOOP, watch.record)
+        assembly.loop.add(Hook.POST_LOOP, game_watch.record)
         assembly.loop.add(Hook.POST_LOOP, recorder.flush_when_due)
         ended, _ = run.play()
         score = judge.score(assembly.agents)
-        skills = work.by_robot(robots_of(assembly.agents), assembly.clock.now_us(), watch.seconds_at)
-        timeline = Timeline(watch.seconds, skills, watch.machines())
+        skills = work_count.find_robot_spans(
+            find_robots(assembly.agents), assembly.clock.now_us(), game_watch.seconds_at
+        )
+        timeline = Timeline(game_watch.seconds, skills, game_watch.machine_spans())
         loaders = [agent.executive.env.loader for agent in assembly.agents]
         result = GameResult(
             score,
             score.phase == POST_GAME,
             seed,
-            round(time.perf_counter() - started, 3),
-            work_of(timeline),
+            round(time.perf_counter() - start_s, 3),
+            summarize_work(timeline),
             (ended.reason,) if ended.status == FAULT else (),
             tuple(
                 str(diagnostic)
@@ -95,6 +97,6 @@ def play_game(
             {"status": str(status), "reason": f"{progress}{ended.reason}; points: {score.points}"}
         )
         if options.trace_files:
-            assembly.bus.emit_source("game", "", OUTCOME, json.dumps(result.outcome, indent=1).encode())
-        interrupt.check()
+            assembly.bus.emit_source("game", "", OUTCOME_FILE, json.dumps(result.outcome, indent=1).encode())
+        interrupt.check()  # at the end, so that the recording of an interrupted game is complete
         return result

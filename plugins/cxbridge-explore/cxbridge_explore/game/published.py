@@ -1,4 +1,4 @@
-"""The judge of a game whose referee and machines publish interfaces."""
+"""The judge of a game whose referee and machines write interfaces of the blackboard."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ if TYPE_CHECKING:
     from cxbridge.run.agent import Run
     from cxbridge.run.team import Team
 
-GAME: Final = "GameInterface"
-ORDER: Final = "OrderInterface"
-# Type of a machine's interface, defined by the scenario: it has the fields `busy` and `piece`.
-MACHINE: Final = "MachineInterface"
+GAME_TYPE: Final = "GameInterface"
+ORDER_TYPE: Final = "OrderInterface"
+# The type of a machine's interface, which the scenario defines with the fields `busy` and `piece`.
+MACHINE_TYPE: Final = "MachineInterface"
 
 # The states of a machine: empty, working, or holding a finished product.
 FREE: Final = "free"
@@ -29,43 +29,43 @@ FULL: Final = "full"
 
 
 class PublishedGame:
-    """Judges by GameInterface and OrderInterface; a sink of writes to the blackboard."""
+    """Judges by GameInterface and OrderInterface. The event bus calls the instance with each write."""
 
     def __init__(self) -> None:
         self._phase = ""
         self._machines: dict[str, str] = {}
 
     def watch(self, run: Run | Team) -> None:
-        """Start watching the writes of a run, without opening readers."""
+        """Watch the writes of a run without opening readers."""
         run.bus.subscribe(self, InterfaceWrite)
 
     def __call__(self, event: Event) -> None:
         assert isinstance(event, InterfaceWrite)
         kind, _, name = event.uid.partition("::")
-        if kind == MACHINE:
+        if kind == MACHINE_TYPE:
             self._machines[name] = _machine_state(event.values)
-        elif kind == GAME:
-            self._phase = _enum_name(event.values.get("phase", ""))
+        elif kind == GAME_TYPE:
+            self._phase = _find_enum_name(event.values.get("phase", ""))
 
     def state(self) -> GameState:
         return GameState(self._phase, self._machines)
 
     def score(self, agents: Sequence[Run]) -> Score:
-        """Return the score from the blackboard of an agent.
+        """Read the score from the first blackboard with a referee.
 
         :raises CxbridgeError: if no referee writes to a blackboard.
         """
         for agent in agents:
-            games = [info for info in agent.board.list(GAME) if info.has_writer]
+            games = [info for info in agent.board.list(GAME_TYPE) if info.has_writer]
             if games:
-                written_orders = [info for info in agent.board.list(ORDER) if info.has_writer]
-                orders = [_values_of(agent.board, info) for info in written_orders]
-                return _score(_values_of(agent.board, games[0]), orders)
-        raise CxbridgeError(f"no referee writes a {GAME}", hint="see docs/games.md")
+                written_orders = [info for info in agent.board.list(ORDER_TYPE) if info.has_writer]
+                orders = [_read_values(agent.board, info) for info in written_orders]
+                return _make_score(_read_values(agent.board, games[0]), orders)
+        raise CxbridgeError(f"no referee writes a {GAME_TYPE}", hint="see docs/games.md")
 
 
-def _score(game: Mapping[str, Any], orders: Sequence[Mapping[str, Any]]) -> Score:
-    team, phase = str(game["team"]), _enum_name(game["phase"])
+def _make_score(game: Mapping[str, Any], orders: Sequence[Mapping[str, Any]]) -> Score:
+    team, phase = str(game["team"]), _find_enum_name(game["phase"])
     delivered = sorted((order for order in orders if order["delivered"] > 0), key=itemgetter("delivered"))
     announced = sorted((order for order in orders if order["number"]), key=itemgetter("number"))
     return Score(
@@ -94,7 +94,7 @@ def _score(game: Mapping[str, Any], orders: Sequence[Mapping[str, Any]]) -> Scor
     )
 
 
-def _values_of(board: BlackBoard, info: InterfaceInfo) -> dict[str, Any]:
+def _read_values(board: BlackBoard, info: InterfaceInfo) -> dict[str, Any]:
     with board.open_for_reading(info.type, info.id) as interface:
         interface.read()
         return interface.as_dict()
@@ -106,6 +106,6 @@ def _machine_state(machine: Mapping[str, Any]) -> str:
     return FULL if machine.get("piece") else FREE
 
 
-def _enum_name(value: Any) -> str:
+def _find_enum_name(value: Any) -> str:
     """Return the name of an enumeration value."""
     return str(getattr(value, "name", value))

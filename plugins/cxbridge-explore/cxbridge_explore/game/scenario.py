@@ -1,4 +1,4 @@
-"""Games of scenarios whose referee publishes GameInterface and OrderInterface."""
+"""Games of scenarios whose referee writes GameInterface and OrderInterface."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from cxbridge.config import Configuration
     from cxbridge.run.agent import Run
 
-# The configuration values that contain the paths of the referee's own values.
-SEED: Final = "/game/seed"
-MINUTES: Final = "/game/minutes"
+# Keys of a scenario's configuration. The values are the paths of the referee's values for seed and minutes.
+SEED_KEY: Final = "/game/seed"
+MINUTES_KEY: Final = "/game/minutes"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,10 +43,10 @@ class ScenarioGame:
     world: Path | None = None
 
     @property
-    def quiet(self) -> Collection[str]:
+    def quiet_components(self) -> Collection[str]:
         return ()
 
-    def of_agent(self, agent: Path) -> ScenarioGame:
+    def replace_agent(self, agent: Path) -> ScenarioGame:
         return replace(self, run=replace(self.run, scenario=agent))
 
     def play(
@@ -63,31 +63,32 @@ class ScenarioGame:
         """
         file = self.world or find_world(source_of(self.run).config_file().parent)
         world = NOTHING_FAILS if file is None else read_world(file)
-        # A run takes changes of its configuration only from files.
+        # a file, since a run takes changes of its configuration only from files
         with tempfile.TemporaryDirectory(prefix="cxbridge-game-") as folder:
             overlay = Path(folder) / "game.yaml"
-            overlay.write_text(yaml.safe_dump(self._values(seed)))
-            options = replace(self.run, config=(*_overlays(self.run), overlay))
+            overlay.write_text(yaml.safe_dump(self._referee_values(seed)))
+            options = replace(self.run, config=(*_list_overlays(self.run), overlay))
             return play_game(options, seed, world, PublishedGame(), console=console, attach=attach)
 
-    def _values(self, seed: int) -> dict[str, int | float]:
+    def _referee_values(self, seed: int) -> dict[str, int | float]:
         """Return the referee's configuration values for this game."""
         config, file = source_of(self.run).load_configuration()
-        values: dict[str, int | float] = {_path(config, file, SEED): seed}
+        values: dict[str, int | float] = {_find_referee_path(config, file, SEED_KEY): seed}
         if self.minutes is not None:
-            values[_path(config, file, MINUTES)] = self.minutes
+            values[_find_referee_path(config, file, MINUTES_KEY)] = self.minutes
         return values
 
 
-def _overlays(options: RunOptions) -> tuple[Path, ...]:
+def _list_overlays(options: RunOptions) -> tuple[Path, ...]:
     configs = options.config
     return (configs,) if isinstance(configs, Path) else configs or ()
 
 
-def _path(config: Configuration, file: Path, name: str) -> str:
-    """Return the path of the referee's own value, which the configuration names.
+def _find_referee_path(config: Configuration, file: Path, name: str) -> str:
+    """Return the path of the referee's value for a key.
 
-    :raises CxbridgeError: if the configuration lacks the name or the value.
+    :param name: the key, such as :data:`SEED_KEY`.
+    :raises CxbridgeError: if the configuration lacks the key, or the value at its path.
     """
     path = config.get_str(name, default=None)
     if path is None:

@@ -15,7 +15,7 @@ POST_GAME: Final = "POST_GAME"  # phase after the end of a game
 class Delivery:
     """A delivered product.
 
-    :param complexity: the amount or kind of work, in the game's words.
+    :param complexity: the amount or kind of work, as the game calls it.
     :param order: the number of the order.
     :param game_time: the time in seconds since the start of the production.
     """
@@ -82,7 +82,7 @@ class Score:
             points[award.category] = points.get(award.category, 0) + award.points
         return points_by_category
 
-    def delivered(self, order: ProductOrder) -> list[float]:
+    def delivery_times(self, order: ProductOrder) -> list[float]:
         """Return the delivery times of an order."""
         return [delivery.game_time for delivery in self.deliveries if delivery.order == order.order]
 
@@ -94,13 +94,13 @@ class Score:
             "phase": self.phase,
             "game_time": self.game_time,
             "awards": [asdict(award) for award in self.awards],
-            "orders": [{**asdict(order), "delivered": self.delivered(order)} for order in self.orders],
+            "orders": [{**asdict(order), "delivered": self.delivery_times(order)} for order in self.orders],
         }
 
 
 @dataclass(frozen=True, slots=True)
 class RobotWork:
-    """The work of a robot, or another executor of skills, in a game.
+    """The work of a robot, or of another executor of skills, in a game.
 
     :param busy_seconds: the time in which skills were executed.
     :param idle_seconds: the time of the production in which no skill was executed.
@@ -136,7 +136,7 @@ class GameResult:
 
     @property
     def points(self) -> int:
-        """The points of the playing team, the maximum, since the opponent is idle."""
+        """The points of the team that plays: the maximum, since the other team is idle."""
         return max(self.score.points.values(), default=0)
 
     @property

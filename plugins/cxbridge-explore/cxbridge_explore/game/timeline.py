@@ -8,10 +8,10 @@ from dataclasses import dataclass, field, replace
 
 @dataclass(frozen=True, slots=True)
 class Span:
-    """An interval of a skill, or of a state of a machine.
+    """The interval of a skill, or of a state of a machine.
 
     :param begin: the start in seconds since the start of the production; negative before the production.
-    :param end: the end, likewise.
+    :param end: the end in seconds since the start of the production.
     :param text: the skill or the state.
     :param status: the status of the skill as in :mod:`cxbridge.history.model`; empty for a state.
     :param error: the error of a failed skill.
@@ -51,10 +51,10 @@ class Timeline:
 
     def idle_seconds(self, robot: str) -> float:
         """Return the time without skills during the production."""
-        return self.seconds - covered(within(self.skills.get(robot, ()), self.seconds))
+        return self.seconds - covered_seconds(clip_spans(self.skills.get(robot, ()), self.seconds))
 
 
-def within(spans: Iterable[Span], seconds: float) -> Iterator[Span]:
+def clip_spans(spans: Iterable[Span], seconds: float) -> Iterator[Span]:
     """Yield the parts of the intervals within the production."""
     for span in spans:
         begin, end = max(0.0, span.begin), min(seconds, span.end)
@@ -62,9 +62,8 @@ def within(spans: Iterable[Span], seconds: float) -> Iterator[Span]:
             yield replace(span, begin=begin, end=end)
 
 
-def covered(spans: Iterable[Span]) -> float:
-    """Return the length of the union of the intervals."""
-    # A robot may have several executors, whose skills overlap.
+def covered_seconds(spans: Iterable[Span]) -> float:
+    """Return the length of the union of intervals, which may overlap: a robot may have several executors."""
     total, covered_until = 0.0, float("-inf")
     for span in sorted(spans, key=lambda span: span.begin):
         total += max(0.0, span.end - max(span.begin, covered_until))

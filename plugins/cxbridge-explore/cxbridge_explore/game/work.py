@@ -1,4 +1,4 @@
-"""The work of robots, or other executors of skills, in a run."""
+"""Records the skills that robots, or other executors of skills, execute in a run."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from cxbridge.history.model import SkillExecution
 from cxbridge.skiller.backend import DEFAULT_SKILLER
 from cxbridge.skiller.status import Status
 from cxbridge_explore.game.score import RobotWork
-from cxbridge_explore.game.timeline import Span, Timeline, covered
+from cxbridge_explore.game.timeline import Span, Timeline, covered_seconds
 
 if TYPE_CHECKING:
     from cxbridge.run.agent import Run
 
 
 class WorkCount:
-    """Records the executions of Skillers and executors; a sink of events.
+    """Records the executions of Skillers and executors. The event bus calls the instance with each event.
 
     :param start_us: the start of the run.
     """
 
-    events = (SkillStatus, InterfaceMessage, InterfaceWrite)  # types of events to subscribe to
+    events = (SkillStatus, InterfaceMessage, InterfaceWrite)  # the event types to request from the event bus
 
     def __init__(self, start_us: int) -> None:
         self._history = RunHistory(start_us=start_us)
@@ -33,12 +33,12 @@ class WorkCount:
     def __call__(self, event: Event) -> None:
         self._history.record_event(event)
 
-    def by_robot(
+    def find_robot_spans(
         self, robots: Mapping[str, str], end_us: int, seconds_at: Callable[[int], float]
     ) -> dict[str, tuple[Span, ...]]:
-        """Return the skills of each robot.
+        """Return the intervals of the skills of each robot.
 
-        :param robots: the robots by the names of their Skillers and executors.
+        :param robots: the names of the robots, by the names of their Skillers and executors.
         :param end_us: the end of the run.
         :param seconds_at: converts a time to seconds of the production.
         """
@@ -55,8 +55,8 @@ class WorkCount:
         return {robot: tuple(spans_of_robots[robot]) for robot in sorted(spans_of_robots)}
 
 
-def robots_of(agents: Sequence[Run]) -> dict[str, str]:
-    """Return the robots of a run, by the names of their Skillers and executors."""
+def find_robots(agents: Sequence[Run]) -> dict[str, str]:
+    """Return the names of the robots of a run, by the names of their Skillers and executors."""
     robot_names = {}
     for agent in agents:
         board = agent.skill_board
@@ -68,18 +68,18 @@ def robots_of(agents: Sequence[Run]) -> dict[str, str]:
     return robot_names
 
 
-def work_of(timeline: Timeline) -> dict[str, RobotWork]:
+def summarize_work(timeline: Timeline) -> dict[str, RobotWork]:
     """Return the work of each robot during the production."""
     work_of_robots = {}
     for robot, spans in timeline.skills.items():
         failed = Counter(span.error or "failed" for span in spans if span.status == Status.S_FAILED.name)
-        busy, idle = round(covered(spans), 1), round(timeline.idle_seconds(robot), 1)
+        busy, idle = round(covered_seconds(spans), 1), round(timeline.idle_seconds(robot), 1)
         work_of_robots[robot] = RobotWork(busy, idle, dict(failed))
     return work_of_robots
 
 
 def _performer(call: SkillExecution) -> str:
-    """Return the name of the executor; for agents with one Skiller each, the name of the agent."""
+    """Return the name of the Skiller or executor; for the only Skiller of an agent, the agent's name."""
     if call.env in ("", ENVIRONMENT):
         return call.skiller
     return call.env if call.skiller == DEFAULT_SKILLER else f"{call.env}/{call.skiller}"

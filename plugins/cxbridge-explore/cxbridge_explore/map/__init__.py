@@ -1,1 +1,1 @@
-"""The map of an exploration: branches and ends of its runs, and the coverage of the agent."""
+"""The map of an exploration: the branches and ends of its runs, and the coverage of the agent."""

@@ -7,14 +7,14 @@ from collections.abc import Iterable
 from typing import Any
 
 from cxbridge.run.options import RunOptions
-from cxbridge_explore.use import Used
+from cxbridge_explore.use import UsedPart
 from cxbridge_studio.check.sources import scenario_sources
 from cxbridge_studio.explain.coverage.model import AgentSources, Coverage, RecordedUse, compute_coverage
 from cxbridge_studio.explain.coverage.report import short_names
 
 
-def explored_coverage(options: RunOptions, used: Iterable[Used]) -> Coverage:
-    """Return the coverage of an agent by an exploration. A count is 1 for a used part, otherwise 0."""
+def compute_explored_coverage(options: RunOptions, used: Iterable[UsedPart]) -> Coverage:
+    """Compute the coverage of an agent by an exploration. A count is 1 for a used part, otherwise 0."""
     agent, use = AgentSources(), RecordedUse()
     for source in scenario_sources(options):  # from the files, since an exploration has no recording
         agent.add_source(source, include_core=False)
@@ -27,7 +27,7 @@ def explored_coverage(options: RunOptions, used: Iterable[Used]) -> Coverage:
     return compute_coverage(agent, use)
 
 
-def as_dict(coverage: Coverage) -> dict[str, Any]:
+def coverage_values(coverage: Coverage) -> dict[str, Any]:
     """Return a coverage as JSON values."""
     never = [
         {"file": file.file, "line": rule.lines[0], "rule": rule.name}
@@ -50,8 +50,8 @@ def as_dict(coverage: Coverage) -> dict[str, Any]:
     }
 
 
-def never_fired(coverage: Coverage) -> Iterable[tuple[str, int, str]]:
-    """Yield the rules that never fired: the short name of the file, the line, the name of the rule."""
+def find_unfired_rules(coverage: Coverage) -> Iterable[tuple[str, int, str]]:
+    """Yield the rules that have never fired: short name of the file, line, and name of the rule."""
     names = short_names(coverage.files)
     for name, file in zip(names, coverage.files, strict=True):
         for rule, count in file.rules:
@@ -59,10 +59,10 @@ def never_fired(coverage: Coverage) -> Iterable[tuple[str, int, str]]:
                 yield name, rule.lines[0], rule.name
 
 
-def never_reached(coverage: Coverage) -> Iterable[str]:
+def describe_unreached_parts(coverage: Coverage) -> Iterable[str]:
     """Yield the unreached parts as lines of text."""
     yield f"{coverage.fired_count} of {coverage.watched_count} rules fired: {coverage.percent:.1f} %"
-    for name, line, rule in never_fired(coverage):
+    for name, line, rule in find_unfired_rules(coverage):
         yield f"  never fired: {name}:{line} {rule}"
     for name, modes in coverage.missing_modes:
         yield f"  {name} was never {', '.join(modes)}"

@@ -9,8 +9,8 @@ from types import MappingProxyType
 from typing import Any
 
 from cxbridge.run.pages import write_document
-from cxbridge_explore.map.coverage import as_dict
-from cxbridge_explore.map.rows import run_rows
+from cxbridge_explore.map.coverage import coverage_values
+from cxbridge_explore.map.rows import make_run_rows
 from cxbridge_explore.result import ExploreResult
 from cxbridge_studio.explain.coverage.model import Coverage
 
@@ -29,12 +29,13 @@ def write_page(
 
     :param coverage: the coverage of the agent; None while it is unknown.
     :param command: the command that reproduces the page, to show on the page.
-    :param pages: the addresses of the pages of runs, by row.
-    :param stories: the ``story`` and the ``address`` of the counterexample of each violated property.
+    :param pages: the addresses of the pages of runs, by the numbers of their rows.
+    :param stories: for each violated property, the ``story`` of its counterexample, a sentence, and the
+        ``address`` of its page.
     :param is_live: whether the exploration is still running; then the page reloads itself.
     :raises CxbridgeError: if the file cannot be written, or no installed package makes pages.
     """
-    document = as_document(result, coverage, command)
+    document = make_document(result, coverage, command)
     for number, address in pages.items():
         document["rows"][number]["page"] = address
     for row in document["properties"]:
@@ -42,24 +43,26 @@ def write_page(
     write_document(file, "exploration", "Exploration", document | {"live": is_live})
 
 
-def as_document(result: ExploreResult, coverage: Coverage | None, command: str) -> dict[str, Any]:
+def make_document(result: ExploreResult, coverage: Coverage | None, command: str) -> dict[str, Any]:
     return {
         "command": command,
-        "summary": _summary(result),
-        "rows": [asdict(row) for row in run_rows(result.graph)],
-        "properties": list(_properties(result)),
-        "coverage": None if coverage is None else as_dict(coverage),
+        "summary": _describe_result(result),
+        "rows": [asdict(row) for row in make_run_rows(result.graph)],
+        "properties": list(_property_rows(result)),
+        "coverage": None if coverage is None else coverage_values(coverage),
     }
 
 
-def _summary(result: ExploreResult) -> str:
+def _describe_result(result: ExploreResult) -> str:
     graph = result.graph
     counts = ", ".join(f"{count} {outcome}" for outcome, count in result.outcomes.items())
-    end = "complete" if result.is_complete else f"not complete: {len(graph.open)} branches are open"
-    return f"{len(graph.leaves)} runs, {len(graph.nodes)} states, {graph.merged} merged; {end}. {counts}"
+    end = "complete" if result.is_complete else f"not complete: {len(graph.open_edges)} branches are open"
+    return (
+        f"{len(graph.leaves)} runs, {len(graph.nodes)} states, {graph.merged_count} merged; {end}. {counts}"
+    )
 
 
-def _properties(result: ExploreResult) -> Iterator[dict[str, str]]:
+def _property_rows(result: ExploreResult) -> Iterator[dict[str, str]]:
     violated = {violation["property"]: violation for violation in result.violations}
     for name in sorted({property_.name for property_ in result.properties} | violated.keys()):
         violation = violated.get(name)

@@ -1,10 +1,10 @@
-"""The runs of an exploration as rows: each starts where it branches off another run."""
+"""The runs of an exploration as rows of a map. A row starts where its run branches off another run."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from cxbridge_explore.graph import ROOT, Edge, Graph, Leaf
+from cxbridge_explore.graph import ROOT_EDGE, Edge, Graph, Leaf
 from cxbridge_explore.worlds.points import USUAL
 
 MERGED, OPEN = "merged", "open"
@@ -33,26 +33,26 @@ class MapRow:
     outcome: str = OPEN
     reason: str = ""
     violations: tuple[str, ...] = field(default=())
-    edge: Edge = ROOT
+    edge: Edge = ROOT_EDGE
 
 
-def run_rows(graph: Graph) -> list[MapRow]:
-    """Return the runs, each below its parent; later branches come first.
+def make_run_rows(graph: Graph) -> list[MapRow]:
+    """Return the rows, each below its parent. Later branches of a run come first.
 
-    In this order, no line from a run to its parent crosses another row.
+    In this order, no line from a row to its parent crosses another row.
     """
     rows: list[MapRow] = []
-    pending: list[tuple[Edge, int | None]] = [(ROOT, None)]
-    while pending:
-        edge, parent = pending.pop()
+    pending_edges: list[tuple[Edge, int | None]] = [(ROOT_EDGE, None)]
+    while pending_edges:
+        edge, parent = pending_edges.pop()
         number = len(rows)
         row = _begin_row(graph, edge, parent, rows)
         rows.append(row)
-        # A node that another run reached first ends the row, since the run was merged there.
+        # The row ends at a node that another run has reached first, since the run was merged there.
         while edge in graph.links and graph.nodes[graph.links[edge]].edge == edge:
             node = graph.links[edge]
-            unusual_options = [option for option in graph.options(node) if option != USUAL]
-            pending += [((node, option), number) for option in unusual_options]
+            unusual_options = [option for option in graph.allowed_options(node) if option != USUAL]
+            pending_edges += [((node, option), number) for option in unusual_options]
             edge = node, USUAL
         _end_row(graph, edge, row)
     return rows
@@ -65,7 +65,7 @@ def _begin_row(graph: Graph, edge: Edge, parent: int | None, rows: list[MapRow])
     point = node.point
     choice = f"{point.subject}: {point.options[option].name}"
     path = (*rows[parent].path, f"{choice} at {point.seconds:.2f} s")
-    return MapRow(choice, point.seconds, graph.faults_of(edge), parent, path)
+    return MapRow(choice, point.seconds, graph.count_faults(edge), parent, path)
 
 
 def _end_row(graph: Graph, edge: Edge, row: MapRow) -> None:

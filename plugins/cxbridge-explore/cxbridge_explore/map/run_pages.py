@@ -1,4 +1,4 @@
-"""Pages of the runs of an exploration: a run is played again; its page opens at the last unusual choice."""
+"""Writes pages about runs of an exploration. A run is played again for its page."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.pages import VIEWS
 from cxbridge.trace.formats.registry import open_run
 from cxbridge_explore.counterexample import Counterexample
-from cxbridge_explore.counterexample_playing import play
+from cxbridge_explore.counterexample_playing import play_run
 from cxbridge_explore.graph import Graph
 from cxbridge_explore.map.rows import MERGED, OPEN, MapRow
 from cxbridge_explore.worldmodel.model import WorldModel
@@ -46,40 +46,44 @@ def write_run_pages(
     folder = page.with_suffix(".runs")
     folder.mkdir(exist_ok=True)
     report = VIEWS.load(VIEWS.find("report"))
-    ended = [number for number, row in enumerate(rows) if row.outcome not in {MERGED, OPEN}]
-    ended.sort(key=lambda number: (not rows[number].violations, rows[number].faults, number))
+    ended_rows = [number for number, row in enumerate(rows) if row.outcome not in {MERGED, OPEN}]
+    ended_rows.sort(key=lambda number: (not rows[number].violations, rows[number].faults, number))
     addresses: dict[int, str] = {}
-    for number in sorted(ended[:MAX_PAGES]):
+    for number in sorted(ended_rows[:MAX_PAGES]):
         row = rows[number]
-        path = read_path(graph.choices_to(row.edge))
+        path = read_path(graph.list_choices(row.edge))
         with TemporaryDirectory(prefix="cxbridge-run-") as scratch:
             recording = Path(scratch, f"run-{number}.mcap")
-            played = play(options, (), PathChooser(path), recording, world=world, make=make)
+            played = play_run(options, (), PathChooser(path), recording, world=world, make=make)
             title = row.path[-1] if row.path else "the usual run"
             write_file(folder / f"run-{number}.html", report(open_run(recording), title).encode("utf-8"))
         time_us = played.start_us + round(row.begin_s * MICROSECONDS)
-        moment = f"#/timeline?time={time_us}" if row.path else ""
-        addresses[number] = f"{folder.name}/run-{number}.html{moment}"
+        fragment = f"#/timeline?time={time_us}" if row.path else ""
+        addresses[number] = f"{folder.name}/run-{number}.html{fragment}"
     return addresses
 
 
-def violation_stories(counterexamples: Mapping[str, Counterexample], page: Path) -> dict[str, dict[str, str]]:
-    """Write a page of each counterexample; return its story in a sentence and the address of its page.
+def write_violation_pages(
+    counterexamples: Mapping[str, Counterexample], page: Path
+) -> dict[str, dict[str, str]]:
+    """Write a page about each counterexample.
 
     :param page: the page of the exploration.
+    :returns: by property, the ``story`` of the counterexample, a sentence, and the ``address`` of its page
+        relative to the page of the exploration.
     """
     report = VIEWS.load(VIEWS.find("report"))
     stories = {}
     for name, example in counterexamples.items():
         run = open_run(example.recording)
         file = example.recording.with_suffix(".html")
-        write_file(file, report(run, f"{name}: {example.words}").encode("utf-8"))
+        write_file(file, report(run, f"{name}: {example.description}").encode("utf-8"))
         address = Path(os.path.relpath(file, page.parent)).as_posix()
-        stories[name] = {"address": address, "story": _headline(example)}
+        stories[name] = {"address": address, "story": _find_headline(example)}
     return stories
 
 
-def _headline(example: Counterexample) -> str:
+def _find_headline(example: Counterexample) -> str:
     """Return the first sentence of the story of a counterexample; empty if no plug-in explains runs."""
     try:
         headline: str = explainer(open_run(example.recording))("run", "")["data"]["headline"]

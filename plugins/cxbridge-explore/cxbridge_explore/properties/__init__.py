@@ -1,1 +1,1 @@
-"""Properties that must hold in every run of an agent, and the monitors that check them."""
+"""Properties that must hold in each run of an agent, and the monitors that check properties."""

@@ -1,4 +1,4 @@
-"""Parser for properties such as ``never (goal (mode FAILED))`` and ``after (a) then (b) within 10``."""
+"""The parser of properties such as ``never (goal (mode FAILED))`` or ``after (a) then (b) within 10``."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from cxbridge.config.documents import Mark
 from cxbridge.suggestions import did_you_mean
 from cxbridge_explore.properties.monitor import Monitor, Property, Scene
 from cxbridge_explore.properties.patterns import ConditionPattern
-from cxbridge_explore.properties.temporal import After, Always, Eventually, Never
+from cxbridge_explore.properties.temporal import AfterMonitor, AlwaysMonitor, EventuallyMonitor, NeverMonitor
 
 FORMS: Final = (
     "never (PATTERN)",
@@ -22,9 +22,9 @@ FORMS: Final = (
     "after (PATTERN) then (PATTERN) [within SECONDS]",
 )
 
-_WORDS: Final = ("never", "always", "eventually", "after")
-_NAME: Final = re.compile(r"\s*([\w-]+)\s*:")
-_NO_PATTERN: Final = frozenset({"test", "declare"})  # elements that match no fact
+_FORM_WORDS: Final = ("never", "always", "eventually", "after")
+_NAME_PATTERN: Final = re.compile(r"\s*([\w-]+)\s*:")
+_NON_PATTERN_HEADS: Final = frozenset({"test", "declare"})  # first words of elements that match no fact
 
 
 @dataclass(slots=True)
@@ -35,13 +35,13 @@ class _Reader:
     nodes: list[SyntaxNode]
     mark: Mark
 
-    def word(self) -> str:
+    def read_word(self) -> str:
         """Read a word; empty if the next part is not a word."""
         if self.nodes and self.nodes[0].items is None:
             return self.nodes.pop(0).text
         return ""
 
-    def pattern(self, after: str) -> ConditionPattern:
+    def read_pattern(self, after: str) -> ConditionPattern:
         """Read conditional elements, which must include a pattern.
 
         :param after: the word before the elements, for error messages.
@@ -49,24 +49,24 @@ class _Reader:
         nodes: list[SyntaxNode] = []
         while self.nodes and self.nodes[0].items is not None:
             nodes.append(self.nodes.pop(0))
-        if not any(node.head and node.head not in _NO_PATTERN for node in nodes):
+        if not any(node.head and node.head not in _NON_PATTERN_HEADS for node in nodes):
             raise self.mark.error(
                 f"'{after}' needs a pattern: {self.text}",
                 "write a pattern in parentheses: (goal (mode FAILED))",
             )
         return ConditionPattern(tuple(nodes), self.mark)
 
-    def within(self) -> float | None:
-        """Read the optional time limit, which must be the last part; None without a limit."""
-        word, limit = self.word(), None
+    def read_limit(self) -> float | None:
+        """Read the optional time limit in seconds, the last part of a form; None without a limit."""
+        word, limit = self.read_word(), None
         if word == "within":
-            number = self.word()
-            limit = _seconds(number)
+            number = self.read_word()
+            limit = _parse_seconds(number)
             if limit is None:
                 raise self.mark.error(
                     f"'within' needs seconds, not '{number}': {self.text}", "e.g. within 30"
                 )
-            word = self.word()
+            word = self.read_word()
         if word or self.nodes:
             rest = word or self.nodes[0].text
             raise self.mark.error(
@@ -76,7 +76,7 @@ class _Reader:
         return limit
 
 
-def _seconds(text: str) -> float | None:
+def _parse_seconds(text: str) -> float | None:
     """Return a time limit; None if the text is not a positive finite number."""
     try:
         seconds = float(text)
@@ -94,31 +94,31 @@ def read_property(text: str, mark: Mark | None = None) -> Property:
     :raises ConfigError: if the text is not a property.
     """
     mark = mark or Mark()
-    match = _NAME.match(text)
+    match = _NAME_PATTERN.match(text)
     body = text[match.end() :] if match else text
-    # The reader would leave out the content of an unclosed list.
+    # checked here, since `read` leaves out the content of an unclosed list
     if body.count("(") != body.count(")"):
         raise mark.error(f"the parentheses of a property do not match: {text.strip()}")
     reader = _Reader(text.strip(), read(body), mark)
     name = match[1] if match else one_line(body)
-    kind = reader.word()
+    kind = reader.read_word()
     make_monitor: Callable[[Scene], Monitor]
-    if kind not in _WORDS:
-        hint = did_you_mean(kind, _WORDS, f"properties are: {'; '.join(FORMS)}")
-        raise mark.error(f"a property begins with {', '.join(_WORDS)}, not with '{kind}'", hint)
-    pattern = reader.pattern(kind)
+    if kind not in _FORM_WORDS:
+        hint = did_you_mean(kind, _FORM_WORDS, f"properties are: {'; '.join(FORMS)}")
+        raise mark.error(f"a property begins with {', '.join(_FORM_WORDS)}, not with '{kind}'", hint)
+    pattern = reader.read_pattern(kind)
     match kind:
         case "eventually":
-            make_monitor = partial(Eventually, pattern=pattern, within_s=reader.within())
+            make_monitor = partial(EventuallyMonitor, pattern=pattern, within_s=reader.read_limit())
         case "after":
-            if reader.word() != "then":
+            if reader.read_word() != "then":
                 raise mark.error(f"'after' needs a 'then': {text.strip()}", FORMS[3])
-            second = reader.pattern("then")
-            make_monitor = partial(After, first=pattern, second=second, within_s=reader.within())
+            second = reader.read_pattern("then")
+            make_monitor = partial(AfterMonitor, first=pattern, second=second, within_s=reader.read_limit())
         case _:
-            make_monitor = partial(Never if kind == "never" else Always, pattern=pattern)
-    if reader.within() is not None:
+            make_monitor = partial(NeverMonitor if kind == "never" else AlwaysMonitor, pattern=pattern)
+    if reader.read_limit() is not None:
         raise mark.error(
-            f"'{kind}' has no time limit: {text.strip()}", f"the form is: {FORMS[_WORDS.index(kind)]}"
+            f"'{kind}' has no time limit: {text.strip()}", f"the form is: {FORMS[_FORM_WORDS.index(kind)]}"
         )
     return Property(name, make_monitor, one_line(body), one_line(text))

@@ -1,4 +1,4 @@
-"""Properties defined by Python functions over the events of a run."""
+"""Properties that Python functions check, given the events of a run."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from cxbridge.events import Event, LogLine
 from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge_explore.properties.monitor import Monitor, Property, RunEnd, Scene
 
-# Called at the end of a run with its events; returns the violation in a sentence, or None.
+# Called at the end of a run with the events of the run; returns the violation in a sentence, or None.
 EventFunction = Callable[[Sequence[Event]], str | None]
 
 
-def property_of(function: EventFunction, *event_types: type[Event], name: str = "") -> Property:
-    """Return a property that a function checks. Runs with such a property are never merged.
+def make_property(function: EventFunction, *event_types: type[Event], name: str = "") -> Property:
+    """Make a property that a function checks. Runs with such a property are never merged.
 
     :param event_types: the types of events to collect; by default transitions and log lines.
     :param name: the name of the property; by default the name of the function.
@@ -34,14 +34,14 @@ class _EventMonitor(Monitor):
         self._function = function
         self._events: list[Event] = []
 
-    def handle(self, event: Event) -> None:
+    def handle_event(self, event: Event) -> None:
         self._events.append(event)
 
-    def end(self, end: RunEnd) -> None:  # noqa: ARG002 - the same for each kind of end
+    def check_end(self, end: RunEnd) -> None:  # noqa: ARG002 - the same for each kind of end
         self.is_evaluated = True
         violation = self._function(self._events)
         if violation:
             self.scene.report(violation)
 
     def state(self) -> Hashable | None:
-        return None  # the function may depend on all events
+        return None  # unknown, since the function may depend on all events

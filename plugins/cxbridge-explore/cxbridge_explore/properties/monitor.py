@@ -1,7 +1,7 @@
-"""Properties, and the monitors that check them in a run.
+"""Properties, and the base class of the monitors that check properties in a run.
 
-A monitor is made before the agents of its run are loaded. It checks the run after each loop, at the end, and
-after the shutdown rules. It reports at most one violation.
+A monitor is made before the agents of its run are loaded. The monitor checks the run after each loop, at the
+end, and after the shutdown rules, and reports at most one violation.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.clock import MICROSECONDS, Clock
 from cxbridge.events import Event
-from cxbridge_explore.properties.tables import Changes, FactTables
+from cxbridge_explore.properties.tables import ChangeFlag, FactTables
 
 if TYPE_CHECKING:
     from cxbridge.run.agent import Run
@@ -23,11 +23,11 @@ NO_STATE: Final[tuple[Hashable, ...]] = ()
 
 
 class Ending(Enum):
-    """The kind of a run's end, as far as properties distinguish it."""
+    """The kinds of ends of runs that properties distinguish."""
 
     OVER = "over"  # all root goals are finished or maintained, no skill runs, the agenda is empty
     STUCK = "stuck"  # nothing can happen any more
-    CUT = "cut"  # given up: time limit, or a lost component
+    CUT = "cut"  # ended early, by the time limit or the loss of a component
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +72,7 @@ class Violation:
 
 
 class Scene:
-    """A run as seen by the monitor of one property, and the verdict on the property.
+    """The view of one monitor on its run, and the verdict on its property.
 
     :param name: the name of the property.
     :param clock: the run's clock; the run starts now.
@@ -115,11 +115,11 @@ class Monitor:
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
-        self.changes = Changes()
+        self.changes = ChangeFlag()
         self.is_evaluated = False
 
     def joined(self, tables: FactTables) -> None:
-        """Start watching an agent before it is loaded: at the start, or after a restart."""
+        """Watch an agent that is not loaded yet, at the start of the run or after a restart."""
         self.changes.is_pending = True
         for template in self.templates:
             tables.follow(template, self.changes)
@@ -127,23 +127,23 @@ class Monitor:
     def left(self, tables: FactTables) -> None:
         """Forget a killed agent, whose facts are already removed from the scene."""
 
-    def handle(self, event: Event) -> None:
+    def handle_event(self, event: Event) -> None:
         """Handle an event when it happens."""
 
     def check(self) -> None:
         """Check the run after a loop."""
 
-    def end(self, end: RunEnd) -> None:
+    def check_end(self, end: RunEnd) -> None:
         """Check the run at its end, before the shutdown rules fire."""
 
-    def finalized(self) -> None:
+    def check_shutdown(self) -> None:
         """Check the run after the shutdown rules have fired."""
 
     def state(self) -> Hashable | None:
         """Return the state on which later verdicts depend, besides the current facts.
 
         Times are relative to now. Ids of goals are separate strings, so that a comparison of runs can rename
-        them. None means unknown: the run is not merged.
+        them. None means that the state is unknown, so that the run is not merged.
         """
         return NO_STATE
 

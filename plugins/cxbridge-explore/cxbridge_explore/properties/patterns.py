@@ -1,8 +1,8 @@
-"""Matches patterns with CLIPS itself, without changing the agent's rules.
+"""Matches patterns with CLIPS, without changing the agent's rules.
 
 A pattern becomes a rule whose last condition calls a Python function that returns FALSE, so that the rule is
-never activated. The function sees each match when it occurs, also between two firings. To get the current
-matches, the rule is defined and removed again.
+never activated. CLIPS calls the function at each match, even between two firings of other rules. To find the
+current matches, such a rule is defined and removed again.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ if TYPE_CHECKING:
     from cxbridge.config.documents import Mark
     from cxbridge.executive.host.environment import ClipsEnvironment
 
-_GROUPS: Final = frozenset({"and", "or", "not", "exists", "forall", "logical"})
-_ABSENCE: Final = frozenset({"not", "forall"})
-_NAME: Final = "cx-property-"  # prefix of the names of rules and functions
-_LOADED: Final = "(executive-initialized)"  # matches the fact of a loaded agent
-_NEVER: Final = "(executive-initialized nowhere)"  # matches no fact
-_numbers = count(1)  # numbers that make the names unique in the process
+_GROUP_HEADS: Final = frozenset({"and", "or", "not", "exists", "forall", "logical"})
+_ABSENCE_HEADS: Final = frozenset({"not", "forall"})
+_NAME_PREFIX: Final = "cx-property-"  # of the names of rules and functions
+_LOADED_PATTERN: Final = "(executive-initialized)"  # matches a fact that a loaded agent has
+_UNMATCHED_PATTERN: Final = "(executive-initialized nowhere)"  # matches no fact
+_numbers = count(1)  # make the names unique in the process
 
-Values = tuple[str, ...]  # values of a pattern's variables, as CLIPS prints them
+BoundValues = tuple[str, ...]  # values of a pattern's variables, as CLIPS prints them
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +50,7 @@ class ConditionPattern:
     @property
     def requires_absence(self) -> bool:
         """Whether the pattern requires the absence of facts."""
-        return any(node.head in _ABSENCE for element in self.elements for node in element.walk())
+        return any(node.head in _ABSENCE_HEADS for element in self.elements for node in element.walk())
 
     @property
     def fact_patterns(self) -> tuple[SyntaxNode, ...]:
@@ -75,7 +75,7 @@ class ConditionPattern:
 
 def _fact_patterns(nodes: tuple[SyntaxNode, ...]) -> Iterator[SyntaxNode]:
     for node in nodes:
-        if node.head in _GROUPS:
+        if node.head in _GROUP_HEADS:
             yield from _fact_patterns(node.arguments)
         elif node.head and node.head != "test":
             yield node
@@ -114,46 +114,49 @@ class Probe:
     ) -> None:
         self._env = env
         self._pattern = pattern
-        self._name = f"{_NAME}{next(_numbers)}"
-        self._name_now = f"{self._name}-now"
+        self._name = f"{_NAME_PREFIX}{next(_numbers)}"
+        self._current_name = f"{self._name}-now"
         self._variables = variables
-        self._matched: Callable[[Values], None] = lambda _: None
-        self._matches: set[Values] = set()
-        env.udfs.define(self._name, self._note, len(variables))
-        env.udfs.define(self._name_now, self._collect, len(variables))
+        self._on_match: Callable[[BoundValues], None] = lambda _: None
+        self._matches: set[BoundValues] = set()
+        env.udfs.define(self._name, self._report_match, len(variables))
+        env.udfs.define(self._current_name, self._collect_match, len(variables))
         # CLIPS evaluates a test after a new `not` before it knows whether the `not` holds. Therefore a rule
-        # that is never activated builds the joins first, and later rules share all of them except the last.
-        self._build(f"{self._name}-joins", f"{_LOADED} {pattern.text} {_NEVER}")
-        self._condition_now = f"{_LOADED} {pattern.text} {_LOADED} {self._call(self._name_now)}"
+        # without matches builds the joins first, and later rules share all its joins except the last.
+        self._define_rule(f"{self._name}-joins", f"{_LOADED_PATTERN} {pattern.text} {_UNMATCHED_PATTERN}")
+        self._current_condition = (
+            f"{_LOADED_PATTERN} {pattern.text} {_LOADED_PATTERN} {self._make_test(self._current_name)}"
+        )
 
-    def _note(self, *values: Value) -> Value:
-        self._matched(tuple(map(show, values)))
+    def _report_match(self, *values: Value) -> Value:
+        self._on_match(tuple(map(show, values)))
         return FALSE
 
-    def _collect(self, *values: Value) -> Value:
+    def _collect_match(self, *values: Value) -> Value:
         self._matches.add(tuple(map(show, values)))
         return FALSE
 
-    def follow(self, matched: Callable[[Values], None]) -> None:
-        """Call ``matched`` with the variables' values at each match from now on.
+    def follow_matches(self, on_match: Callable[[BoundValues], None]) -> None:
+        """Call ``on_match`` with the values of the variables at each match from now on.
 
-        Not for patterns with ``not``, whose test CLIPS also evaluates while the ``not`` does not hold.
+        The pattern must not require an absence: CLIPS evaluates the test after a ``not`` even while the
+        ``not`` does not hold.
         """
-        self._matched = matched
-        self._build(self._name, f"{self._pattern.text} {self._call(self._name)}")
+        self._on_match = on_match
+        self._define_rule(self._name, f"{self._pattern.text} {self._make_test(self._name)}")
 
-    def now(self) -> set[Values]:
-        """Return the variables' values of all current matches; empty before the agent is loaded."""
+    def current_matches(self) -> set[BoundValues]:
+        """Return the values of the variables in all current matches; empty before the agent is loaded."""
         self._matches = set()
-        # A new rule is matched against all present facts at once.
-        self._build(self._name_now, self._condition_now)
-        self._env.eval(f"(undefrule {self._name_now})")
+        # CLIPS matches a new rule against all present facts at once.
+        self._define_rule(self._current_name, self._current_condition)
+        self._env.eval(f"(undefrule {self._current_name})")
         return self._matches
 
-    def _call(self, function: str) -> str:
+    def _make_test(self, function: str) -> str:
         return f"(test ({' '.join((function, *self._variables))}))"
 
-    def _build(self, name: str, condition: str) -> None:
+    def _define_rule(self, name: str, condition: str) -> None:
         """Define a rule.
 
         :raises ConfigError: if CLIPS rejects the pattern.

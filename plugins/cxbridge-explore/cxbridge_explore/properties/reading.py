@@ -1,4 +1,4 @@
-"""Reads properties from ``properties.yaml`` in a scenario's folder."""
+"""Finds properties: by name, by their text form, and in the ``properties.yaml`` of a scenario."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from cxbridge_explore.properties.builtin.table import builtin_properties
 from cxbridge_explore.properties.forms import FORMS, read_property
 from cxbridge_explore.properties.monitor import Property
 
-FILE: Final = "properties.yaml"
+PROPERTIES_FILE: Final = "properties.yaml"
 
-_EXPECTED: Final = (
+_EXPECTED_HINT: Final = (
     f"write a list; an entry is one of: {'; '.join(FORMS)}; an entry may have a name: 'NAME: FORM'"
 )
 
@@ -35,7 +35,7 @@ def read_properties(file: Path) -> list[Property]:
         if not isinstance(root, YamlList):
             if isinstance(root, YamlScalar) and root.is_null:
                 continue  # an empty document
-            raise root.mark.error("a list of properties is expected", _EXPECTED)
+            raise root.mark.error("a list of properties is expected", _EXPECTED_HINT)
         for item in root.items:
             match item:
                 case YamlScalar(is_null=False):
@@ -43,7 +43,7 @@ def read_properties(file: Path) -> list[Property]:
                 case YamlMap(pairs=[(YamlScalar() as name, YamlScalar() as form)]):
                     properties.append(read_property(f"{name.text}: {form.text}", form.mark))
                 case _:
-                    raise item.mark.error("a property is expected", _EXPECTED)
+                    raise item.mark.error("a property is expected", _EXPECTED_HINT)
     return properties
 
 
@@ -56,17 +56,17 @@ def find_property(text: str) -> Property:
     name = text.strip()
     if name in built_in:
         return built_in[name]
-    # A text without parentheses can only be a misspelt name.
-    if "(" not in name and (close := did_you_mean(name, built_in)):
-        raise ConfigError(f"there is no property '{name}'", hint=close)
+    # each form has parentheses, so that a text without parentheses is a misspelt name
+    if "(" not in name and (suggestion := did_you_mean(name, built_in)):
+        raise ConfigError(f"there is no property '{name}'", hint=suggestion)
     return read_property(text)
 
 
-def properties_beside(scenario: Path | None) -> list[Property]:
-    """Return the properties in a scenario's folder; empty without the file."""
+def read_scenario_properties(scenario: Path | None) -> list[Property]:
+    """Return the properties in a scenario's folder; empty without a ``properties.yaml``."""
     if scenario is None:
         return []
-    file = (scenario if scenario.is_dir() else scenario.parent) / FILE
+    file = (scenario if scenario.is_dir() else scenario.parent) / PROPERTIES_FILE
     return read_properties(file) if file.is_file() else []
 
 

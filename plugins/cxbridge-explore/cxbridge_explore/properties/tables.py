@@ -25,7 +25,7 @@ class FactTables:
         self.env = env
         self._facts: dict[str, list[Slots]] = {}
         self._texts: dict[str, list[Mapping[str, str]]] = {}
-        self._changes: dict[str, list[Changes]] = {}
+        self._changes: dict[str, list[ChangeFlag]] = {}
 
     @property
     def name(self) -> str:
@@ -37,19 +37,19 @@ class FactTables:
         """Whether the agent is loaded."""
         return next(self.env.facts("executive-initialized"), None) is not None
 
-    def follow(self, template: str, changes: Changes | None = None) -> None:
-        """Cache the facts of a deftemplate and track their changes. Other deftemplates are read each time.
+    def follow(self, template: str, changes: ChangeFlag | None = None) -> None:
+        """Cache the facts of a deftemplate until they change. Facts of other deftemplates are read each time.
 
-        :param changes: the object that records the changes.
+        :param changes: records the changes.
         """
         if template not in self._changes:
             self._changes[template] = []
-            self.env.watcher.follow(template, self._changed, ())
-            self.env.watcher.follow_retractions(template, self._changed, ())
+            self.env.watcher.follow(template, self._handle_change, ())
+            self.env.watcher.follow_retractions(template, self._handle_change, ())
         if changes is not None:
             self._changes[template].append(changes)
 
-    def _changed(self, template: str, _slots: Mapping[str, str]) -> None:
+    def _handle_change(self, template: str, _slots: Mapping[str, str]) -> None:
         self._facts.pop(template, None)
         self._texts.pop(template, None)
         for changes in self._changes[template]:
@@ -74,13 +74,13 @@ class FactTables:
         return rows
 
 
-class Changes:
-    """Records whether facts of some deftemplates have changed since the last check."""
+class ChangeFlag:
+    """Records whether facts of some deftemplates have changed since the last query."""
 
     def __init__(self) -> None:
         self.is_pending = True
 
-    def take(self) -> bool:
+    def take_pending(self) -> bool:
         """Return whether facts have changed, and reset the record."""
         was_pending, self.is_pending = self.is_pending, False
         return was_pending

@@ -1,8 +1,8 @@
 """Temporal properties of patterns: ``never``, ``always``, ``eventually`` and ``after``.
 
-A pattern without ``not`` and ``forall`` is matched at each moment, also between two firings of rules. A
-pattern with ``not`` or ``forall`` is matched after each loop, because a rule that modifies a fact retracts
-the fact for a moment, which is not an absence.
+A pattern without ``not`` and ``forall`` is matched at each moment, even between two firings of rules. A
+pattern with ``not`` or ``forall`` requires the absence of facts, and is matched after each loop only: a rule
+that modifies a fact retracts the fact for a moment, which is not an absence.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from cxbridge_explore.properties.monitor import Ending, Monitor, RunEnd, Scene
-from cxbridge_explore.properties.patterns import ConditionPattern, Probe, Values, check_names
+from cxbridge_explore.properties.patterns import BoundValues, ConditionPattern, Probe, check_names
 from cxbridge_explore.properties.tables import FactTables
 
 
@@ -22,25 +22,26 @@ class _WatchedPattern:
     """A pattern of a property.
 
     :param variables: the variables whose values distinguish the matches.
-    :param matched: called at each match, unless the pattern requires an absence; None to call nothing.
+    :param on_match: called at each match, unless the pattern requires an absence; None to call nothing.
     """
 
     pattern: ConditionPattern
     variables: tuple[str, ...] = ()
-    matched: Callable[[FactTables, Values], None] | None = None
+    on_match: Callable[[FactTables, BoundValues], None] | None = None
 
-    def probe(self, tables: FactTables) -> Probe:
-        """Define the probe of the pattern in an agent."""
+    def make_probe(self, tables: FactTables) -> Probe:
+        """Make the probe that finds the matches of the pattern in an agent."""
         probe = Probe(tables.env, self.pattern, self.variables)
-        if self.matched is not None and not self.pattern.requires_absence:
-            probe.follow(partial(self.matched, tables))
+        if self.on_match is not None and not self.pattern.requires_absence:
+            probe.follow_matches(partial(self.on_match, tables))
         return probe
 
 
 class PatternMonitor(Monitor):
-    """Base class: defines the probes in each agent as soon as its deftemplates exist.
+    """The base class of these monitors: makes the probes in each agent as soon as its deftemplates exist.
 
-    Deftemplates exist when the agent is loaded, which takes some loops; the run may have several agents.
+    The deftemplates exist when the agent is loaded, some loops after the start of the run. The run may have
+    several agents.
     """
 
     def __init__(self, scene: Scene, *patterns: _WatchedPattern) -> None:
@@ -49,53 +50,53 @@ class PatternMonitor(Monitor):
         )
         super().__init__(scene)
         self._patterns = patterns
-        self._loading: list[FactTables] = []
+        self._loading_tables: list[FactTables] = []
         self.probes: dict[FactTables, list[Probe]] = {}  # by agent, in the order of the patterns
 
     def joined(self, tables: FactTables) -> None:
         super().joined(tables)
-        self._loading.append(tables)
+        self._loading_tables.append(tables)
 
     def left(self, tables: FactTables) -> None:
         self.probes.pop(tables, None)
-        self._loading = [loading for loading in self._loading if loading is not tables]
+        self._loading_tables = [loading for loading in self._loading_tables if loading is not tables]
 
     def check(self) -> None:
-        for tables in list(self._loading):
+        for tables in list(self._loading_tables):
             if all(map(tables.env.has_template, self.templates)) or tables.is_initialized:
                 for watched in self._patterns:
                     check_names(watched.pattern, tables.env)
-                self._loading.remove(tables)
-                self.probes[tables] = [watched.probe(tables) for watched in self._patterns]
-        if not self._loading:
+                self._loading_tables.remove(tables)
+                self.probes[tables] = [watched.make_probe(tables) for watched in self._patterns]
+        if not self._loading_tables:
             self.check_patterns()
 
     @abstractmethod
     def check_patterns(self) -> None:
         """Check the run after a loop; all agents are loaded."""
 
-    def matches(self, index: int) -> list[tuple[FactTables, set[Values]]]:
+    def current_matches(self, index: int) -> list[tuple[FactTables, set[BoundValues]]]:
         """Return the current matches of a pattern in each agent."""
-        return [(tables, probes[index].now()) for tables, probes in self.probes.items()]
+        return [(tables, probes[index].current_matches()) for tables, probes in self.probes.items()]
 
 
-class Never(PatternMonitor):
-    """A pattern never matches."""
+class NeverMonitor(PatternMonitor):
+    """Checks that a pattern never matches."""
 
     def __init__(self, scene: Scene, pattern: ConditionPattern) -> None:
-        super().__init__(scene, _WatchedPattern(pattern, pattern.variables, self._matched))
+        super().__init__(scene, _WatchedPattern(pattern, pattern.variables, self._handle_match))
         self._pattern = pattern
 
     def check_patterns(self) -> None:
-        if not self.changes.take():
+        if not self.changes.take_pending():
             return
         if not self._pattern.requires_absence:
             self.is_evaluated = self.is_evaluated or self._has_facts()
             return
         self.is_evaluated = True
-        for tables, matches in self.matches(0):
-            for values in matches:
-                self._matched(tables, values)
+        for tables, current_matches in self.current_matches(0):
+            for values in current_matches:
+                self._handle_match(tables, values)
 
     def _has_facts(self) -> bool:
         """Return whether an agent has a fact of each deftemplate of the pattern."""
@@ -103,12 +104,12 @@ class Never(PatternMonitor):
             all(next(tables.env.facts(name), None) for name in self.templates) for tables in self.probes
         )
 
-    def _matched(self, _tables: FactTables, values: Values) -> None:
-        self.scene.report(f"{self._pattern.text} matches{_bindings(self._pattern.variables, values)}")
+    def _handle_match(self, _tables: FactTables, values: BoundValues) -> None:
+        self.scene.report(f"{self._pattern.text} matches{_format_bindings(self._pattern.variables, values)}")
 
 
-class Always(PatternMonitor):
-    """A pattern matches after each loop in each agent, from the end of the initialisation on."""
+class AlwaysMonitor(PatternMonitor):
+    """Checks that a pattern matches after each loop in each agent, as soon as the agents are initialised."""
 
     def __init__(self, scene: Scene, pattern: ConditionPattern) -> None:
         super().__init__(scene, _WatchedPattern(pattern))
@@ -117,11 +118,11 @@ class Always(PatternMonitor):
     def check_patterns(self) -> None:
         if not self.is_evaluated and not all(tables.is_initialized for tables in self.probes):
             return
-        if not self.changes.take() and self.is_evaluated:
+        if not self.changes.take_pending() and self.is_evaluated:
             return
         self.is_evaluated = True
-        for tables, matches in self.matches(0):
-            if not matches:
+        for tables, current_matches in self.current_matches(0):
+            if not current_matches:
                 agent = f" in {tables.name}" if len(self.probes) > 1 else ""
                 self.scene.report(f"{self._pattern.text} does not match{agent}")
 
@@ -130,29 +131,31 @@ class Always(PatternMonitor):
         return self.is_evaluated
 
 
-class Eventually(PatternMonitor):
-    """A pattern matches at some moment in some agent.
+class EventuallyMonitor(PatternMonitor):
+    """Checks that a pattern matches at some moment in some agent.
 
     :param within_s: the time limit since the start of the run; None for the end of the run.
     """
 
     def __init__(self, scene: Scene, pattern: ConditionPattern, within_s: float | None) -> None:
-        super().__init__(scene, _WatchedPattern(pattern, matched=self._matched))
+        super().__init__(scene, _WatchedPattern(pattern, on_match=self._handle_match))
         self._pattern = pattern
         self._within_s = within_s
         self._has_matched = False
 
-    def _matched(self, _tables: FactTables, _values: Values) -> None:
+    def _handle_match(self, _tables: FactTables, _values: BoundValues) -> None:
         self._has_matched = True
 
     def check_patterns(self) -> None:
         self.is_evaluated = True
-        if self._pattern.requires_absence and self.changes.take():
-            self._has_matched = self._has_matched or any(matches for _, matches in self.matches(0))
+        if self._pattern.requires_absence and self.changes.take_pending():
+            self._has_matched = self._has_matched or any(
+                current_matches for _, current_matches in self.current_matches(0)
+            )
         if self._within_s is not None and not self._has_matched and self.scene.seconds > self._within_s:
             self.scene.report(f"{self._pattern.text} has not matched within {self._within_s:g} s")
 
-    def end(self, end: RunEnd) -> None:
+    def check_end(self, end: RunEnd) -> None:
         """Report a missing match, unless the run was cut before the limit."""
         if not self._has_matched and (end.ending is not Ending.CUT or self._within_s is None):
             self.scene.report(f"{self._pattern.text} has never matched")
@@ -164,11 +167,11 @@ class Eventually(PatternMonitor):
         return round(self._within_s - self.scene.seconds, 3)
 
 
-class After(PatternMonitor):
-    """After a match of one pattern, another pattern matches at the same time or later.
+class AfterMonitor(PatternMonitor):
+    """Checks that after each match of a first pattern, a second pattern matches at the same time or later.
 
-    Variables with the same name have the same values in both patterns. A modified fact that still matches is
-    a new match.
+    Variables with one name have equal values in both patterns. A modified fact that still matches is a new
+    match.
 
     :param within_s: the time limit since the first match; None for the end of the run.
     """
@@ -176,73 +179,79 @@ class After(PatternMonitor):
     def __init__(
         self, scene: Scene, first: ConditionPattern, second: ConditionPattern, within_s: float | None
     ) -> None:
-        self._shared = tuple(name for name in first.variables if name in second.variables)
+        self._shared_variables = tuple(name for name in first.variables if name in second.variables)
         super().__init__(
             scene,
-            _WatchedPattern(first, self._shared, self._first_matched),
-            _WatchedPattern(second, self._shared, self._second_matched),
+            _WatchedPattern(first, self._shared_variables, self._handle_first_match),
+            _WatchedPattern(second, self._shared_variables, self._handle_second_match),
         )
         self._first, self._second = first, second
         self._within_s = within_s
-        # The seconds of each first match that still lacks a second match, by agent and shared values.
-        self._open: dict[tuple[str, Values], float] = {}
+        # By agent and shared values: the seconds of each first match that still lacks a second match.
+        self._open_obligations: dict[tuple[str, BoundValues], float] = {}
         self._has_new_match: set[str] = set()  # agents in which the first pattern matched in this loop
-        self._earlier_matches: dict[str, set[Values]] = {}  # by agent, for a first pattern with an absence
+        self._earlier_matches: dict[
+            str, set[BoundValues]
+        ] = {}  # by agent, for a first pattern with an absence
 
     def left(self, tables: FactTables) -> None:
         super().left(tables)
         self._earlier_matches.pop(tables.name, None)
         self._has_new_match.discard(tables.name)
-        self._open = {key: since for key, since in self._open.items() if key[0] != tables.name}
+        self._open_obligations = {
+            key: since for key, since in self._open_obligations.items() if key[0] != tables.name
+        }
 
-    def _first_matched(self, tables: FactTables, values: Values) -> None:
+    def _handle_first_match(self, tables: FactTables, values: BoundValues) -> None:
         self.is_evaluated = True
-        self._open.setdefault((tables.name, values), self.scene.seconds)
+        self._open_obligations.setdefault((tables.name, values), self.scene.seconds)
         self._has_new_match.add(tables.name)
 
-    def _second_matched(self, tables: FactTables, values: Values) -> None:
-        self._open.pop((tables.name, values), None)
+    def _handle_second_match(self, tables: FactTables, values: BoundValues) -> None:
+        self._open_obligations.pop((tables.name, values), None)
 
     def check_patterns(self) -> None:
         """Check new matches and deadlines after a loop."""
-        has_changed = self.changes.take()
+        has_changed = self.changes.take_pending()
         if self._first.requires_absence and has_changed:
-            for tables, matches in self.matches(0):
-                for values in matches - self._earlier_matches.get(tables.name, set()):
-                    self._first_matched(tables, values)
-                self._earlier_matches[tables.name] = matches
+            for tables, current_matches in self.current_matches(0):
+                for values in current_matches - self._earlier_matches.get(tables.name, set()):
+                    self._handle_first_match(tables, values)
+                self._earlier_matches[tables.name] = current_matches
         for tables, (_, second) in self.probes.items():
-            # The second pattern may have matched before the first, and then no match is reported.
+            # checked here, since no match is reported if the second pattern has matched before the first
             if tables.name in self._has_new_match or (has_changed and self._second.requires_absence):
-                for values in second.now():
-                    self._second_matched(tables, values)
+                for values in second.current_matches():
+                    self._handle_second_match(tables, values)
         self._has_new_match.clear()
         if self._within_s is not None:
-            for (_, values), since in self._open.items():
+            for (_, values), since in self._open_obligations.items():
                 if self.scene.seconds - since > self._within_s:
                     self._report(values, f"within {self._within_s:g} s")
 
-    def end(self, end: RunEnd) -> None:
+    def check_end(self, end: RunEnd) -> None:
         """Report open obligations, unless the run was cut before the limit."""
         if end.ending is not Ending.CUT or self._within_s is None:
-            for _, values in self._open:
+            for _, values in self._open_obligations:
                 self._report(values, "until the end")
 
-    def _report(self, values: Values, limit: str) -> None:
-        bindings = _bindings(self._shared, values)
+    def _report(self, values: BoundValues, limit: str) -> None:
+        bindings = _format_bindings(self._shared_variables, values)
         self.scene.report(f"{self._second.text} has not matched {limit}, after {self._first.text}{bindings}")
 
     def state(self) -> Hashable | None:
         """Return the open obligations with their times."""
-        obligations: list[tuple[object, ...]] = [(agent, *values) for agent, values in self._open]
+        obligations: list[tuple[object, ...]] = [(agent, *values) for agent, values in self._open_obligations]
         if self._within_s is not None:
             now = self.scene.seconds
-            obligations = [(*key, round(now - since, 3)) for key, since in self._open.items()]
-        earlier = ((name, frozenset(matches)) for name, matches in self._earlier_matches.items())
+            obligations = [(*key, round(now - since, 3)) for key, since in self._open_obligations.items()]
+        earlier = (
+            (name, frozenset(current_matches)) for name, current_matches in self._earlier_matches.items()
+        )
         return frozenset(obligations), tuple(sorted(earlier, key=lambda item: item[0]))
 
 
-def _bindings(variables: tuple[str, ...], values: Values) -> str:
+def _format_bindings(variables: tuple[str, ...], values: BoundValues) -> str:
     """Return the values of variables as the last part of a message."""
     text = ", ".join(f"{name} = {value}" for name, value in zip(variables, values, strict=True))
     return f": {text}" if text else ""

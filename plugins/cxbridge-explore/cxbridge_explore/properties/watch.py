@@ -1,4 +1,4 @@
-"""Checks the properties of one run: leads their monitors through the run, and collects the violations."""
+"""Checks the properties of one run: calls their monitors during the run, and collects the violations."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ class PropertyWatch:
             self.joined(agent)
 
     def joined(self, agent: Run) -> None:
-        """Start watching an agent before it is loaded."""
+        """Watch an agent that is not loaded yet."""
         tables = self._tables[agent] = FactTables(agent.executive.env)
         is_new_bus = id(agent.bus) not in self._buses  # the agents of a team share a bus
         self._buses.add(id(agent.bus))
         for monitor in self._monitors:
             monitor.joined(tables)
             if monitor.event_types and is_new_bus:
-                agent.bus.subscribe(partial(_handle, monitor), *monitor.event_types)
+                agent.bus.subscribe(partial(_handle_event, monitor), *monitor.event_types)
 
     def left(self, agent: Run) -> None:
         """Forget an agent that was killed."""
@@ -50,26 +50,26 @@ class PropertyWatch:
         for monitor in self._monitors:
             monitor.left(tables)
 
-    def _undecided(self) -> Iterable[Monitor]:
+    def _undecided_monitors(self) -> Iterable[Monitor]:
         """Yield the monitors without a violation."""
         return (monitor for monitor in self._monitors if monitor.scene.violation is None)
 
     def check(self) -> bool:
         """Check the run after a loop, and return whether a property is violated."""
-        for monitor in self._undecided():
+        for monitor in self._undecided_monitors():
             monitor.check()
         return bool(self.violations)
 
-    def end(self, end: RunEnd) -> None:
+    def check_end(self, end: RunEnd) -> None:
         """Check the run at its end, before the shutdown rules fire."""
         self.check()
-        for monitor in self._undecided():
-            monitor.end(end)
+        for monitor in self._undecided_monitors():
+            monitor.check_end(end)
 
-    def finalized(self) -> None:
+    def check_shutdown(self) -> None:
         """Check the run after the shutdown rules; the environments may be closed."""
-        for monitor in self._undecided():
-            monitor.finalized()
+        for monitor in self._undecided_monitors():
+            monitor.check_shutdown()
 
     @property
     def violations(self) -> list[Violation]:
@@ -78,8 +78,8 @@ class PropertyWatch:
         return sorted(filter(None, violations), key=lambda violation: violation.seconds)
 
     @property
-    def evaluated(self) -> frozenset[str]:
-        """The names of properties that the run could have violated; further properties are undecided."""
+    def evaluated_names(self) -> frozenset[str]:
+        """The names of the properties that the run could have violated; the run decides no other property."""
         return frozenset(
             monitor.scene.name
             for monitor in self._monitors
@@ -101,6 +101,6 @@ class PropertyWatch:
         return tuple(states)
 
 
-def _handle(monitor: Monitor, event: Event) -> None:
+def _handle_event(monitor: Monitor, event: Event) -> None:
     if monitor.scene.violation is None:
-        monitor.handle(event)
+        monitor.handle_event(event)

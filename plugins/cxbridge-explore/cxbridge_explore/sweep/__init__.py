@@ -1,1 +1,1 @@
-"""Sweeps: thousands of runs of a scenario in drawn worlds, with statistics of one agent or two."""
+"""Sweeps: thousands of runs of a scenario, each in a world drawn from a seed, with statistics."""

@@ -10,18 +10,18 @@ from cxbridge.closing import Closing
 from cxbridge.errors import CxbridgeError
 from cxbridge.extras import install_command
 from cxbridge_explore.sweep.engine import MAX_DEATHS, NotLoadedError, WorkerDiedError
-from cxbridge_explore.sweep.parcel import pack, play_parcel
+from cxbridge_explore.sweep.parcel import pack_job, play_parcel
 from cxbridge_explore.sweep.rows import CRASHED, RunRow, SweepJob
 
-# Seeds per task. Dask's scheduler takes up to a millisecond per task, and a run about 80 ms.
-_CHUNK: Final = 32
-_TIMEOUT_S: Final = 30  # limit for connecting to the scheduler
+# Seeds per task. A run takes about 80 ms, compared to which the scheduler's millisecond per task is small.
+_CHUNK_SEEDS: Final = 32
+_CONNECT_TIMEOUT_S: Final = 30  # limit for connecting to the scheduler
 
 
 class DaskEngine(Closing):
-    """Plays runs on the workers of a Dask scheduler. The files of the agent travel with the job.
+    """Plays runs on the workers of a Dask scheduler, which get the files of the agent with the job.
 
-    If a worker dies, Dask gives its work to another worker.
+    If a worker dies, Dask gives the work to another worker.
 
     :param address: ``HOST:PORT`` of the scheduler.
     :raises CxbridgeError: if the scheduler does not reply, or distributed is not installed.
@@ -36,44 +36,44 @@ class DaskEngine(Closing):
                 hint=install_command("dask", "cxbridge-explore"),
             ) from None
         try:
-            self._client: Any = self._dask.Client(f"tcp://{address}", timeout=_TIMEOUT_S)
+            self._client: Any = self._dask.Client(f"tcp://{address}", timeout=_CONNECT_TIMEOUT_S)
         except (OSError, ValueError) as error:
             raise CxbridgeError(
                 f"no Dask scheduler answers at {address}: {error}", hint="start a scheduler: dask scheduler"
             ) from error
 
-    def rows(self, job: SweepJob, seeds: Sequence[int]) -> Iterator[RunRow]:
+    def play_seeds(self, job: SweepJob, seeds: Sequence[int]) -> Iterator[RunRow]:
         """Yield the row of each seed, in the order in which the runs end."""
-        parcel = self._client.scatter(pack(job), broadcast=True)
-        chunks = [list(seeds[start : start + _CHUNK]) for start in range(0, len(seeds), _CHUNK)]
-        pending = {self._submit(parcel, chunk): chunk for chunk in chunks}
-        completed = self._dask.as_completed(list(pending))
+        parcel = self._client.scatter(pack_job(job), broadcast=True)
+        chunks = [list(seeds[start : start + _CHUNK_SEEDS]) for start in range(0, len(seeds), _CHUNK_SEEDS)]
+        pending_chunks = {self._submit(parcel, chunk): chunk for chunk in chunks}
+        completed = self._dask.as_completed(list(pending_chunks))
         for future in completed:
-            chunk = pending.pop(future)
-            for row in self._result(future, chunk):
+            chunk = pending_chunks.pop(future)
+            for row in self._receive_rows(future, chunk):
                 chunk.remove(row.seed)
                 yield row
-            # The first remaining seed killed its process, so it is retried alone.
+            # The first remaining seed has killed its process, and is retried in a task without further seeds.
             for seeds_of_task in (chunk[:1], chunk[1:]):
                 if seeds_of_task:
                     task = self._submit(parcel, seeds_of_task)
-                    pending[task] = seeds_of_task
+                    pending_chunks[task] = seeds_of_task
                     completed.add(task)
 
-    def _result(self, future: Any, chunk: list[int]) -> list[RunRow]:
-        """Return the rows of a task: those before the death of its process, none if it died at once."""
+    def _receive_rows(self, future: Any, chunk: list[int]) -> list[RunRow]:
+        """Return the rows of a task, or the rows before the death of its process; there may be none."""
         error = future.exception()
         if error is None:
             rows: list[RunRow] = future.result()
             return rows
-        # a scenario that does not load kills each worker, so this is an error of the sweep, not of a seed
+        # `NotLoadedError` is an error of the sweep, since a scenario that does not load kills each worker
         is_death = isinstance(error, self._dask.scheduler.KilledWorker | WorkerDiedError)
         if is_death and not isinstance(error, NotLoadedError):
             return [RunRow(chunk[0], CRASHED, str(error))] if len(chunk) == 1 else []
         raise error if isinstance(error, CxbridgeError) else CxbridgeError(f"Dask: {error}") from error
 
     def _submit(self, parcel: Any, chunk: list[int]) -> Any:
-        # A pure task with the same arguments would return the result of its first attempt.
+        # not pure, since Dask would return the first result for a second task with the same arguments
         return self._client.submit(play_parcel, parcel, list(chunk), retries=MAX_DEATHS, pure=False)
 
     def close(self) -> None:

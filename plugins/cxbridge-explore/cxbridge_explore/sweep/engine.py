@@ -1,4 +1,8 @@
-"""Plays the runs of a sweep in processes of this machine."""
+"""Plays the runs of a sweep in worker processes on this machine.
+
+A thread for each worker takes chunks of seeds from a queue, and gives them to the worker. If a worker dies,
+another worker gets its remaining seeds.
+"""
 
 from __future__ import annotations
 
@@ -19,16 +23,16 @@ from cxbridge_explore.sweep.rows import CRASHED, RunRow, SweepJob
 
 MAX_DEATHS: Final = 3  # number of worker deaths after which a seed counts as crashed
 
-_LOADING: Final = None  # key for deaths of workers before their first seed
+_LOADING_KEY: Final = None  # in place of a seed, for deaths of workers that have not loaded the scenario
 
-# The limit of seeds per chunk. Small chunks let all workers finish at about the same time.
-_CHUNK: Final = 16
+# The limit of seeds per chunk. With small chunks, all workers finish at about the same time.
+_MAX_CHUNK_SEEDS: Final = 16
 
 
 class Engine(Protocol):
     """Plays the runs of a sweep."""
 
-    def rows(self, job: SweepJob, seeds: Sequence[int]) -> Iterator[RunRow]:
+    def play_seeds(self, job: SweepJob, seeds: Sequence[int]) -> Iterator[RunRow]:
         """Yield the row of each seed, in the order in which the runs end."""
 
 
@@ -41,7 +45,7 @@ class NotLoadedError(WorkerDiedError):
 
 
 class WorkerProcess(Closing):
-    """A process that plays runs, see :mod:`cxbridge_explore.sweep.worker`. Used by one thread.
+    """A process that plays runs; see :mod:`cxbridge_explore.sweep.worker`. Only one thread may use it.
 
     :param job: the common part of all runs.
     :param folder: the working directory; None for the working directory of this process.
@@ -61,8 +65,8 @@ class WorkerProcess(Closing):
     def pid(self) -> int:
         return self._process.pid
 
-    def rows(self, seeds: Sequence[int]) -> Iterator[RunRow]:
-        """Yield the rows of these seeds, in order.
+    def play_seeds(self, seeds: Sequence[int]) -> Iterator[RunRow]:
+        """Play the runs of some seeds, and yield their rows in order.
 
         :raises WorkerDiedError: if the process ends early.
         """
@@ -73,16 +77,16 @@ class WorkerProcess(Closing):
             try:
                 message = pickle.load(self._process.stdout)  # noqa: S301 - from our own child
             except (EOFError, pickle.UnpicklingError):
-                raise self._death_error() from None
+                raise self._make_death_error() from None
             if isinstance(message, CxbridgeError):
                 raise message
-            if message is None:
+            if message is None:  # the worker has loaded the scenario
                 self._is_loaded = True
             else:
                 row_count += 1
                 yield message
 
-    def _death_error(self) -> WorkerDiedError:
+    def _make_death_error(self) -> WorkerDiedError:
         status = self._process.wait()
         ending = f"signal {-status}" if status < 0 else f"exit status {status}"
         if self._is_loaded:
@@ -94,7 +98,7 @@ class WorkerProcess(Closing):
 
     def _send(self, message: object) -> None:
         assert self._process.stdin is not None
-        with suppress(OSError):  # the process has ended; reading its rows fails, too
+        with suppress(OSError):  # the process has ended, and reading its rows raises the error
             pickle.dump(message, self._process.stdin)
             self._process.stdin.flush()
 
@@ -113,9 +117,7 @@ class WorkerProcess(Closing):
 
 
 class LocalEngine:
-    """Plays runs in processes on this machine.
-
-    A dead worker is replaced, and its remaining seeds go to other workers.
+    """Plays runs in worker processes on this machine.
 
     :param jobs: the number of processes.
     """
@@ -123,15 +125,17 @@ class LocalEngine:
     def __init__(self, jobs: int) -> None:
         self._jobs = jobs
 
-    def rows(self, job: SweepJob, seeds: Sequence[int]) -> Iterator[RunRow]:
+    def play_seeds(self, job: SweepJob, seeds: Sequence[int]) -> Iterator[RunRow]:
         """Yield the row of each seed, in the order in which the runs end."""
         batch = _Batch(job, seeds, self._jobs)
-        threads = [threading.Thread(target=batch.work) for _ in range(min(self._jobs, len(seeds)))]
+        threads = [
+            threading.Thread(target=batch.play_queued_seeds) for _ in range(min(self._jobs, len(seeds)))
+        ]
         with ExitStack() as stack:
             for thread in threads:
                 thread.start()
                 stack.callback(thread.join)
-            stack.callback(batch.stop)  # runs before the threads are joined
+            stack.callback(batch.stop)  # called before the threads are joined, so that they end
             for _ in seeds:
                 result = batch.results.get()
                 if isinstance(result, BaseException):
@@ -140,7 +144,7 @@ class LocalEngine:
 
 
 class _Batch:
-    """The runs of one job, shared by threads with one worker each.
+    """The seeds and results of one call of the engine, shared by threads with one worker each.
 
     :param jobs: the number of threads.
     """
@@ -152,26 +156,26 @@ class _Batch:
         self._deaths: Counter[int | None] = Counter()  # by the seed that the worker played
         self._workers: set[WorkerProcess] = set()
         self._lock = threading.Lock()  # guards the workers and `_stopped`
-        self._stopped = False
-        size = max(1, min(_CHUNK, len(seeds) // (2 * jobs)))
+        self._is_stopped = False
+        size = max(1, min(_MAX_CHUNK_SEEDS, len(seeds) // (2 * jobs)))
         for start in range(0, len(seeds), size):
             self._chunks.put(list(seeds[start : start + size]))
 
-    def work(self) -> None:
-        """Play the queued seeds with one worker after another until the queue is empty."""
+    def play_queued_seeds(self) -> None:
+        """Play queued seeds until the queue is empty. A new worker replaces a dead worker."""
         try:
             while not self._chunks.empty():
-                with WorkerProcess(self._job) as worker, self._registered(worker):
-                    self._feed(worker)
-        except BaseException as error:  # noqa: BLE001 - passed on to the caller of rows()
+                with WorkerProcess(self._job) as worker, self._register(worker):
+                    self._feed_worker(worker)
+        except BaseException as error:  # noqa: BLE001 - the caller of play_seeds() raises the error
             self.results.put(error)
 
     @contextmanager
-    def _registered(self, worker: WorkerProcess) -> Iterator[None]:
-        """Register a worker, so that it can be stopped."""
+    def _register(self, worker: WorkerProcess) -> Iterator[None]:
+        """Register a worker, so that :meth:`stop` kills it."""
         with self._lock:
             self._workers.add(worker)
-            if self._stopped:  # the batch was stopped while the process started
+            if self._is_stopped:  # :meth:`stop` was called while the process started
                 worker.kill()
         try:
             yield
@@ -179,7 +183,7 @@ class _Batch:
             with self._lock:
                 self._workers.discard(worker)
 
-    def _feed(self, worker: WorkerProcess) -> None:
+    def _feed_worker(self, worker: WorkerProcess) -> None:
         """Give a worker queued seeds until the queue is empty or the worker dies."""
         while True:
             try:
@@ -187,29 +191,29 @@ class _Batch:
             except queue.Empty:
                 return
             try:
-                for row in worker.rows(tuple(seeds)):
+                for row in worker.play_seeds(tuple(seeds)):
                     seeds.remove(row.seed)
                     self.results.put(row)
             except WorkerDiedError as error:
-                self._requeue(error, seeds)
+                self._requeue_seeds(error, seeds)
                 return
 
-    def _requeue(self, error: WorkerDiedError, seeds: list[int]) -> None:
+    def _requeue_seeds(self, error: WorkerDiedError, seeds: list[int]) -> None:
         """Return the remaining seeds of a dead worker to the queue."""
-        # A worker plays its seeds in order, so the first remaining seed killed the worker.
-        cause = _LOADING if isinstance(error, NotLoadedError) else seeds[0]
+        # A worker plays its seeds in order, so that the first remaining seed has killed the worker.
+        cause = _LOADING_KEY if isinstance(error, NotLoadedError) else seeds[0]
         self._deaths[cause] += 1
         if self._deaths[cause] >= MAX_DEATHS:
-            if cause is _LOADING:
+            if cause is _LOADING_KEY:
                 raise error
             self.results.put(RunRow(seeds.pop(0), CRASHED, error.message))
-        if seeds and not self._stopped:
+        if seeds and not self._is_stopped:
             self._chunks.put(seeds)
 
     def stop(self) -> None:
-        """Stop all workers and empty the queue."""
+        """Kill all workers and empty the queue."""
         with self._lock:
-            self._stopped = True
+            self._is_stopped = True
             with suppress(queue.Empty):
                 while True:
                     self._chunks.get_nowait()

@@ -30,11 +30,11 @@ def write_csv(sweeps: Sweeps, file: Path) -> None:
     with replaced_file(file) as new_file, new_file.open("w", encoding="utf-8", newline="") as output:
         writer = csv.DictWriter(output, COLUMNS, lineterminator="\n")
         writer.writeheader()
-        writer.writerows(_records(sweeps))
+        writer.writerows(_make_records(sweeps))
 
 
 def write_parquet(sweeps: Sweeps, file: Path) -> None:
-    """Write the rows as Parquet, like :func:`write_csv`.
+    """Write the rows as Parquet, with the columns of :func:`write_csv`.
 
     :raises CxbridgeError: if pyarrow is not installed, or the file cannot be written.
     """
@@ -47,11 +47,11 @@ def write_parquet(sweeps: Sweeps, file: Path) -> None:
             hint=f"{install_command('parquet', 'cxbridge-explore')}, or use --csv",
         ) from None
     with replaced_file(file) as new_file:
-        parquet.write_table(pa.Table.from_pylist(_records(sweeps)), new_file)
+        parquet.write_table(pa.Table.from_pylist(_make_records(sweeps)), new_file)
 
 
-def _records(sweeps: Sweeps) -> list[dict[str, Any]]:
-    """Return a record of each row, with a value for each column."""
+def _make_records(sweeps: Sweeps) -> list[dict[str, Any]]:
+    """Return each row as values by column."""
     return [
         {
             "agent": agent,
@@ -70,11 +70,11 @@ def write_page(sweeps: Sweeps, file: Path, command: str) -> None:
     :param command: the command that reproduces the page, to show on the page.
     :raises CxbridgeError: if the file cannot be written, or no installed package makes pages.
     """
-    by_seed = [{row.seed: row for row in rows} for rows in sweeps.values()]
+    rows_by_seed = [{row.seed: row for row in rows} for rows in sweeps.values()]
     document = {
         "command": command,
         "sweeps": {agent: _page_summary(rows) for agent, rows in sweeps.items()},
-        "comparison": AgentComparison(*by_seed).as_dict() if len(by_seed) > 1 else None,
+        "comparison": AgentComparison(*rows_by_seed).as_dict() if len(rows_by_seed) > 1 else None,
     }
     write_document(file, "sweep", f"Sweep of {' and '.join(sweeps)}", document)
 
@@ -83,7 +83,7 @@ def _page_summary(rows: Sequence[RunRow]) -> dict[str, Any]:
     summary = SweepSummary(rows)
     return {
         **summary.as_dict(),
-        # The page links seeds of each outcome, also of completed runs.
-        "seeds": {outcome: summary.seeds_of(outcome) for outcome in summary.outcomes},
+        # The page lists seeds of each outcome, even those of completed runs.
+        "seeds": {outcome: summary.find_seeds(outcome) for outcome in summary.outcomes},
         "makespans": [row.makespan for row in rows if row.is_completed],
     }

@@ -1,4 +1,4 @@
-"""One run of a sweep, in the world of a seed."""
+"""Plays one run of a sweep, in the world that a chooser draws."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from cxbridge_explore.worlds.points import Choice
 
 
-class GoalTally:
-    """Counts the outcomes of goals by class; a sink of events."""
+class GoalCounter:
+    """Counts the outcomes of goals by class. The event bus calls the instance with each event."""
 
     def __init__(self) -> None:
         self._ends: dict[str, tuple[str, str]] = {}  # class and last outcome, by the id of the goal
@@ -26,7 +26,7 @@ class GoalTally:
         if isinstance(event, GoalTransition) and event.outcome not in ("", "UNKNOWN"):
             self._ends[event.goal] = event.goal_class, event.outcome
 
-    def by_class(self) -> dict[str, dict[str, int]]:
+    def counts_by_class(self) -> dict[str, dict[str, int]]:
         """Return the number of goals by class and outcome."""
         counts_by_class: dict[str, dict[str, int]] = {}
         for (goal_class, outcome), count in Counter(self._ends.values()).items():
@@ -34,19 +34,20 @@ class GoalTally:
         return counts_by_class
 
 
-def play(job: SweepJob, seed: int, chooser: Chooser) -> RunRow:
-    """Play a run and return its row.
+def play_seed(job: SweepJob, seed: int, chooser: Chooser) -> RunRow:
+    """Play the run of a seed and return its row.
 
-    :param seed: the seed in the row; the chooser draws the world.
+    :param seed: the seed for the row.
+    :param chooser: draws the world from the seed.
     :raises CxbridgeError: if the scenario or the world is invalid.
     """
-    started = time.process_time()
-    tally = GoalTally()
+    start_s = time.process_time()
+    tally = GoalCounter()
     world = None if job.world is None else read_world(job.world)
     with JudgedRun(job.options, chooser, world) as run:
         run.world.assembly.bus.subscribe(tally, GoalTransition)
         ended, result = run.play()
-    calls = Counter(_skill_calls(result.choices))
+    calls = Counter(_skill_call_subjects(result.choices))
     unusual = [choice for choice in result.choices if choice.option]
     return RunRow(
         seed,
@@ -55,12 +56,12 @@ def play(job: SweepJob, seed: int, chooser: Chooser) -> RunRow:
         makespan=result.seconds,
         calls=calls.total(),
         retries=calls.total() - len(calls),
-        faults=sum(choice.taken.faults for choice in unusual),
-        goals=tally.by_class(),
+        faults=sum(choice.taken_option.faults for choice in unusual),
+        goals=tally.counts_by_class(),
         choices=[choice.as_dict() for choice in unusual],
-        cpu_seconds=time.process_time() - started,
+        cpu_seconds=time.process_time() - start_s,
     )
 
 
-def _skill_calls(choices: tuple[Choice, ...]) -> list[str]:
+def _skill_call_subjects(choices: tuple[Choice, ...]) -> list[str]:
     return [choice.point.subject for choice in choices if choice.point.kind is ChoiceKind.SKILL]

@@ -1,4 +1,4 @@
-"""Keeps the rows of a sweep in a file, so that an interrupted sweep can resume."""
+"""The file with the rows of a sweep, from which an interrupted sweep resumes."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _DECODER = msgspec.json.Decoder(_Line)
 
 
 class RowFile(Closing):
-    """A file of rows, one JSON line each. New rows are appended.
+    """A file of rows, each a line of JSON. New rows are appended.
 
     :param file: the path; a missing file is created.
     :raises CxbridgeError: if a line is not a row, or the file cannot be read or written.
@@ -34,13 +34,13 @@ class RowFile(Closing):
         self._file = file
         self._rows: dict[str, dict[int, RunRow]] = {}
         try:
-            complete_bytes = self._read(file.read_bytes()) if file.exists() else 0
+            complete_bytes = self._read_rows(file.read_bytes()) if file.exists() else 0
             self._output: IO[bytes] = file.open("ab")
-            self._output.truncate(complete_bytes)
+            self._output.truncate(complete_bytes)  # removes an incomplete last line
         except OSError as error:
             raise CxbridgeError(f"cannot be used: {error.strerror}", file=file) from error
 
-    def _read(self, data: bytes) -> int:
+    def _read_rows(self, data: bytes) -> int:
         """Read the existing rows and return the number of bytes in complete lines."""
         complete_bytes = 0
         for number, line in enumerate(data.splitlines(keepends=True), 1):
@@ -56,7 +56,7 @@ class RowFile(Closing):
             complete_bytes += len(line)
         return complete_bytes
 
-    def rows_of(self, agent: str) -> dict[int, RunRow]:
+    def find_earlier_rows(self, agent: str) -> dict[int, RunRow]:
         """Return the rows that the file had when it was opened, by seed."""
         return self._rows.get(agent, {})
 
@@ -72,5 +72,5 @@ class RowFile(Closing):
             raise CxbridgeError(f"cannot be written: {error.strerror}", file=self._file) from error
 
     def close(self) -> None:
-        with suppress(OSError):  # a full disk was already reported
+        with suppress(OSError):  # add() has reported a full disk already
             self._output.close()

@@ -1,4 +1,4 @@
-"""The job of a sweep, and the result of each run."""
+"""The job of a sweep, and the row with the result of a run."""
 
 from __future__ import annotations
 
@@ -31,12 +31,14 @@ class SweepJob:
 class RunRow:
     """The result of a run.
 
-    :param seed: the seed of its world.
+    The names of the fields are the columns of CSV and Parquet files.
+
+    :param seed: the seed of the world.
     :param outcome: the word printed by ``cxbridge run``, or :data:`CRASHED`.
     :param reason: the reason, in a sentence.
     :param makespan: the duration of the run, in seconds of its clock.
     :param calls: the number of skill calls.
-    :param retries: the number of repeated calls.
+    :param retries: the number of calls of a skill with the arguments of an earlier call.
     :param faults: the number of unusual choices that count as a fault.
     :param goals: the number of goals by class and outcome.
     :param choices: the unusual choices as JSON values.
@@ -60,6 +62,6 @@ class RunRow:
         return self.outcome == "completed"
 
     @property
-    def came_to_its_end(self) -> bool:
+    def has_ended(self) -> bool:
         """Whether the run ended by itself, successfully or not."""
         return self.outcome in ("completed", "unsuccessful")

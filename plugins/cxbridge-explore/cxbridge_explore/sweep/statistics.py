@@ -11,36 +11,35 @@ from typing import Final
 
 CONFIDENCE: Final = 0.95
 _NORMAL_QUANTILE: Final = statistics.NormalDist().inv_cdf(1 - (1 - CONFIDENCE) / 2)  # 1.96
-# The number of sampled subsets: their means bound 2000 intervals, of which 2.5 % is a whole number.
-_SUBSETS: Final = 1999
-_ROUNDING: Final = 1e-9  # 2000 * (1 - 0.95) / 2 is slightly less than 50 in floating point
+# Limit of the number of subsets: their means bound 2000 intervals, of which 2.5 % is a whole number.
+_MAX_SUBSETS: Final = 1999
+_ROUNDING_ERROR: Final = 1e-9  # 2000 * (1 - 0.95) / 2 is slightly less than 50 in floating point
 # The normal approximation of the mean is too coarse for samples up to this size.
-_MAX_SMALL: Final = 200
-
+_MAX_SMALL_SAMPLE: Final = 200
 
 _QUANTILES: Final = {"p05": 0.05, "p25": 0.25, "median": 0.5, "p75": 0.75, "p95": 0.95}
 
 
-def quantiles(values: Sequence[float]) -> dict[str, float] | None:
-    """Return the minimum, quantiles, maximum and mean of a sample by name; None without values."""
+def summarize_sample(values: Sequence[float]) -> dict[str, float] | None:
+    """Return the minimum, quantiles, the maximum and the mean of a sample by name; None without values."""
     if not values:
         return None
-    ordered = sorted(values)
+    sorted_values = sorted(values)
     summary = {
-        "min": ordered[0],
-        **{name: _quantile(ordered, share) for name, share in _QUANTILES.items()},
-        "max": ordered[-1],
-        "mean": math.fsum(ordered) / len(ordered),
+        "min": sorted_values[0],
+        **{name: _interpolate_quantile(sorted_values, share) for name, share in _QUANTILES.items()},
+        "max": sorted_values[-1],
+        "mean": math.fsum(sorted_values) / len(sorted_values),
     }
     return {name: round(value, 6) for name, value in summary.items()}
 
 
-def _quantile(ordered: Sequence[float], share: float) -> float:
-    """Return a quantile of sorted values, interpolated linearly (Hyndman and Fan's type 7)."""
-    position = share * (len(ordered) - 1)
+def _interpolate_quantile(sorted_values: Sequence[float], share: float) -> float:
+    """Return a quantile of sorted values by linear interpolation (type 7 of Hyndman and Fan 1996)."""
+    position = share * (len(sorted_values) - 1)
     low = math.floor(position)
-    high = min(low + 1, len(ordered) - 1)
-    return ordered[low] + (ordered[high] - ordered[low]) * (position - low)
+    high = min(low + 1, len(sorted_values) - 1)
+    return sorted_values[low] + (sorted_values[high] - sorted_values[low]) * (position - low)
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,31 +58,36 @@ class Interval:
         low, high = (round(bound, 6) if math.isfinite(bound) else None for bound in (self.low, self.high))
         return {"estimate": round(self.estimate, 6), "low": low, "high": high}
 
-    def span(self, form: str, *, scale: float = 1.0, unit: str = "") -> str:
+    def format_bounds(self, number_format: str, *, scale: float = 1.0, unit: str = "") -> str:
         """Return the bounds as text, such as ``+2.0 to +13.0``.
 
-        :param form: the format of a bound for :func:`format`.
+        :param number_format: the format of a bound for :func:`format`.
+        :param scale: the factor of the bounds.
+        :param unit: follows the second bound.
         """
         if not (math.isfinite(self.low) and math.isfinite(self.high)):
             return "too few for an interval"
-        return f"{self.low * scale:{form}} to {self.high * scale:{form}}{unit}"
+        return f"{self.low * scale:{number_format}} to {self.high * scale:{number_format}}{unit}"
 
     @property
     def excludes_zero(self) -> bool:
-        """Whether the difference is significant: zero is outside of the interval."""
+        """Whether zero is outside of the interval, so that a difference is significant."""
         return self.low > 0 or self.high < 0
 
 
-def proportion(count: int, total: int) -> Interval:
-    """Return the share of successes with Wilson's score interval.
+def proportion_interval(count: int, total: int) -> Interval:
+    """Return the share of successes in a sample, with Wilson's score interval.
 
+    :param count: the number of successes.
     :param total: the size of the sample; at least 1.
     """
     z = _NORMAL_QUANTILE
     share = count / total
     middle = (share + z * z / (2 * total)) / (1 + z * z / total)
-    half = z * math.sqrt(share * (1 - share) / total + z * z / (4 * total * total)) / (1 + z * z / total)
-    return Interval(share, max(0.0, middle - half), min(1.0, middle + half))
+    half_width = (
+        z * math.sqrt(share * (1 - share) / total + z * z / (4 * total * total)) / (1 + z * z / total)
+    )
+    return Interval(share, max(0.0, middle - half_width), min(1.0, middle + half_width))
 
 
 def mean_interval(values: Sequence[float]) -> Interval:
@@ -97,23 +101,26 @@ def mean_interval(values: Sequence[float]) -> Interval:
     :param values: the sample; at least one value.
     """
     mean = math.fsum(values) / len(values)
-    if len(values) > _MAX_SMALL:
-        half = _NORMAL_QUANTILE * statistics.stdev(values) / math.sqrt(len(values))
-        return Interval(mean, mean - half, mean + half)
+    if len(values) > _MAX_SMALL_SAMPLE:
+        half_width = _NORMAL_QUANTILE * statistics.stdev(values) / math.sqrt(len(values))
+        return Interval(mean, mean - half_width, mean + half_width)
     means = sorted(_subset_means(values))
-    # The interval leaves out this many of the means at each end.
-    outside = math.floor((len(means) + 1) * (1 - CONFIDENCE) / 2 + _ROUNDING)
-    if outside < 1:
+    # The number of means at each end that are outside of the interval.
+    excluded_count = math.floor((len(means) + 1) * (1 - CONFIDENCE) / 2 + _ROUNDING_ERROR)
+    if excluded_count < 1:
         return Interval(mean, -math.inf, math.inf)
-    return Interval(mean, means[outside - 1], means[-outside])
+    return Interval(mean, means[excluded_count - 1], means[-excluded_count])
 
 
 def _subset_means(values: Sequence[float]) -> Iterator[float]:
-    """Yield the means of all subsets, or of as many random ones; a bit of a mask selects a value."""
+    """Yield the means of all subsets, or of a limited number of random subsets.
+
+    A subset is a bit mask: bit ``n`` selects the value ``n``.
+    """
     masks: Iterable[int] = range(1, 2 ** len(values))
-    if 2 ** len(values) > _SUBSETS:
+    if 2 ** len(values) > _MAX_SUBSETS:
         rng = random.Random(0)  # noqa: S311 - the same values give the same interval
-        masks = (rng.randrange(1, 2 ** len(values)) for _ in range(_SUBSETS))
+        masks = (rng.randrange(1, 2 ** len(values)) for _ in range(_MAX_SUBSETS))
     for mask in masks:
         chosen = [value for index, value in enumerate(values) if mask >> index & 1]
         yield math.fsum(chosen) / len(chosen)

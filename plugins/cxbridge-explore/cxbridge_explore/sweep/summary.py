@@ -1,4 +1,4 @@
-"""The summary of a sweep, and the comparison of two sweeps on the same seeds."""
+"""The summary of a sweep, and the comparison of two sweeps with the same seeds."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from cxbridge_explore.sweep.rows import RunRow
-from cxbridge_explore.sweep.statistics import Interval, mean_interval, proportion, quantiles
+from cxbridge_explore.sweep.statistics import Interval, mean_interval, proportion_interval, summarize_sample
 
 _MAX_SEEDS: Final = 10  # limit of listed seeds of an outcome, or with the largest differences
 
@@ -30,12 +30,12 @@ class SweepSummary:
     @property
     def completed(self) -> Interval:
         """The share of completed runs."""
-        return proportion(sum(row.is_completed for row in self.rows), len(self.rows))
+        return proportion_interval(sum(row.is_completed for row in self.rows), len(self.rows))
 
     @property
     def makespan(self) -> dict[str, float] | None:
         """The quantiles of the durations of completed runs; None without a completed run."""
-        return quantiles([row.makespan for row in self.rows if row.is_completed])
+        return summarize_sample([row.makespan for row in self.rows if row.is_completed])
 
     @property
     def goals(self) -> dict[str, dict[str, int]]:
@@ -46,8 +46,8 @@ class SweepSummary:
                 outcomes_by_class.setdefault(goal_class, Counter()).update(outcomes)
         return {name: dict(outcomes_by_class[name].most_common()) for name in sorted(outcomes_by_class)}
 
-    def seeds_of(self, outcome: str) -> list[int]:
-        """Return the first seeds of an outcome."""
+    def find_seeds(self, outcome: str) -> list[int]:
+        """Return the first seeds whose runs have an outcome."""
         return [row.seed for row in self.rows if row.outcome == outcome][:_MAX_SEEDS]
 
     def as_dict(self) -> dict[str, Any]:
@@ -56,17 +56,17 @@ class SweepSummary:
             "outcomes": self.outcomes,
             "completed": self.completed.as_dict(),
             "makespan": self.makespan,
-            "retries": quantiles([float(row.retries) for row in self.rows]),
+            "retries": summarize_sample([float(row.retries) for row in self.rows]),
             "calls": sum(row.calls for row in self.rows),
             "faults": sum(row.faults for row in self.rows),
             "goals": self.goals,
-            "seeds": {name: self.seeds_of(name) for name in self.outcomes if name != "completed"},
+            "seeds": {name: self.find_seeds(name) for name in self.outcomes if name != "completed"},
             "cpu_seconds": round(sum(row.cpu_seconds for row in self.rows), 3),
         }
 
 
-def largest_differences(differences: Mapping[int, float]) -> list[int]:
-    """Return the seeds with a difference, the largest first.
+def rank_differences(differences: Mapping[int, float]) -> list[int]:
+    """Return the seeds with a difference, the largest difference first.
 
     :param differences: the differences by seed.
     """
@@ -110,7 +110,7 @@ class AgentComparison:
         other_outcomes = [
             seed for seed, row in self.first.items() if row.outcome != self.second[seed].outcome
         ]
-        return [*other_outcomes, *largest_differences(self._differences())][:_MAX_SEEDS]
+        return [*other_outcomes, *rank_differences(self._differences())][:_MAX_SEEDS]
 
     def as_dict(self) -> dict[str, Any]:
         makespan = self.makespan

@@ -1,8 +1,8 @@
-"""A process that plays runs: it loads the scenario once and forks for each seed.
+"""The worker process of a sweep, which loads the scenario once, and forks a child for the run of each seed.
 
-The process exchanges pickled objects with its parent over standard input and output. It receives a SweepJob,
-then lists of seeds. It sends None after loading the scenario, then a row for each seed in order; or it sends
-a :class:`~cxbridge.errors.CxbridgeError` and ends.
+The worker exchanges pickled objects with its parent over standard input and output. The worker receives a
+SweepJob, and then lists of seeds. It sends None after loading the scenario, then a row for each seed in
+order; or it sends a :class:`~cxbridge.errors.CxbridgeError` and ends.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from typing import IO
 from cxbridge.errors import CxbridgeError
 from cxbridge.file_access import file_errors
 from cxbridge_explore import forking
-from cxbridge_explore.sweep.playing import play
+from cxbridge_explore.sweep.playing import play_seed
 from cxbridge_explore.sweep.rows import CRASHED, RunRow, SweepJob
 from cxbridge_explore.worlds.points import ChoicePoint, Chooser, Option, RandomChooser, UsualChooser
 
 
 class ParentConnection:
-    """A worker's connection to its parent.
+    """The connection of a worker to its parent.
 
     :param requests: the stream with the job and the lists of seeds.
     :param rows: the stream for rows.
@@ -35,7 +35,7 @@ class ParentConnection:
         self._requests, self._rows = requests, rows
         self.job: SweepJob = pickle.load(requests)  # noqa: S301 - from our own parent
 
-    def seeds(self) -> Iterator[int]:
+    def receive_seeds(self) -> Iterator[int]:
         """Yield the seeds until the end of the stream."""
         while True:
             try:
@@ -45,66 +45,68 @@ class ParentConnection:
             yield from seeds
 
     def send(self, message: RunRow | CxbridgeError | None) -> None:
-        """Send a row or an error; None after loading the scenario."""
+        """Send a row or an error, or None after loading the scenario."""
         pickle.dump(message, self._rows)
         self._rows.flush()
 
 
 class SeedForkChooser:
-    """A chooser that forks the process at its first choice: each child is the run of a seed.
+    """A chooser that forks a child for each seed at the first choice of the run.
 
-    Loading the scenario, and everything before the first choice, happens only once.
+    So the scenario is loaded, and the run is played up to its first choice, only once.
+
+    :ivar seed: the seed of this child; None in the worker.
     """
 
     def __init__(self, parent: ParentConnection) -> None:
-        self.seed: int | None = None  # seed of this child; None in the serving process
+        self.seed: int | None = None
         self._parent = parent
-        self._chooser: Chooser = UsualChooser()
-        self._row_end = -1  # descriptor of this child's pipe to the serving process
-        self._start_s = 0.0  # processor time of the process at the fork
+        self._chooser: Chooser = UsualChooser()  # replaced in each child
+        self._row_pipe = -1  # descriptor of this child's pipe to the worker
+        self._start_s = 0.0  # processor time of this child at the fork
 
     def choose(self, index: int, point: ChoicePoint) -> int | Option:
-        """Return the choice for this process's seed. The serving process never returns."""
+        """Return the choice of this child's seed. In the worker, the method never returns."""
         if self.seed is None:
-            self._serve()
+            self._serve_seeds()
         return self._chooser.choose(index, point)
 
-    def _serve(self) -> None:
+    def _serve_seeds(self) -> None:
         """Fork a child for each seed. Only the children return."""
         forking.limit_cpu_seconds(None)
         self._parent.send(None)
         gc.collect()
-        gc.freeze()  # Keep existing objects shared with the children: no collection touches their pages.
-        for seed in self._parent.seeds():
+        gc.freeze()  # later collections skip the present objects, whose memory pages the children share
+        for seed in self._parent.receive_seeds():
             reading, writing = os.pipe()
             child = forking.fork()
             if child == 0:
                 os.close(reading)
-                self._become(seed, writing)
+                self._become_run(seed, writing)
                 return
-            # The pipe ends with the child only if the serving process has closed the writing end.
+            # closed, so that the pipe ends when the child ends
             os.close(writing)
             self._parent.send(_receive_row(reading, child, seed))
         os._exit(0)
 
-    def _become(self, seed: int, row_end: int) -> None:
+    def _become_run(self, seed: int, row_pipe: int) -> None:
         """Turn this child into the run of a seed."""
         forking.limit_cpu_seconds(self._parent.job.cpu_seconds)
-        self.seed, self._row_end = seed, row_end
+        self.seed, self._row_pipe = seed, row_pipe
         self._start_s = time.process_time()
         self._chooser = RandomChooser(seed)
 
-    def finish(self, row: RunRow) -> None:
-        """Send the row of this child to the serving process, and exit."""
+    def send_row(self, row: RunRow) -> None:
+        """Send the row of this child to the worker, and exit."""
         assert self.seed is not None
         row = replace(row, seed=self.seed, cpu_seconds=time.process_time() - self._start_s)
-        with os.fdopen(self._row_end, "wb") as pipe:
+        with os.fdopen(self._row_pipe, "wb") as pipe:
             pickle.dump(row, pipe)
-        os._exit(0)  # without cleanup: the resources are shared with the serving process
+        os._exit(0)  # without cleanup, since the worker shares the resources of this child
 
 
 def _receive_row(reading: int, child: int, seed: int) -> RunRow:
-    """Return the row of a child, or a row about its death."""
+    """Return the row of a child, or a row that reports its death."""
     with os.fdopen(reading, "rb") as pipe:
         data = pipe.read()
     status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
@@ -116,35 +118,37 @@ def _receive_row(reading: int, child: int, seed: int) -> RunRow:
 
 
 def serve(parent: ParentConnection) -> None:
-    """Play runs until the end of the seeds."""
+    """Play the runs of all seeds that the parent sends."""
     try:
         with file_errors():
             if forking.HAS_FORK:
                 _serve_forking(parent)
                 return
             parent.send(None)
-            for seed in parent.seeds():
-                parent.send(play(parent.job, seed, RandomChooser(seed)))
+            for seed in parent.receive_seeds():
+                parent.send(play_seed(parent.job, seed, RandomChooser(seed)))
     except CxbridgeError as error:
         parent.send(error)
 
 
 def _serve_forking(parent: ParentConnection) -> None:
-    """Play all seeds by forking; return after the last seed."""
+    """Play the runs of all seeds in forked children."""
     chooser = SeedForkChooser(parent)
     # An agent that never reaches its first choice must not block the sweep.
     forking.limit_cpu_seconds(parent.job.cpu_seconds)
-    row = play(parent.job, 0, chooser)
+    row = play_seed(parent.job, 0, chooser)
     if chooser.seed is not None:
-        chooser.finish(row)
+        chooser.send_row(row)
     forking.limit_cpu_seconds(None)
     parent.send(None)
-    for seed in parent.seeds():  # The run has no choices, so all seeds give the same row.
+    # The run has ended without a choice, so that all seeds have the same row.
+    for seed in parent.receive_seeds():
         parent.send(replace(row, seed=seed, cpu_seconds=0.0))
 
 
 def main() -> None:
-    """Run a worker; the output of the runs goes to standard error."""
+    """Run a worker."""
+    # The rows go to the original standard output, and output of the runs goes to standard error.
     rows = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     serve(ParentConnection(sys.stdin.buffer, rows))

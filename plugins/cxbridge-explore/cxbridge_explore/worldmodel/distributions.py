@@ -9,10 +9,11 @@ from enum import StrEnum
 from statistics import NormalDist
 from typing import Final, assert_never
 
-# Drawn seconds are rounded to milliseconds, so that a path can contain them as text.
-DIGITS: Final = 3
+# Seconds are rounded to milliseconds, so that the text in a path stands for the same number.
+MAX_DECIMALS: Final = 3
 
-_TAIL: Final = 0.05  # an unbounded distribution has no minimum; the 5 % quantile stands in for it
+# In an exploration, the 5 % and the 95 % quantiles replace the bounds of an unbounded distribution.
+_TAIL_SHARE: Final = 0.05
 
 
 class Shape(StrEnum):
@@ -41,17 +42,17 @@ class Distribution:
     """A distribution of seconds.
 
     :param parameters: the parameters of the shape.
-    :param least: the lower bound; smaller values are raised to the bound.
-    :param most: the upper bound; larger values are lowered to the bound.
-    :param listed: the values that represent the distribution in an exploration, the usual value first; empty
-        for the median, the minimum and the maximum.
+    :param min_s: the lower bound; smaller values become the bound.
+    :param max_s: the upper bound; larger values become the bound.
+    :param listed_values: the values that represent the distribution in an exploration, the usual value first;
+        empty for the median, the minimum and the maximum.
     """
 
     shape: Shape
     parameters: tuple[float, ...]
-    least: float = 0.0
-    most: float = math.inf
-    listed: tuple[float, ...] = ()
+    min_s: float = 0.0
+    max_s: float = math.inf
+    listed_values: tuple[float, ...] = ()
 
     @classmethod
     def constant(cls, seconds: float) -> Distribution:
@@ -62,9 +63,9 @@ class Distribution:
 
         :param share: the share of smaller values, from 0 to 1; for an unbounded distribution without 0 and 1.
         """
-        return round(min(max(self._unbounded(share), self.least), self.most), DIGITS)
+        return round(min(max(self._unbounded_quantile(share), self.min_s), self.max_s), MAX_DECIMALS)
 
-    def _unbounded(self, share: float) -> float:
+    def _unbounded_quantile(self, share: float) -> float:
         first, last = self.parameters[0], self.parameters[-1]
         match self.shape:
             case Shape.CONSTANT:
@@ -83,26 +84,26 @@ class Distribution:
         assert_never(self.shape)
 
     def draw(self, rng: random.Random) -> float:
-        """Draw a value, with one number of the generator."""
+        """Draw a value, by the quantile of a random share."""
         share = rng.random()
-        while not share:  # the quantile 0 of an unbounded distribution is infinite
+        while not share:  # the quantile of 0 is infinite for an unbounded distribution
             share = rng.random()
         return self.quantile(share)
 
     @property
     def median(self) -> float:
-        """The usual value: the first listed value, else the median."""
-        return self.listed[0] if self.listed else self.quantile(0.5)
+        """The first listed value; without listed values, the median."""
+        return self.listed_values[0] if self.listed_values else self.quantile(0.5)
 
     @property
     def low_quantile(self) -> float:
-        """The minimum, or the 5 % quantile of a distribution with tails."""
-        return self.quantile(0.0 if self._is_bounded else _TAIL)
+        """The minimum; for an unbounded distribution, the 5 % quantile."""
+        return self.quantile(0.0 if self._is_bounded else _TAIL_SHARE)
 
     @property
     def high_quantile(self) -> float:
-        """The maximum, or the 95 % quantile of a distribution with tails."""
-        return self.quantile(1.0 if self._is_bounded else 1 - _TAIL)
+        """The maximum; for an unbounded distribution, the 95 % quantile."""
+        return self.quantile(1.0 if self._is_bounded else 1 - _TAIL_SHARE)
 
     @property
     def _is_bounded(self) -> bool:
@@ -111,10 +112,10 @@ class Distribution:
     @property
     def representatives(self) -> tuple[float, ...]:
         """The values that represent the distribution in an exploration, the usual value first."""
-        values = self.listed or (self.median, self.low_quantile, self.high_quantile)
+        values = self.listed_values or (self.median, self.low_quantile, self.high_quantile)
         return tuple(dict.fromkeys(values))
 
 
-def text_of(seconds: float) -> str:
+def format_seconds(seconds: float) -> str:
     """Return seconds as text without trailing zeros."""
-    return f"{seconds:.{DIGITS}f}".rstrip("0").rstrip(".")
+    return f"{seconds:.{MAX_DECIMALS}f}".rstrip("0").rstrip(".")

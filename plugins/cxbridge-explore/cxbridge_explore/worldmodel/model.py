@@ -1,7 +1,7 @@
 """The content of a ``world.yaml``: possible events of a run and their probabilities.
 
-The attribute ``mark`` of an entry is its place in the file, for errors. Entries are equal whatever their
-place, since :meth:`~cxbridge_explore.worlds.run.WorldRun.state` compares worlds by content.
+The attribute ``mark`` of an entry is its place in the file, for errors. Entries with different places may be
+equal, since :meth:`~cxbridge_explore.worlds.run.WorldRun.state` compares worlds by content.
 """
 
 from __future__ import annotations
@@ -16,22 +16,22 @@ from cxbridge_explore.worldmodel.distributions import Distribution
 
 WORLD_FILE: Final = "world.yaml"
 
-DEFAULT_PROBABILITY: Final = 0.1
+DEFAULT_PROBABILITY: Final = 0.1  # of a fault without a probability in the file
 
 
 @dataclass(frozen=True, slots=True)
 class SkillFailure:
     """A failure of a skill.
 
-    :param name: the name of the failure in paths.
+    :param name: the name of the failure in the path of a run.
     :param error: the error text of the skill.
-    :param after: the seconds until the failure; None for the usual duration of the skill.
+    :param duration: the seconds until the failure; None for the usual duration of the skill.
     """
 
     name: str = "fails"
     error: str = ""
     probability: float = DEFAULT_PROBABILITY
-    after: Distribution | None = None
+    duration: Distribution | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,15 +41,15 @@ class SkillModel:
     :param pattern: the matching calls; the name ``*`` matches all calls.
     :param duration: the duration; None for the duration in the scenario: that of the executor, a static
         estimate, or one second.
-    :param hangs: the probability that the skill never ends.
-    :param mute: the probability that an executor does not report its progress.
+    :param hang_probability: the probability that the skill never ends.
+    :param mute_probability: the probability that an executor does not report its progress.
     """
 
     pattern: SkillPattern
     failures: tuple[SkillFailure, ...] = (SkillFailure(),)
     duration: Distribution | None = None
-    hangs: float = 0.0
-    mute: float = 0.0
+    hang_probability: float = 0.0
+    mute_probability: float = 0.0
     mark: Mark = field(default=Mark(), compare=False)
 
     def matches(self, call: SkillStringCall) -> bool:
@@ -61,14 +61,14 @@ class SkillModel:
 class Times:
     """Moments of decisions, in seconds since the start of the run.
 
-    :param every: the period; 0 for a decision in each loop.
-    :param begin: the first moment.
-    :param until: the last moment.
+    :param period_s: the period; 0 for a decision in each loop.
+    :param begin_s: the first moment.
+    :param end_s: the last moment.
     """
 
-    every: float = 0.0
-    begin: float = 0.0
-    until: float = 10.0
+    period_s: float = 0.0
+    begin_s: float = 0.0
+    end_s: float = 10.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,17 +76,17 @@ class SensedValue:
     """A field of an interface whose value the world decides.
 
     :param uid: the ``TYPE::ID`` of the interface, which the world writes.
-    :param name: the name of the field.
+    :param field_name: the name of the field.
     :param values: the values with their probabilities, the usual value first.
-    :param at: the seconds of the decisions; a value stays until the next decision.
-    :param after: the names of skills whose ends also cause a decision.
+    :param times_s: the seconds of the decisions; a value stays until the next decision.
+    :param skills: the names of skills whose ends also cause a decision.
     """
 
     uid: str
-    name: str
+    field_name: str
     values: tuple[tuple[str, float], ...]
-    at: tuple[float, ...] = ()
-    after: tuple[str, ...] = ()
+    times_s: tuple[float, ...] = ()
+    skills: tuple[str, ...] = ()
     mark: Mark = field(default=Mark(), compare=False)
 
 
@@ -95,17 +95,17 @@ class MessageFault:
     """Lost or delayed messages to writers of interfaces.
 
     :param uid: the ``TYPE::ID`` of the interface, which may be a shell pattern.
-    :param type: the type of the message; ``*`` matches all messages.
-    :param lost: the probability of a loss.
-    :param late: the probability of a delay.
-    :param delay: the delay in seconds.
+    :param message_type: the type of the message; ``*`` matches all messages.
+    :param loss_probability: the probability of a loss.
+    :param delay_probability: the probability of a delay.
+    :param delay_s: the delay in seconds.
     """
 
     uid: str
-    type: str = "*"
-    lost: float = 0.0
-    late: float = 0.0
-    delay: float = 1.0
+    message_type: str = "*"
+    loss_probability: float = 0.0
+    delay_probability: float = 0.0
+    delay_s: float = 1.0
     mark: Mark = field(default=Mark(), compare=False)
 
 
@@ -115,13 +115,13 @@ class Absence:
 
     :param name: the name of the Skiller, or the id of the executor's interface.
     :param times: the moments of decisions; None for the start of each skill.
-    :param back: the seconds until the return; None for no return.
+    :param return_after_s: the seconds until the return; None for no return.
     """
 
     name: str
     probability: float = DEFAULT_PROBABILITY
     times: Times | None = None
-    back: float | None = None
+    return_after_s: float | None = None
     mark: Mark = field(default=Mark(), compare=False)
 
 
@@ -130,13 +130,13 @@ class Kill:
     """An agent of a team that may be killed, as by ``kill -9``.
 
     :param agent: the name of the agent; ``*`` matches all agents.
-    :param back: the seconds until the restart; None for no restart.
+    :param restart_after_s: the seconds until the restart; None for no restart.
     """
 
     agent: str = "*"
     probability: float = DEFAULT_PROBABILITY
     times: Times = field(default_factory=Times)
-    back: float | None = None
+    restart_after_s: float | None = None
     mark: Mark = field(default=Mark(), compare=False)
 
 
@@ -144,16 +144,16 @@ class Kill:
 class PlannerModel:
     """The possible results of planner calls.
 
-    :param none: the probability of no plan.
-    :param fails: the probability of a failure.
-    :param late: the probability of a delayed plan.
-    :param delay: the delay in seconds of the run's clock.
+    :param no_plan_probability: the probability of no plan.
+    :param failure_probability: the probability of a failure.
+    :param delay_probability: the probability of a delayed plan.
+    :param delay_s: the delay in seconds of the run's clock.
     """
 
-    none: float = 0.0
-    fails: float = 0.0
-    late: float = 0.0
-    delay: float = 1.0
+    no_plan_probability: float = 0.0
+    failure_probability: float = 0.0
+    delay_probability: float = 0.0
+    delay_s: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,13 +161,13 @@ class WorldModel:
     """The possible events of a run.
 
     :param skills: the models of skill calls; the first match of a call counts.
-    :param otherwise: the model of calls without a match.
+    :param default_skill: the model of calls without a match.
     :param order: the moments when the order of the agents' turns is decided; None for the configured order.
     :param planner: the faults of planners; None for planners without faults.
     """
 
     skills: tuple[SkillModel, ...] = ()
-    otherwise: SkillModel = field(default_factory=lambda: SkillModel(SkillPattern("*")))
+    default_skill: SkillModel = field(default_factory=lambda: SkillModel(SkillPattern("*")))
     sensed: tuple[SensedValue, ...] = ()
     messages: tuple[MessageFault, ...] = ()
     absences: tuple[Absence, ...] = ()
@@ -175,10 +175,10 @@ class WorldModel:
     order: Times | None = None
     planner: PlannerModel | None = None
 
-    def skill(self, call: SkillStringCall) -> SkillModel:
+    def find_skill_model(self, call: SkillStringCall) -> SkillModel:
         """Return the model of a call."""
-        return next((model for model in self.skills if model.matches(call)), self.otherwise)
+        return next((model for model in self.skills if model.matches(call)), self.default_skill)
 
 
 # The world in which each skill succeeds after its usual duration.
-NOTHING_FAILS: Final = WorldModel(otherwise=SkillModel(SkillPattern("*"), failures=()))
+NOTHING_FAILS: Final = WorldModel(default_skill=SkillModel(SkillPattern("*"), failures=()))

@@ -1,4 +1,8 @@
-"""Checks that a scenario has the skills, interfaces and agents that its world names."""
+"""Checks that a scenario has the skills, interfaces and agents that its world names.
+
+An event with a misspelt name would never occur, and the result of an exploration would look better than the
+agent is.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +20,7 @@ from cxbridge.suggestions import did_you_mean
 from cxbridge_explore.worldmodel.model import SensedValue, WorldModel
 from cxbridge_studio.check.executor_text import read_executor_skills
 
-_SKILL: Final = re.compile(r"\w+")
+_SKILL_NAME: Final = re.compile(r"\w+")
 
 
 def check_world(world: WorldModel, run: Run | Team) -> None:
@@ -25,21 +29,21 @@ def check_world(world: WorldModel, run: Run | Team) -> None:
     :raises ConfigError: if the scenario lacks a name.
     """
     names = [agent.name for agent in run.agents] if isinstance(run, Team) else []
-    check_world_of(world, list(run.agents), names)
+    check_world_names(world, list(run.agents), names)
 
 
-def check_world_of(
-    world: WorldModel, agents: Iterable[Run], names: Collection[str], *, as_written: bool = False
+def check_world_names(
+    world: WorldModel, agents: Iterable[Run], names: Collection[str], *, reads_text_only: bool = False
 ) -> None:
     """Check the names in a world against a scenario.
 
     :param names: the names of the agents; empty for a single agent.
-    :param as_written: whether to read the skills of executors from their text, without importing them.
+    :param reads_text_only: whether to read the skills of executors from their source code, without importing
+        the executors.
     :raises ConfigError: if the scenario lacks a name.
     """
-    # An event with a misspelt name would never occur, and the result would look better than it is.
     for agent in agents:
-        _check_agent(world, agent, known_skills(agent, as_written=as_written))
+        _check_agent(world, agent, find_known_skills(agent, reads_text_only=reads_text_only))
     for kill in world.kills if names else ():
         _check_name("agent", kill.agent, (*names, "*"), kill.mark)
     if not names and (world.kills or world.order):
@@ -58,36 +62,36 @@ def _check_agent(world: WorldModel, agent: Run, skills: Collection[str]) -> None
         _check_name("skill", skill.pattern.name, (*skills, "*"), skill.mark)
     for sensed in world.sensed:
         _check_sensed(sensed, agent)
-        for name in sensed.after if skills else ():
+        for name in sensed.skills if skills else ():
             _check_name("skill", name, skills, sensed.mark)
     for message in world.messages:
         _check_interface(message.uid, agent, message.mark)
     for absence in world.absences:
-        _check_name("Skiller or executor", absence.name, _performers(agent), absence.mark)
+        _check_name("Skiller or executor", absence.name, _find_performers(agent), absence.mark)
 
 
-def known_skills(agent: Run, *, as_written: bool) -> set[str]:
-    """Return the skills in action mappings and of executors on the skill board.
+def find_known_skills(agent: Run, *, reads_text_only: bool) -> set[str]:
+    """Return the names of the skills in action mappings, and of the executors on the skill board.
 
-    :param as_written: see :func:`check_world_of`.
-    :returns: empty if an executor computes its skills and only its text is read.
+    :param reads_text_only: see :func:`check_world_names`.
+    :returns: an empty set if the skills of an executor are unknown without importing the executor.
     """
     skills = {
         name.group()
         for item in agent.config.search("/clips-executive/specs")
-        if "/action-mapping/" in item.path and not item.is_list and (name := _SKILL.match(item.text))
+        if "/action-mapping/" in item.path and not item.is_list and (name := _SKILL_NAME.match(item.text))
     }
     board = agent.skill_board
     for member in () if board is None else board.agents:
         for executor in member.executors:
-            executed = read_executor_skills(executor) if as_written else executor.skills()
+            executed = read_executor_skills(executor) if reads_text_only else executor.skills()
             if executed is None:
                 return set()
             skills.update(executed)
     return skills
 
 
-def _performers(agent: Run) -> set[str]:
+def _find_performers(agent: Run) -> set[str]:
     """Return the names of the local Skillers and of the executors on the skill board."""
     board = agent.skill_board
     served = frozenset[str]() if board is None else board.skillers
@@ -116,4 +120,4 @@ def _check_sensed(sensed: SensedValue, agent: Run) -> None:
     _check_interface(sensed.uid, agent, sensed.mark)
     kind = parse_uid(sensed.uid)[0]
     fields = [field.name for field in agent.registry.schema(kind).fields]
-    _check_name(f"field of {kind}", sensed.name, fields, sensed.mark)
+    _check_name(f"field of {kind}", sensed.field_name, fields, sensed.mark)

@@ -1,4 +1,4 @@
-"""Reads a ``world.yaml``; see docs/explore.md#worlds. Errors have file and line."""
+"""Reads a ``world.yaml``; see docs/explore.md#worlds. Errors name the file and the line."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ from cxbridge_explore.worldmodel.model import (
 from cxbridge_explore.worldmodel.section import Section
 
 # The allowed keys of each section.
-_WORLD: Final = ("skills", "otherwise", "sensed", "messages", "skillers", "killed", "order", "planner")
-_OTHERWISE: Final = ("fails", "duration", "hangs", "mute")
-_SKILL: Final = ("name", "args", *_OTHERWISE)
-_FAILURE: Final = ("error", "probability", "after")
-_SENSED: Final = ("interface", "field", "values", "probabilities", "at", "after")
-_MESSAGE: Final = ("interface", "type", "lost", "late", "delay")
-_SKILLER: Final = ("name", "probability", "times", "back")
-_KILLED: Final = ("agent", "probability", "times", "back")
-_PLANNER: Final = ("none", "fails", "late", "delay")
+_WORLD_KEYS: Final = ("skills", "otherwise", "sensed", "messages", "skillers", "killed", "order", "planner")
+_OTHERWISE_KEYS: Final = ("fails", "duration", "hangs", "mute")
+_SKILL_KEYS: Final = ("name", "args", *_OTHERWISE_KEYS)
+_FAILURE_KEYS: Final = ("error", "probability", "after")
+_SENSED_KEYS: Final = ("interface", "field", "values", "probabilities", "at", "after")
+_MESSAGE_KEYS: Final = ("interface", "type", "lost", "late", "delay")
+_SKILLER_KEYS: Final = ("name", "probability", "times", "back")
+_KILLED_KEYS: Final = ("agent", "probability", "times", "back")
+_PLANNER_KEYS: Final = ("none", "fails", "late", "delay")
 
 
 def find_world(folder: Path) -> Path | None:
-    """Return the file of a scenario's world, or None."""
+    """Return the file of the world in a scenario's folder, or None."""
     file = folder / WORLD_FILE
     return file if file.is_file() else None
 
@@ -44,49 +44,53 @@ def read_world(file: Path) -> WorldModel:
 
     :raises CxbridgeError: if the file cannot be read, or a value is invalid.
     """
-    return world_of(Configuration.load(file))
+    return parse_world(Configuration.load(file))
 
 
-def world_of(document: Configuration) -> WorldModel:
+def parse_world(document: Configuration) -> WorldModel:
     """Return the world that a document describes."""
-    world = Section(document, "", _WORLD)
+    world = Section(document, "", _WORLD_KEYS)
     return WorldModel(
         skills=tuple(
-            _skill(skill, read_pattern(document, "/skills", str(number)))
-            for number, skill in enumerate(world.sections("skills", _SKILL, ("name",)))
+            _parse_skill(skill, read_pattern(document, "/skills", str(number)))
+            for number, skill in enumerate(world.sections("skills", _SKILL_KEYS, ("name",)))
         ),
-        otherwise=_skill(world.section("otherwise", _OTHERWISE), SkillPattern("*")),
-        sensed=tuple(map(_sensed, world.sections("sensed", _SENSED, ("interface", "field", "values")))),
-        messages=tuple(map(_message, world.sections("messages", _MESSAGE, ("interface",)))),
-        absences=tuple(map(_absence, world.sections("skillers", _SKILLER, ("name",)))),
-        kills=tuple(map(_kill, world.sections("killed", _KILLED))),
+        default_skill=_parse_skill(world.section("otherwise", _OTHERWISE_KEYS), SkillPattern("*")),
+        sensed=tuple(
+            map(_parse_sensed, world.sections("sensed", _SENSED_KEYS, ("interface", "field", "values")))
+        ),
+        messages=tuple(map(_parse_message, world.sections("messages", _MESSAGE_KEYS, ("interface",)))),
+        absences=tuple(map(_parse_absence, world.sections("skillers", _SKILLER_KEYS, ("name",)))),
+        kills=tuple(map(_parse_kill, world.sections("killed", _KILLED_KEYS))),
         order=world.times("order") if "order" in world else None,
-        planner=_planner(world.section("planner", _PLANNER)) if "planner" in world else None,
+        planner=_parse_planner(world.section("planner", _PLANNER_KEYS)) if "planner" in world else None,
     )
 
 
-def _skill(skill: Section, pattern: SkillPattern) -> SkillModel:
+def _parse_skill(skill: Section, pattern: SkillPattern) -> SkillModel:
     failures: tuple[SkillFailure, ...] = (SkillFailure(),)
     if "fails" in skill:
-        sections = skill.sections("fails", _FAILURE)
-        failures = tuple(_failure(section, is_only=len(sections) == 1) for section in sections)
+        sections = skill.sections("fails", _FAILURE_KEYS)
+        failures = tuple(_parse_failure(section, is_only=len(sections) == 1) for section in sections)
     hangs = skill.probability("hangs", 0.0)
     skill.check_total([hangs, *(failure.probability for failure in failures)])
     names = [failure.name for failure in failures]
-    # The name is the option in a path, so it must tell the failures of a skill apart.
-    if twice := {name for name in names if names.count(name) > 1}:
-        raise skill.error(f"has {', '.join(sorted(twice))} twice", "give each failure a different error")
+    # A path identifies a failure of a skill by its name.
+    if repeated_names := {name for name in names if names.count(name) > 1}:
+        raise skill.error(
+            f"has {', '.join(sorted(repeated_names))} twice", "give each failure a different error"
+        )
     mute = skill.probability("mute", 0.0)
     return SkillModel(pattern, failures, skill.duration("duration"), hangs, mute, skill.mark)
 
 
-def _failure(failure: Section, *, is_only: bool) -> SkillFailure:
+def _parse_failure(failure: Section, *, is_only: bool) -> SkillFailure:
     error = failure.text("error")
     name = "fails" if is_only else f"fails({error})"
     return SkillFailure(name, error, failure.probability("probability"), failure.duration("after"))
 
 
-def _sensed(sensed: Section) -> SensedValue:
+def _parse_sensed(sensed: Section) -> SensedValue:
     texts = sensed.texts("values")
     if len(texts) == 1 or len(set(texts)) < len(texts) or not texts:
         raise sensed.error("must be at least two different values", "[75.0, 3.0]", "values")
@@ -111,7 +115,7 @@ def _sensed(sensed: Section) -> SensedValue:
     )
 
 
-def _message(message: Section) -> MessageFault:
+def _parse_message(message: Section) -> MessageFault:
     lost = message.probability("lost", 0.0 if "late" in message else DEFAULT_PROBABILITY)
     late = message.probability("late", 0.0)
     message.check_total([lost, late])
@@ -119,23 +123,23 @@ def _message(message: Section) -> MessageFault:
     return MessageFault(message.text("interface"), message.text("type", "*"), lost, late, delay, message.mark)
 
 
-def _planner(planner: Section) -> PlannerModel:
+def _parse_planner(planner: Section) -> PlannerModel:
     none, fails, late = (planner.probability(key, 0.0) for key in ("none", "fails", "late"))
     planner.check_total([none, fails, late])
     return PlannerModel(none, fails, late, planner.seconds("delay", 1.0))
 
 
-def _absence(skiller: Section) -> Absence:
+def _parse_absence(skiller: Section) -> Absence:
     return Absence(
         skiller.text("name"),
         skiller.probability("probability"),
-        skiller.times("times", every=1.0) if "times" in skiller else None,
+        skiller.times("times", period_s=1.0) if "times" in skiller else None,
         skiller.optional_seconds("back"),
         skiller.mark,
     )
 
 
-def _kill(kill: Section) -> Kill:
+def _parse_kill(kill: Section) -> Kill:
     return Kill(
         kill.text("agent", "*"),
         kill.probability("probability"),

@@ -1,4 +1,4 @@
-"""Reads the values of a map in a ``world.yaml``, such as probabilities; errors have file and line."""
+"""Reads the values of a map in a ``world.yaml``, such as probabilities. Errors name the file and the line."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from cxbridge.suggestions import did_you_mean
 from cxbridge_explore.worldmodel.distributions import PARAMETERS, Distribution, Shape
 from cxbridge_explore.worldmodel.model import DEFAULT_PROBABILITY, Times
 
-MAX_S: Final = 1e9  # about 30 years
+MAX_S: Final = 1e9  # about 30 years, longer than each run; finite, so that times can be computed
 _REPRESENTATIVES: Final = ("median", "min", "max")
-_SHAPES: Final = tuple(shape.value for shape in Shape if shape is not Shape.CONSTANT)
-_BOUNDS: Final = ("min", "max", "explore")
-_EPSILON: Final = 1e-9  # 0.1 + 0.2 + 0.7 is slightly more than 1 in floating point
+_SHAPE_KEYS: Final = tuple(shape.value for shape in Shape if shape is not Shape.CONSTANT)
+_BOUND_KEYS: Final = ("min", "max", "explore")
+_ROUNDING_ERROR: Final = 1e-9  # 0.1 + 0.2 + 0.7 is slightly more than 1 in floating point
 
 
 class Section:
@@ -25,7 +25,7 @@ class Section:
     :param path: the path of the map in the document, such as ``/skills/0``.
     :param keys: the allowed keys.
     :param required: the keys that must be present.
-    :raises ConfigError: if the value is not a map, has another key, or lacks a required one.
+    :raises ConfigError: if the value is not a map, has a key that is not allowed, or lacks a required key.
     """
 
     def __init__(
@@ -48,10 +48,10 @@ class Section:
 
     @property
     def mark(self) -> Mark:
-        """The place of the map: that of its first value."""
-        return self._mark(self._path)
+        """The place of the map in the file, which is that of its first value."""
+        return self._find_mark(self._path)
 
-    def _mark(self, path: str) -> Mark:
+    def _find_mark(self, path: str) -> Mark:
         document = self._document
         value = document.get(path) if document.exists(path) else next(document.walk(path), None)
         return Mark() if value is None else value.mark
@@ -59,17 +59,17 @@ class Section:
     def error(self, fault: str, hint: str | None = None, key: str = "") -> ConfigError:
         """Return an error about the map, or about the value of a key.
 
-        :param fault: a phrase that follows the path.
+        :param fault: describes the fault; the phrase follows the path in the message.
         """
         path = f"{self._path}/{key}" if key else self._path
-        return self._mark(path).error(f"{path[1:]} {fault}", hint)
+        return self._find_mark(path).error(f"{path[1:]} {fault}", hint)
 
     def section(self, key: str, keys: Collection[str], required: Collection[str] = ()) -> Section:
-        """Return the map at a key; empty if it is missing."""
+        """Return the map at a key; an empty map if the key is missing."""
         return Section(self._document, f"{self._path}/{key}", keys, required)
 
     def sections(self, key: str, keys: Collection[str], required: Collection[str] = ()) -> list[Section]:
-        """Return the maps in a list; empty if it is missing.
+        """Return the maps in the list at a key; an empty list if the key is missing.
 
         :raises ConfigError: if the value is not a list of maps.
         """
@@ -104,7 +104,7 @@ class Section:
     def probability(self, key: str, default: float = DEFAULT_PROBABILITY) -> float:
         """Return a probability.
 
-        :raises ConfigError: if it is not from 0 to 1.
+        :raises ConfigError: if the number is not from 0 to 1.
         """
         value = self._document.get_float(f"{self._path}/{key}", default=default)
         if not 0 <= value <= 1:
@@ -112,9 +112,9 @@ class Section:
         return value
 
     def check_total(self, probabilities: Sequence[float]) -> None:
-        """Raise `ConfigError` if the probabilities of exclusive events are more than 1 together."""
+        """Raise `ConfigError` if the sum of the probabilities of exclusive events exceeds 1."""
         total = sum(probabilities)
-        if total > 1 + _EPSILON:
+        if total > 1 + _ROUNDING_ERROR:
             raise self.error(f"has probabilities of {total:g} together", "at most 1")
 
     def seconds(self, key: str, default: float = 0.0) -> float:
@@ -122,54 +122,55 @@ class Section:
         return self.checked_seconds(key, self._document.get_float(f"{self._path}/{key}", default=default))
 
     def optional_seconds(self, key: str) -> float | None:
-        """Return a time or a duration; None if it is missing."""
+        """Return a time or a duration; None if the key is missing."""
         return self.seconds(key) if key in self else None
 
     def checked_seconds(self, key: str, value: float) -> float:
-        """Return a number of seconds at a key.
+        """Return a number of seconds after a check of its range.
 
-        :raises ConfigError: if it is negative or too large.
+        :param key: the key of the number, for the error.
+        :raises ConfigError: if the number is negative or too large.
         """
         if not 0 <= value <= MAX_S:
             raise self.error(f"is {value:g}", f"seconds, from 0 to {MAX_S:g}", key)
         return value
 
-    def times(self, key: str, every: float = 0.0) -> Times:
+    def times(self, key: str, period_s: float = 0.0) -> Times:
         """Return the moments of decisions, from the keys ``every``, ``from`` and ``until``.
 
-        :param every: the default period.
+        :param period_s: the default period.
         """
-        default = Times(every)
+        default = Times(period_s)
         section = self.section(key, ("every", "from", "until"))
         times = Times(
-            section.seconds("every", default.every),
-            section.seconds("from", default.begin),
-            section.seconds("until", default.until),
+            section.seconds("every", default.period_s),
+            section.seconds("from", default.begin_s),
+            section.seconds("until", default.end_s),
         )
-        if times.until < times.begin:
-            raise self.error(f"ends at {times.until:g}, before {times.begin:g}", key=key)
+        if times.end_s < times.begin_s:
+            raise self.error(f"ends at {times.end_s:g}, before {times.begin_s:g}", key=key)
         return times
 
     def duration(self, key: str) -> Distribution | None:
-        """Return a number of seconds, or a distribution; None if it is missing."""
+        """Return the distribution at a key, constant for a number; None if the key is missing."""
         if key not in self:
             return None
         if self._document.exists(f"{self._path}/{key}"):
             return Distribution.constant(self.seconds(key))
-        section = self.section(key, (*_SHAPES, *_BOUNDS))
-        shapes = [name for name in _SHAPES if name in section]
+        section = self.section(key, (*_SHAPE_KEYS, *_BOUND_KEYS))
+        shapes = [name for name in _SHAPE_KEYS if name in section]
         if len(shapes) != 1:
-            raise self.error(f"names {len(shapes)} distributions", f"one of: {', '.join(_SHAPES)}", key)
-        least, most = section.seconds("min"), section.seconds("max", MAX_S)
-        if most < least:
-            raise section.error(f"is {most:g}, less than the minimum {least:g}", key="max")
+            raise self.error(f"names {len(shapes)} distributions", f"one of: {', '.join(_SHAPE_KEYS)}", key)
+        min_s, max_s = section.seconds("min"), section.seconds("max", MAX_S)
+        if max_s < min_s:
+            raise section.error(f"is {max_s:g}, less than the minimum {min_s:g}", key="max")
         shape = Shape(shapes[0])
-        parameters = _parameters(section, shape)
-        listed = _representatives(section, Distribution(shape, parameters, least, most))
-        return Distribution(shape, parameters, least, most, listed)
+        parameters = _parse_parameters(section, shape)
+        listed_values = _parse_representatives(section, Distribution(shape, parameters, min_s, max_s))
+        return Distribution(shape, parameters, min_s, max_s, listed_values)
 
 
-def _parameters(section: Section, shape: Shape) -> tuple[float, ...]:
+def _parse_parameters(section: Section, shape: Shape) -> tuple[float, ...]:
     values, names = section.numbers(shape), PARAMETERS.get(shape)
     if names is None and not values:
         raise section.error("has no values", "choice: [1.0, 2.5]", shape)
@@ -182,20 +183,23 @@ def _parameters(section: Section, shape: Shape) -> tuple[float, ...]:
     return tuple(section.checked_seconds(shape, value) for value in values)
 
 
-def _representatives(section: Section, distribution: Distribution) -> tuple[float, ...]:
-    """Return the seconds of ``explore``, which represent a distribution in an exploration."""
+def _parse_representatives(section: Section, distribution: Distribution) -> tuple[float, ...]:
+    """Return the values of the key ``explore``, which represent a distribution in an exploration.
+
+    :param distribution: the distribution, for the values ``median``, ``min`` and ``max``.
+    """
     if "explore" not in section:
         return ()
     quantiles = (distribution.median, distribution.low_quantile, distribution.high_quantile)
     seconds_by_name = dict(zip(_REPRESENTATIVES, quantiles, strict=True))
-    names, listed = ", ".join(_REPRESENTATIVES), []
+    names, listed_values = ", ".join(_REPRESENTATIVES), []
     for text in section.texts("explore"):
         try:
             seconds = seconds_by_name[text] if text in seconds_by_name else float(text)
         except ValueError:
             hint = did_you_mean(text, _REPRESENTATIVES, f"use seconds, or: {names}")
             raise section.error(f"has '{text}'", hint, "explore") from None
-        listed.append(section.checked_seconds("explore", seconds))
-    if not listed:
+        listed_values.append(section.checked_seconds("explore", seconds))
+    if not listed_values:
         raise section.error("names no seconds", f"use seconds, or: {names}", "explore")
-    return tuple(listed)
+    return tuple(listed_values)

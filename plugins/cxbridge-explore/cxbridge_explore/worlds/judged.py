@@ -1,4 +1,4 @@
-"""A run in a chosen world, judged like ``cxbridge run``."""
+"""A run in a chosen world, with the verdict of ``cxbridge run``."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from cxbridge_explore.worlds.run import MakeAssembly, WorldResult, WorldRun, mak
 
 
 class JudgedRun(Closing):
-    """A run that is played once, with the same verdict as of ``cxbridge run``. A context manager.
+    """A run in a chosen world that is played once, with the verdict of ``cxbridge run``. A context manager.
 
     :param options: the options of ``cxbridge run``.
     :param chooser: decides at each choice point.
@@ -36,12 +36,12 @@ class JudgedRun(Closing):
         self._options = options
         assembly = self.world.assembly
         self._checks = AgentChecks(assembly.agents)
-        self._watch = StuckWatch(assembly)
+        self._stuck_watch = StuckWatch(assembly)
         self.world.watchers.append(self._checks)
         self._watchdog = make_spin_watchdog(assembly)
         self._watchdog.start()
         self._is_checked = False
-        self._loss = ""
+        self._loss_reason = ""
 
     def play(self) -> tuple[RunResult, WorldResult]:
         """Play the run to its end; return the verdict and the choices. Real time is not measured.
@@ -52,23 +52,23 @@ class JudgedRun(Closing):
         ended = sum_up_run(
             self.world.assembly,
             self._options,
-            self._loss,
+            self._loss_reason,
             None,
             (result.seconds, 0.0),
-            self._watch,
+            self._stuck_watch,
             over=result.is_over,
         )
         return ended, result
 
     def _is_cut(self) -> bool:
-        """Return whether the run cannot continue: it is stuck or has lost a component."""
+        """Return whether the run cannot continue, since it is stuck or has lost a component."""
         if not self._is_checked:
             self._is_checked = True
             self._checks.check_loaded_files()
         self._checks.check_new_files()
-        self._loss = self.world.assembly.loss
-        # A team that waits for a restart is not stuck: the restarted agent can still change something.
-        return bool(self._loss) or (not self.world.awaits_restart and self._watch.check())
+        self._loss_reason = self.world.assembly.loss
+        # A team that waits for a restart is not stuck, since the restarted agent can change its state.
+        return bool(self._loss_reason) or (not self.world.awaits_restart and self._stuck_watch.check())
 
     def close(self) -> None:
         self._watchdog.stop()

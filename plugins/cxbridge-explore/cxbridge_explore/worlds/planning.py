@@ -7,21 +7,27 @@ from collections.abc import Callable
 from cxbridge.executive.planning import PlanCall, PlanningService, PlanRequest, PlanResult
 from cxbridge.executive.planning.planner import PlanStatus
 from cxbridge_explore.worldmodel.model import PlannerModel
-from cxbridge_explore.worlds.points import ChoiceKind, RunChoices, fault, with_faults
+from cxbridge_explore.worlds.points import ChoiceKind, RunChoices, make_fault, make_options
 
 
 class ChosenPlanning(PlanningService):
-    """Makes plans unless the world decides on a fault.
+    """Makes plans, unless the world decides on a fault.
 
-    :param choices: returns the choices of the run. A function, since the service is made before the run.
+    :param choices: returns the choices of the run, which are made after the service.
     :param env: the environment that requests plans.
     """
 
     def __init__(self, planner: PlannerModel, choices: Callable[[], RunChoices], env: str) -> None:
         super().__init__()
         self._planner, self._choices, self._env = planner, choices, env
-        faults = (("no plan", planner.none), ("fails", planner.fails), ("late", planner.late))
-        self._options = with_faults("plans", *(fault(name, weight) for name, weight in faults if weight))
+        faults = (
+            ("no plan", planner.no_plan_probability),
+            ("fails", planner.failure_probability),
+            ("late", planner.delay_probability),
+        )
+        self._options = make_options(
+            "plans", *(make_fault(name, weight) for name, weight in faults if weight)
+        )
 
     def call(self, request: PlanRequest) -> PlanCall:
         """Start making a plan, unless the world decides on a fault."""
@@ -35,13 +41,13 @@ class ChosenPlanning(PlanningService):
             case "fails":
                 return _FailedCall(self, request, PlanStatus.FAILED)
             case "late":
-                due = choices.seconds + self._planner.delay
+                due = choices.seconds + self._planner.delay_s
                 return _LateCall(self, request, super().call(request), lambda: choices.seconds >= due)
         return super().call(request)
 
 
 class _FailedCall(PlanCall):
-    """A call without a plan, over at once."""
+    """A call that is over at once, without a plan."""
 
     def __init__(self, service: PlanningService, request: PlanRequest, status: PlanStatus) -> None:
         super().__init__(service, request)
@@ -66,12 +72,12 @@ class _LateCall(PlanCall):
 
     @property
     def result(self) -> PlanResult | None:
-        """The result; None before its time."""
+        """The result; None before the end of the delay."""
         return self._call.result if self._cancelled or self._is_due() else None
 
     def wait(self, timeout: float | None = None) -> PlanResult | None:
-        """Return the result, or None before its time."""
-        # Waiting would never end: the delay is measured by the run's clock, which this thread advances.
+        """Return the result; None before the end of the delay."""
+        # a wait for the end of the delay would be endless, since this thread advances the run's clock
         return self._call.wait(timeout) if self._cancelled or self._is_due() else None
 
     def cancel(self) -> None:

@@ -1,7 +1,8 @@
-"""Choice points, at which the world decides the next event of a run, and the choosers, which decide.
+"""Choice points, at which the world decides the next event of a run, and choosers, which decide.
 
-A run reaches its choice points in the same order whenever it is played, so the choices of a run are its path:
-:class:`PathChooser` plays a path again, :class:`RandomChooser` draws a path from a seed.
+The usual option of a choice point is the event without a fault. A run reaches its choice points in the same
+order each time it is played, so that the unusual choices identify the run: they are its path.
+:class:`PathChooser` plays a path again, :class:`RandomChooser` draws the choices from a seed.
 """
 
 from __future__ import annotations
@@ -20,14 +21,16 @@ USUAL: Final = 0  # index of the option without a fault
 
 
 class ChoiceKind(StrEnum):
+    """The subjects of decisions."""
+
     SKILL = "skill"  # the result of a skill call
-    DURATION = "duration"  # of a skill
+    DURATION = "duration"  # the duration of a skill
     FEEDBACK = "feedback"  # whether an executor reports its progress
     SENSED = "sensed"  # a value of an interface
-    MESSAGE = "message"  # lost or delayed
+    MESSAGE = "message"  # whether a message is lost or delayed
     SKILLER = "skiller"  # a Skiller or an executor vanishes or returns
     PLANNER = "planner"  # the result of a planner call
-    ORDER = "order"  # the turns of agents or activations
+    ORDER = "order"  # the order of the agents' turns
     KILL = "kill"  # an agent of a team is killed
 
 
@@ -47,25 +50,28 @@ class Option:
     value: Any = None
 
 
-def fault(name: str, probability: float) -> Option:
+def make_fault(name: str, probability: float) -> Option:
     """Return an option that uses up a fault."""
     return Option(name, faults=1, weight=probability)
 
 
-def with_faults(usual: str, *faults: Option) -> tuple[Option, ...]:
-    """Return a usual option and faults; the usual option gets the remaining probability."""
-    # Rounding may bring the sum of the probabilities slightly above 1, and weights must not be negative.
+def make_options(usual: str, *faults: Option) -> tuple[Option, ...]:
+    """Return the usual option, which gets the remaining probability, and faults.
+
+    :param usual: the name of the usual option.
+    """
+    # The sum of the probabilities may be slightly above 1 by rounding, and weights must not be negative.
     return (Option(usual, weight=max(0.0, 1 - sum(option.weight for option in faults))), *faults)
 
 
-class Draw(Protocol):
-    """A continuous range of further options, such as the durations of a distribution."""
+class OptionRange(Protocol):
+    """A continuous range of options, such as the durations of a distribution."""
 
     def draw(self, rng: random.Random) -> Option:
         """Draw an option."""
 
-    def read(self, name: str) -> Option | None:
-        """Return the option with this name; None if the range has no such option."""
+    def parse(self, name: str) -> Option | None:
+        """Return the option with a name; None if the range has no such option."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,15 +81,16 @@ class ChoicePoint:
     :param subject: the subject of the decision, such as ``Skiller: deliver{wp='wp1'}``. Runs with equal
         earlier choices have equal subjects.
     :param seconds: the time since the start of the run, by its clock.
-    :param options: the listed options: at least two, or one with ``draw``; the usual option first.
-    :param draw: makes further options, which the listed options represent; None without further options.
+    :param options: the listed options, the usual option first. At least two, unless there is a range.
+    :param option_range: a range of options, which the listed options represent in an exploration; None
+        without a range.
     """
 
     kind: ChoiceKind
     subject: str
     seconds: float
     options: tuple[Option, ...]
-    draw: Draw | None = field(default=None, compare=False)
+    option_range: OptionRange | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +106,7 @@ class Choice:
     option: int
 
     @property
-    def taken(self) -> Option:
+    def taken_option(self) -> Option:
         """The chosen option."""
         return self.point.options[self.option]
 
@@ -108,7 +115,7 @@ class Choice:
             "index": self.index,
             "kind": self.point.kind.value,
             "subject": self.point.subject,
-            "option": self.taken.name,
+            "option": self.taken_option.name,
             "seconds": round(self.point.seconds, 6),
         }
 
@@ -126,14 +133,14 @@ ChoicePath = Mapping[int, Step]
 
 
 class DivergedError(CxbridgeError):
-    """A path was not followed: the run has other choice points."""
+    """A path cannot be followed, since the run has other choice points."""
 
 
 class Chooser(Protocol):
     """Chooses at the choice points of a run."""
 
     def choose(self, index: int, point: ChoicePoint) -> int | Option:
-        """Return the index of the chosen option, or an option made by the point's ``draw``.
+        """Return the index of the chosen option, or an option of the point's range.
 
         :param index: the number of the point in its run, from 0.
         :raises DivergedError: if a path cannot be followed.
@@ -153,19 +160,19 @@ class UsualChooser:
 
 
 class PathChooser:
-    """Follows a path, and leaves the points outside of the path to another chooser.
+    """Follows a path, and leaves the choice points outside of the path to another chooser.
 
-    :param others: the chooser for these points; None for the usual option.
+    :param other_chooser: the chooser for these points; None for the usual option.
     """
 
-    def __init__(self, path: ChoicePath, others: Chooser | None = None) -> None:
+    def __init__(self, path: ChoicePath, other_chooser: Chooser | None = None) -> None:
         self._path = path
-        self._others = others or UsualChooser()
+        self._other_chooser = other_chooser or UsualChooser()
 
     def choose(self, index: int, point: ChoicePoint) -> int | Option:
         step = self._path.get(index)
         if step is None:
-            return self._others.choose(index, point)
+            return self._other_chooser.choose(index, point)
         if step.subject != point.subject:
             raise DivergedError(
                 f"choice {index} was about {step.subject}, and is about {point.subject}",
@@ -174,7 +181,7 @@ class PathChooser:
         for number, option in enumerate(point.options):
             if option.name == step.option:
                 return number
-        drawn = None if point.draw is None else point.draw.read(step.option)
+        drawn = None if point.option_range is None else point.option_range.parse(step.option)
         if drawn is not None:
             return drawn
         names = ", ".join(option.name for option in point.options)
@@ -198,18 +205,18 @@ class RandomChooser:
 
     def choose(self, index: int, point: ChoicePoint) -> int | Option:  # noqa: ARG002 - subjects are counted instead
         subject = f"{point.kind}/{point.subject}"
-        # A text as the seed: Python derives the same state from it in each process, unlike from a hash.
+        # a text as the seed, since Python derives the same state from a text in each process, unlike a hash
         rng = random.Random(f"{self._seed}/{subject}/{self._counts[subject]}")  # noqa: S311 - a simulation repeats
         self._counts[subject] += 1
-        if point.draw is not None:
-            return point.draw.draw(rng)
+        if point.option_range is not None:
+            return point.option_range.draw(rng)
         weights = [option.weight for option in point.options]
         drawn, *_ = rng.choices(range(len(weights)), weights)
         return drawn
 
 
 class RunChoices:
-    """The choices of a run so far: asks a chooser at each choice point, and records its choices.
+    """The choices of a run so far. At each choice point, a chooser decides, and the choice is recorded.
 
     :param clock: the run's clock; the run starts now.
     """
@@ -225,17 +232,20 @@ class RunChoices:
         return (self._clock.now_us() - self._start_us) / MICROSECONDS
 
     def choose(
-        self, kind: ChoiceKind, subject: str, options: tuple[Option, ...], draw: Draw | None = None
+        self,
+        kind: ChoiceKind,
+        subject: str,
+        options: tuple[Option, ...],
+        option_range: OptionRange | None = None,
     ) -> Option:
         """Return the chosen option of a new choice point; see :class:`ChoicePoint`."""
-        point = ChoicePoint(kind, subject, self.seconds, options, draw)
+        point = ChoicePoint(kind, subject, self.seconds, options, option_range)
         index = len(self.choices)
         chosen = self._chooser.choose(index, point)
-        if isinstance(
-            chosen, Option
-        ):  # a drawn option is added to the listed options, so that a path can name it
+        # An option of the range is added to the listed options, so that a path can name the option.
+        if isinstance(chosen, Option):
             point = replace(point, options=(*options, chosen))
             chosen = len(options)
         choice = Choice(index, point, chosen)
         self.choices.append(choice)
-        return choice.taken
+        return choice.taken_option

@@ -1,7 +1,7 @@
-"""A run in a chosen world: a chooser decides how skills end and which further events happen.
+"""A run in a chosen world: a chooser decides how skills end, and which further events happen.
 
-The events are applied between two loops of the run. Only results of skills and messages are decided within a
-loop, when a rule calls a skill or sends a message.
+Events are applied between two loops of the run. Only the results of skills and the fate of messages are
+decided within a loop, when a rule calls a skill or sends a message.
 """
 
 from __future__ import annotations
@@ -56,8 +56,8 @@ def make_scenario(options: RunOptions, additions: Additions) -> Run | Team:
     return make_run(options, additions=additions)
 
 
-def world_beside(options: RunOptions) -> WorldModel:
-    """Return the world in the scenario's folder; without one, each skill call may fail."""
+def read_scenario_world(options: RunOptions) -> WorldModel:
+    """Read the world in the scenario's folder. Without a world, each skill call may fail."""
     file = find_world(source_of(options).config_file().parent)
     return WorldModel() if file is None else read_world(file)
 
@@ -82,11 +82,11 @@ class WorldRun(Closing):
     ) -> None:
         self.options = options
         self._is_started = False
-        self._world = world_beside(options) if world is None else world
+        self._world = read_scenario_world(options) if world is None else world
         self._kills: list[KillChoices] = []
         self._order: OrderChoices | None = None
         with ExitStack() as stack:
-            self.assembly = make(options, self._additions())
+            self.assembly = make(options, self._make_additions())
             stack.enter_context(self.assembly)
             self._choices = RunChoices(chooser, self.assembly.clock)
             check_world(self._world, self.assembly)
@@ -99,7 +99,7 @@ class WorldRun(Closing):
             self.assembly.loop.add(Hook.POST_LOOP, self._apply_events)
             self._stack = stack.pop_all()
 
-    def _additions(self) -> Additions:
+    def _make_additions(self) -> Additions:
         planner = self._world.planner
         if planner is None:
             return NOTHING
@@ -145,7 +145,7 @@ class WorldRun(Closing):
         """Return the state on which the next events of Skillers depend, besides interfaces.
 
         Times are relative to now. None means unknown: executors of a skill board have hidden progress, and a
-        configured world has more pending events than those of Skillers.
+        configured world has more pending events than Skillers have.
         """
         agents = self.assembly.agents
         if self._world != WorldModel() or any(agent.skill_board is not None for agent in agents):
@@ -185,10 +185,10 @@ class WorldRun(Closing):
             world.apply_events()
         end_us = assembly.clock.now_us() + round((self.options.timeout - self.seconds) * MICROSECONDS)
 
-        def done() -> bool:
+        def is_done() -> bool:
             return self.is_over or is_cut() or assembly.clock.now_us() >= end_us
 
-        assembly.loop.run(done)
+        assembly.loop.run(is_done)
         return WorldResult(self.is_over, self.seconds, tuple(self._choices.choices))
 
     def _close_agent_worlds(self) -> None:
@@ -204,12 +204,12 @@ class AgentWorld(Closing):
     """The world of one agent.
 
     :param agent: an agent that is not started yet.
-    :param prefix: starts the subject of each choice, e.g. ``robot1/``; empty for a single agent.
+    :param prefix: precedes the subject of each choice, e.g. ``robot1/``; empty for a single agent.
     """
 
     def __init__(self, world: WorldModel, agent: Run, choices: RunChoices, prefix: str) -> None:
         with ExitStack() as stack:
-            self.skills = SkillChoices(agent, world, choices, prefix, self._note_call)
+            self.skills = SkillChoices(agent, world, choices, prefix, self._record_call)
             script = self.skills.script
             stack.callback(script.close)
             agent.loop.add(Hook.SKILL, script.loop)
@@ -229,21 +229,21 @@ class AgentWorld(Closing):
             self._absences = [
                 AbsenceChoices(absence, agent, script, choices, prefix) for absence in world.absences
             ]
-            # The order of the choices is part of a run's path.
-            self._steps: tuple[Callable[[], None], ...] = (
+            # The order of the choices is part of the path of a run, and must not change.
+            self._apply_functions: tuple[Callable[[], None], ...] = (
                 *(message.apply for message in messages),
                 *(value.apply for value in sensed),
                 *(absence.apply for absence in self._absences),
             )
             self._stack = stack.pop_all()
 
-    def _note_call(self, performer: str) -> None:
+    def _record_call(self, performer: str) -> None:
         for absence in self._absences:
-            absence.note_call(performer)
+            absence.record_call(performer)
 
     def apply_events(self) -> None:
         """Apply the events between two loops."""
-        for step in self._steps:
+        for step in self._apply_functions:
             step()
 
     def close(self) -> None:

@@ -18,26 +18,26 @@ from cxbridge.skiller.skillstring import SkillStringCall
 from cxbridge.skiller.status import Status
 from cxbridge.testing.scripted import ScriptedSkills
 from cxbridge.testing.skills import Call
-from cxbridge_explore.worldmodel.distributions import Distribution, text_of
+from cxbridge_explore.worldmodel.distributions import Distribution, format_seconds
 from cxbridge_explore.worldmodel.model import SkillFailure, SkillModel, WorldModel
-from cxbridge_explore.worlds.points import ChoiceKind, Option, RunChoices, fault, with_faults
+from cxbridge_explore.worlds.points import ChoiceKind, Option, RunChoices, make_fault, make_options
 
-DEFAULT_S: Final = 1.0  # duration of a skill without an estimate
-_TAKES: Final = re.compile(r"takes\(([\d.]+)\)")
+DEFAULT_DURATION_S: Final = 1.0  # duration of a skill without an estimate
+_DURATION_NAME: Final = re.compile(r"takes\(([\d.]+)\)")
 
 
 @dataclass(frozen=True, slots=True)
-class DurationDraw:
-    """Draws durations as options named like ``takes(3.274)``."""
+class DurationRange:
+    """The range of the durations of a distribution, as options with names such as ``takes(3.274)``."""
 
     distribution: Distribution
 
     def draw(self, rng: random.Random) -> Option:
-        return duration_option(self.distribution.draw(rng))
+        return make_duration_option(self.distribution.draw(rng))
 
-    def read(self, name: str) -> Option | None:
-        match = _TAKES.fullmatch(name)
-        return None if match is None else duration_option(float(match[1]))
+    def parse(self, name: str) -> Option | None:
+        match = _DURATION_NAME.fullmatch(name)
+        return None if match is None else make_duration_option(float(match[1]))
 
 
 class SkillResult(NamedTuple):
@@ -50,90 +50,93 @@ class SkillResult(NamedTuple):
     outcome: Outcome | None
 
 
-def duration_option(seconds: float, faults: int = 0) -> Option:
-    """Return the option of a duration. Its name has the seconds, so that a path can repeat the duration."""
-    return Option(f"takes({text_of(seconds)})", faults=faults, value=seconds)
+def make_duration_option(seconds: float, faults: int = 0) -> Option:
+    """Return the option of a duration. The name contains the seconds, so that a path repeats the duration."""
+    return Option(f"takes({format_seconds(seconds)})", faults=faults, value=seconds)
 
 
 class SkillChoices:
     """Decides the results of an agent's skills.
 
     :param agent: an agent that is not started yet and has no Skillers.
-    :param prefix: starts the subject of each choice, e.g. ``robot1/``.
-    :param on_call: called with the name of the Skiller, or of the skill board's agent, that begins a call.
+    :param prefix: precedes the subject of each choice, e.g. ``robot1/``.
+    :param on_call: called at the start of a call with the name of the Skiller, or of the agent on the skill
+        board.
     """
 
     def __init__(
         self, agent: Run, world: WorldModel, choices: RunChoices, prefix: str, on_call: Callable[[str], None]
     ) -> None:
         self._world, self._choices, self._prefix, self._on_call = world, choices, prefix, on_call
-        self._usual: tuple[Decider, ...] = ()
+        self._usual_deciders: tuple[Decider, ...] = ()
         if agent.config.keys(STATIC_PREFIX):
-            self._usual = (StaticEstimator.from_config(agent.config),)
+            self._usual_deciders = (StaticEstimator.from_config(agent.config),)
         self.results: list[SkillResult] = []  # in the order of the calls
-        self.script = ScriptedSkills(agent, self._usual)
-        self.script.otherwise.does(self._decide)
+        self.script = ScriptedSkills(agent, self._usual_deciders)
+        self.script.otherwise.does(self._decide_result)
         agent.execution = self._execute
 
     def _execute(self, executor: SkillExecutor, call: SkillCall) -> Steps:
-        """Execute a call of the skill board; its reports of progress may be muted."""
+        """Execute a call of the skill board. The world may mute the reports of progress."""
         steps = self.script.execute(executor, call)
-        string = to_string_call(call)
-        mute = self._world.skill(string).mute
+        string_call = to_string_call(call)
+        mute = self._world.find_skill_model(string_call).mute_probability
         if mute:
-            options = with_faults("reports", fault("mute", mute))
-            subject = self._subject(call.agent, string)
+            options = make_options("reports", make_fault("mute", mute))
+            subject = self._make_subject(call.agent, string_call)
             if self._choices.choose(ChoiceKind.FEEDBACK, subject, options).name == "mute":
                 return (None for _ in steps)
         return steps
 
-    def _decide(self, call: Call) -> Outcome | None:
+    def _decide_result(self, call: Call) -> Outcome | None:
         """Decide the result of a call; None for the usual result."""
         self._on_call(call.skiller)
-        string = SkillStringCall(call.name, call.args)
-        outcome = self._outcome(string, self._subject(call.skiller, string))
+        string_call = SkillStringCall(call.name, call.args)
+        outcome = self._choose_outcome(string_call, self._make_subject(call.skiller, string_call))
         self.results.append(SkillResult(call, outcome))
         return outcome
 
-    def _outcome(self, call: SkillStringCall, subject: str) -> Outcome | None:
-        model = self._world.skill(call)
-        options = skill_options(model)
-        # A call that can only succeed is no choice point.
+    def _choose_outcome(self, call: SkillStringCall, subject: str) -> Outcome | None:
+        model = self._world.find_skill_model(call)
+        options = make_skill_options(model)
+        # A call that can only succeed is not a choice point.
         end = self._choices.choose(ChoiceKind.SKILL, subject, options) if len(options) > 1 else options[0]
         if end.name == "hangs":
             return Outcome(FOREVER)
         failure: SkillFailure | None = end.value
         if failure is None:
-            return None if model.duration is None else Outcome(self._seconds(model.duration, subject))
-        duration = failure.after or model.duration
-        seconds = self._usual_seconds(call) if duration is None else self._seconds(duration, subject)
+            return None if model.duration is None else Outcome(self._choose_seconds(model.duration, subject))
+        duration = failure.duration or model.duration
+        seconds = (
+            self._find_usual_seconds(call) if duration is None else self._choose_seconds(duration, subject)
+        )
         return Outcome(seconds, Status.S_FAILED, failure.error)
 
-    def _seconds(self, duration: Distribution, subject: str) -> float:
+    def _choose_seconds(self, duration: Distribution, subject: str) -> float:
         """Return the chosen seconds of a duration."""
         first, *further_values = duration.representatives
         if not further_values:
             return first
-        # another duration than the usual one counts as a fault, which bounds the exploration
-        options = (duration_option(first), *(duration_option(value, 1) for value in further_values))
-        draw = DurationDraw(duration)
+        # An unusual duration counts as a fault, which bounds the exploration.
+        options = (make_duration_option(first), *(make_duration_option(value, 1) for value in further_values))
+        draw = DurationRange(duration)
         seconds: float = self._choices.choose(ChoiceKind.DURATION, subject, options, draw).value
         return seconds
 
-    def _usual_seconds(self, call: SkillStringCall) -> float:
+    def _find_usual_seconds(self, call: SkillStringCall) -> float:
         """Return the seconds until the failure of a call whose duration the world does not give."""
-        decisions = (decider.decide(call) for decider in self._usual)
+        decisions = (decider.decide(call) for decider in self._usual_deciders)
         seconds = next((outcome.seconds for outcome in decisions if outcome is not None), None)
-        return DEFAULT_S if seconds is None else seconds
+        return DEFAULT_DURATION_S if seconds is None else seconds
 
-    def _subject(self, skiller: str, call: SkillStringCall) -> str:
+    def _make_subject(self, skiller: str, call: SkillStringCall) -> str:
         args = ", ".join(f"{key}={value!r}" for key, value in call.args.items())
         return f"{self._prefix}{skiller}: {call.name}{{{args}}}"
 
 
-def skill_options(model: SkillModel) -> tuple[Option, ...]:
-    """Return the possible results of a call, the usual one first."""
+def make_skill_options(model: SkillModel) -> tuple[Option, ...]:
+    """Return the possible results of a call as options."""
     faults = [Option(failure.name, 1, failure.probability, failure) for failure in model.failures]
-    if model.hangs:
-        faults.append(fault("hangs", model.hangs))
-    return with_faults("succeeds", *faults)
+    if model.hang_probability:
+        faults.append(make_fault("hangs", model.hang_probability))
+    return make_options("succeeds", *faults)

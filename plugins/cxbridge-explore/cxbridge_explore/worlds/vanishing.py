@@ -9,30 +9,30 @@ from cxbridge.run.team import Team
 from cxbridge.skiller.board.host import ExecutorHost
 from cxbridge.testing.scripted import ScriptedSkills
 from cxbridge_explore.worldmodel.model import Absence, Kill, Times
-from cxbridge_explore.worlds.points import ChoiceKind, Option, RunChoices, fault, with_faults
+from cxbridge_explore.worlds.points import ChoiceKind, Option, RunChoices, make_fault, make_options
 
 
 class Schedule:
-    """The moments of decisions."""
+    """Keeps track of the moments of decisions."""
 
     def __init__(self, times: Times) -> None:
         self._times = times
-        self._next = times.begin
+        self._next_s = times.begin_s
 
     def is_due(self, seconds: float) -> bool:
         """Return whether a decision is due, once for each moment."""
-        if not self._next <= seconds <= self._times.until:
+        if not self._next_s <= seconds <= self._times.end_s:
             return False
-        # A loop of the executive may be longer than the period; missed moments are skipped.
-        while self._times.every and self._next <= seconds:
-            self._next += self._times.every
+        # A loop of the executive may be longer than the period. Missed moments are skipped.
+        while self._times.period_s and self._next_s <= seconds:
+            self._next_s += self._times.period_s
         return True
 
 
 class AbsenceChoices:
     """Lets a Skiller or an executor vanish and return.
 
-    :param prefix: starts the subject of each choice, e.g. ``robot1/``.
+    :param prefix: precedes the subject of each choice, e.g. ``robot1/``.
     """
 
     def __init__(
@@ -41,14 +41,17 @@ class AbsenceChoices:
         self._absence, self._agent, self._skills, self._choices = absence, agent, skills, choices
         self._subject = f"{prefix}{absence.name}"
         self._schedule = None if absence.times is None else Schedule(absence.times)
-        self._options = with_faults("stays", fault("vanishes", absence.probability))
+        self._options = make_options("stays", make_fault("vanishes", absence.probability))
         self._has_begun_call = False
-        self._return_at: float | None = None
+        self._return_s: float | None = None
         self._is_absent = False
 
-    def note_call(self, performer: str) -> None:
-        """Record the start of a call by a Skiller or an agent of the skill board."""
-        # The executors of a skill board's agent are named AGENT-EXECUTOR.
+    def record_call(self, performer: str) -> None:
+        """Record the start of a call.
+
+        :param performer: the name of the Skiller, or of the agent on the skill board.
+        """
+        # executors on a skill board have names such as AGENT-EXECUTOR
         if self._absence.name == performer or self._absence.name.startswith(f"{performer}-"):
             self._has_begun_call = True
 
@@ -57,8 +60,8 @@ class AbsenceChoices:
         has_begun_call, self._has_begun_call = self._has_begun_call, False
         seconds = self._choices.seconds
         if self._is_absent:
-            if self._return_at is not None and self._return_at <= seconds:
-                self._return()
+            if self._return_s is not None and self._return_s <= seconds:
+                self._come_back()
             return
         is_due = has_begun_call if self._schedule is None else self._schedule.is_due(seconds)
         if is_due:
@@ -68,8 +71,8 @@ class AbsenceChoices:
 
     def _vanish(self) -> None:
         self._is_absent = True
-        if self._absence.back is not None:
-            self._return_at = self._choices.seconds + self._absence.back
+        if self._absence.return_after_s is not None:
+            self._return_s = self._choices.seconds + self._absence.return_after_s
         service, name = self._agent.skill_service, self._absence.name
         for host in () if service is None else service.hosts:
             if service is not None and host.name == name:
@@ -77,7 +80,7 @@ class AbsenceChoices:
                 return
         self._skills.vanish(name)
 
-    def _return(self) -> None:
+    def _come_back(self) -> None:
         self._is_absent = False
         run, name = self._agent, self._absence.name
         board, service = run.skill_board, run.skill_service
@@ -99,7 +102,7 @@ class KillChoices:
     def __init__(self, kill: Kill, team: Team, choices: RunChoices) -> None:
         self._kill, self._team, self._choices = kill, team, choices
         self._schedule = Schedule(kill.times)
-        self._options = with_faults("lives", fault("killed", kill.probability))
+        self._options = make_options("lives", make_fault("killed", kill.probability))
         self._restarts: list[tuple[float, str]] = []  # seconds and agent, in the order of time
 
     @property
@@ -108,21 +111,21 @@ class KillChoices:
         return bool(self._restarts)
 
     def apply(self) -> None:
-        """Restart agents that are due, and choose if a decision is due."""
+        """Restart the agents whose time has come, and decide about each agent if a decision is due."""
         while self._restarts and self._restarts[0][0] <= self._choices.seconds:
             self._team.restart(self._restarts.pop(0)[1])
         if not self._schedule.is_due(self._choices.seconds):
             return
         for agent in self._team.agents:
-            # A run without any agent has no end, so the last agent is killed only if it restarts.
-            is_dispensable = len(self._team.agents) > 1 or self._kill.back is not None
+            # A run without an agent has no end, so that the last agent is killed only if it restarts.
+            is_dispensable = len(self._team.agents) > 1 or self._kill.restart_after_s is not None
             if self._kill.agent in ("*", agent.name) and is_dispensable:
                 self._decide(agent)
 
     def _decide(self, agent: Run) -> None:
         if self._choices.choose(ChoiceKind.KILL, agent.name, self._options).name == "killed":
-            if self._kill.back is not None:
-                self._restarts.append((self._choices.seconds + self._kill.back, agent.name))
+            if self._kill.restart_after_s is not None:
+                self._restarts.append((self._choices.seconds + self._kill.restart_after_s, agent.name))
             self._team.kill(agent)
 
 
@@ -137,7 +140,7 @@ class OrderChoices:
         names = [agent.name for agent in self._team.agents]
         if len(names) == 1 or not self._schedule.is_due(self._choices.seconds):
             return
-        # The first permutation is the current order, which is the usual option.
+        # The first permutation is the current order, the usual option.
         options = tuple(
             Option(", ".join(order), faults=int(number > 0), value=order)
             for number, order in enumerate(permutations(names))

@@ -18,7 +18,7 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.result import FAULT
 from cxbridge.run.run import run_scenario
 from cxbridge.testing.agent_run import AgentRun
-from cxbridge_explore.sweep.playing import play
+from cxbridge_explore.sweep.playing import play_seed
 from cxbridge_explore.sweep.rows import SweepJob
 from cxbridge_explore.worlds.points import UsualChooser
 from tests.daemon.test_daemon import connected, running
@@ -64,7 +64,7 @@ def test_a_run_and_a_sweep(tmp_path: Path, shape: str, moment: str) -> None:
     scenario, said = agent(tmp_path, shape, moment)
     result = run_scenario(RunOptions(scenario=scenario, skiller="simulator"))
     assert (result.status, result.reason) == (FAULT, said)
-    row = play(SweepJob(RunOptions(scenario=scenario, skiller="none")), 1, UsualChooser())
+    row = play_seed(SweepJob(RunOptions(scenario=scenario, skiller="none")), 1, UsualChooser())
     assert (row.outcome, row.reason) == ("fault", said)
 
 

@@ -13,7 +13,7 @@ from cxbridge.testing.agent_run import AgentRun
 from cxbridge.trace.formats.registry import open_run
 from cxbridge_explore.playing import ExploredRun
 from cxbridge_explore.properties.reading import find_property
-from cxbridge_explore.sweep.playing import play
+from cxbridge_explore.sweep.playing import play_seed
 from cxbridge_explore.sweep.rows import SweepJob
 from cxbridge_explore.worlds.points import UsualChooser
 from tests.run.mini import write_scenario
@@ -114,9 +114,9 @@ def test_every_way_to_run_it_agrees(tmp_path: Path, facts: str, expected: tuple[
                 run.assert_properties("run-ends", timeout=TIMEOUT_S)
 
     with ExploredRun(given, [find_property("run-ends")], UsualChooser()) as explored:
-        leaf = explored.leaf()
+        leaf = explored.play_to_leaf()
     assert (leaf.outcome, not leaf.violations) == (result.word, is_over)
-    row = play(SweepJob(given), 1, UsualChooser())
+    row = play_seed(SweepJob(given), 1, UsualChooser())
     assert (row.outcome, reason in row.reason) == (result.word, True)
 
 

@@ -12,11 +12,11 @@ from cxbridge_explore.bounds import Bounds, ExecutionOptions
 from cxbridge_explore.counterexample import write_counterexample
 from cxbridge_explore.explore import explore
 from cxbridge_explore.graph import Graph
-from cxbridge_explore.judging import properties_of
-from cxbridge_explore.map.coverage import as_dict, explored_coverage
+from cxbridge_explore.judging import select_properties
+from cxbridge_explore.map.coverage import compute_explored_coverage, coverage_values
 from cxbridge_explore.map.page import write_page
-from cxbridge_explore.map.rows import OPEN, MapRow, run_rows
-from cxbridge_explore.map.run_pages import violation_stories, write_run_pages
+from cxbridge_explore.map.rows import OPEN, MapRow, make_run_rows
+from cxbridge_explore.map.run_pages import write_run_pages, write_violation_pages
 from cxbridge_explore.result import ExploreResult
 from cxbridge_explore.worlds.points import read_path
 from cxbridge_explore.worlds.run import make_scenario
@@ -34,7 +34,7 @@ def result() -> ExploreResult:
 
 
 def test_each_run_is_a_row_below_the_one_that_it_left(result: ExploreResult) -> None:
-    usual, *others = run_rows(result.graph)
+    usual, *others = make_run_rows(result.graph)
     assert (usual.choice, usual.outcome, usual.parent) == ("", "completed", None)
     assert {each.outcome for each in others} == {"unsuccessful"}
     assert [each.parent for each in others] == [0] * 4
@@ -45,12 +45,12 @@ def test_each_run_is_a_row_below_the_one_that_it_left(result: ExploreResult) -> 
 
 
 def test_what_is_not_explored_is_open() -> None:
-    (row,) = run_rows(Graph(1, None))
+    (row,) = make_run_rows(Graph(1, None))
     assert row == MapRow("", 0.0, 0, None, (), outcome=OPEN)
 
 
 def test_the_coverage_is_that_of_all_runs(result: ExploreResult) -> None:
-    found = as_dict(explored_coverage(OPTIONS, result.graph.used))
+    found = coverage_values(compute_explored_coverage(OPTIONS, result.graph.used_parts))
     assert found["rules"]["never"] == []
     assert found["rules"]["fired"] == found["rules"]["of"] > 20
     assert found["actions"]["never"] == ["lock", "unlock"]
@@ -60,14 +60,16 @@ def test_the_coverage_is_that_of_all_runs(result: ExploreResult) -> None:
 
 def test_forks_note_what_runs_from_the_beginning_note(result: ExploreResult) -> None:
     forked = explored("test-scenario", "--coverage")["coverage"]
-    assert forked == as_dict(explored_coverage(OPTIONS, result.graph.used))
+    assert forked == coverage_values(compute_explored_coverage(OPTIONS, result.graph.used_parts))
 
 
 @needs_plugin("web")
 @needs_browser
 def test_the_page(result: ExploreResult, tmp_path: Path) -> None:
     file = tmp_path / "map.html"
-    write_page(result, explored_coverage(OPTIONS, result.graph.used), file, "cxbridge explore <x>")
+    write_page(
+        result, compute_explored_coverage(OPTIONS, result.graph.used_parts), file, "cxbridge explore <x>"
+    )
     shown = show(file, tmp_path / "profile")
     assert shown.console == []
     assert "5 runs, 4 states, 0 merged; complete. 1 completed, 4 unsuccessful" in shown.dom
@@ -86,9 +88,9 @@ def test_of_very_many_runs_those_with_few_faults_are_drawn(
     rows += [MapRow(f"a{n}: fails", 1.0, 1, 0, (f"a{n}",), 9.0, "completed") for n in range(1, 3)]
     rows += [MapRow(f"b{n}: fails", 2.0, 2, 1, ("a1", f"b{n}"), 9.0, "stuck") for n in range(800)]
     rows[-1].violations = ("run-ends: it does not",)
-    monkeypatch.setattr("cxbridge_explore.map.page.run_rows", lambda _graph: rows)
+    monkeypatch.setattr("cxbridge_explore.map.page.make_run_rows", lambda _graph: rows)
     file = tmp_path / "map.html"
-    write_page(result, explored_coverage(OPTIONS, ()), file, "x")
+    write_page(result, compute_explored_coverage(OPTIONS, ()), file, "x")
     text = show(file, tmp_path / "profile").dom
     drawn = text.count("<rect")
     assert 0 < drawn < len(rows)
@@ -110,15 +112,15 @@ def test_which_explored_run_breaks_the_property(tmp_path: Path) -> None:
     """The page begins with the violation; its bar opens the run at the moment of the fault."""
     file = tmp_path / "map.html"
     no_talk = "never (goal (class TALK) (outcome FAILED))"
-    properties = properties_of(OPTIONS, (no_talk,))
+    properties = select_properties(OPTIONS, (no_talk,))
     result = explore(OPTIONS, Bounds(faults=1), ExecutionOptions(fork=False), properties=properties)
     path = read_path(result.violations[0]["choices"])
     example = write_counterexample(OPTIONS, properties, no_talk, path, tmp_path / "found")
-    rows = run_rows(result.graph)
+    rows = make_run_rows(result.graph)
     pages = write_run_pages(result.graph, rows, file, OPTIONS, None, make_scenario)
     assert set(pages) == set(range(5))
     found = replace(result, counterexamples={no_talk: example})
-    stories = violation_stories(found.counterexamples, file)
+    stories = write_violation_pages(found.counterexamples, file)
     write_page(found, None, file, "cxbridge explore", pages=pages, stories=stories)
     shown = show(file, tmp_path / "profile")
     assert shown.console == []
@@ -134,10 +136,10 @@ def test_which_explored_run_breaks_the_property(tmp_path: Path) -> None:
 def test_the_page_is_live_while_it_explores(tmp_path: Path) -> None:
     drawn: list[int] = []
 
-    def draw(so_far: ExploreResult) -> None:
+    def draw_page(so_far: ExploreResult) -> None:
         drawn.append(len(so_far.graph.leaves))
         write_page(so_far, None, tmp_path / "map.html", "x", is_live=True)
 
-    explore(OPTIONS, Bounds(faults=0), ExecutionOptions(fork=False), draw=draw)
+    explore(OPTIONS, Bounds(faults=0), ExecutionOptions(fork=False), draw_page=draw_page)
     assert drawn[0] == 0
     assert (tmp_path / "map.html").stat().st_size > 0

@@ -11,7 +11,7 @@ import pytest
 from cxbridge.cli.main import invoke
 from cxbridge.run.options import RunOptions
 from cxbridge.trace.formats.registry import open_run
-from cxbridge_explore.counterexample_playing import NthChoice, NthChooser, play
+from cxbridge_explore.counterexample_playing import NthChoice, NthChooser, play_run
 from cxbridge_explore.properties.reading import find_property
 from explore_tests.pytest_files import pytest_of
 from tests.forked import nursery
@@ -103,6 +103,6 @@ def test_a_move_to_where_a_robot_is_counts_as_nothing():
         NthChoice("robot2: inspect{place='office'}", 0, "fails"),
         NthChoice("robot1: move{to='office'}", 0, "fails"),
     )
-    played = play(options, [find_property("executed-once")], NthChooser(faults))
-    assert [choice.taken.name for choice in played.choices].count("fails") == 2
+    played = play_run(options, [find_property("executed-once")], NthChooser(faults))
+    assert [choice.taken_option.name for choice in played.choices].count("fails") == 2
     assert played.violations == ()

@@ -137,14 +137,18 @@ SINCE_JAZZY: Final = (
 
 # The services of each node, with the last part of their types.
 SERVICES_BY_NODE: Final[Mapping[str, Mapping[str, str]]] = {
-    "problem": {f"/problem_expert/{name}": kind for name, kind in PROBLEM_SERVICE_TYPES.items()},
-    "domain": {f"/domain_expert/{name}": kind for name, kind in DOMAIN_SERVICE_TYPES.items()},
-    "planner": {f"/planner/{name}": kind for name, kind in PLANNER_SERVICE_TYPES.items()},
+    "problem": {
+        f"/problem_expert/{name}": service_type for name, service_type in PROBLEM_SERVICE_TYPES.items()
+    },
+    "domain": {f"/domain_expert/{name}": service_type for name, service_type in DOMAIN_SERVICE_TYPES.items()},
+    "planner": {f"/planner/{name}": service_type for name, service_type in PLANNER_SERVICE_TYPES.items()},
 }
 
 # The types of all services by name.
 SERVICE_TYPES: Final = {
-    name: f"{PACKAGE}/srv/{kind}" for services in SERVICES_BY_NODE.values() for name, kind in services.items()
+    name: f"{PACKAGE}/srv/{service_type}"
+    for services in SERVICES_BY_NODE.values()
+    for name, service_type in services.items()
 }
 
 

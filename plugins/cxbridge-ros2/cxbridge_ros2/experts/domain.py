@@ -59,14 +59,14 @@ def _get_constants(expert: ProblemExpert, _codec: NodeCodec, request: Message) -
 
 
 def _get_actions(
-    expert: ProblemExpert, _codec: NodeCodec, _request: Message, *, durative: bool
+    expert: ProblemExpert, _codec: NodeCodec, _request: Message, *, is_durative: bool
 ) -> Mapping[str, Any]:
-    return {"actions": [action.name for action in expert.domain.actions if action.durative is durative]}
+    return {"actions": [action.name for action in expert.domain.actions if action.durative is is_durative]}
 
 
 def _get_action_details(expert: ProblemExpert, codec: NodeCodec, request: Message) -> Mapping[str, Any]:
     domain = expert.domain
-    action = _find_action(domain, request["action"], durative=False)
+    action = _find_action(domain, request["action"], is_durative=False)
     parameters, names = _make_parameters(domain, action, request["parameters"])
     tree = partial(codec.encode_formula, names=names, find_types=partial(_find_types, domain))
     return {
@@ -83,7 +83,7 @@ def _get_durative_action_details(
     expert: ProblemExpert, codec: NodeCodec, request: Message
 ) -> Mapping[str, Any]:
     domain, name = expert.domain, request["durative_action"]
-    action = _find_action(domain, name, durative=True)
+    action = _find_action(domain, name, is_durative=True)
     parameters, names = _make_parameters(domain, action, request["parameters"])
     tree = partial(codec.encode_formula, names=names, find_types=partial(_find_types, domain))
     trees = {
@@ -159,14 +159,15 @@ def _make_parameters(
     names = [*parameter_names[: len(variables)], *defaults[len(parameter_names) :]]
     types = _list_types(action.parameters)
     parameters = [
-        make_param(name, kind, subtypes(domain, kind)) for name, kind in zip(names, types, strict=True)
+        make_param(name, type_name, subtypes(domain, type_name))
+        for name, type_name in zip(names, types, strict=True)
     ]
     return parameters, dict(zip(variables, names, strict=True))
 
 
-def _find_action(domain: Domain, name: str, *, durative: bool) -> ActionSchema:
-    actions = {action.name: action for action in domain.actions if action.durative is durative}
-    return actions[_find_name(name, actions, "durative action" if durative else "action")]
+def _find_action(domain: Domain, name: str, *, is_durative: bool) -> ActionSchema:
+    actions = {action.name: action for action in domain.actions if action.durative is is_durative}
+    return actions[_find_name(name, actions, "durative action" if is_durative else "action")]
 
 
 def _find_name(name: str, names: Iterable[str], noun: str) -> str:
@@ -189,9 +190,9 @@ DOMAIN_SERVICES: Final[Mapping[str, ExpertService]] = {
     "get_domain_name": ExpertService(_get_name),
     "get_domain_types": ExpertService(_get_types),
     "get_domain_constants": ExpertService(_get_constants, "Type not found"),
-    "get_domain_actions": ExpertService(partial(_get_actions, durative=False)),
+    "get_domain_actions": ExpertService(partial(_get_actions, is_durative=False)),
     "get_domain_action_details": ExpertService(_get_action_details, "Action not found"),
-    "get_domain_durative_actions": ExpertService(partial(_get_actions, durative=True)),
+    "get_domain_durative_actions": ExpertService(partial(_get_actions, is_durative=True)),
     "get_domain_durative_action_details": ExpertService(
         _get_durative_action_details, "Durative action not found"
     ),

@@ -206,7 +206,7 @@ class _TreeWriter:
         *,
         is_before_jazzy: bool,
     ) -> None:
-        self._nodes, self._parameter_names, self._find_types = nodes, names, find_types
+        self._nodes, self._variable_names, self._find_types = nodes, names, find_types
         self._numbers, self._is_before_jazzy = numbers, is_before_jazzy
 
     def add(self, formula: Formula) -> int:  # noqa: PLR0911 - a return for each kind of formula
@@ -274,13 +274,13 @@ class _TreeWriter:
 
     def _term_name(self, term: Term) -> str:
         if isinstance(term, Variable):
-            return self._parameter_names.get(term.name, f"?{term.name}")
+            return self._variable_names.get(term.name, f"?{term.name}")
         return format_term(term)
 
 
-def make_param(name: str, kind: str = "", subtypes: list[str] | None = None) -> Message:
+def make_param(name: str, type_name: str = "", subtypes: list[str] | None = None) -> Message:
     """Return a plansys2_msgs/msg/Param for a parameter or an instance."""
-    return {"name": name, "type": kind, "sub_types": subtypes or []}
+    return {"name": name, "type": type_name, "sub_types": subtypes or []}
 
 
 def make_ground_node(

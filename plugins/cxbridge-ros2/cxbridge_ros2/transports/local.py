@@ -130,11 +130,11 @@ class LocalNode(Node):
             for type_name, data in self.graph.latched_messages.get(topic, ()):
                 self.queue_message(topic, subscription, type_name, data)
 
-        def end() -> None:
+        def end_subscription() -> None:
             if subscription in subscriptions:
                 subscriptions.remove(subscription)
 
-        return end
+        return end_subscription
 
     def queue_message(
         self, topic: str, subscription: _Subscription, type_name: TypeName, data: bytes
@@ -159,11 +159,11 @@ class LocalNode(Node):
         server = _Server(self, self._check_service_type(service_type), handler, next(self.graph.numbers))
         self.graph.servers[check_topic(service)] = server
 
-        def end() -> None:
+        def end_service() -> None:
             if self.graph.servers.get(service) is server:
                 del self.graph.servers[service]
 
-        return end
+        return end_service
 
     def poll(self, timeout_s: float = 0.0) -> bool:  # noqa: ARG002 - a wait would receive nothing
         # the number is taken first, since messages that callbacks queue belong to the next poll

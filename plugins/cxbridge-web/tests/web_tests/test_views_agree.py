@@ -32,7 +32,7 @@ from cxbridge.trace.codec import encode_with_kind
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.registry import open_run
 from cxbridge_explore.counterexample import write_counterexample
-from cxbridge_explore.counterexample_playing import play
+from cxbridge_explore.counterexample_playing import play_run
 from cxbridge_explore.worlds.points import RandomChooser
 from cxbridge_studio.explain.goals import Goals
 from cxbridge_studio.explain.recorded import RecordedEvidence
@@ -213,7 +213,7 @@ def test_drawn_worlds(seed: int, tmp_path: Path, page_modules: Path):
     recorded = tmp_path / "run.mcap"
     scenario = "two-robots" if seed % 2 else DRAWN[seed // 2 % len(DRAWN)]
     options = RunOptions(scenario=shipped_dir("scenarios") / scenario, skiller="none", timeout=120.0)
-    play(options, (), RandomChooser(seed), recorded)
+    play_run(options, (), RandomChooser(seed), recorded)
     assert check(open_run(recorded), page_modules) > 0
 
 
@@ -223,7 +223,7 @@ def test_the_counterexamples_of_explore(defect: Defect, tmp_path: Path, page_mod
     path = next(
         path
         for path, played in runs(options, defect.properties, defect.faults)
-        if played.violation(defect.found_by) is not None
+        if played.find_violation(defect.found_by) is not None
     )
     example = write_counterexample(options, defect.properties, defect.found_by, path, tmp_path / "found")
     assert check(open_run(example.recording), page_modules) > 0

@@ -1,4 +1,4 @@
-"""``cxbridge game``: plays one or many games, with one or two agents."""
+"""The command ``cxbridge game``, which plays one or many games, with one or two agents."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, LogLine
 from cxbridge.run.options import RunOptions
 from cxbridge_explore.cli.game.options import AgentOptions, GameOptions, PlayOptions
-from cxbridge_explore.cli.progress import progress
-from cxbridge_explore.game.kinds import chosen_game
+from cxbridge_explore.cli.progress import show_progress
+from cxbridge_explore.game.kinds import find_chosen_game
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
@@ -25,23 +25,23 @@ if TYPE_CHECKING:
     from cxbridge_explore.game.kinds import Game
     from cxbridge_explore.game.score import GameResult
 
-TESTS_FAILED: Final = 1  # exit status of a game whose agent's own tests failed
+EXIT_TESTS_FAILED: Final = 1  # exit status of a game whose agent's own tests failed
 
-NOT_OVER: Final = 3  # exit status of an unfinished game
+EXIT_NOT_OVER: Final = 3  # exit status of an unfinished game
 
-FAULT: Final = 4  # exit status of a game that was ended by an error of cxbridge
+EXIT_FAULT: Final = 4  # exit status of a game that was ended by an error of cxbridge
 
 
 class _GameLog(RunLog):
-    """The log of a game; lines of quiet components are shown only with ``--verbose``."""
+    """Prints the log of a game. Lines of quiet components are printed only with ``--verbose``."""
 
     def __init__(self, console: ConsoleOptions, quiet: Collection[str]) -> None:
         super().__init__(quiet=console.quiet, verbose=console.verbose)
-        self._hidden = frozenset(() if console.verbose else quiet)
+        self._hidden_components = frozenset(() if console.verbose else quiet)
 
     def __call__(self, event: Event) -> None:
-        """Print a log line unless it is hidden."""
-        if not (isinstance(event, LogLine) and event.component in self._hidden):
+        """Print a log line, unless its component is hidden."""
+        if not (isinstance(event, LogLine) and event.component in self._hidden_components):
             super().__call__(event)
 
 
@@ -68,45 +68,45 @@ def game(
     """
     options = RunOptions(**vars(agent), skiller="none")
     against = play.second_agent()
-    several = play.games > 1 or against is not None
-    first = _make_game(options, play, game_options, several=several)
-    if not several:
+    is_series = play.games > 1 or against is not None
+    first = _make_game(options, play, game_options, is_series=is_series)
+    if not is_series:
         check_folders(play.html)
-        log = _GameLog(console, first.quiet)
-        return _report_one(first.play(play.seed, log, log.attach), play.html, as_json=as_json)
+        log = _GameLog(console, first.quiet_components)
+        return _report_game(first.play(play.seed, log, log.attach), play.html, as_json=as_json)
     if options.trace or options.log or options.bblog:
         raise CxbridgeError("many games cannot be recorded to one file", hint="play a single game: --seed N")
     if play.html is not None:
         raise CxbridgeError("--html shows one game", hint="play a single game: --seed N")
-    return _play_many(_games(first, against), play, as_json=as_json)
+    return _play_series(_games_by_agent(first, against), play, as_json=as_json)
 
 
-def _make_game(options: RunOptions, play: PlayOptions, game_options: GameOptions, *, several: bool) -> Game:
-    """Return the game of the scenario, or the game that options of a plug-in select."""
+def _make_game(options: RunOptions, play: PlayOptions, game_options: GameOptions, *, is_series: bool) -> Game:
+    """Make the game of the scenario, or the game that options of a plug-in select."""
     from cxbridge_explore.game.scenario import ScenarioGame
 
-    plugin_game = chosen_game(game_options.more)
+    plugin_game = find_chosen_game(game_options.more)
     if plugin_game is not None:
-        return plugin_game.game(options, minutes=play.minutes, world=play.world, several=several)
+        return plugin_game.make_game(options, minutes=play.minutes, world=play.world, is_series=is_series)
     options.check()
     return ScenarioGame(run=options, minutes=play.minutes, world=play.world)
 
 
-def _games(first: Game, against: Path | None) -> dict[str, Game]:
-    """Return the games on the same seeds, by agent.
+def _games_by_agent(first: Game, against: Path | None) -> dict[str, Game]:
+    """Return the game of each agent, by the name of the agent.
 
     :param against: the second agent, or None.
     """
     name = str(first.run.scenario or (first.run.overlays or (first.run.fawkes_dir,))[0])
     games = {name: first}
     if against is not None:
-        games[str(against)] = first.of_agent(against)
+        games[str(against)] = first.replace_agent(against)
         if len(games) == 1:
             raise CxbridgeError(f"--against names the same agent: {against}", hint="name another agent")
     return games
 
 
-def _report_one(result: GameResult, page: Path | None, *, as_json: bool) -> int:
+def _report_game(result: GameResult, page: Path | None, *, as_json: bool) -> int:
     from cxbridge_explore.cli.game.output import say_game
 
     if as_json:
@@ -117,15 +117,15 @@ def _report_one(result: GameResult, page: Path | None, *, as_json: bool) -> int:
         from cxbridge_explore.game.page import write_page
 
         write_page(result, page, shlex.join(["cxbridge", *sys.argv[1:]]))
-    return _status({result.seed: result})
+    return _report_faults({result.seed: result})
 
 
-def _play_many(games: Mapping[str, Game], play: PlayOptions, *, as_json: bool) -> int:
+def _play_series(games: Mapping[str, Game], play: PlayOptions, *, as_json: bool) -> int:
     from cxbridge_explore.cli.game.output import say_games
     from cxbridge_explore.game.match import GamesSummary, Match, play_games
 
     seeds = range(play.seed, play.seed + play.games)
-    with progress("games", len(seeds) * len(games)) as advance:
+    with show_progress("games", len(seeds) * len(games)) as advance:
         played = play_games(games, seeds, play.jobs or os.cpu_count() or 1, advance)
     if not as_json:
         say_games(played)
@@ -134,12 +134,12 @@ def _play_many(games: Mapping[str, Game], play: PlayOptions, *, as_json: bool) -
         if len(played) > 1:
             report["comparison"] = Match(*played.values()).as_dict()
         say_json({**report, "seed": play.seed}, indent=2)
-    return max(_status(results) for results in played.values())
+    return max(_report_faults(results) for results in played.values())
 
 
-def _status(results: Mapping[int, GameResult]) -> int:
+def _report_faults(results: Mapping[int, GameResult]) -> int:
     """Print undefined constructs and faults, and return the exit status."""
-    # The games have the same agent, so the same constructs are undefined in each game.
+    # printed once, since all games have the same agent, and so the same undefined constructs
     undefined = dict.fromkeys(construct for result in results.values() for construct in result.undefined)
     for construct in undefined:
         complain(f"{construct}; its actions never run")
@@ -147,7 +147,7 @@ def _status(results: Mapping[int, GameResult]) -> int:
         for fault in result.faults:
             complain(f"seed {seed}: {fault}")
     if any(result.faults for result in results.values()):
-        return FAULT
+        return EXIT_FAULT
     if any(result.simtest == "FAILED" for result in results.values()):
-        return TESTS_FAILED
-    return 0 if all(result.is_over for result in results.values()) else NOT_OVER
+        return EXIT_TESTS_FAILED
+    return 0 if all(result.is_over for result in results.values()) else EXIT_NOT_OVER

@@ -86,7 +86,10 @@ def _game_options() -> list[type[Any]]:
 
 @dataclass(frozen=True, kw_only=True)
 class GameOptions:
-    """Options of plug-ins for a game that is not a scenario."""
+    """Options with which plug-ins select a game in place of a scenario.
+
+    :cvar added_groups: returns the groups of options of plug-ins, which become the values of ``more``.
+    """
 
     added_groups: ClassVar[Callable[[], list[type[Any]]]] = _game_options
 

@@ -10,7 +10,7 @@ from cxbridge_explore.game.score import GameResult
 
 
 def say_game(result: GameResult) -> None:
-    """Print the points in order, the work of each robot, and the score."""
+    """Print the points in the order of time, the work of robots and machines, and the score."""
     score = result.score
     for award in score.awards:
         say(f"{award.game_time:8.1f} s  {award.team:8}{award.points:+5d}  {award.reason}")
@@ -18,7 +18,7 @@ def say_game(result: GameResult) -> None:
         product = f"order {delivery.order} ({delivery.complexity})"
         say(f"{delivery.game_time:8.1f} s  {delivery.team:8} delivers {product}")
     for order in score.orders:
-        times = ", ".join(f"{second:g} s" for second in score.delivered(order)) or "never"
+        times = ", ".join(f"{second:g} s" for second in score.delivery_times(order)) or "never"
         window = f"{order.begin:g} to {order.end:g} s"
         say(f"order {order.order} ({order.complexity}): {window}; delivered: {times}")
     for name, work in result.robots.items():
@@ -44,7 +44,7 @@ def say_games(games: Mapping[str, Mapping[int, GameResult]]) -> None:
     for name, results in games.items():
         summary = GamesSummary(results)
         over = sum(result.is_over for result in results.values())
-        say(f"{name}: {len(results)} games, {over} over, {_points(summary)}")
+        say(f"{name}: {len(results)} games, {over} over, {_format_points(summary)}")
     if len(games) == 1:
         for seed, result in next(iter(games.values())).items():
             say(f"  seed {seed}: {result.points} points, {len(result.score.deliveries)} deliveries")
@@ -52,18 +52,19 @@ def say_games(games: Mapping[str, Mapping[int, GameResult]]) -> None:
     (first, second), (first_results, second_results) = games, games.values()
     match = Match(first_results, second_results)
     difference = match.difference
-    say(f"{second} minus {first}: {difference.estimate:+.1f} points a game ({difference.span('+.1f')})")
+    bounds = difference.format_bounds("+.1f")
+    say(f"{second} minus {first}: {difference.estimate:+.1f} points a game ({bounds})")
     for seed, first_points, second_points in match.most_different_games():
         say(f"  seed {seed}: {first_points} and {second_points} points")
-    better = match.better
+    better = match.better_index
     if better is None:
         say("these games do not show that one is better")
     else:
         say(f"{(first, second)[better]} is better")
 
 
-def _points(summary: GamesSummary) -> str:
+def _format_points(summary: GamesSummary) -> str:
     points = summary.points
     if len(summary.results) == 1:
         return f"{points.estimate:g} points"
-    return f"{points.estimate:.1f} points a game ({points.span('.1f')})"
+    return f"{points.estimate:.1f} points a game ({points.format_bounds('.1f')})"

@@ -1,1 +1,1 @@
-"""The built-in properties, for every run of every agent."""
+"""The built-in properties, which each run of each agent should have."""

@@ -1,4 +1,4 @@
-"""Properties of plan-actions: true preconditions at the start, and no double execution."""
+"""Monitors of plan-actions: preconditions hold when an action starts, and nothing is executed twice."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Literal = tuple[bool, Atom]  # an atom that an effect makes true or false
 
 @dataclass(frozen=True, slots=True)
 class ObservedAction:
-    """A plan-action as observed by a monitor.
+    """A plan-action that a monitor observes.
 
     :param arguments: the values by parameter.
     """
@@ -43,7 +43,7 @@ class ObservedAction:
 
 
 class ActionMonitor(Monitor):
-    """Base class: tracks the states of plan-actions."""
+    """The base class of these monitors: follows the states of plan-actions."""
 
     templates = ("domain-operator", "domain-effect", "domain-fact", "pddl-formula", "pddl-predicate")
 
@@ -54,36 +54,36 @@ class ActionMonitor(Monitor):
     def joined(self, tables: FactTables) -> None:
         """Watch the actions and the domain of an agent."""
         super().joined(tables)
-        tables.env.watcher.follow("plan-action", partial(self._asserted, tables), _ACTION_SLOTS)
+        tables.env.watcher.follow("plan-action", partial(self._handle_action_fact, tables), _ACTION_SLOTS)
 
     def left(self, tables: FactTables) -> None:
-        """Forget the actions of an agent: a restarted agent may reuse their ids."""
+        """Forget the actions of an agent, whose ids a restarted agent may reuse."""
         self._states = {key: state for key, state in self._states.items() if key[0] != tables.name}
 
-    def _asserted(self, tables: FactTables, _template: str, slots: Mapping[str, str]) -> None:
+    def _handle_action_fact(self, tables: FactTables, _template: str, slots: Mapping[str, str]) -> None:
         try:
             key = tables.name, slots["goal-id"], slots["plan-id"], slots["id"]
-            state, earlier = slots["state"], self._states.get(key)
+            state, earlier_state = slots["state"], self._states.get(key)
         except KeyError:
             return  # the agent has another deftemplate of this name
-        if state == earlier:  # each modification of another slot asserts the fact again
+        if state == earlier_state:  # a modification of another slot has asserted the fact again
             return
         self._states[key] = state
-        if state in _STARTED and earlier not in _STARTED:
-            self.on_start(tables, self._action(tables, key, slots))
+        if state in _STARTED and earlier_state not in _STARTED:
+            self.on_start(tables, self._make_action(tables, key, slots))
         elif state == "FINAL":
-            self.on_end(tables, self._action(tables, key, slots))
+            self.on_end(tables, self._make_action(tables, key, slots))
         elif state in _WAITING:
             self.on_wait(key)
 
     @staticmethod
-    def _action(tables: FactTables, key: ActionKey, slots: Mapping[str, str]) -> ObservedAction:
+    def _make_action(tables: FactTables, key: ActionKey, slots: Mapping[str, str]) -> ObservedAction:
         name = slots["action-name"]
         names, values = (
             parse_fields(slots.get("param-names", "")),
             parse_fields(slots.get("param-values", "")),
         )
-        # An agent may assert an action without the names of its parameters, which its operator has.
+        # An agent may assert an action without the names of its parameters; the operator has the names.
         for operator in () if names else tables.texts("domain-operator"):
             if operator["name"] == name:
                 names = parse_fields(operator["param-names"])
@@ -100,8 +100,8 @@ class ActionMonitor(Monitor):
         """Handle the end of an action, after its effects were applied."""
 
 
-class PreconditionsHold(ActionMonitor):
-    """No action starts with a false precondition."""
+class PreconditionMonitor(ActionMonitor):
+    """Checks that no action starts with a false precondition."""
 
     def on_start(self, tables: FactTables, action: ObservedAction) -> None:
         if not any(formula["part-of"] == action.name for formula in tables.texts("pddl-formula")):
@@ -117,26 +117,26 @@ class PreconditionsHold(ActionMonitor):
             )
 
 
-class ExecutedOnce(ActionMonitor):
-    """Nothing is executed twice.
+class SingleExecutionMonitor(ActionMonitor):
+    """Checks that nothing is executed twice.
 
-    A plan-action has one skill call unless the agent resets it for a retry. No action starts if its effects
-    were already achieved by the same operator, executed by another robot or for another goal. An action
-    without effects may be repeated.
+    A plan-action has one skill call, unless the agent resets the action for a retry. No action starts if an
+    action of the same operator has achieved the same effects, for another goal or with another robot, and
+    the effects still hold. An action without effects may be repeated.
     """
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
         self._calls: dict[ActionKey, str] = {}  # id of the skill call by action
-        # The executed action by operator and achieved effects.
+        # By operator and achieved effects: a text about the executed action.
         self._achieved: dict[tuple[str, frozenset[Literal]], str] = {}
 
     def joined(self, tables: FactTables) -> None:
-        """Also watch the calls of skills, and facts that undo an effect."""
+        """Watch the actions, the calls of skills, and the facts that undo an effect."""
         super().joined(tables)
         watcher = tables.env.watcher
         slots = ("goal-id", "plan-id", "action-id", "skill-id", "skill-name")
-        watcher.follow("skill-action-execinfo", partial(self._called, tables), slots)
+        watcher.follow("skill-action-execinfo", partial(self._handle_call_fact, tables), slots)
         watcher.follow("domain-fact", partial(self._undo_literal, False), ("name", "param-values"))
         watcher.follow_retractions("domain-fact", partial(self._undo_literal, True), ("name", "param-values"))
 
@@ -145,7 +145,7 @@ class ExecutedOnce(ActionMonitor):
         super().left(tables)
         self._calls = {key: skill for key, skill in self._calls.items() if key[0] != tables.name}
 
-    def _called(self, tables: FactTables, _template: str, slots: Mapping[str, str]) -> None:
+    def _handle_call_fact(self, tables: FactTables, _template: str, slots: Mapping[str, str]) -> None:
         key = tables.name, slots["goal-id"], slots["plan-id"], slots["action-id"]
         skill = self._calls.setdefault(key, slots["skill-id"])
         self.is_evaluated = True
@@ -158,15 +158,15 @@ class ExecutedOnce(ActionMonitor):
                 skill=name,
             )
 
-    def _undo_literal(self, positive: bool, _template: str, slots: Mapping[str, str]) -> None:
+    def _undo_literal(self, is_true: bool, _template: str, slots: Mapping[str, str]) -> None:
         """Forget the executed actions with an effect that a changed fact undoes.
 
-        :param positive: whether the undone effect makes the atom true.
+        :param is_true: whether the undone effect has made the atom true.
         """
         atom = (slots["name"], *parse_fields(slots["param-values"]))
-        self._undo({(positive, atom)})
+        self._forget_undone({(is_true, atom)})
 
-    def _undo(self, literals: set[Literal]) -> None:
+    def _forget_undone(self, literals: set[Literal]) -> None:
         for key in [key for key in self._achieved if not literals.isdisjoint(key[1])]:
             del self._achieved[key]
 
@@ -174,12 +174,12 @@ class ExecutedOnce(ActionMonitor):
         self._calls.pop(key, None)
 
     def on_start(self, tables: FactTables, action: ObservedAction) -> None:
-        """Report an action whose effects were achieved and not undone."""
-        effects = self._effects(tables, action)
+        """Report an action whose effects were achieved and still hold."""
+        effects = self._read_effects(tables, action)
         if not effects:
             return
         self.is_evaluated = True
-        achiever = self._achieved.get((action.name, self._purpose(effects)))
+        achiever = self._achieved.get((action.name, self._select_purpose(effects)))
         if achiever is not None:
             self.scene.report(
                 f"{action.text} of {action.goal} starts, but {achiever} has been executed, "
@@ -190,19 +190,19 @@ class ExecutedOnce(ActionMonitor):
 
     def on_end(self, tables: FactTables, action: ObservedAction) -> None:
         """Record the achieved effects."""
-        effects = self._effects(tables, action)
+        effects = self._read_effects(tables, action)
         if effects:
-            self._undo({(not made, atom) for made, atom in effects})
-            self._achieved[action.name, self._purpose(effects)] = f"{action.text} of {action.goal}"
+            self._forget_undone({(not is_true, atom) for is_true, atom in effects})
+            self._achieved[action.name, self._select_purpose(effects)] = f"{action.text} of {action.goal}"
 
     @staticmethod
-    def _purpose(effects: frozenset[Literal]) -> frozenset[Literal]:
+    def _select_purpose(effects: frozenset[Literal]) -> frozenset[Literal]:
         """Return the atoms that an action makes true; without such atoms, the atoms made false."""
         return frozenset(literal for literal in effects if literal[0]) or effects
 
     @staticmethod
-    def _effects(tables: FactTables, action: ObservedAction) -> frozenset[Literal]:
-        """Return the effects of an action; empty if they are conditional."""
+    def _read_effects(tables: FactTables, action: ObservedAction) -> frozenset[Literal]:
+        """Return the effects of an action; empty if an effect is conditional."""
         conditional = {formula["part-of"] for formula in tables.texts("pddl-formula")}
         effects = [effect for effect in tables.texts("domain-effect") if effect["part-of"] == action.name]
         if any(effect["name"] in conditional for effect in effects):
@@ -211,7 +211,7 @@ class ExecutedOnce(ActionMonitor):
             (effect["type"] == "POSITIVE", ground_predicate(effect, action.arguments)) for effect in effects
         )
         # An atom made false and true at once does not change, e.g. in a move from a place to the same place.
-        return frozenset((made, atom) for made, atom in literals if (not made, atom) not in literals)
+        return frozenset((is_true, atom) for is_true, atom in literals if (not is_true, atom) not in literals)
 
     def state(self) -> Hashable | None:
         """Return the achieved effects, and the actions with a skill call."""

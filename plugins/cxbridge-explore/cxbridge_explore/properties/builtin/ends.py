@@ -1,4 +1,4 @@
-"""Properties of the end of a run: it ends, without CLIPS errors, and releases its Skillers."""
+"""Monitors of the end of a run: the run ends, has no errors of CLIPS, and releases its Skillers."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from typing import Final
 from cxbridge.events import Event, InterfaceMessage, Level, LogLine
 from cxbridge_explore.properties.monitor import Ending, Monitor, RunEnd, Scene
 
-# The prefix of CLIPS' message with the rule of an error. The message before has the error itself.
-_HALTED: Final = "[PRCCODE4]"
+# The start of the message in which CLIPS names the rule of an error. The message before describes the error.
+_RULE_ERROR_PREFIX: Final = "[PRCCODE4]"
 
 _SKILLER: Final = "SkillerInterface"
 
 
-class RunEnds(Monitor):
-    """The run ends: all root goals are finished, or are maintained."""
+class RunEndMonitor(Monitor):
+    """Checks that the run ends: all root goals are finished or maintained."""
 
-    def end(self, end: RunEnd) -> None:
+    def check_end(self, end: RunEnd) -> None:
         self.is_evaluated = True
         if end.ending is not Ending.OVER:
             failure = "is stuck" if end.ending is Ending.STUCK else "has not come to its end"
@@ -32,8 +32,8 @@ class RunEnds(Monitor):
         return ""
 
 
-class NoErrors(Monitor):
-    """No rule has a run-time error."""
+class ErrorMonitor(Monitor):
+    """Checks that no rule has a run-time error."""
 
     event_types = (LogLine,)
 
@@ -41,12 +41,12 @@ class NoErrors(Monitor):
         super().__init__(scene)
         self._last_error = ""
 
-    def handle(self, event: Event) -> None:
+    def handle_event(self, event: Event) -> None:
         self.is_evaluated = True
         if isinstance(event, LogLine) and event.level is Level.ERROR:
-            if event.text.startswith(_HALTED):
+            if event.text.startswith(_RULE_ERROR_PREFIX):
                 self.scene.report(f"an error in a rule: {self._last_error} {event.text}".replace("  ", " "))
-            self._last_error = event.text  # CLIPS prints the error before the message with its rule
+            self._last_error = event.text
 
     def check(self) -> None:
         """Report faults in Python functions that rules call."""
@@ -55,30 +55,32 @@ class NoErrors(Monitor):
                 self.scene.report(tables.env.faults[0])
 
 
-class SkillersReleased(Monitor):
-    """The shutdown rules release the control of each Skiller."""
+class SkillerReleaseMonitor(Monitor):
+    """Checks that the shutdown rules release the control of each Skiller."""
 
     event_types = (InterfaceMessage,)
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
-        self._controlled: list[str] = []
+        self._controlled_skillers: list[str] = []
 
-    def end(self, end: RunEnd) -> None:  # noqa: ARG002 - the same for each kind of end
+    def check_end(self, end: RunEnd) -> None:  # noqa: ARG002 - the same for each kind of end
         """Record the Skillers under control."""
-        self._controlled = [
+        self._controlled_skillers = [
             str(slots["skiller"])
             for tables in self.scene.tables
             for slots in tables.facts("skiller-control")
             if slots["acquired"] == "TRUE"
         ]
 
-    def handle(self, event: Event) -> None:
+    def handle_event(self, event: Event) -> None:
         if isinstance(event, InterfaceMessage) and event.message == "ReleaseControlMessage":
             self.is_evaluated = True
-            self._controlled = [name for name in self._controlled if f"{_SKILLER}::{name}" != event.uid]
+            self._controlled_skillers = [
+                name for name in self._controlled_skillers if f"{_SKILLER}::{name}" != event.uid
+            ]
 
-    def finalized(self) -> None:
+    def check_shutdown(self) -> None:
         """Report the Skillers that are still under control."""
-        for skiller in self._controlled:
+        for skiller in self._controlled_skillers:
             self.scene.report(f"the control of {skiller} was not released at the end", skill=skiller)

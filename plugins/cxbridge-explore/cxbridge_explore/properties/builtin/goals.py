@@ -1,4 +1,4 @@
-"""Properties of goals: each goal is retracted in the end, and no goal rests without a reason."""
+"""Monitors of goals: each goal is retracted in the end, and no goal rests without a reason."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ DEFAULT_REST_S: Final = 60.0
 
 _RETRACTED: Final = "RETRACTED"
 _GOAL, _ACTION, _CALL = "goal", "plan-action", "planner-call"
-_AT_WORK: Final = frozenset(
+_WORKING_STATES: Final = frozenset(
     {"WAITING", "RUNNING", "EXECUTION-SUCCEEDED", "SENSED-EFFECTS-WAIT", "SENSED-EFFECTS-HOLD"}
 )
 
 
-def _goals(tables: FactTables) -> dict[str, Slots]:
+def _goals_by_id(tables: FactTables) -> dict[str, Slots]:
     """Return the goals by id."""
     return {str(slots["id"]): slots for slots in tables.facts(_GOAL)}
 
@@ -34,7 +34,7 @@ def _may_be_removed(goal: Slots) -> bool:
     return bool(goal["mode"] == _RETRACTED or (goal["id"] == "nil" and goal["mode"] == "FORMULATED"))
 
 
-def _with_parents(goal: Slots, goals: Mapping[str, Slots]) -> Iterator[Slots]:
+def _lineage(goal: Slots, goals: Mapping[str, Slots]) -> Iterator[Slots]:
     """Yield a goal and its parents, each once even in a cycle."""
     lineage: dict[str, Slots] = {}
     parent: Slots | None = goal
@@ -44,8 +44,11 @@ def _with_parents(goal: Slots, goals: Mapping[str, Slots]) -> Iterator[Slots]:
     yield from lineage.values()
 
 
-class GoalsRetracted(Monitor):
-    """Each goal is RETRACTED in the end, or removed with a RETRACTED parent. MAINTAIN goals are exempt."""
+class GoalRetractionMonitor(Monitor):
+    """Checks that each goal is RETRACTED in the end, or removed with a RETRACTED parent.
+
+    MAINTAIN goals are exempt.
+    """
 
     templates = (_GOAL,)
 
@@ -57,45 +60,45 @@ class GoalsRetracted(Monitor):
     def joined(self, tables: FactTables) -> None:
         super().joined(tables)
         goals = self._last_slots[tables] = {}
-        tables.env.watcher.follow(_GOAL, partial(self._note, goals), ("id", "parent", "mode", "type"))
+        tables.env.watcher.follow(_GOAL, partial(self._store_slots, goals), ("id", "parent", "mode", "type"))
 
     def left(self, tables: FactTables) -> None:
         del self._last_slots[tables]
 
     @staticmethod
-    def _note(goals: dict[str, Mapping[str, str]], _template: str, slots: Mapping[str, str]) -> None:
+    def _store_slots(goals: dict[str, Mapping[str, str]], _template: str, slots: Mapping[str, str]) -> None:
         goals[slots["id"]] = slots
 
     def check(self) -> None:
         """Report goals whose facts were removed too early."""
-        if not self.changes.take():
+        if not self.changes.take_pending():
             return
         for tables, last_slots in self._last_slots.items():
-            goals = _goals(tables)
+            goals = _goals_by_id(tables)
             self.is_evaluated |= bool(goals)
             removed = [goal for name, goal in last_slots.items() if name not in goals]
             for goal in removed:
-                if not any(_may_be_removed(each) for each in _with_parents(goal, last_slots)):
+                if not any(_may_be_removed(ancestor) for ancestor in _lineage(goal, last_slots)):
                     name, mode = goal["id"], goal["mode"]
                     self.scene.report(f"goal {name} is gone, it was {mode}", goal=name)
-            # Forget the goals only now, since the parents of a removed goal may be removed in the same loop.
+            # in a second loop, since the parents of a removed goal may be removed at the same time
             for goal in removed:
                 del last_slots[goal["id"]]
 
-    def end(self, end: RunEnd) -> None:
+    def check_end(self, end: RunEnd) -> None:
         """Report goals that are left at the end."""
         if end.ending is Ending.CUT:
             return
         for tables in self.scene.tables:
-            goals = _goals(tables)
+            goals = _goals_by_id(tables)
             for name, goal in goals.items():
-                lineage = _with_parents(goal, goals)
-                if not any(_may_be_removed(each) or _is_maintained(each) for each in lineage):
+                lineage = _lineage(goal, goals)
+                if not any(_may_be_removed(ancestor) or _is_maintained(ancestor) for ancestor in lineage):
                     self.scene.report(f"goal {name} is {goal['mode']} at the end", goal=name)
 
 
-class NoIdleRest(Monitor):
-    """No goal stays in a mode for long without waiting for something.
+class IdleGoalMonitor(Monitor):
+    """Checks that no goal stays in a mode for long without waiting for something.
 
     :param limit_s: the limit in seconds.
     """
@@ -105,7 +108,7 @@ class NoIdleRest(Monitor):
     def __init__(self, scene: Scene, limit_s: float = DEFAULT_REST_S) -> None:
         super().__init__(scene)
         self._limit_s = limit_s
-        # The mode of each goal that waits for nothing, and the second since which it rests; by agent and id.
+        # By agent and id of a goal that waits for nothing: its mode, and the second since which it rests.
         self._rests: dict[tuple[str, str], tuple[str, float]] = {}
 
     def left(self, tables: FactTables) -> None:
@@ -114,10 +117,10 @@ class NoIdleRest(Monitor):
     def check(self) -> None:
         """Record resting goals, and report those that exceed the limit."""
         now = self.scene.seconds
-        if self.changes.take():
+        if self.changes.take_pending():
             earlier, self._rests = self._rests, {}
             for tables in self.scene.tables:
-                for name, mode in self._resting(tables):
+                for name, mode in self._find_resting_goals(tables):
                     rest = earlier.get((tables.name, name))
                     self._rests[tables.name, name] = rest if rest and rest[0] == mode else (mode, now)
             self.is_evaluated |= bool(self._rests)
@@ -127,29 +130,30 @@ class NoIdleRest(Monitor):
                     f"goal {name} has been {mode} for {self._limit_s:g} s and waits for nothing", goal=name
                 )
 
-    def _resting(self, tables: FactTables) -> Iterator[tuple[str, str]]:
+    def _find_resting_goals(self, tables: FactTables) -> Iterator[tuple[str, str]]:
         """Yield the id and the mode of each goal that waits for nothing."""
-        goals = _goals(tables)
-        busy = {str(slots["goal-id"]) for slots in tables.facts(_CALL) if slots["status"] == "RUNNING"}
+        goals = _goals_by_id(tables)
+        busy_goals = {str(slots["goal-id"]) for slots in tables.facts(_CALL) if slots["status"] == "RUNNING"}
         actions = tables.facts(_ACTION)
-        working = {str(slots["goal-id"]) for slots in actions if slots["state"] in _AT_WORK}
-        busy |= working
-        if working:  # a pending action may wait for a busy Skiller, or for the effect of another action
-            busy |= {str(slots["goal-id"]) for slots in actions if slots["state"] == "PENDING"}
+        working_goals = {str(slots["goal-id"]) for slots in actions if slots["state"] in _WORKING_STATES}
+        busy_goals |= working_goals
+        # A pending action may wait for a busy Skiller, or for the effect of a running action.
+        if working_goals:
+            busy_goals |= {str(slots["goal-id"]) for slots in actions if slots["state"] == "PENDING"}
         parents = {str(goal["parent"]) for goal in goals.values() if goal["mode"] != _RETRACTED}
         has_locks = any(slots["state"] == "LOCKED" for slots in tables.facts("mutex"))
         for name, goal in goals.items():
             mode = str(goal["mode"])
             lacks_resources = goal["required-resources"] != goal["acquired-resources"]
-            waits = (
+            is_waiting = (
                 mode == _RETRACTED
                 or _is_maintained(goal)
-                or name in busy
+                or name in busy_goals
                 or name in parents  # waits for its sub-goals, which are checked separately
                 or (mode == "FORMULATED" and len(goals) > 1)  # waits for its selection
                 or (mode == "COMMITTED" and has_locks and lacks_resources)
             )
-            if not waits:
+            if not is_waiting:
                 yield name, mode
 
     def state(self) -> Hashable | None:

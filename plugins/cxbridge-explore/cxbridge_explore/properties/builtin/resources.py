@@ -1,4 +1,4 @@
-"""Properties of resources: each resource has at most one holder, and no resource outlives its goal."""
+"""Monitors of resources: each resource has at most one holder, and no resource outlives its goal."""
 
 from __future__ import annotations
 
@@ -12,26 +12,26 @@ _GOAL, _REQUEST, _MUTEX = "goal", "resource-request", "mutex"
 _IDENTITY: Final = ("cx", "identity")
 
 
-def _acquired(tables: FactTables) -> Iterator[tuple[str, str]]:
+def _acquired_resources(tables: FactTables) -> Iterator[tuple[str, str]]:
     """Yield each acquired resource and the id of its goal."""
     for slots in tables.facts(_GOAL):
         for resource in slots["acquired-resources"]:
             yield str(resource), str(slots["id"])
 
 
-class OneHolder(Monitor):
-    """No resource has two holders at a time, be they goals of one agent or of several agents."""
+class ResourceHolderMonitor(Monitor):
+    """Checks that no resource has two holders at a time, which may be goals of one agent or of two agents."""
 
     templates = (_GOAL,)
 
     def check(self) -> None:
-        if not self.changes.take():
+        if not self.changes.take_pending():
             return
         holders: dict[str, str] = {}
         for tables in self.scene.tables:
             # Goals of different agents may have the same id.
             agent = f" of {tables.name}" if len(self.scene.tables) > 1 else ""
-            for resource, goal in _acquired(tables):
+            for resource, goal in _acquired_resources(tables):
                 self.is_evaluated = True
                 holder = f"{goal}{agent}"
                 first_holder = holders.setdefault(resource, holder)
@@ -41,13 +41,13 @@ class OneHolder(Monitor):
                     )
 
 
-class NoLostResource(Monitor):
-    """No resource is held for a removed goal, and no lock is held at the end."""
+class LostResourceMonitor(Monitor):
+    """Checks that no resource is held for a removed goal, and no lock is held at the end."""
 
     templates = (_GOAL, _REQUEST)
 
     def check(self) -> None:
-        if not self.changes.take():
+        if not self.changes.take_pending():
             return
         for tables in self.scene.tables:
             goals = {str(slots["id"]) for slots in tables.facts(_GOAL)}
@@ -59,10 +59,10 @@ class NoLostResource(Monitor):
                         goal=str(slots["goal"]),
                     )
 
-    def end(self, end: RunEnd) -> None:
+    def check_end(self, end: RunEnd) -> None:
         """Report locks that are still held."""
         for tables in self.scene.tables:
-            # Agents share the mutexes of the robot memory, so an agent has facts about the locks of all.
+            # Agents share the mutexes of the robot memory, so that an agent has facts about all locks.
             identities = {
                 str(slots["value"]) for slots in tables.facts("wm-fact") if slots["key"] == _IDENTITY
             }

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from cxbridge.run.options import RunOptions
-from cxbridge_explore.counterexample_playing import PlayedRun, play
+from cxbridge_explore.counterexample_playing import PlayedRun, play_run
 from cxbridge_explore.properties.builtin.table import builtin_properties
 from cxbridge_explore.properties.forms import read_property
 from cxbridge_explore.properties.monitor import Property
@@ -136,7 +136,7 @@ def runs(
     for number in range(faults + 1):
         longer: list[ChoicePath] = []
         for path in paths:
-            played = play(options, properties, PathChooser(path), briefly=True)
+            played = play_run(options, properties, PathChooser(path), stops_at_violation=True)
             yield path, played
             after = max(path, default=-1)
             longer += [

@@ -23,14 +23,14 @@ def test_it_is_found_and_shown(defect: Defect, tmp_path: Path, monkeypatch: pyte
     found = next(
         path
         for path, played in runs(options, defect.properties, defect.faults)
-        if played.violation(defect.found_by) is not None
+        if played.find_violation(defect.found_by) is not None
     )
     assert len(found) == defect.faults  # those with fewer faults came first
 
     example = write_counterexample(options, defect.properties, defect.found_by, found, tmp_path / "found")
     assert len(example.choices) == defect.faults
     assert example.recording.stat().st_size > 0
-    assert " fails the " in example.words
+    assert " fails the " in example.description
     assert example.test is not None
     failed = pytest_of(example.test, monkeypatch)
     said = failed.stdout.decode()

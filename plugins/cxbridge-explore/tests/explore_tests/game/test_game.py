@@ -144,14 +144,18 @@ def test_two_agents_on_the_same_seeds(tmp_path, capsys):
 def test_equal_agents_are_not_told_apart():
     same = {seed: result(seed, 10 * seed) for seed in range(1, 9)}
     match = Match(same, dict(same))
-    assert (match.better, match.difference.estimate, list(match.most_different_games())) == (None, 0, [])
+    assert (match.better_index, match.difference.estimate, list(match.most_different_games())) == (
+        None,
+        0,
+        [],
+    )
 
 
 @pytest.mark.parametrize(("games", "better"), [(1, None), (2, None), (5, None), (6, 1)])
 def test_a_few_games_do_not_show_that_an_agent_is_better(games, better):
     seeds = range(1, games + 1)
     match = Match({seed: result(seed, 10) for seed in seeds}, {seed: result(seed, 11) for seed in seeds})
-    assert match.better == better
+    assert match.better_index == better
     assert json.loads(json.dumps(match.as_dict(), allow_nan=False))["difference"]["estimate"] == 1
 
 

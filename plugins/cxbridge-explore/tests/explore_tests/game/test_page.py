@@ -11,7 +11,7 @@ from cxbridge.cli.main import invoke
 from cxbridge.errors import CxbridgeError
 from cxbridge_explore.game.page import write_page
 from cxbridge_explore.game.score import Award, Delivery, GameResult, ProductOrder, RobotWork, Score
-from cxbridge_explore.game.timeline import Span, Timeline, covered
+from cxbridge_explore.game.timeline import Span, Timeline, covered_seconds
 from tests.support import ROOT, needs_plugin
 from tests.trace.html.browser import BROWSER, show
 
@@ -140,7 +140,7 @@ def test_a_page_that_cannot_be_written(tmp_path):
 
 
 def test_times_of_which_several_are_at_once_count_once():
-    assert covered([Span(0, 10, ""), Span(2, 5, ""), Span(8, 12, ""), Span(20, 21, "")]) == 13
+    assert covered_seconds([Span(0, 10, ""), Span(2, 5, ""), Span(8, 12, ""), Span(20, 21, "")]) == 13
 
 
 @pytest.fixture

@@ -13,7 +13,7 @@ from cxbridge.testing.agent_run import AgentRun
 from tests.support import ROOT, share
 
 SCENARIO = ROOT / "scenarios" / "workshop"
-GAME = "GameInterface::Game"
+GAME_TYPE = "GameInterface::Game"
 
 
 def played(tmp_path: Path, **referee: Any) -> AgentRun:
@@ -38,7 +38,7 @@ def order(run: AgentRun, number: int) -> dict[str, Any]:
 def end(run: AgentRun) -> dict[str, Any]:
     """Play to the end, and return how the game stood when the agent had seen its end."""
     run.until(lambda: any(goal.outcome != "UNKNOWN" for goal in run.goals("GAME")), timeout=400)
-    return run.read(GAME)
+    return run.read(GAME_TYPE)
 
 
 def test_a_whole_game_and_its_properties(cx):

@@ -68,7 +68,7 @@ def watched(
 
         result = run.play(look)
         ending = Ending.OVER if result.is_over else Ending.STUCK if is_stuck else Ending.CUT
-        watch.end(RunEnd(ending))
+        watch.check_end(RunEnd(ending))
         run.assembly.finalize()
-        watch.finalized()
-    return Watched(result, watch.violations, watch.evaluated, states)
+        watch.check_shutdown()
+    return Watched(result, watch.violations, watch.evaluated_names, states)

@@ -44,7 +44,9 @@ def killed(
     options: RunOptions = OPTIONS,
 ) -> tuple[RunResult, list[Violation]]:
     """Play a run in which robot1 is killed."""
-    world = WorldModel(otherwise=CALM, kills=(Kill(times=Times(every=0.2, until=10.0), back=back),))
+    world = WorldModel(
+        default_skill=CALM, kills=(Kill(times=Times(period_s=0.2, end_s=10.0), restart_after_s=back),)
+    )
     with ExploredRun(options, properties, KillingOnce("robot1", seconds), world=world) as run:
         ended, _ = run.play()
         return ended, run.properties.violations

@@ -10,9 +10,9 @@ import pytest
 from cxbridge.errors import ConfigError
 from cxbridge.events import Event, FactChange, GoalTransition, PlanActionTransition, RuleFired, SkillStatus
 from cxbridge_explore.properties.forms import read_property
-from cxbridge_explore.properties.functions import property_of
+from cxbridge_explore.properties.functions import make_property
 from cxbridge_explore.properties.monitor import Property
-from cxbridge_explore.properties.reading import combine_properties, properties_beside, read_properties
+from cxbridge_explore.properties.reading import combine_properties, read_properties, read_scenario_properties
 from cxbridge_explore.worlds.run import WorldRun
 from explore_tests.properties.runs import BUILTIN, shipped, watched
 
@@ -21,8 +21,11 @@ def test_a_file_of_properties(tmp_path: Path):
     file = tmp_path / "properties.yaml"
     file.write_text("- never (goal (outcome FAILED))\n- calm: eventually (goal) within 3\n")
     assert [each.name for each in read_properties(file)] == ["never (goal (outcome FAILED))", "calm"]
-    assert [each.name for each in properties_beside(tmp_path)] == ["never (goal (outcome FAILED))", "calm"]
-    assert properties_beside(tmp_path / "other" / "scenario.yaml") == []
+    assert [each.name for each in read_scenario_properties(tmp_path)] == [
+        "never (goal (outcome FAILED))",
+        "calm",
+    ]
+    assert read_scenario_properties(tmp_path / "other" / "scenario.yaml") == []
 
 
 @pytest.mark.parametrize("text", ["{a: b}", "- [never]", "- nevr (goal)", "- a: {b: c}", "- never (goal"])
@@ -56,7 +59,7 @@ def goodbye_comes_last(events: Sequence[Event]) -> str | None:
 
 
 def test_a_function():
-    run = watched(shipped("test-scenario"), [property_of(goodbye_comes_last)])
+    run = watched(shipped("test-scenario"), [make_property(goodbye_comes_last)])
     (violation,) = run.violations
     assert violation.property == "goodbye_comes_last"
     assert violation.message == 'say{text="Cleaning up", wait=true} came last'

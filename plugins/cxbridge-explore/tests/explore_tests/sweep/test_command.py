@@ -73,7 +73,7 @@ def test_a_sweep_without_a_run_that_came_to_its_end_says_so(capsys):
     + [(word, False) for word in ("timed out", "fault", "stuck", "bad input", CRASHED)],
 )
 def test_which_runs_came_to_their_end(outcome: str, ended: bool):
-    assert RunRow(1, outcome).came_to_its_end is ended
+    assert RunRow(1, outcome).has_ended is ended
 
 
 def changed(folder: Path) -> Path:

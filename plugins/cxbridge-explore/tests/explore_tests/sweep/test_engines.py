@@ -18,7 +18,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.run.options import RunOptions
 from cxbridge_explore.sweep import engine as engine_module
 from cxbridge_explore.sweep.engine import Engine, LocalEngine, WorkerProcess
-from cxbridge_explore.sweep.playing import play
+from cxbridge_explore.sweep.playing import play_seed
 from cxbridge_explore.sweep.rows import RunRow, SweepJob
 from cxbridge_explore.worlds.points import RandomChooser
 from tests.support import ROOT
@@ -34,11 +34,11 @@ def timeless(row: RunRow) -> RunRow:
 @pytest.fixture(scope="module")
 def expected() -> list[RunRow]:
     """What each seed comes to when it is played alone, in a process that has forked nothing."""
-    return [timeless(play(JOB, seed, RandomChooser(seed))) for seed in SEEDS]
+    return [timeless(play_seed(JOB, seed, RandomChooser(seed))) for seed in SEEDS]
 
 
 def played(engine: Engine, job: SweepJob = JOB) -> list[RunRow]:
-    return sorted((timeless(row) for row in engine.rows(job, SEEDS)), key=lambda row: row.seed)
+    return sorted((timeless(row) for row in engine.play_seeds(job, SEEDS)), key=lambda row: row.seed)
 
 
 def test_worlds_differ_by_seed(expected):
@@ -61,7 +61,7 @@ def test_workers_that_are_killed_lose_nothing(expected, monkeypatch):
     monkeypatch.setattr(WorkerProcess, "__init__", noted)
     monkeypatch.setattr(engine_module, "MAX_DEATHS", 100)
     rows = []
-    for row in LocalEngine(2).rows(JOB, SEEDS):
+    for row in LocalEngine(2).play_seeds(JOB, SEEDS):
         rows.append(timeless(row))
         if len(rows) in (2, 5):
             os.kill(pids[-1], signal.SIGKILL)
@@ -71,14 +71,14 @@ def test_workers_that_are_killed_lose_nothing(expected, monkeypatch):
 
 def test_a_run_that_never_ends_has_crashed_and_the_others_go_on(tmp_path):
     job = SweepJob(spinning(tmp_path, "(plan-action (state FAILED))"), cpu_seconds=1)
-    outcomes = {row.seed: row.outcome for row in LocalEngine(1).rows(job, SEEDS[:2])}
+    outcomes = {row.seed: row.outcome for row in LocalEngine(1).play_seeds(job, SEEDS[:2])}
     assert set(outcomes.values()) == {"crashed", "completed"}
 
 
 def test_a_scenario_that_never_comes_to_a_skill_is_an_error(tmp_path):
     job = SweepJob(spinning(tmp_path, "(time $?)"), cpu_seconds=1)
     with pytest.raises(CxbridgeError, match="does not reach its first skill"):
-        list(LocalEngine(1).rows(job, SEEDS))
+        list(LocalEngine(1).play_seeds(job, SEEDS))
 
 
 def spinning(folder: Path, condition: str) -> RunOptions:
@@ -95,7 +95,7 @@ def test_a_wrong_scenario_is_an_error_with_its_place(tmp_path):
     (tmp_path / "scenario.yaml").write_text("clips-executive: {spec: nope}\n")
     job = SweepJob(RunOptions(scenario=tmp_path, skiller="none"))
     with pytest.raises(CxbridgeError, match="nope") as caught:
-        list(LocalEngine(2).rows(job, SEEDS))
+        list(LocalEngine(2).play_seeds(job, SEEDS))
     assert caught.value.file is not None
 
 
@@ -153,10 +153,10 @@ def cluster(tmp_path: Path) -> Iterator[Cluster]:
 def test_a_cluster_plays_the_same_runs_whoever_is_killed(cluster, expected, monkeypatch):
     from cxbridge_explore.sweep import dask_engine
 
-    monkeypatch.setattr(dask_engine, "_CHUNK", 2)
+    monkeypatch.setattr(dask_engine, "_CHUNK_SEEDS", 2)
     rows = []
     with dask_engine.DaskEngine(cluster.address) as engine:
-        for row in engine.rows(JOB, SEEDS):
+        for row in engine.play_seeds(JOB, SEEDS):
             rows.append(timeless(row))
             if len(rows) == 2:
                 cluster.workers[0].kill()
@@ -168,6 +168,6 @@ def test_no_scheduler_is_an_error(monkeypatch):
     pytest.importorskip("distributed", reason="needs distributed")
     from cxbridge_explore.sweep import dask_engine
 
-    monkeypatch.setattr(dask_engine, "_TIMEOUT_S", 1)
+    monkeypatch.setattr(dask_engine, "_CONNECT_TIMEOUT_S", 1)
     with pytest.raises(CxbridgeError, match="no Dask scheduler answers"):
         dask_engine.DaskEngine(f"127.0.0.1:{free_port()}")

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cxbridge_explore.sweep.statistics import mean_interval, proportion, quantiles
+from cxbridge_explore.sweep.statistics import mean_interval, proportion_interval, summarize_sample
 from tests.support import share
 
 VALUES = st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=60)
@@ -17,7 +17,7 @@ VALUES = st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=60)
 @given(VALUES)
 def test_quantiles_are_those_of_numpy(values):
     numpy = pytest.importorskip("numpy")
-    found = quantiles(values)
+    found = summarize_sample(values)
     assert found is not None
     shares = {"min": 0, "p05": 0.05, "p25": 0.25, "median": 0.5, "p75": 0.75, "p95": 0.95, "max": 1}
     theirs = {name: numpy.quantile(values, share) for name, share in shares.items()}
@@ -25,14 +25,14 @@ def test_quantiles_are_those_of_numpy(values):
 
 
 def test_there_are_none_of_nothing():
-    assert quantiles([]) is None
+    assert summarize_sample([]) is None
 
 
 @given(st.integers(1, 400).flatmap(lambda total: st.tuples(st.integers(0, total), st.just(total))))
 def test_a_proportions_interval_is_that_of_wilson(counts):
     stats = pytest.importorskip("scipy.stats")
     count, total = counts
-    found = proportion(count, total)
+    found = proportion_interval(count, total)
     theirs = stats.binomtest(count, total).proportion_ci(method="wilson")
     assert (found.low, found.high) == pytest.approx((theirs.low, theirs.high), abs=1e-9)
     assert found.estimate == count / total

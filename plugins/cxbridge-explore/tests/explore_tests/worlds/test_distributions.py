@@ -23,7 +23,7 @@ from cxbridge_explore.worlds.points import (
     Step,
     read_path,
 )
-from cxbridge_explore.worlds.skills import DurationDraw, duration_option
+from cxbridge_explore.worlds.skills import DurationRange, make_duration_option
 
 seconds = st.floats(0, 100)
 distributions = st.builds(
@@ -39,7 +39,7 @@ distributions = st.builds(
 @given(distributions, st.integers())
 def test_what_is_drawn_is_within_the_bounds(distribution, seed):
     drawn = distribution.draw(random.Random(seed))
-    assert distribution.least - 0.001 <= drawn <= distribution.most + 0.001
+    assert distribution.min_s - 0.001 <= drawn <= distribution.max_s + 0.001
     assert distribution.low_quantile <= distribution.median <= distribution.high_quantile
 
 
@@ -62,9 +62,9 @@ def test_the_draws_have_the_median_of_their_distribution(shape, parameters, expe
 def duration(chooser: Chooser) -> Choice:
     """Let a chooser decide the duration of a skill."""
     distribution = Distribution(Shape.UNIFORM, (2.0, 4.0))
-    options = tuple(duration_option(each) for each in distribution.representatives)
+    options = tuple(make_duration_option(each) for each in distribution.representatives)
     choices = RunChoices(chooser, VirtualClock())
-    choices.choose(ChoiceKind.DURATION, "a: b{}", options, DurationDraw(distribution))
+    choices.choose(ChoiceKind.DURATION, "a: b{}", options, DurationRange(distribution))
     return choices.choices[0]
 
 
@@ -73,11 +73,11 @@ def test_a_drawn_duration_is_in_the_path_and_can_be_followed(seed):
     drawn = duration(RandomChooser(seed))
     followed = duration(PathChooser(read_path([drawn.as_dict()])))
     assert followed == drawn
-    assert 2.0 <= drawn.taken.value <= 4.0
+    assert 2.0 <= drawn.taken_option.value <= 4.0
 
 
 def test_a_path_may_name_what_is_listed_but_nothing_else():
-    assert duration(PathChooser({0: Step("a: b{}", "takes(4)")})).taken.value == 4.0
+    assert duration(PathChooser({0: Step("a: b{}", "takes(4)")})).taken_option.value == 4.0
     with pytest.raises(DivergedError, match="no option 'fails'"):
         duration(PathChooser({0: Step("a: b{}", "fails")}))
     assert duration(PathChooser({})).option == USUAL

@@ -73,34 +73,34 @@ def again(name: str, result: WorldResult, world: WorldModel) -> None:
 
 def test_a_failure_has_its_error_and_its_time():
     failure = SkillFailure("fails(hoarse)", "hoarse", 0.1, Distribution.constant(0.5))
-    world = WorldModel(otherwise=SkillModel(SkillPattern("*"), (failure,)))
+    world = WorldModel(default_skill=SkillModel(SkillPattern("*"), (failure,)))
     result, events = play("test-scenario", Taking(ChoiceKind.SKILL, "fails(hoarse)"), world)
     begun, failed = (
         next(e.time_us for e in events if isinstance(e, SkillStatus) and e.status == status)
         for status in ("S_RUNNING", "S_FAILED")
     )
-    assert result.choices[0].taken.name == "fails(hoarse)"
+    assert result.choices[0].taken_option.name == "fails(hoarse)"
     assert 500_000 <= failed - begun < 700_000
 
 
 def test_what_hangs_does_not_end():
-    world = WorldModel(otherwise=SkillModel(SkillPattern("*"), (), hangs=0.1))
+    world = WorldModel(default_skill=SkillModel(SkillPattern("*"), (), hang_probability=0.1))
     result, _ = play("test-scenario", Taking(ChoiceKind.SKILL, "hangs", 3), world)
     assert not result.is_over
 
 
 def test_durations_are_listed_or_drawn_and_drawn_ones_repeat():
     duration = Distribution(Shape.UNIFORM, (1.0, 3.0))
-    world = WorldModel(otherwise=SkillModel(SkillPattern("*"), (), duration))
+    world = WorldModel(default_skill=SkillModel(SkillPattern("*"), (), duration))
     result, _ = play("test-scenario-pddl", RandomChooser(3), world)
-    names = {choice.taken.name for choice in result.choices}
+    names = {choice.taken_option.name for choice in result.choices}
     assert {choice.point.kind for choice in result.choices} == {ChoiceKind.DURATION}
     assert len(names) == len(result.choices)
     again("test-scenario-pddl", result, world)
 
 
 def test_an_executor_that_is_mute_reports_no_progress():
-    world = WorldModel(otherwise=SkillModel(SkillPattern("*"), (), mute=0.1))
+    world = WorldModel(default_skill=SkillModel(SkillPattern("*"), (), mute_probability=0.1))
     mute, quiet = play("waypoints", Taking(ChoiceKind.FEEDBACK, "mute"), world)
     usual, loud = play("waypoints", Taking(ChoiceKind.FEEDBACK, "reports"), world)
     assert mute.is_over
@@ -114,12 +114,12 @@ def feedback(events: list[Event]) -> int:
 
 def test_a_sensed_value_is_written_when_it_is_due_and_after_a_skill():
     sensed = SensedValue(
-        "BatteryInterface::Robot", "current", (("9", 0.9), ("3", 0.1)), at=(1.0,), after=("say",)
+        "BatteryInterface::Robot", "current", (("9", 0.9), ("3", 0.1)), times_s=(1.0,), skills=("say",)
     )
     with WorldRun(
         options("test-scenario"),
         Taking(ChoiceKind.SENSED, "3", 1),
-        WorldModel(otherwise=CALM, sensed=(sensed,)),
+        WorldModel(default_skill=CALM, sensed=(sensed,)),
     ) as run:
         board = run.assembly.agents[0].board
         seen = []
@@ -137,11 +137,13 @@ def test_a_sensed_value_is_written_when_it_is_due_and_after_a_skill():
     assert list(dict.fromkeys(seen)) == [0, 9, 3]
 
 
-SKILLER_MESSAGES = MessageFault("SkillerInterface::Skiller", "ExecSkill", lost=0.1, late=0.1, delay=2.0)
+SKILLER_MESSAGES = MessageFault(
+    "SkillerInterface::Skiller", "ExecSkill", loss_probability=0.1, delay_probability=0.1, delay_s=2.0
+)
 
 
 def test_a_message_that_is_lost_starts_no_skill():
-    world = WorldModel(otherwise=CALM, messages=(SKILLER_MESSAGES,))
+    world = WorldModel(default_skill=CALM, messages=(SKILLER_MESSAGES,))
     result, events = play("test-scenario-pddl", Taking(ChoiceKind.MESSAGE, "lost"), world)
     usual, all_of_them = play("test-scenario-pddl", Taking(ChoiceKind.MESSAGE, "arrives"), world)
     assert usual.is_over
@@ -151,7 +153,7 @@ def test_a_message_that_is_lost_starts_no_skill():
 
 
 def test_a_message_that_is_late_starts_it_later():
-    world = WorldModel(otherwise=CALM, messages=(SKILLER_MESSAGES,))
+    world = WorldModel(default_skill=CALM, messages=(SKILLER_MESSAGES,))
     usual, _ = play("test-scenario-pddl", Taking(ChoiceKind.MESSAGE, "arrives"), world)
     late, events = play("test-scenario-pddl", Taking(ChoiceKind.MESSAGE, "late"), world)
     assert late.is_over
@@ -160,8 +162,8 @@ def test_a_message_that_is_late_starts_it_later():
 
 
 def test_an_executor_vanishes_while_it_executes_and_comes_back():
-    absence = Absence("robot1-move", back=3.0)
-    world = WorldModel(otherwise=CALM, absences=(absence,))
+    absence = Absence("robot1-move", return_after_s=3.0)
+    world = WorldModel(default_skill=CALM, absences=(absence,))
     result, events = play("two-robots", Taking(ChoiceKind.SKILLER, "vanishes"), world)
     assert result.is_over
     assert len(skills(events, "S_FAILED")) == 1
@@ -170,12 +172,12 @@ def test_an_executor_vanishes_while_it_executes_and_comes_back():
 
 
 def test_a_skiller_vanishes_at_a_time():
-    world = WorldModel(otherwise=CALM, absences=(Absence("Skiller", times=Times(1.0, 0.5, 0.6)),))
+    world = WorldModel(default_skill=CALM, absences=(Absence("Skiller", times=Times(1.0, 0.5, 0.6)),))
     result, _ = play("test-scenario", Taking(ChoiceKind.SKILLER, "vanishes"), world)
     assert [choice.point.subject for choice in result.choices] == ["Skiller"]
 
 
-KILLS = WorldModel(otherwise=CALM, kills=(Kill("robot1", times=Times(1.0, 1.0, 5.0)),))
+KILLS = WorldModel(default_skill=CALM, kills=(Kill("robot1", times=Times(1.0, 1.0, 5.0)),))
 
 
 def test_an_agent_that_is_killed_does_nothing_more_and_the_other_takes_over():
@@ -190,7 +192,8 @@ def test_an_agent_that_is_killed_does_nothing_more_and_the_other_takes_over():
 
 def test_an_agent_that_is_killed_may_come_back():
     world = WorldModel(
-        otherwise=CALM, kills=(Kill("robot1", times=Times(0.0, 1.0, 1.0333), probability=0.5, back=2.0),)
+        default_skill=CALM,
+        kills=(Kill("robot1", times=Times(0.0, 1.0, 1.0333), probability=0.5, restart_after_s=2.0),),
     )
     result, events = play("two-agents", Taking(ChoiceKind.KILL, "killed"), world)
     assert result.is_over
@@ -201,21 +204,21 @@ def test_an_agent_that_is_killed_may_come_back():
 
 @pytest.mark.parametrize("name", ["no plan", "fails"])
 def test_a_planner_finds_nothing(name):
-    world = WorldModel(otherwise=CALM, planner=PlannerModel(0.1, 0.1, 0.1, 3.0))
+    world = WorldModel(default_skill=CALM, planner=PlannerModel(0.1, 0.1, 0.1, 3.0))
     result, events = play("temporal", Taking(ChoiceKind.PLANNER, name), world)
     assert result.choices[0].point.kind is ChoiceKind.PLANNER
     assert skills(events, "S_RUNNING") == [] or len(result.choices) > 1
 
 
 def test_a_plan_comes_late():
-    world = WorldModel(otherwise=CALM, planner=PlannerModel(late=0.1, delay=3.0))
+    world = WorldModel(default_skill=CALM, planner=PlannerModel(delay_probability=0.1, delay_s=3.0))
     usual, _ = play("temporal", Taking(ChoiceKind.PLANNER, "plans"), world)
     late, _ = play("temporal", Taking(ChoiceKind.PLANNER, "late"), world)
     assert late.seconds == pytest.approx(usual.seconds + 3.0, abs=0.1)
 
 
 def test_agents_take_their_turns_in_another_order():
-    world = WorldModel(otherwise=CALM, order=Times(100.0, 0.0, 1.0))
+    world = WorldModel(default_skill=CALM, order=Times(100.0, 0.0, 1.0))
     result, events = play("two-agents", Taking(ChoiceKind.ORDER, "robot2, robot1"), world)
     assert result.is_over
     begun = [env for env, _ in skills(events, "S_RUNNING")]

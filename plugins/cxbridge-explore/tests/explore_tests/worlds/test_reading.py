@@ -13,7 +13,7 @@ from cxbridge.config import Configuration
 from cxbridge.errors import CxbridgeError
 from cxbridge_explore.worldmodel.distributions import Distribution, Shape
 from cxbridge_explore.worldmodel.model import PlannerModel, SkillFailure, Times, WorldModel
-from cxbridge_explore.worldmodel.reading import find_world, read_world, world_of
+from cxbridge_explore.worldmodel.reading import find_world, parse_world, read_world
 from tests.support import ROOT
 
 WORLD = """
@@ -40,28 +40,28 @@ planner: {none: 0.1, late: 0.2, delay: 3}
 
 
 def read(text: str) -> WorldModel:
-    return world_of(Configuration.from_text(text, "/x/world.yaml"))
+    return parse_world(Configuration.from_text(text, "/x/world.yaml"))
 
 
 def test_everything_can_be_said():
     world = read(WORLD)
     (say,) = world.skills
-    assert (say.pattern.name, say.pattern.args, say.hangs) == ("say", {"text": "Hello.*"}, 0.01)
+    assert (say.pattern.name, say.pattern.args, say.hang_probability) == ("say", {"text": "Hello.*"}, 0.01)
     assert say.failures == (
         SkillFailure("fails(hoarse)", "hoarse", 0.2, Distribution.constant(0.5)),
         SkillFailure("fails(mute)", "mute", 0.1, Distribution(Shape.NORMAL, (1.0, 0.2), 0.1, 1e9)),
     )
     assert say.duration is not None
     assert say.duration.representatives == (3.25, 4.5)
-    assert (world.otherwise.failures, world.otherwise.mute) == ((), 0.5)
+    assert (world.default_skill.failures, world.default_skill.mute_probability) == ((), 0.5)
     (sensed,) = world.sensed
-    assert (sensed.values, sensed.at, sensed.after) == ((("75", 0.9), ("3", 0.1)), (1.0, 2.0), ("say",))
+    assert (sensed.values, sensed.times_s, sensed.skills) == ((("75", 0.9), ("3", 0.1)), (1.0, 2.0), ("say",))
     (message,) = world.messages
-    assert (message.lost, message.late, message.delay) == (0.0, 0.1, 2.0)
+    assert (message.loss_probability, message.delay_probability, message.delay_s) == (0.0, 0.1, 2.0)
     assert world.absences[0].times == Times(0.5, 0.0, 4.0)
-    assert (world.kills[0].times, world.kills[0].back) == (Times(0.0, 1.0, 10.0), None)
-    assert world.order == Times(every=1.0)
-    assert world.planner == PlannerModel(none=0.1, late=0.2, delay=3.0)
+    assert (world.kills[0].times, world.kills[0].restart_after_s) == (Times(0.0, 1.0, 10.0), None)
+    assert world.order == Times(period_s=1.0)
+    assert world.planner == PlannerModel(no_plan_probability=0.1, delay_probability=0.2, delay_s=3.0)
 
 
 def test_the_example_of_the_manual_is_a_world():
@@ -82,7 +82,7 @@ def test_the_file_is_beside_the_scenario(tmp_path):
     (tmp_path / "world.yaml").write_text("otherwise: {hangs: 0.5}")
     file = find_world(tmp_path)
     assert file is not None
-    assert read_world(file).otherwise.hangs == 0.5
+    assert read_world(file).default_skill.hang_probability == 0.5
 
 
 @pytest.mark.parametrize(
@@ -148,5 +148,5 @@ def test_whatever_a_file_says_is_read_or_refused(tree: dict[str, Any]):
         world = read(yaml.safe_dump(tree))
     except CxbridgeError:
         return
-    for skill in (*world.skills, world.otherwise):
-        assert skill.hangs + sum(each.probability for each in skill.failures) <= 1.001
+    for skill in (*world.skills, world.default_skill):
+        assert skill.hang_probability + sum(each.probability for each in skill.failures) <= 1.001

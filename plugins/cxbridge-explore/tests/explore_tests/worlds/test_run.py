@@ -18,7 +18,7 @@ from cxbridge_explore.worlds.points import (
     UsualChooser,
     read_path,
 )
-from cxbridge_explore.worlds.run import WorldResult, WorldRun, world_beside
+from cxbridge_explore.worlds.run import WorldResult, WorldRun, read_scenario_world
 from tests.support import ROOT
 
 OPTIONS = RunOptions(scenario=ROOT / "scenarios" / "test-scenario", skiller="none")
@@ -34,7 +34,7 @@ def test_each_call_of_a_skill_is_a_choice():
         result = run.play()
     assert result.is_over
     assert result.choices
-    assert {choice.taken.name for choice in result.choices} == {"succeeds"}
+    assert {choice.taken_option.name for choice in result.choices} == {"succeeds"}
     assert all("Skiller: " in choice.point.subject for choice in result.choices)
 
 
@@ -45,7 +45,7 @@ def failing(choice: Choice) -> ChoicePath:
 def test_a_path_is_followed_and_can_be_written_and_read():
     usual = played({}).choices
     other = played(failing(usual[0])).choices
-    assert other[0].taken.name == "fails"
+    assert other[0].taken_option.name == "fails"
     again = played(read_path([choice.as_dict() for choice in other])).choices
     assert again == other
 
@@ -83,6 +83,6 @@ def test_the_world_beside_a_shipped_scenario_that_is_named(monkeypatch, tmp_path
     """Not the one of the folder that one happens to be in."""
     (tmp_path / "world.yaml").write_text("skills: [{name: zebra}]\n")
     monkeypatch.chdir(tmp_path)
-    world = world_beside(RunOptions(scenario=Path("workshop")))
+    world = read_scenario_world(RunOptions(scenario=Path("workshop")))
     assert world == read_world(ROOT / "scenarios" / "workshop" / "world.yaml")
-    assert world_beside(RunOptions(scenario=Path("two-robots"))) == WorldModel()
+    assert read_scenario_world(RunOptions(scenario=Path("two-robots"))) == WorldModel()

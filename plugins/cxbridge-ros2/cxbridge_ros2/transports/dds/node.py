@@ -177,11 +177,11 @@ class DdsNode(Node):
         )
         reader = self._open_reader(f"rr{service}Reply", response, qos, client.handle_sample, user_data)
 
-        def end() -> None:
+        def close_endpoints() -> None:
             self._close_reader(reader)
             self._close_writer(writer)
 
-        client.set_reader(reader.entity, end)
+        client.set_reader(reader.entity, close_endpoints)
         return client
 
     def _serve_later(self, service: str, service_type: str, handler: RequestHandler) -> Callable[[], None]:
@@ -199,14 +199,14 @@ class DdsNode(Node):
         server.set_reader(reader.entity)
         self._servers.append(server)
 
-        def end() -> None:
+        def end_service() -> None:
             if server in self._servers:
                 self._servers.remove(server)
                 server.close()
                 self._close_reader(reader)
                 self._close_writer(writer)
 
-        return end
+        return end_service
 
     def poll(self, timeout_s: float = 0.0) -> bool:
         busy_servers = [server for server in self._servers if server.send_responses()]

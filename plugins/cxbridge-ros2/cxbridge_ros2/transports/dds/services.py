@@ -304,12 +304,12 @@ def write_data(writer: DataWriter[Any], data: bytes) -> None:
         raise Ros2Error(f"DDS does not take a message: {error}") from None
 
 
-def make_sample(kind: Any, data: bytes, /, *_arguments: object, **_options: object) -> Any:
+def make_sample(sample_class: Any, data: bytes, /, *_arguments: object, **_options: object) -> Any:
     """Return a sample with CDR bytes; further arguments are ignored.
 
     cyclonedds calls this function as the ``deserialize`` of a class, with its own arguments.
     """
-    sample = object.__new__(kind)
+    sample = object.__new__(sample_class)
     sample.cdr = data
     return sample
 

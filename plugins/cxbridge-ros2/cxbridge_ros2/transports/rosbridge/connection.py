@@ -78,12 +78,12 @@ class RosbridgeConnection:
             self._registered_operations[number] = op
         self.send(op)
 
-        def end() -> None:
+        def unregister() -> None:
             with self._lock:
                 self._registered_operations.pop(number, None)
             self.send(inverse_op)
 
-        return end
+        return unregister
 
     def send(self, op: Operation) -> bool:
         """Send an operation; return False without a connection."""

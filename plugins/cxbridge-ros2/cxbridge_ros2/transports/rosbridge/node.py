@@ -70,13 +70,13 @@ class RosbridgeNode(Node):
         self._definitions.fields(type_name)  # raises the error about an unknown type
         op = {"op": "advertise", "topic": check_topic(topic), "type": str(type_name), "queue_size": qos.depth}
         op["latch"] = qos.durability == "transient_local"
-        end = connection.register(op, {"op": "unadvertise", "topic": topic})
+        unadvertise = connection.register(op, {"op": "unadvertise", "topic": topic})
 
         def publish(message: Mapping[str, Any]) -> None:
             connection.send({"op": "publish", "topic": topic, "msg": self._codec.to_json(type_name, message)})
 
         # the bridge does not report the number of subscriptions, and counts as one
-        return Publisher(publish, lambda: int(connection.is_connected), end)
+        return Publisher(publish, lambda: int(connection.is_connected), unadvertise)
 
     def _subscribe(
         self, topic: str, message_type: str, callback: MessageCallback, qos: QosProfile
@@ -97,12 +97,12 @@ class RosbridgeNode(Node):
         }
         unsubscribe = self._connection.register(op, {"op": "unsubscribe", "id": op_id, "topic": topic})
 
-        def end() -> None:
+        def end_subscription() -> None:
             if entry in self._subscriptions[topic]:
                 self._subscriptions[topic].remove(entry)
                 unsubscribe()
 
-        return end
+        return end_subscription
 
     def create_client(self, service: str, service_type: str) -> Client:
         type_name = parse_type(service_type, "srv")
@@ -127,11 +127,11 @@ class RosbridgeNode(Node):
         op = {"op": "advertise_service", "service": service, "type": str(type_name)}
         unadvertise = self._connection.register(op, {"op": "unadvertise_service", "service": service})
 
-        def end() -> None:
+        def end_service() -> None:
             if self._servers.pop(service, None) is not None:
                 unadvertise()
 
-        return end
+        return end_service
 
     def poll(self, timeout_s: float = 0.0) -> bool:
         deferred_calls, self._deferred_calls = self._deferred_calls, []

@@ -187,13 +187,13 @@ class ZenohNode(Node):
     def poll(self, timeout_s: float = 0.0) -> bool:
         if self._compared_version != self._graph.version:
             self._compared_version = self._graph.version
-            for endpoint, kind in self._endpoints.values():
-                self._compare_types(endpoint, kind)
+            for endpoint, type_name in self._endpoints.values():
+                self._compare_types(endpoint, type_name)
         return self._inbox.deliver(timeout_s)
 
     def close(self) -> None:
-        for end in list(self._close_functions.values()):
-            end()
+        for close_endpoint in list(self._close_functions.values()):
+            close_endpoint()
         if not self._session.is_closed():
             self._session.close()
 
@@ -211,13 +211,13 @@ class ZenohNode(Node):
             qos,
         )
 
-    def _compare_types(self, endpoint: GraphEndpoint, kind: TypeName) -> None:
+    def _compare_types(self, endpoint: GraphEndpoint, type_name: TypeName) -> None:
         """Complain about endpoints of other nodes with the same name and another type."""
         peer_kind, peer = _PEERS[endpoint.kind]
         name, our_hash = public_name(endpoint.topic.name), _find_known_hash(endpoint.topic.type_hash)
         for topic in self._graph.find_topics(peer_kind, endpoint.topic.name):
             their_hash = _find_known_hash(topic.type_hash)
-            if text := describe_mismatch(name, peer, topic.dds_type, their_hash, kind, our_hash):
+            if text := describe_mismatch(name, peer, topic.dds_type, their_hash, type_name, our_hash):
                 self.complain(f"type {name} {peer}", text)
 
     def _announce(
@@ -229,7 +229,7 @@ class ZenohNode(Node):
         """
         token = self._session.liveliness().declare_token(endpoint.token)
 
-        def end() -> None:
+        def close_endpoint() -> None:
             if self._close_functions.pop(endpoint.number, None) is None:
                 return
             del self._endpoints[endpoint.number]
@@ -241,8 +241,8 @@ class ZenohNode(Node):
         self._endpoints[endpoint.number] = endpoint, type_name
         self._compare_types(endpoint, type_name)
         # also a reference to the token and the entity, which Zenoh ends when their Python objects are deleted
-        self._close_functions[endpoint.number] = end
-        return end
+        self._close_functions[endpoint.number] = close_endpoint
+        return close_endpoint
 
     def _update_graph(self, sample: zenoh.Sample) -> None:
         """Update the graph; called in a thread of Zenoh."""

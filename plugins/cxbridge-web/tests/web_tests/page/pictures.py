@@ -21,7 +21,7 @@ from urllib.parse import quote
 from cxbridge.clock import RealClock
 from cxbridge.events import EventBus
 from cxbridge.run.options import RunOptions
-from cxbridge_explore.counterexample_playing import play
+from cxbridge_explore.counterexample_playing import play_run
 from cxbridge_explore.worlds.points import RandomChooser
 from cxbridge_web import pages
 from cxbridge_web.http.recordings import RecordingsApp
@@ -140,7 +140,7 @@ def with_failures(folder: Path) -> Path:
     """Return the recording of a run of two robots whose skills fail by chance."""
     path = folder / "two-robots-today.mcap"
     options = RunOptions(scenario=ROOT / "scenarios" / "two-robots", skiller="none", timeout=120.0)
-    play(options, (), RandomChooser(_SEED), path)
+    play_run(options, (), RandomChooser(_SEED), path)
     return path
 
 
