@@ -79,7 +79,7 @@ class BoardPort:
 
     def fetch(self, into: bytearray) -> tuple[int, int, int]:
         """Copy the block, see :class:`~cxbridge.interfaces.message.Port`."""
-        snapshot = self._snapshot  # read once, because another thread may replace the snapshot meanwhile
+        snapshot = self._snapshot  # read once, because another thread may replace the snapshot
         into[:] = snapshot.block
         return snapshot.version, snapshot.last_stamped, snapshot.last_changed
 

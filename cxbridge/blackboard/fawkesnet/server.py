@@ -197,7 +197,7 @@ class FawkesServer(BoardServer):
             except (BlockingIOError, ConnectionAbortedError):
                 return
             except OSError as error:  # no free file descriptor: the connection waits in the kernel's queue
-                # the listener stays readable meanwhile, which would keep the thread busy
+                # the listener stays readable during the pause, which would keep the thread busy
                 self._complaints.add("accept", f"cannot accept connections: {error.strerror}; they wait")
                 self._selector.unregister(self._listener)
                 self._resume_accepting_s = time.monotonic() + _ACCEPT_PAUSE_S
@@ -256,7 +256,7 @@ class FawkesServer(BoardServer):
         except CxbridgeError as error:
             complaint_kind = f"{type(error).__name__} {frame.component}.{frame.kind}"
             self._complaints.add(complaint_kind, f"{session!r}: {error.message}")
-        except Exception as error:  # noqa: BLE001 - the server must go on to serve the other clients
+        except Exception as error:  # noqa: BLE001 - the server must serve the other clients
             complaint_kind = f"{type(error).__name__} {frame.component}.{frame.kind}"
             self._complaints.add(
                 complaint_kind, f"failed to serve {session!r}: {type(error).__name__}: {error}"

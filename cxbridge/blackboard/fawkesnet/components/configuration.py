@@ -119,7 +119,7 @@ class ConfigurationComponent(NetworkHandler):
             try:
                 fits = len(message.pack_entry()) <= MAX_ELEMENT and len(value.path.encode()) < PATH_SIZE
             except MalformedMessageError:
-                continue  # one value that the protocol cannot express must not hide the others
+                continue  # a value that the protocol cannot express must not hide the other values
             if fits:
                 yield message
 

@@ -98,7 +98,7 @@ class OpenedInstance(MembershipListener):
 
     def membership_changed(self, interface: Interface, kind: EventKind, serial: UUID) -> None:
         if serial == interface.serial:
-            return  # the client knows the opening of its own instance by OPEN_SUCCESS
+            return  # the client knows by OPEN_SUCCESS that its instance is open
         event = bb.InstanceEvent(bb.BoardKind[kind.name], interface.serial, serial).to_bytes()
         with self._lock:
             if self._is_announced:

@@ -13,8 +13,7 @@ from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId
 from cxbridge.clock import join_us, split_us
 from cxbridge.events import Level
 
-# Fawkes converts the time to network byte order, but copies the bit field of level and flags as it is in
-# memory
+# Fawkes sends the time in network byte order, but the bit field of level and flags in the host's byte order
 _FLAGS_WORD: Final = Struct("=I")
 _TIME: Final = Struct(">QI")
 _HEAD_SIZE: Final = _FLAGS_WORD.size + _TIME.size

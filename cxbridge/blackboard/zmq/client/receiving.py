@@ -259,7 +259,7 @@ class EventReceiver(Dispatcher):
         """Let the dispatcher's thread receive if it is idle."""
         if self._is_idle and self._queue.empty():
             self._round_count += 1
-            self._turn = _LENT  # not _DISPATCHER, because the thread may have begun another call meanwhile
+            self._turn = _LENT  # not _DISPATCHER, because the thread may have begun another call
             self.put(self._receive)
 
     def watch(self) -> bool:

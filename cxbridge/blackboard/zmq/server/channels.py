@@ -133,7 +133,7 @@ class Channel(MembershipListener):
             if membership.sent_seq >= version:
                 continue
             if session is writer:
-                membership.sent_seq = version  # the client has the data of its own write
+                membership.sent_seq = version  # the client has the data that it wrote
             elif session.credit <= 0:
                 session.waiting_channels[self] = None
             elif membership.sent_seq == version - 1:

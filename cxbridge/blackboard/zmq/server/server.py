@@ -226,7 +226,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
             function, args = self._posted_calls.popleft()
             try:
                 function(*args)
-            except Exception as error:  # noqa: BLE001 - the server must go on to serve the other clients
+            except Exception as error:  # noqa: BLE001 - the server must serve the other clients
                 self._complaints.add(type(error).__name__, f"{function.__name__} failed: {error!r}")
 
     def _receive(self, batch: int, ready: Sequence[tuple[int, int]]) -> bool:
