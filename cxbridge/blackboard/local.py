@@ -30,7 +30,7 @@ from cxbridge.blackboard.names import is_literal, matches
 from cxbridge.blackboard.port import BoardPort
 from cxbridge.blackboard.publications import REFUSED, emit_message, emit_write
 from cxbridge.clock import Clock, join_us
-from cxbridge.events import EventBus, InterfaceMessage, Publication
+from cxbridge.events import EventBus, Publication
 from cxbridge.interfaces.instance import STAMP, Interface, Message
 from cxbridge.interfaces.message import OpenedBlock
 
@@ -157,9 +157,6 @@ class InterfaceMemory(BoardPort):
         :raises NoWriterError: if the interface has no writer.
         :raises QueueFullError: if the queue is bounded and full.
         """
-        if self._bus is None or not self._bus.wants(InterfaceMessage):
-            self._transmit(sender, message)
-            return
         outcome = REFUSED
         try:
             self._transmit(sender, message)
@@ -168,7 +165,7 @@ class InterfaceMemory(BoardPort):
             emit_message(self._bus, self.now_us(), self.uid, sender.owner, message, outcome)
 
     def _transmit(self, sender: Interface, message: Message) -> None:
-        """Transmit a message without an event on the bus."""
+        """Transmit a message, without the event on the bus."""
         writer = self._writer
         if writer is not None:
             if not self.listeners.ask_listeners(message):

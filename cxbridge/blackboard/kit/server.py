@@ -126,7 +126,3 @@ class BoardServer(ABC):
     def _warn(self, text: str) -> None:
         if self._log is not None:
             self._log.warn(text)
-
-    def _info(self, text: str) -> None:
-        if self._log is not None:
-            self._log.info(text)

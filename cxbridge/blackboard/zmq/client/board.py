@@ -69,8 +69,7 @@ class ZmqBlackBoard(RemoteBlackBoard):
     ) -> None:
         check_endpoint(url, keys=keys is not None, insecure=insecure)
         super().__init__(registry, clock, bus)
-        self.url: Final = url
-        self.timeout: Final = timeout
+        self._timeout: Final = timeout
         self._context, self._owns_context = choose_context(context, [url])
         wakeup = SocketWakeup()
         self._dispatcher: EventReceiver = EventReceiver(
@@ -115,13 +114,13 @@ class ZmqBlackBoard(RemoteBlackBoard):
         try:
             self._sender.request(
                 Close(instance.serial.bytes),
-                timeout=self.timeout if self._sender.is_ready else 0.0,
+                timeout=self._timeout if self._sender.is_ready else 0.0,
                 repeat=False,
                 on_reply=on_reply,
             )
         except TransportError:  # the server closes the instance at the end of the lost session
             self._interfaces.finish_closing(port, instance, port.seq)
-        self._dispatcher.drain(self.timeout)
+        self._dispatcher.drain(self._timeout)
 
     def _shut_down(self) -> None:
         # the sender first, which releases the callers that wait for a session, then the session's thread
@@ -134,7 +133,7 @@ class ZmqBlackBoard(RemoteBlackBoard):
 
     def list(self, type_glob: str = "*", id_glob: str = "*") -> Sequence[InterfaceInfo]:
         self._check_open()
-        reply = self._sender.request(List(type_glob, id_glob), timeout=self.timeout)
+        reply = self._sender.request(List(type_glob, id_glob), timeout=self._timeout)
         if isinstance(reply, Reply):
             raise RemoteRefusalError(reply.text)
         assert isinstance(reply, Listed)
@@ -157,7 +156,7 @@ class ZmqBlackBoard(RemoteBlackBoard):
         :raises TransportError: after the timeout.
         """
         self._check_open()
-        seconds = self.timeout if timeout is None else timeout
+        seconds = self._timeout if timeout is None else timeout
         self._interfaces.wait_written(seconds)
         self._sender.request(Sync(), timeout=seconds)
         self._dispatcher.drain(seconds)
@@ -172,7 +171,7 @@ class ZmqBlackBoard(RemoteBlackBoard):
         self._check_open()
         super().register_observer(observer, type_glob, id_glob)
         if not self._interfaces.is_watching:
-            self._sender.request(Watch(), timeout=self.timeout, on_reply=self._interfaces.handle_existing)
+            self._sender.request(Watch(), timeout=self._timeout, on_reply=self._interfaces.handle_existing)
 
 
 def _make_silence_hint(reason: str, url: str, keys: CurveClient | None) -> str:

@@ -244,8 +244,4 @@ class CommandSender:
 
     def _wake_dispatcher(self) -> None:
         """Wake the dispatcher's thread, which waits on its queue."""
-        self._dispatcher.put(_do_nothing, urgent=True)
-
-
-def _do_nothing() -> None:
-    pass
+        self._dispatcher.put(lambda: None, urgent=True)

@@ -132,7 +132,8 @@ class ZmqBlackBoardServer(BoardServer, Observer):
             self._sockets.append(socket)
             self._endpoint_files.append(EndpointFile(endpoint))
         self.board.register_observer(self)
-        self._info(f"serving at {', '.join(self.endpoints)}")
+        if self._log is not None:
+            self._log.info(f"serving at {', '.join(self.endpoints)}")
 
     def _start_authenticator(self, context: zmq.Context[zmq.Socket[bytes]]) -> Any:
         """Start the thread that checks the keys of clients."""
