@@ -115,10 +115,10 @@ def replay(
     # one pass before the first write finds all interfaces, which are opened first: if one of them has another
     # writer, nothing is replayed
     overview = _find_moves(run, selection)
-    add_attached_types(registry, run, overview.writes.keys() | overview.messages.keys())
+    add_attached_types(registry, run, overview.write_counts.keys() | overview.message_counts.keys())
     report = ReplayReport(str(options.run), options.url, notes=list(run.notes))
     report.last_s = overview.last_us / MICROSECONDS
-    report.total = sum(overview.writes.values()) + sum(overview.messages.values())
+    report.total = sum(overview.write_counts.values()) + sum(overview.message_counts.values())
     with Service(console, on_ready) as service:
         board = service.open_blackboard(options.url, registry)
         player = ReplayPlayer(board, service.bus.logger(COMPONENT), restamp=options.restamp)
@@ -190,7 +190,7 @@ class _ReplaySession:
     def _update_report(self) -> None:
         report, player = self._report, self._player
         report.seconds = time.monotonic() - self._began_s
-        report.writes = dict(player.writes)
+        report.writes = dict(player.write_counts)
         report.messages, report.undelivered = player.sent_count, player.undelivered_count
         self.on_progress(report)
 
@@ -210,7 +210,7 @@ def _find_moves(run: Run, selection: ReplaySelection) -> ReplaySurvey:
     :raises TraceError: if no write is selected.
     """
     overview = survey_replay(run, selection)
-    if overview.writes:
+    if overview.write_counts:
         return overview
     if overview.unselected_writes:
         raise TraceError(

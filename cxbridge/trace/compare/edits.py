@@ -156,10 +156,10 @@ class Alignment:
             index,
         )
 
-    def rows(self, line: Callable[[int, int], EventLine]) -> list[AlignedRow]:
+    def make_rows(self, make_line: Callable[[int, int], EventLine]) -> list[AlignedRow]:
         """Return both runs side by side around the first difference.
 
-        :param line: returns the displayed state of a run, 0 or 1, at an index.
+        :param make_line: returns the displayed state of a run, 0 or 1, at an index.
         """
         pairs = list(self._row_indices())
         first = next((number for number, (_, _, is_equal) in enumerate(pairs) if not is_equal), len(pairs))
@@ -167,7 +167,7 @@ class Alignment:
         rows: list[AlignedRow] = []
         for number, (*indices, is_equal) in enumerate(pairs[start : first + ROWS_AFTER], start):
             line_a, line_b = (
-                None if index == MISSING else replace(line(run, index), here=number == first)
+                None if index == MISSING else replace(make_line(run, index), here=number == first)
                 for run, index in enumerate(indices)
             )
             rows.append(AlignedRow(line_a, line_b, bool(is_equal)))

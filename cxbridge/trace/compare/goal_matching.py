@@ -174,4 +174,4 @@ def _most_similar_pairs(goals_a: Sequence[Goal], goals_b: Sequence[Goal], minimu
             paired[0].add(i)
             paired[1].add(j)
             pairs.append((goals_a[i], goals_b[j]))
-    return sorted(pairs, key=lambda pair: pair[0].start)
+    return sorted(pairs, key=lambda pair: pair[0].first_position)

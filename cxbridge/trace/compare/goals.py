@@ -55,12 +55,12 @@ class Goal:
         return (self.key[0], self.goal_class, self.sub_type, replace_names(self.key[1]))
 
     @property
-    def start(self) -> int:
+    def first_position(self) -> int:
         """The position of the first transition."""
         return min(steps[0].position for steps in (self.transitions, *self.plans.values()) if steps)
 
     @property
-    def size(self) -> int:
+    def goal_count(self) -> int:
         """The number of goals in this subtree."""
         return sum(1 for _ in walk_goals([self]))
 

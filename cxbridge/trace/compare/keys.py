@@ -237,7 +237,7 @@ class TokenReader:
             msgid = event.values.get(MSGID)
             return ("interface", event.uid, text), names, 0, msgid if isinstance(msgid, int) else None
         msgid = event.msgid if isinstance(event, SkillStatus) else None
-        return *self._key_makers[type(event)].make(event), msgid
+        return *self._key_makers[type(event)].make_key(event), msgid
 
 
 class _KeyMaker:
@@ -260,7 +260,7 @@ class _KeyMaker:
         self._thread_length = form.thread_length - 1  # without the kind
         self._namer = namer
 
-    def make(self, event: Event) -> tuple[Key, Names, int]:
+    def make_key(self, event: Event) -> tuple[Key, Names, int]:
         """Return the key, its names, and the number of names in the thread."""
         values = list(self._values(event))
         names: Names = ()

@@ -67,7 +67,7 @@ def _goal_differences(match: GoalMatch) -> Iterator[Difference]:
     missing = Side(None, "(no such goal)")
     for run, kind in enumerate((DifferenceKind.ONLY_A, DifferenceKind.ONLY_B)):
         for goal in match.unmatched_goals[run]:
-            side = Side(goal.start, _goal_text(goal))
+            side = Side(goal.first_position, _goal_text(goal))
             sides = (missing, side) if run else (side, missing)
             yield Difference(f"a goal that only {'AB'[run]} has", match.labels[goal], *sides, kind)
     for noun, text, pairs in (
@@ -75,7 +75,7 @@ def _goal_differences(match: GoalMatch) -> Iterator[Difference]:
         ("another class or id", _class_text, match.renamed_pairs),
     ):
         for pair in pairs:
-            side_a, side_b = (Side(goal.start, text(goal)) for goal in pair)
+            side_a, side_b = (Side(goal.first_position, text(goal)) for goal in pair)
             yield Difference(noun, f"goal {match.labels[pair[0]]}", side_a, side_b)
 
 
@@ -90,7 +90,7 @@ def _class_text(goal: Goal) -> str:
 
 
 def _goal_text(goal: Goal) -> str:
-    subtree = f", with {goal.size - 1} below it" if goal.size > 1 else ""
+    subtree = f", with {goal.goal_count - 1} below it" if goal.goal_count > 1 else ""
     return f"goal {goal.key[1]} of class {goal.goal_class}{subtree}"
 
 

@@ -92,7 +92,9 @@ class StepPair:
             differences += self._late_steps(alignment, times)
         if differences:
             # rows are made only for the first difference of the report
-            rows[self.subject] = lambda: alignment.rows(lambda run, index: self._step_line(run, index, begin))
+            rows[self.subject] = lambda: alignment.make_rows(
+                lambda run, index: self._step_line(run, index, begin)
+            )
         return differences
 
     def _late_steps(self, alignment: Alignment, times: TimeCheck) -> Iterator[Difference]:

@@ -188,7 +188,7 @@ class Divergence:
 
     def rows(self) -> list[AlignedRow]:
         """Return both runs side by side around the first difference."""
-        return self._alignment.rows(self._event_line)
+        return self._alignment.make_rows(self._event_line)
 
     def hints(self, differences: list[Difference]) -> list[str]:
         """Return hints for the user."""

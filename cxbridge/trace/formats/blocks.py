@@ -49,7 +49,7 @@ class BlockDecoder:
             end, index = field.offset + field.size, index + count
         self._unpack = struct.Struct(code).unpack_from
 
-    def values(self, block: bytes | memoryview) -> dict[str, Any]:
+    def decode(self, block: bytes | memoryview) -> dict[str, Any]:
         """Return the values by field: texts, numbers, names of enum items, lists."""
         raw = self._unpack(block)
         return {
@@ -65,7 +65,7 @@ def block_events(
     :param uid: ``Type::id``.
     :param block: of the size in the schema, in this machine's byte order.
     """
-    return write_events(schema.name, uid, time_us, _cached_decoder(schema).values(block))
+    return write_events(schema.name, uid, time_us, _cached_decoder(schema).decode(block))
 
 
 def write_events(

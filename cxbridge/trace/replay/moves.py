@@ -27,13 +27,13 @@ class ReplaySelection:
     :param patterns: the patterns of the interfaces; empty: all interfaces.
     :param start_s: the start in seconds since the first event of the run; None: the start of the run.
     :param end_s: the end in seconds since the first event of the run; None: the end of the run.
-    :param messages: whether to send the recorded messages to interfaces that are not replayed.
+    :param sends_messages: whether to send the recorded messages to interfaces that are not replayed.
     """
 
     patterns: tuple[Pattern, ...] = ()
     start_s: float | None = None
     end_s: float | None = None
-    messages: bool = False
+    sends_messages: bool = False
 
     def replays(self, uid: str) -> bool:
         """Return whether the writes of an interface are replayed."""
@@ -77,16 +77,16 @@ class ReplayPositions:
 class ReplaySurvey:
     """The moves of a replay by numbers.
 
-    :ivar writes: the number of writes by ``Type::id``.
-    :ivar messages: the number of messages by ``Type::id``.
+    :ivar write_counts: the number of writes by ``Type::id``.
+    :ivar message_counts: the number of messages by ``Type::id``.
     :ivar samples: the first write by ``Type::id``.
     :ivar first_us: the position of the first event.
     :ivar last_us: the position of the last event.
     :ivar unselected_writes: the number of writes of unselected interfaces.
     """
 
-    writes: dict[str, int] = field(default_factory=dict)
-    messages: dict[str, int] = field(default_factory=dict)
+    write_counts: dict[str, int] = field(default_factory=dict)
+    message_counts: dict[str, int] = field(default_factory=dict)
     samples: dict[str, InterfaceWrite] = field(default_factory=dict)
     first_us: int = 0
     last_us: int = 0
@@ -104,11 +104,11 @@ def survey_replay(run: Run, selection: ReplaySelection) -> ReplaySurvey:
             overview.first_us = at_us
         overview.last_us = max(overview.last_us, at_us)
         if isinstance(event, InterfaceWrite):
-            overview.writes[event.uid] = overview.writes.get(event.uid, 0) + 1
+            overview.write_counts[event.uid] = overview.write_counts.get(event.uid, 0) + 1
             overview.samples.setdefault(event.uid, event)
         else:
-            overview.messages[event.uid] = overview.messages.get(event.uid, 0) + 1
-    if not overview.writes:
+            overview.message_counts[event.uid] = overview.message_counts.get(event.uid, 0) + 1
+    if not overview.write_counts:
         overview.unselected_writes = sum(isinstance(event, InterfaceWrite) for event in run)
     return overview
 
@@ -131,7 +131,7 @@ def replay_moves(run: Run, selection: ReplaySelection) -> Iterator[ReplayMove]:
         is_write = isinstance(event, InterfaceWrite)
         # writes are replayed, and messages are sent to the other interfaces: no program handles messages to a
         # replayed interface
-        if selection.replays(event.uid) != is_write or not (is_write or selection.messages):
+        if selection.replays(event.uid) != is_write or not (is_write or selection.sends_messages):
             continue
         at_us = positions.position_us(event)
         if end_us is not None and at_us > end_us:

@@ -32,7 +32,7 @@ class ReplayPlayer:
     """
 
     def __init__(self, board: BlackBoard, log: Logger, *, restamp: bool = False) -> None:
-        self.writes: dict[str, int] = {}
+        self.write_counts: dict[str, int] = {}
         """The numbers of writes by ``Type::id``."""
         self.sent_count = 0
         """The number of sent messages."""
@@ -136,7 +136,7 @@ class ReplayPlayer:
         if self._restamp:
             writer.mark_data_refreshed()
         writer.write()
-        self.writes[event.uid] = self.writes.get(event.uid, 0) + 1
+        self.write_counts[event.uid] = self.write_counts.get(event.uid, 0) + 1
 
     def _send(self, event: InterfaceMessage) -> None:
         try:

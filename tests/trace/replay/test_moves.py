@@ -33,7 +33,7 @@ def test_positions_count_from_the_first_event(tmp_path: Path) -> None:
     run = recorded(tmp_path, write(100, 1), write(250, 2))
     assert played(run) == [(100, 1), (250, 2)]
     found = survey_replay(run, ReplaySelection())
-    assert (found.first_us, found.last_us, found.writes) == (100_000, 250_000, {UID: 2})
+    assert (found.first_us, found.last_us, found.write_counts) == (100_000, 250_000, {UID: 2})
 
 
 def test_from_begins_with_what_the_interfaces_held(tmp_path: Path) -> None:
@@ -62,8 +62,10 @@ def test_a_write_with_its_old_stamp_does_not_set_the_clock(tmp_path: Path) -> No
 def test_messages_go_to_what_is_not_replayed(tmp_path: Path) -> None:
     run = recorded(tmp_path, write(0, 1), message(1, UID), message(2, "SwitchInterface::t"))
     patterns = (Pattern.parse("*::s"),)
-    assert survey_replay(run, ReplaySelection(patterns, messages=True)).messages == {"SwitchInterface::t": 1}
-    assert survey_replay(run, ReplaySelection(patterns)).messages == {}
+    assert survey_replay(run, ReplaySelection(patterns, sends_messages=True)).message_counts == {
+        "SwitchInterface::t": 1
+    }
+    assert survey_replay(run, ReplaySelection(patterns)).message_counts == {}
 
 
 @given(st.lists(st.tuples(st.sampled_from("ab"), st.integers(0, 10**10)), min_size=1))

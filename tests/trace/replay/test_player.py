@@ -70,7 +70,7 @@ def test_each_write_comes_with_its_recorded_stamp(site: Site, tmp_path: Path) ->
     player = play(site, recorded(tmp_path, *(write(ms, ms) for ms in range(1, 51))))
     until(lambda: len(ear.heard) == 50)
     assert ear.heard == [(ms, BEGIN_US + ms * 1000) for ms in range(1, 51)]
-    assert player.writes == {UID: 50}
+    assert player.write_counts == {UID: 50}
 
 
 def test_restamped_writes_have_the_time_of_the_replay(site: Site, tmp_path: Path) -> None:
@@ -123,7 +123,7 @@ def test_messages_go_to_the_writers_of_other_interfaces(site: Site, tmp_path: Pa
         message(4, "SwitchInterface::nobody", kind="EnableSwitchMessage"),
     )
     writer: Any = site.board.open_for_writing("SwitchInterface", "t", owner="the robot")
-    player = play(site, run, ReplaySelection((Pattern.parse("*::s"),), messages=True))
+    player = play(site, run, ReplaySelection((Pattern.parse("*::s"),), sends_messages=True))
     until(lambda: writer.msgq_size() == 1)
     taken: Any = writer.msgq_pop()
     assert (taken.type, taken.enabled, taken.value) == ("SetMessage", True, 0.5)

@@ -107,7 +107,7 @@ class BBLoggerFile(Run):
             self.note(header.problem)
         unpack_stamp = _STAMP.unpack_from
         has_stamp = header.data_size >= STAMP_SIZE
-        values = self._block_decoder()
+        decode = self._block_decoder()
         uid, kind, start_us = header.uid, header.kind, header.start_us
         is_skiller = header.schema is not None and kind == "SkillerInterface"
         for since_us, block in self.entries():
@@ -119,15 +119,15 @@ class BBLoggerFile(Run):
             if not 0 < time_us < _MAX_US:
                 time_us = max(0, min(start_us + since_us, _MAX_US))
             if is_skiller:
-                yield from write_events(kind, uid, time_us, values(block))
+                yield from write_events(kind, uid, time_us, decode(block))
             else:
-                yield InterfaceWrite(time_us, uid, values(block))
+                yield InterfaceWrite(time_us, uid, decode(block))
 
     def _block_decoder(self) -> Any:
         """Return a function from blocks to values."""
         header = self.header
         if header.schema is not None:
-            return BlockDecoder(header.schema).values
+            return BlockDecoder(header.schema).decode
         return lambda block: {RAW_FIELD: block[STAMP_SIZE:].hex()}
 
     def metadata(self) -> Mapping[str, str]:

@@ -19,7 +19,7 @@ from cxbridge.trace.formats.mcap.records import (
     PROFILE,
     SOURCE_NAME,
     DamageError,
-    Fields,
+    FieldReader,
     Record,
 )
 
@@ -101,9 +101,9 @@ class McapRun(Run):
         with self._opened_file() as file:
             for record in self._intact_records(file, mcap.METADATA):
                 with self._noting_damage():
-                    fields = Fields(mcap.read_content(file, record))
-                    if fields.text() == name:
-                        yield fields.map()
+                    fields = FieldReader(mcap.read_content(file, record))
+                    if fields.read_text() == name:
+                        yield fields.read_map()
 
     @contextmanager
     def _translating_event_errors(self) -> Iterator[None]:
@@ -145,7 +145,7 @@ class McapRun(Run):
     def _check_header(self, file: IO[bytes], record: Record) -> None:
         if record.kind != mcap.HEADER:
             raise DamageError("it does not begin with a header")
-        if record.is_complete and Fields(mcap.read_content(file, record)).text() != PROFILE:
+        if record.is_complete and FieldReader(mcap.read_content(file, record)).read_text() != PROFILE:
             raise TraceError("an mcap file, but not a run recorded by cxbridge", file=self.path)
 
     @contextmanager
@@ -183,15 +183,15 @@ class _ChannelDecoders:
 
         :param kind: ``SCHEMA`` or ``CHANNEL``.
         """
-        fields = Fields(data)
-        number = fields.short()
+        fields = FieldReader(data)
+        number = fields.read_uint16()
         if kind == mcap.SCHEMA:
-            event_type = self._types_by_schema_name.get(fields.text())
+            event_type = self._types_by_schema_name.get(fields.read_text())
             # each chunk may repeat schemas and channels
             if event_type is not None and number not in self._by_schema:
                 self._by_schema[number] = make_decoder(event_type)
         else:
-            decode = self._by_schema.get(fields.short())
+            decode = self._by_schema.get(fields.read_uint16())
             if decode is not None:
                 self.decoders[number] = decode
 

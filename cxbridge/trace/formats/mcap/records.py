@@ -111,7 +111,7 @@ def read_content(file: IO[bytes], record: Record) -> bytes:
     return data
 
 
-class Fields:
+class FieldReader:
     """Reads the fields of a record in order.
 
     The methods raise :class:`DamageError` if the record is too short, or a text is invalid.
@@ -124,32 +124,32 @@ class Fields:
         self.offset = 0
         """The offset of the next field."""
 
-    def short(self) -> int:
+    def read_uint16(self) -> int:
         """Return a 16 bit number."""
         return int.from_bytes(self._next_bytes(2), "little")
 
-    def number(self) -> int:
+    def read_uint32(self) -> int:
         """Return a 32 bit number."""
         return int.from_bytes(self._next_bytes(4), "little")
 
-    def long(self) -> int:
+    def read_uint64(self) -> int:
         """Return a 64 bit number."""
         return int.from_bytes(self._next_bytes(8), "little")
 
-    def text(self) -> str:
+    def read_text(self) -> str:
         """Return a text."""
         try:
-            return self._next_bytes(self.number()).decode()
+            return self._next_bytes(self.read_uint32()).decode()
         except UnicodeDecodeError as error:
             raise DamageError("a text that is not UTF-8") from error
 
-    def map(self) -> dict[str, str]:
+    def read_map(self) -> dict[str, str]:
         """Return a map of texts."""
-        end = self.number() + self.offset
+        end = self.read_uint32() + self.offset
         values = {}
         while self.offset < end:
-            key = self.text()
-            values[key] = self.text()
+            key = self.read_text()
+            values[key] = self.read_text()
         return values
 
     def _next_bytes(self, size: int) -> bytes:
@@ -182,9 +182,9 @@ def read_attachment_head(file: IO[bytes], record: Record) -> StoredAttachment:
     :raises DamageError: if a field is invalid.
     """
     file.seek(record.start)
-    fields = Fields(file.read(min(record.size, _MAX_NAMES_SIZE)))
-    time_ns, _ = fields.long(), fields.long()
-    name, media_type, size = fields.text(), fields.text(), fields.long()
+    fields = FieldReader(file.read(min(record.size, _MAX_NAMES_SIZE)))
+    time_ns, _ = fields.read_uint64(), fields.read_uint64()
+    name, media_type, size = fields.read_text(), fields.read_text(), fields.read_uint64()
     start = record.start + fields.offset
     if start + size + _CRC.size != record.start + record.size:
         raise DamageError("an attachment of another size than it says")
@@ -209,9 +209,14 @@ def unpack_chunk(data: bytes, *, is_complete: bool) -> bytes:
     :param is_complete: whether the data are complete.
     :raises DamageError: if they are damaged or too large, or have an unknown compression.
     """
-    fields = Fields(data)
-    fields.long(), fields.long()  # the times of the first and last message
-    size, crc, compression, _ = fields.long(), fields.number(), fields.text(), fields.long()
+    fields = FieldReader(data)
+    fields.read_uint64(), fields.read_uint64()  # the times of the first and last message
+    size, crc, compression, _ = (
+        fields.read_uint64(),
+        fields.read_uint32(),
+        fields.read_text(),
+        fields.read_uint64(),
+    )
     if size > MAX_RECORD_SIZE:
         raise DamageError("a chunk that is too large")
     packed = data[fields.offset :]

@@ -19,7 +19,7 @@ from cxbridge.trace.formats.mcap import records as mcap
 from cxbridge.trace.formats.mcap.file import CHUNK_SIZE, McapFile, pack_record
 from cxbridge.trace.formats.mcap.records import (
     DamageError,
-    Fields,
+    FieldReader,
     Record,
     read_content,
     unpack_chunk,
@@ -37,31 +37,31 @@ class _McapCopy(McapFile):
 
         :raises DamageError: if a field is invalid.
         """
-        fields, record = Fields(content), pack_record(kind, content)
+        fields, record = FieldReader(content), pack_record(kind, content)
         match kind:
             case mcap.SCHEMA:
-                if (number := fields.short()) not in self._schemas:
+                if (number := fields.read_uint16()) not in self._schemas:
                     self._define_schema(number, record)
             case mcap.CHANNEL:
-                number, schema = fields.short(), fields.short()
+                number, schema = fields.read_uint16(), fields.read_uint16()
                 if number not in self._channels and schema in self._schemas:
                     self._define_channel(number, record)
             case mcap.MESSAGE:
-                number, _, time_ns = fields.short(), fields.number(), fields.long()
+                number, _, time_ns = fields.read_uint16(), fields.read_uint32(), fields.read_uint64()
                 if number in self._message_index:
                     self._message_index[number] += (time_ns, len(self._chunk))
                     self._chunk += record
             case mcap.METADATA:
-                fields.text()
+                fields.read_text()
                 self._append_indexed(
                     record, self._metadata_index, mcap.METADATA_INDEX, content[: fields.offset]
                 )
             case mcap.ATTACHMENT:
-                fields.long(), fields.long()
+                fields.read_uint64(), fields.read_uint64()
                 times = content[: fields.offset]
-                fields.text(), fields.text()
+                fields.read_text(), fields.read_text()
                 names = content[len(times) : fields.offset]
-                size = struct.pack("<Q", fields.long())
+                size = struct.pack("<Q", fields.read_uint64())
                 self._append_indexed(
                     record, self._attachment_index, mcap.ATTACHMENT_INDEX, times, size, names
                 )
@@ -97,7 +97,7 @@ def _copy_records(source: Path, target: IO[bytes]) -> list[str]:
                     for kind, data in _unpack_records(file, record):
                         # the first record has the profile, which the header of the copy repeats
                         if copy is None:
-                            profile = Fields(data).text() if kind == mcap.HEADER else ""
+                            profile = FieldReader(data).read_text() if kind == mcap.HEADER else ""
                             copy = _McapCopy(target, profile, f"cxbridge {VERSION}")
                         copy.copy_record(kind, data)
                 except DamageError:

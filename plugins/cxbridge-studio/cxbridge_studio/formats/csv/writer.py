@@ -178,10 +178,10 @@ def _convert_file(run: BBLoggerFile, path: Path) -> None:
         raise TraceError(header.problem, file=run.path, hint="without a definition there are no columns")
     if header.problem:
         run.note(header.problem)
-    values = BlockDecoder(header.schema, _text_bytes).values
+    decode = BlockDecoder(header.schema, _text_bytes).decode
     with closing(_CsvFile(path, header.schema)) as file:
         for since_us, block in run.entries():
-            file.write(since_us, values(block))
+            file.write(since_us, decode(block))
 
 
 def _text_bytes(field: bytes) -> bytes:
