@@ -134,9 +134,9 @@ def test_the_turn_is_not_lost_when_it_is_lent_just_as_a_listener_begins(asks):
         receiver.lend_turn()
         assert not receiver.session_has_turn
         if asks:
-            receiver.wait(looks.is_set, time.monotonic() + LONG)
+            receiver.wait_until(looks.is_set, time.monotonic() + LONG)
         else:
-            assert [receiver.watch(), receiver.watch()] == [True, False]
+            assert [receiver.check_listeners(), receiver.check_listeners()] == [True, False]
         mine.append(receiver.session_has_turn)
         done.set()
 

@@ -88,7 +88,7 @@ class EventReceiver(Dispatcher):
         self._turn = _SESSION
         self._is_reclaimed = False
         self._round_count = 0  # rounds of the dispatcher's thread; a constant count shows slow listeners
-        self._watched_round_count = 0  # the count at the last call of `watch`
+        self._watched_round_count = 0  # the count at the last call of `check_listeners`
         self._nudge_lock: Final = threading.Lock()
         self._nudge_socket: Socket | None = None
         self._backlog: deque[Call | None] = deque()  # calls taken from the queue while a listener waited
@@ -123,7 +123,7 @@ class EventReceiver(Dispatcher):
         """Whether the queue is so long that updates are conflated."""
         return self._queue.qsize() >= MAX_WAITING_EVENTS
 
-    def wait(self, is_done: Callable[[], bool], deadline: float) -> None:
+    def wait_until(self, is_done: Callable[[], bool], deadline: float) -> None:
         """Make urgent calls until ``is_done`` returns True, for a listener that waits for a reply.
 
         The thread that changes the result of ``is_done`` must queue a call, which wakes this thread.
@@ -204,7 +204,8 @@ class EventReceiver(Dispatcher):
                 self.last_received_s = end_s = now()
                 self._handle_message(data)
                 if end_s - start_s < _ARRIVED_S:
-                    self.take()  # handles all waiting frames before the listeners, which then read newer data
+                    # before the listeners, which then read newer data
+                    self.handle_waiting_frames()
                 elif self._unreported_count >= self._credit_threshold:
                     self._give_credit()
             else:
@@ -223,7 +224,7 @@ class EventReceiver(Dispatcher):
                 if self._turn == _CALLING:
                     self._turn = _DISPATCHER
 
-    def open(
+    def open_session(
         self, events: Socket, name: str, handler: FrameHandler, give_credit: Callable[[int], bool]
     ) -> None:
         """Begin a session after its Hello; the session's thread has the first turn.
@@ -243,7 +244,7 @@ class EventReceiver(Dispatcher):
         with self._nudge_lock:
             self._nudge_socket = nudge
 
-    def close(self) -> None:
+    def close_session(self) -> None:
         """End the session; the session's thread must have the turn."""
         with self._nudge_lock:
             if self._nudge_socket is not None:
@@ -262,7 +263,7 @@ class EventReceiver(Dispatcher):
             self._turn = _LENT  # not _DISPATCHER, because the thread may have begun another call
             self.put(self._receive)
 
-    def watch(self) -> bool:
+    def check_listeners(self) -> bool:
         """Take the turn from the dispatcher's thread if its listeners are slow.
 
         :returns: whether the session's thread must call this method again soon.
@@ -284,7 +285,7 @@ class EventReceiver(Dispatcher):
             self._turn = _SESSION
             self._is_reclaimed = False
 
-    def take(self) -> None:
+    def handle_waiting_frames(self) -> None:
         """Handle waiting frames, at most one batch."""
         # the limit, because a fast writer could keep the thread in the loop, which returns no credit
         recv = self._recv

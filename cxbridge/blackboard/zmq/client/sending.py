@@ -223,7 +223,7 @@ class CommandSender:
                     raise DisconnectedError("there is no connection to the blackboard's server")
                 number = self.start(frame, pending)
             if in_dispatcher:
-                self._dispatcher.wait(pending.is_answered, deadline)
+                self._dispatcher.wait_until(pending.is_answered, deadline)
             else:
                 pending.wait(deadline - time.monotonic())
             with self.lock:

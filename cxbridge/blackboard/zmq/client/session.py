@@ -137,14 +137,14 @@ class SessionThread:
                 # without blocking, because a refused handshake may have closed the connection
                 events.send(encode(hello), zmq.NOBLOCK)
                 name = f"nudge-{session.hex()}"
-                self._receiver.open(events, name, self._interfaces, self._sender.give_credit)
+                self._receiver.open_session(events, name, self._interfaces, self._sender.give_credit)
                 reason = self._keep_session(events, monitor)
                 if self._stopping and self._receiver.welcome is not None:
                     self._sender.send(Bye(), wait_ms=0)
             finally:
                 # the turn first, so that no other thread uses the socket that is closed here
                 self._receiver.reclaim_turn()
-                self._receiver.close()
+                self._receiver.close_session()
                 self._sender.detach()
                 events.disable_monitor()
                 monitor.close(linger=0)
@@ -174,7 +174,7 @@ class SessionThread:
                 else self._wait_for_dispatcher(dispatcher_poller, next_check_s)
             )
             if events in ready:
-                receiver.take()
+                receiver.handle_waiting_frames()
             if monitor in ready:
                 monitor.recv_multipart()
                 if receiver.welcome is not None:
@@ -192,14 +192,14 @@ class SessionThread:
 
     def _wait_for_dispatcher(self, poller: zmq.Poller, next_check_s: float) -> dict[object, int]:
         """Wait for events while the dispatcher's thread receives."""
-        if self._receiver.watch():
+        if self._receiver.check_listeners():
             patience_ms, self._patience_ms = self._patience_ms, min(2 * self._patience_ms, MAX_PATIENCE_MS)
             return dict(poller.poll(min(_ms_until(next_check_s), patience_ms)))
         self._patience_ms = MIN_PATIENCE_MS
-        # before the second call of `watch`: listeners that start later wake this thread
+        # before the second call of `check_listeners`: listeners that start later wake this thread
         self._receiver.must_wake_session = True
         try:
-            return {} if self._receiver.watch() else dict(poller.poll(_ms_until(next_check_s)))
+            return {} if self._receiver.check_listeners() else dict(poller.poll(_ms_until(next_check_s)))
         finally:
             self._receiver.must_wake_session = False
 
