@@ -15,7 +15,7 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.paths import RunPaths
 from cxbridge.run.source import source_of
 from cxbridge.run.specs import choose_spec
-from cxbridge_studio.lsp.session import files_below
+from cxbridge_studio.lsp.session import find_agent_files
 
 _PROTO_DIRS: Final = "/clips-protobuf/proto-dirs"
 _HOST_FOLDERS: Final = ("host", "features", "planner")
@@ -34,7 +34,7 @@ class AgentFiles(Struct, frozen=True):
 
     @classmethod
     def find(cls, options: RunOptions) -> AgentFiles:
-        """Return the locations of an agent's files; of several agents, those of the first.
+        """Return the locations of the files of an agent: by default of the first agent in the configuration.
 
         :raises CxbridgeError: if the configuration cannot be read, or lacks the agent or the spec.
         """
@@ -45,25 +45,25 @@ class AgentFiles(Struct, frozen=True):
             config = choose_agent(config, names[0])
         spec = choose_spec(config, options.spec)
         paths = source.find_paths(config, config_file)
-        return cls(config, spec, paths, tuple(_library(paths)))
+        return cls(config, spec, paths, tuple(_find_host_files(paths)))
 
     def clips(self) -> Iterator[Path]:
         """Yield the CLIPS files that a spec can load by name."""
         for folder in self.paths.rule_dirs:
-            yield from files_below(folder, (".clp",))
+            yield from find_agent_files(folder, (".clp",))
 
     def named_files(self) -> Iterator[Path]:
-        """Yield the interfaces, skills and protobuf messages that the agent can name."""
+        """Yield the files of the interfaces, skills and protobuf messages whose names the agent can use."""
         for folder in self.paths.interface_dirs:
             yield from sorted(folder.glob("*.xml"))
         for folder in self.paths.skill_dirs:
-            yield from files_below(folder, (".lua",))
+            yield from find_agent_files(folder, (".lua",))
         for text in self.config.get_strings(_PROTO_DIRS, default=[]):
             for folder in self.paths.expand(text):
-                yield from files_below(folder, (".proto",))
+                yield from find_agent_files(folder, (".proto",))
 
 
-def _library(paths: RunPaths) -> Iterator[Path]:
+def _find_host_files(paths: RunPaths) -> Iterator[Path]:
     """Yield the CLIPS files that the host loads for every agent."""
     yield from sorted(paths.library.glob("*.clp"))
     for folder in _HOST_FOLDERS:

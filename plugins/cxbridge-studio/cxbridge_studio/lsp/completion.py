@@ -1,4 +1,4 @@
-"""Completion: finds the names that fit at a position."""
+"""Completion: proposes the names that fit at the cursor."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from cxbridge_studio.agent.clips import (
 )
 from cxbridge_studio.agent.names import Name, NameKind, SourceFile, Use
 from cxbridge_studio.agent.yaml import find_parent_keys
-from cxbridge_studio.lsp.context import Context, context_at, message_type, template_of_fact
+from cxbridge_studio.lsp.context import Context, find_context, find_fact_template, find_message_type
 from cxbridge_studio.lsp.session import Session
 
 
@@ -32,11 +32,11 @@ class Proposal(NamedTuple):
     detail: str = ""
 
 
-# The action in: (plan-action (action-name goto)
+# the action in: (plan-action (action-name goto)
 _ACTION_NAME: Final = re.compile(r"\(action-name\s+([^\s()?]+)")
-# The message before the cursor in: (pb-field-value ?m
-_MESSAGE: Final = re.compile(r"\(\s*pb-[\w-]+\s+(\?[\w-]+)\s+\Z")
-# The fact in: ?fact:slot
+# the message before the cursor in: (pb-field-value ?m
+_MESSAGE_ARGUMENT: Final = re.compile(r"\(\s*pb-[\w-]+\s+(\?[\w-]+)\s+\Z")
+# the fact in: ?fact:slot
 _SLOT_ACCESS: Final = re.compile(r"(\?[\w-]+):[^\s()]*\Z")
 _CONSTRUCTS: Final = (*CONSTRUCT_KINDS, "defglobal")
 _PDDL_KEYS: Final = (":parameters", ":precondition", ":effect", ":duration", ":condition")
@@ -45,27 +45,27 @@ _PDDL_KEYS: Final = (":parameters", ":precondition", ":effect", ":duration", ":c
 def complete(session: Session, file: SourceFile, offset: int) -> list[Proposal]:
     """Return the names that fit at a position, sorted and without duplicates."""
     if file.path.endswith(".clp"):
-        context = context_at(file, offset)
-        proposals = () if context is None else _clips(session, file, context)
+        context = find_context(file, offset)
+        proposals = () if context is None else _complete_clips(session, file, context)
     elif file.path.endswith((".yaml", ".yml")):
-        proposals = _yaml(session, file, offset)
+        proposals = _complete_yaml(session, file, offset)
     elif file.path.endswith(".pddl"):
-        proposals = _pddl(session, file, offset)
+        proposals = _complete_pddl(session, file, offset)
     elif file.path.endswith(".lua"):
-        proposals = _lua(session, file, offset)
+        proposals = _complete_lua(session, file, offset)
     else:
         proposals = ()
     return sorted({proposal.text: proposal for proposal in proposals if proposal.text}.values())
 
 
-def _defined(
+def _propose_defined(
     session: Session, file: SourceFile, kind: NameKind, owner: str | None = None
 ) -> Iterator[Proposal]:
     """Yield the defined names of a kind.
 
     :param owner: the owner of the names, such as the template of slots; None for any owner.
     """
-    definitions = session.preferred(session.model.definitions_of_kind(kind, owner), file.path)
+    definitions = session.filter_visible(session.model.definitions_of_kind(kind, owner), file.path)
     for _, mention in definitions:
         yield Proposal(mention.name.text, kind, f"{kind.value} {mention.name.owner}".rstrip())
 
@@ -73,79 +73,83 @@ def _defined(
 # ---- CLIPS
 
 
-def _clips(session: Session, file: SourceFile, context: Context) -> Iterable[Proposal]:
+def _complete_clips(session: Session, file: SourceFile, context: Context) -> Iterable[Proposal]:
     if not context.heads:
-        return [Proposal(name, None, "construct") for name in _CONSTRUCTS] if context.at_head else ()
+        return [Proposal(name, None, "construct") for name in _CONSTRUCTS] if context.is_at_head else ()
     if context.word.startswith(("?*", "$?*")):
         globals_ = session.model.names(NameKind.GLOBAL, Use.DEFINED)
         return [Proposal(f"?*{name}*", NameKind.GLOBAL, "global") for name in globals_]
     if match := _SLOT_ACCESS.search(context.word):
-        slots = _slots(session, file, template_of_fact(context.text, match[1]))
+        slots = _propose_slots(session, file, find_fact_template(context.text, match[1]))
         return [Proposal(f"{match[1]}:{slot.text}", slot.kind, slot.detail) for slot in slots]
-    if context.at_head:
-        return _heads(session, file, context)
-    return _arguments(session, file, context)
+    if context.is_at_head:
+        return _propose_heads(session, file, context)
+    return _propose_arguments(session, file, context)
 
 
-def _heads(session: Session, file: SourceFile, context: Context) -> Iterator[Proposal]:
+def _propose_heads(session: Session, file: SourceFile, context: Context) -> Iterator[Proposal]:
     """Yield the words that can begin a list here."""
     if context.template and context.head in (context.template, "modify", "duplicate"):
-        yield from _slots(session, file, context.template)
-    elif context.in_condition and (context.head == "defrule" or context.head in CONDITION_HEADS):
-        yield from _templates(session, file)
+        yield from _propose_slots(session, file, context.template)
+    elif context.is_in_condition and (context.head == "defrule" or context.head in CONDITION_HEADS):
+        yield from _propose_templates(session, file)
         yield from (Proposal(word, None, "condition") for word in (*CONDITION_HEADS, "test", "declare"))
     elif context.head in ("assert", "deffacts"):
-        yield from _templates(session, file)
+        yield from _propose_templates(session, file)
     else:
-        yield from _defined(session, file, NameKind.FUNCTION)
+        yield from _propose_defined(session, file, NameKind.FUNCTION)
         for name, info in session.knowledge.functions.items():
             yield Proposal(name, NameKind.FUNCTION, info.feature or "CLIPS")
 
 
-def _templates(session: Session, file: SourceFile) -> Iterator[Proposal]:
-    yield from _defined(session, file, NameKind.TEMPLATE)
-    yield from _defined(session, file, NameKind.INTERFACE)
+def _propose_templates(session: Session, file: SourceFile) -> Iterator[Proposal]:
+    yield from _propose_defined(session, file, NameKind.TEMPLATE)
+    yield from _propose_defined(session, file, NameKind.INTERFACE)
     for name in session.knowledge.templates:
         yield Proposal(name, NameKind.TEMPLATE, "template")
 
 
-def _slots(session: Session, file: SourceFile, template: str) -> Iterator[Proposal]:
-    yield from _defined(session, file, NameKind.SLOT, template)
-    yield from _defined(session, file, NameKind.FIELD, template)
+def _propose_slots(session: Session, file: SourceFile, template: str) -> Iterator[Proposal]:
+    yield from _propose_defined(session, file, NameKind.SLOT, template)
+    yield from _propose_defined(session, file, NameKind.FIELD, template)
     for name in session.knowledge.templates.get(template, ()):
         yield Proposal(name, NameKind.SLOT, f"slot {template}")
 
 
-def _arguments(session: Session, file: SourceFile, context: Context) -> Iterator[Proposal]:
+def _propose_arguments(session: Session, file: SourceFile, context: Context) -> Iterator[Proposal]:
     """Yield the words that can follow the head of the list."""
     head, template = context.head, context.template
     if template and head != template:
         kind = SLOT_VALUE_KINDS.get((template, head))
         if kind is not None:
-            yield from _names(session, file, kind)
+            yield from _propose_names(session, file, kind)
         if (template, head) == ("plan-action", "param-names"):
             action = _ACTION_NAME.search(context.pattern)
-            yield from _defined(session, file, NameKind.PARAMETER, action[1] if action else None)
-        yield from _allowed_values(session, file, template, head)
-    elif head in FIELD_FUNCTIONS and (message := _MESSAGE.search(context.text)):
-        owner = message_type(context.text, message[1])
-        yield from _defined(session, file, NameKind.PROTO_FIELD, owner) if owner else ()
+            yield from _propose_defined(session, file, NameKind.PARAMETER, action[1] if action else None)
+        yield from _propose_allowed_values(session, file, template, head)
+    elif head in FIELD_FUNCTIONS and (message := _MESSAGE_ARGUMENT.search(context.text)):
+        owner = find_message_type(context.text, message[1])
+        yield from _propose_defined(session, file, NameKind.PROTO_FIELD, owner) if owner else ()
     elif head in FIRST_ARGUMENT_KINDS:
-        yield from _names(session, file, FIRST_ARGUMENT_KINDS[head])
-    # A variable as the head is a member of a query, ((?fact TEMPLATE)).
+        yield from _propose_names(session, file, FIRST_ARGUMENT_KINDS[head])
+    # a list that begins with a variable is a member of a query, ((?fact TEMPLATE))
     elif head and context.heads[1:2] and context.word == "" and head.startswith("?"):
-        yield from _templates(session, file)
+        yield from _propose_templates(session, file)
 
 
-def _names(session: Session, file: SourceFile, kind: NameKind) -> Iterator[Proposal]:
-    """Yield the defined names of a kind; for kinds without definitions, the names in use."""
-    yield from _defined(session, file, kind)
+def _propose_names(session: Session, file: SourceFile, kind: NameKind) -> Iterator[Proposal]:
+    """Yield the defined names of a kind, and the used names of kinds that have no definitions."""
+    yield from _propose_defined(session, file, kind)
     if kind in (NameKind.GOAL_CLASS, NameKind.FILE, NameKind.FEATURE):
         yield from (Proposal(name, kind, kind.value) for name in session.model.names(kind))
 
 
-def _allowed_values(session: Session, file: SourceFile, template: str, slot: str) -> Iterator[Proposal]:
-    definitions = session.preferred(session.model.definitions(Name(NameKind.TEMPLATE, template)), file.path)
+def _propose_allowed_values(
+    session: Session, file: SourceFile, template: str, slot: str
+) -> Iterator[Proposal]:
+    definitions = session.filter_visible(
+        session.model.definitions(Name(NameKind.TEMPLATE, template)), file.path
+    )
     for definition, mention in definitions:
         placed = definition.piece_at(mention.start)
         nodes = read(placed.piece.text, close=True) if placed else []
@@ -160,24 +164,26 @@ def _allowed_values(session: Session, file: SourceFile, template: str, slot: str
 # ---- YAML
 
 
-def _yaml(session: Session, file: SourceFile, offset: int) -> Iterator[Proposal]:
+def _complete_yaml(session: Session, file: SourceFile, offset: int) -> Iterator[Proposal]:
     start = file.text.rfind("\n", 0, offset) + 1
     row = file.text[start:offset]
     parent_keys = list(find_parent_keys(file, start + len(row) - len(row.lstrip())))
     key = re.match(r"\s*(?:- +)?([\w-]+):", row)
     if "action-mapping" in parent_keys[:2]:
-        yield from _mapping(session, file, row, parent_keys[0] if parent_keys[0] != "action-mapping" else "")
+        yield from _complete_mapping(
+            session, file, row, parent_keys[0] if parent_keys[0] != "action-mapping" else ""
+        )
     elif "file" in (key and key[1], *parent_keys[:1]) or "files" in (key and key[1], *parent_keys[:1]):
-        yield from (Proposal(name, NameKind.FILE, "file") for name in _clips_files(session))
+        yield from (Proposal(name, NameKind.FILE, "file") for name in _clips_file_names(session))
     elif "blackboard-preload" in (key and key[1], *parent_keys[:1]):
-        yield from _defined(session, file, NameKind.INTERFACE)
+        yield from _propose_defined(session, file, NameKind.INTERFACE)
     elif key and key[1] == "name" and "stage-1" in parent_keys[:1]:
-        yield from _names(session, file, NameKind.FEATURE)
+        yield from _propose_names(session, file, NameKind.FEATURE)
     elif key and key[1] == "spec":
-        yield from _defined(session, file, NameKind.SPEC)
+        yield from _propose_defined(session, file, NameKind.SPEC)
 
 
-def _mapping(session: Session, file: SourceFile, row: str, action: str) -> Iterator[Proposal]:
+def _complete_mapping(session: Session, file: SourceFile, row: str, action: str) -> Iterator[Proposal]:
     """Yield the proposals in an action mapping.
 
     :param row: the line up to the cursor.
@@ -185,19 +191,19 @@ def _mapping(session: Session, file: SourceFile, row: str, action: str) -> Itera
     """
     key = re.match(r"\s*([\w-]+):\s", row)
     if not action and key is None:
-        yield from _defined(session, file, NameKind.ACTION)
+        yield from _propose_defined(session, file, NameKind.ACTION)
         return
     action = key[1] if key else action
     if re.search(r"\?\([\w-]*\Z", row):
-        yield from _defined(session, file, NameKind.PARAMETER, action)
+        yield from _propose_defined(session, file, NameKind.PARAMETER, action)
     elif skill := re.search(r"([A-Za-z_]\w*)\s*\{[^}]*\Z", row):
-        yield from _defined(session, file, NameKind.ARGUMENT, skill[1])
+        yield from _propose_defined(session, file, NameKind.ARGUMENT, skill[1])
     else:
-        yield from _defined(session, file, NameKind.SKILL)
+        yield from _propose_defined(session, file, NameKind.SKILL)
 
 
-def _clips_files(session: Session) -> Iterator[str]:
-    """Yield the CLIPS files as specs name them: the name of the file, without and with its folder."""
+def _clips_file_names(session: Session) -> Iterator[str]:
+    """Yield the names of CLIPS files as in specs: the name alone, and the name with its folder."""
     for file in session.model.files:
         if file.path.endswith(".clp"):
             parts = re.split(r"[\\/]", file.path)
@@ -208,26 +214,26 @@ def _clips_files(session: Session) -> Iterator[str]:
 # ---- PDDL and Lua
 
 
-def _pddl(session: Session, file: SourceFile, offset: int) -> Iterator[Proposal]:
+def _complete_pddl(session: Session, file: SourceFile, offset: int) -> Iterator[Proposal]:
     placed = file.piece_at(offset)
     preceding_text = file.text[placed.start if placed else 0 : offset]
     if re.search(r"\s-\s+[\w-]*\Z", preceding_text):
-        yield from _defined(session, file, NameKind.OBJECT_TYPE)
+        yield from _propose_defined(session, file, NameKind.OBJECT_TYPE)
     elif re.search(r"\?[\w-]*\Z", preceding_text) and placed and placed.piece.name:
-        for proposal in _defined(session, file, NameKind.PARAMETER, placed.piece.name.text):
+        for proposal in _propose_defined(session, file, NameKind.PARAMETER, placed.piece.name.text):
             yield Proposal(f"?{proposal.text}", proposal.kind, proposal.detail)
     elif re.search(r"\(\s*[\w-]*\Z", preceding_text):
-        yield from _defined(session, file, NameKind.PREDICATE)
+        yield from _propose_defined(session, file, NameKind.PREDICATE)
         yield from (Proposal(word, None) for word in ("and", "or", "not", "forall", "exists", "when"))
     elif re.search(r":[\w-]*\Z", preceding_text):
         yield from (Proposal(word, None) for word in _PDDL_KEYS)
     else:
-        yield from _defined(session, file, NameKind.CONSTANT)
+        yield from _propose_defined(session, file, NameKind.CONSTANT)
 
 
-def _lua(session: Session, file: SourceFile, offset: int) -> Iterator[Proposal]:
+def _complete_lua(session: Session, file: SourceFile, offset: int) -> Iterator[Proposal]:
     row = file.text[file.text.rfind("\n", 0, offset) + 1 : offset]
     if "depends_skills" in row or re.search(r"\bskills\s*=\s*\{\{", row):
-        yield from _defined(session, file, NameKind.SKILL)
+        yield from _propose_defined(session, file, NameKind.SKILL)
     elif re.search(r"""\btype\s*=\s*["']\w*\Z""", row):
-        yield from _defined(session, file, NameKind.INTERFACE)
+        yield from _propose_defined(session, file, NameKind.INTERFACE)

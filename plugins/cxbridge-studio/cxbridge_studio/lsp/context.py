@@ -1,4 +1,4 @@
-"""Finds the syntactic context of a cursor in CLIPS text: the enclosing lists, and the enclosing fact."""
+"""Finds the context of a cursor in CLIPS text: the enclosing lists, and the enclosing fact or pattern."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from cxbridge_studio.agent.top_level import open_lists
 _HEAD = re.compile(r"\(\s*([^\s()\";&|~]*)")
 _WORD = re.compile(r"[^\s()\"&|~]*\Z")
 _FACT_PARENTS = ("assert", "deffacts", "defrule")  # heads of lists that contain facts or patterns
-_NO_FACTS = ("test", "declare", "assert")  # heads of lists in rules that are neither facts nor patterns
-_CHANGES = ("modify", "duplicate")
-# The fact in: (modify ?fact
-_CHANGED = re.compile(r"\(\s*\w+\s+(\?[\w-]+)")
+_NON_FACT_HEADS = ("test", "declare", "assert")  # heads of lists in rules that are neither facts nor patterns
+_CHANGE_FUNCTIONS = ("modify", "duplicate")
+# the fact in: (modify ?fact
+_CHANGED_FACT = re.compile(r"\(\s*\w+\s+(\?[\w-]+)")
 
 
 class Context(Struct, frozen=True):
     """The context of a cursor.
 
     :param word: the part of the word before the cursor.
-    :param heads: the heads of the enclosing lists, innermost first; a list with the cursor in its head is
-        left out.
+    :param heads: the heads of the enclosing lists, innermost first, without a list whose head is at the
+        cursor.
     :param at_head: whether the word is the head of its list.
     :param in_condition: whether the cursor is before the arrow of a rule.
     :param template: the template of the enclosing fact or pattern; empty outside of facts and patterns.
@@ -35,8 +35,8 @@ class Context(Struct, frozen=True):
 
     word: str
     heads: tuple[str, ...]
-    at_head: bool
-    in_condition: bool
+    is_at_head: bool
+    is_in_condition: bool
     template: str
     text: str
     pattern: str = ""
@@ -47,7 +47,7 @@ class Context(Struct, frozen=True):
         return self.heads[0] if self.heads else ""
 
 
-def context_at(file: SourceFile, offset: int) -> Context | None:
+def find_context(file: SourceFile, offset: int) -> Context | None:
     """Return the context of an offset; None in a comment."""
     placed = file.piece_at(offset)
     start = placed.start if placed is not None else file.text.rfind("\n", 0, offset) + 1
@@ -61,27 +61,27 @@ def context_at(file: SourceFile, offset: int) -> Context | None:
         match = _WORD.search(text)
         word = match[0] if match else ""
         text = text[: len(text) - len(word)]
-    opened = open_lists(text)
-    at_head = bool(opened) and not text[opened[-1] + 1 :].strip()
-    lists = opened[:-1] if at_head else opened
+    open_starts = open_lists(text)
+    is_at_head = bool(open_starts) and not text[open_starts[-1] + 1 :].strip()
+    lists = open_starts[:-1] if is_at_head else open_starts
     heads = tuple(match[1] if (match := _HEAD.match(text, start)) else "" for start in reversed(lists))
     template, pattern_start = _enclosing_template(text, heads, lists)
-    in_condition = bool(heads) and heads[-1] == "defrule" and "=>" not in blank(text)
+    is_in_condition = bool(heads) and heads[-1] == "defrule" and "=>" not in blank(text)
     return Context(
-        word, heads, at_head, in_condition, template, text, text[pattern_start:] if template else ""
+        word, heads, is_at_head, is_in_condition, template, text, text[pattern_start:] if template else ""
     )
 
 
 def _enclosing_template(text: str, heads: tuple[str, ...], lists: list[int]) -> tuple[str, int]:
-    """Return the template and the offset of the fact or pattern that encloses the end of a text."""
+    """Return the template and the start of the fact or pattern that encloses the end of a text."""
     starts = list(reversed(lists))
     for depth, head in enumerate(heads):
         parent_head = heads[depth + 1] if depth + 1 < len(heads) else ""
-        if head in _CHANGES:
-            match = _CHANGED.match(text, starts[depth])
-            return template_of_fact(text, match[1]) if match else "", starts[depth]
+        if head in _CHANGE_FUNCTIONS:
+            match = _CHANGED_FACT.match(text, starts[depth])
+            return find_fact_template(text, match[1]) if match else "", starts[depth]
         has_facts = parent_head in _FACT_PARENTS or parent_head in CONDITION_HEADS
-        if has_facts and head not in CONDITION_HEADS and head not in _NO_FACTS:
+        if has_facts and head not in CONDITION_HEADS and head not in _NON_FACT_HEADS:
             return (head, starts[depth]) if _is_fact(text, parent_head, starts[depth]) else ("", 0)
     return "", 0
 
@@ -96,28 +96,28 @@ def _is_fact(text: str, parent_head: str, start: int) -> bool:
     return "=>" not in blank(text[:start])
 
 
-def template_of_fact(text: str, variable: str) -> str:
-    """Return the template of the fact in a variable, as the preceding text binds it; empty if unknown."""
+def find_fact_template(text: str, variable: str) -> str:
+    """Return the template of the fact that the preceding text binds to a variable; empty if unknown."""
     name = re.escape(variable)
     patterns = (
         rf"{name}\s*<-\s*\(\s*([^\s()]+)",  # pattern of a rule
         rf"\(bind\s+{name}\s+\(assert\s+\(\s*([^\s()]+)",
         rf"\(\s*{name}\s+([^\s()?]+)\s*\)",  # member of a query
     )
-    return _last_group(patterns, text)
+    return _find_last_group(patterns, text)
 
 
-def message_type(text: str, variable: str) -> str:
-    """Return the type of the message in a variable, as the preceding text binds it; empty if unknown."""
+def find_message_type(text: str, variable: str) -> str:
+    """Return the type of the message that the preceding text binds to a variable; empty if unknown."""
     name = re.escape(variable)
     patterns = (
         rf"\(bind\s+{name}\s+\(pb-create\s+\"([^\"]+)\"",
         rf"\(protobuf-msg\b[^\n]*\(type\s+\"([^\"]+)\"\)[^\n]*\(ptr\s+{name}\s*\)",
     )
-    return _last_group(patterns, text)
+    return _find_last_group(patterns, text)
 
 
-def _last_group(patterns: tuple[str, ...], text: str) -> str:
+def _find_last_group(patterns: tuple[str, ...], text: str) -> str:
     """Return the group of the last match of the first pattern that matches; empty without a match.
 
     The last match is the binding that is nearest to the cursor.

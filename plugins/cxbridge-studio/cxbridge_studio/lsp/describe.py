@@ -1,4 +1,4 @@
-"""Hover texts: describes the definition, documentation and uses of a name as Markdown."""
+"""Hover texts: describes a name in Markdown, by its definition, documentation and uses."""
 
 from __future__ import annotations
 
@@ -13,44 +13,44 @@ from cxbridge.clipstext.syntax import SyntaxNode, read
 from cxbridge_studio.agent.lua import skill_documentation
 from cxbridge_studio.agent.model import FileMention
 from cxbridge_studio.agent.names import Mention, Name, NameKind, SourceFile, Use
-from cxbridge_studio.lsp.session import Session, comment_above
+from cxbridge_studio.lsp.session import Session, find_comment_above
 
-_MAX_ROWS: Final = 40  # rows of code in a hover text
+_MAX_ROWS: Final = 40  # rows of code in a hover text: more would not fit on a screen
 _LANGUAGES: Final = {".clp": "clips", ".pddl": "pddl", ".xml": "xml", ".lua": "lua", ".yaml": "yaml"}
-_COMMENT: Final = re.compile(r"<comment>([^<]*)</comment>")
+_COMMENT_ELEMENT: Final = re.compile(r"<comment>([^<]*)</comment>")
 _BRACE: Final = re.compile(r"[{}]")
-_FIELD: Final = re.compile(r"<(?:field|message)\b[^>]*>([^<]*)")
+_FIELD_ELEMENT: Final = re.compile(r"<(?:field|message)\b[^>]*>([^<]*)")
 
 
-def describe(session: Session, file: SourceFile, mention: Mention) -> str:
+def describe_name(session: Session, file: SourceFile, mention: Mention) -> str:
     """Return the hover text of a name as Markdown; empty for an unknown name."""
     name = mention.name
-    definitions = session.preferred(session.model.definitions(name), file.path)
+    definitions = session.filter_visible(session.model.definitions(name), file.path)
     paragraphs: list[str] = []
-    if definitions:  # in CLIPS, the last of several definitions replaces the earlier ones
-        paragraphs += _definition(definitions[-1], name)
+    if definitions:  # in CLIPS, the last definition of a name replaces the earlier definitions
+        paragraphs += _describe_definition(definitions[-1], name)
     elif name.kind is NameKind.FUNCTION:
-        paragraphs += _builtin_function(session, name)
+        paragraphs += _describe_builtin_function(session, name)
     elif name.kind in (NameKind.TEMPLATE, NameKind.SLOT):
-        paragraphs += _builtin_template(session, name)
+        paragraphs += _describe_builtin_template(session, name)
     elif name.kind is NameKind.GOAL_CLASS:  # goal classes have no definition
         paragraphs.append(f"goal class **{name.text}**")
-    uses = _uses(session, name)
+    uses = _summarize_uses(session, name)
     return "\n\n".join([*paragraphs, uses] if uses else paragraphs) if paragraphs else ""
 
 
-def _definition(definition: FileMention, name: Name) -> Iterator[str]:
+def _describe_definition(definition: FileMention, name: Name) -> Iterator[str]:
     """Yield the paragraphs about a definition; some may be empty."""
     file, mention = definition
     describers: Mapping[NameKind, Callable[[FileMention], Iterator[str]]] = {
-        NameKind.SLOT: _slot,
-        NameKind.SKILL: _skill,
-        NameKind.ARGUMENT: _argument,
-        NameKind.INTERFACE: _interface,
-        NameKind.FIELD: _field,
-        NameKind.MESSAGE: _field,
-        NameKind.PROTO_MESSAGE: _proto_message,
-        NameKind.PROTO_FIELD: _proto_field,
+        NameKind.SLOT: _describe_slot,
+        NameKind.SKILL: _describe_skill,
+        NameKind.ARGUMENT: _describe_argument,
+        NameKind.INTERFACE: _describe_interface,
+        NameKind.FIELD: _describe_field,
+        NameKind.MESSAGE: _describe_field,
+        NameKind.PROTO_MESSAGE: _describe_proto_message,
+        NameKind.PROTO_FIELD: _describe_proto_field,
     }
     describer = describers.get(mention.name.kind)
     if describer is not None:
@@ -62,14 +62,14 @@ def _definition(definition: FileMention, name: Name) -> Iterator[str]:
         NameKind.PARAMETER,
         NameKind.GLOBAL,
     ):
-        yield _code(file, _group_around(file, mention))
+        yield _format_code(file, _enclosing_list(file, mention))
         yield _trailing_comment(file, mention.end)
     else:
-        yield from _construct(definition)
+        yield from _describe_construct(definition)
     yield f"*{name.kind.value}*, {Path(file.path).name}:{file.lines.at(mention.start)}"
 
 
-def _proto_message(definition: FileMention) -> Iterator[str]:
+def _describe_proto_message(definition: FileMention) -> Iterator[str]:
     """Yield the text of a message, up to its closing brace."""
     file, mention = definition
     begin = file.text.rfind("\n", 0, mention.start) + 1
@@ -81,7 +81,7 @@ def _proto_message(definition: FileMention) -> Iterator[str]:
             return
 
 
-def _proto_field(definition: FileMention) -> Iterator[str]:
+def _describe_proto_field(definition: FileMention) -> Iterator[str]:
     """Yield the line of a field, with its comment."""
     file, mention = definition
     begin = file.text.rfind("\n", 0, mention.start) + 1
@@ -89,7 +89,7 @@ def _proto_field(definition: FileMention) -> Iterator[str]:
     yield f"of {mention.name.owner}"
 
 
-def _construct(definition: FileMention) -> Iterator[str]:
+def _describe_construct(definition: FileMention) -> Iterator[str]:
     """Yield the condition of a rule, the head of a function, or the text of another construct."""
     file, mention = definition
     placed = file.piece_at(mention.start)
@@ -99,45 +99,45 @@ def _construct(definition: FileMention) -> Iterator[str]:
     if placed.piece.keyword == "defrule":
         text = text.partition("=>")[0].rstrip()
     nodes = read(text, close=True)
-    documentation = _documentation(nodes[0]) if nodes and file.path.endswith(".clp") else ""
+    documentation = _find_documentation(nodes[0]) if nodes and file.path.endswith(".clp") else ""
     if placed.piece.keyword in ("deffunction", "defmethod") and nodes:
-        text = _head(nodes[0])
-    yield _code(file, text)
-    yield "\n\n".join(filter(None, (documentation, comment_above(file.text, placed.start))))
+        text = _function_head(nodes[0])
+    yield _format_code(file, text)
+    yield "\n\n".join(filter(None, (documentation, find_comment_above(file.text, placed.start))))
 
 
-def _head(function: SyntaxNode) -> str:
+def _function_head(function: SyntaxNode) -> str:
     """Return a function without its body."""
     parameters = next((node for node in function.arguments if node.items is not None), None)
     return function.source[function.start : parameters.end] + " ...)" if parameters else function.text
 
 
-def _documentation(construct: SyntaxNode) -> str:
+def _find_documentation(construct: SyntaxNode) -> str:
     """Return the documentation string after the name of a construct."""
     text = construct.arguments[1].text if len(construct.arguments) > 1 else ""
     return text.strip('"') if text.startswith('"') else ""
 
 
-def _slot(definition: FileMention) -> Iterator[str]:
+def _describe_slot(definition: FileMention) -> Iterator[str]:
     file, mention = definition
-    yield _code(file, _group_around(file, mention))
+    yield _format_code(file, _enclosing_list(file, mention))
     yield _trailing_comment(file, mention.end)
     yield f"of the deftemplate **{mention.name.owner}**"
 
 
-def _skill(definition: FileMention) -> Iterator[str]:
+def _describe_skill(definition: FileMention) -> Iterator[str]:
     yield f"skill **{definition.mention.name.text}**"
     yield f"```\n{skill_documentation(definition.file.text)}\n```"
 
 
-def _argument(definition: FileMention) -> Iterator[str]:
+def _describe_argument(definition: FileMention) -> Iterator[str]:
     row = definition.file.text[definition.mention.start :].partition("\n")[0]
     yield f"`{definition.mention.name.text}`{row[len(definition.mention.name.text) :]}"
     yield f"argument of the skill **{definition.mention.name.owner}**"
 
 
-def _interface(definition: FileMention) -> Iterator[str]:
-    comment = _COMMENT.search(definition.file.text)
+def _describe_interface(definition: FileMention) -> Iterator[str]:
+    comment = _COMMENT_ELEMENT.search(definition.file.text)
     yield f"interface **{definition.mention.name.text}**"
     yield " ".join(comment[1].split()) if comment else ""
     fields = [
@@ -148,7 +148,7 @@ def _interface(definition: FileMention) -> Iterator[str]:
     yield "\n".join(fields)
 
 
-def _field(definition: FileMention) -> Iterator[str]:
+def _describe_field(definition: FileMention) -> Iterator[str]:
     yield f"`{definition.mention.name.text}` of **{definition.mention.name.owner}**: " + _field_description(
         *definition
     )
@@ -157,13 +157,13 @@ def _field(definition: FileMention) -> Iterator[str]:
 def _field_description(file: SourceFile, mention: Mention) -> str:
     """Return the comment and the type of a field or message in an interface definition."""
     start = file.text.rfind("<", 0, mention.start)
-    match = _FIELD.match(file.text, start)
+    match = _FIELD_ELEMENT.match(file.text, start)
     kind = re.search(r'type="(\w+)"', match[0]) if match else None
     words = " ".join(match[1].split()) if match else ""
     return f"{words} ({kind[1]})" if kind else words
 
 
-def _builtin_function(session: Session, name: Name) -> Iterator[str]:
+def _describe_builtin_function(session: Session, name: Name) -> Iterator[str]:
     info = session.knowledge.functions.get(name.text)
     if info is None:
         return
@@ -176,17 +176,17 @@ def _builtin_function(session: Session, name: Name) -> Iterator[str]:
         yield info.documentation
 
 
-def _builtin_template(session: Session, name: Name) -> Iterator[str]:
+def _describe_builtin_template(session: Session, name: Name) -> Iterator[str]:
     """Yield the deftemplate of a template, or of a slot, that a feature defines instead of a file."""
     template = name.owner if name.kind is NameKind.SLOT else name.text
     slots = session.knowledge.templates.get(template)
     if slots is not None and (name.kind is NameKind.TEMPLATE or name.text in slots):
-        yield _fence(
+        yield _make_code_block(
             "clips", f"(deftemplate {template} " + " ".join(f"(slot {slot})" for slot in slots) + ")"
         )
 
 
-def _uses(session: Session, name: Name) -> str:
+def _summarize_uses(session: Session, name: Name) -> str:
     """Return how often each use occurs, such as "matched 3 times, asserted once"."""
     counts = Counter(
         mention.mention.use.value
@@ -199,7 +199,7 @@ def _uses(session: Session, name: Name) -> str:
 # ---- text
 
 
-def _group_around(file: SourceFile, mention: Mention) -> str:
+def _enclosing_list(file: SourceFile, mention: Mention) -> str:
     """Return the innermost list around a definition; for a global variable, the rest of its line."""
     start = file.text.rfind("(", 0, mention.start + 1)
     placed = file.piece_at(mention.start)
@@ -216,15 +216,15 @@ def _group_around(file: SourceFile, mention: Mention) -> str:
 def _trailing_comment(file: SourceFile, offset: int) -> str:
     """Return the CLIPS comment at the end of the line of an offset; empty if there is none."""
     row = file.text[offset:].partition("\n")[0]
-    # In a line with a string, the semicolon may belong to the string.
+    # in a line with a string, a semicolon may be part of the string
     return row.partition(";")[2].strip() if ";" in row and '"' not in row else ""
 
 
-def _code(file: SourceFile, text: str) -> str:
+def _format_code(file: SourceFile, text: str) -> str:
     rows = text.splitlines()
     visible_rows = [*rows[:_MAX_ROWS], "..."] if len(rows) > _MAX_ROWS else rows
-    return _fence(_LANGUAGES.get(Path(file.path).suffix, ""), "\n".join(visible_rows))
+    return _make_code_block(_LANGUAGES.get(Path(file.path).suffix, ""), "\n".join(visible_rows))
 
 
-def _fence(language: str, text: str) -> str:
+def _make_code_block(language: str, text: str) -> str:
     return f"```{language}\n{text}\n```"

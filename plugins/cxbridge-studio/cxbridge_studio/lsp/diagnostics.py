@@ -1,7 +1,8 @@
-"""Finds mistakes in the text of a file while the user types.
+"""Finds the mistakes that the text of a file shows, while the user types.
 
-The complete check loads the saved files into CLIPS, in another process. For changed files, the findings here
-replace those findings of the check that need only the text. Both use the same codes.
+``cxbridge check`` also loads the saved files into CLIPS, in another process, which takes seconds. For changed
+files, the findings of this module replace the findings of that check that need only the text. Both have the
+same codes.
 """
 
 from __future__ import annotations
@@ -23,17 +24,17 @@ from cxbridge_studio.check.findings import INPUT, Code
 from cxbridge_studio.check.pddl_files import check_pddl_file
 from cxbridge_studio.lsp.session import AgentDefinitions, Session
 
-UNKNOWN_NAMES: Final = frozenset({TEMPLATE, SLOT, FUNCTION, GLOBAL, changes.SLOT})
-# The names of the codes of `cxbridge check` that need only the text of the files.
-LIVE_CODES: Final = frozenset(
-    code.name for code in (*UNKNOWN_NAMES, INPUT, UNCLOSED, DOMAIN, DUBIOUS, EFFECT, OBJECT)
+UNKNOWN_NAME_CODES: Final = frozenset({TEMPLATE, SLOT, FUNCTION, GLOBAL, changes.SLOT})
+# the names of the codes whose findings need only the text of the files
+TEXT_CODES: Final = frozenset(
+    code.name for code in (*UNKNOWN_NAME_CODES, INPUT, UNCLOSED, DOMAIN, DUBIOUS, EFFECT, OBJECT)
 )
 
 _VARIABLE_USES: Final = (Use.CHANGED, Use.QUERIED)
 _FACT_USES: Final = (Use.MATCHED, Use.ASSERTED, Use.QUERIED)
 
 
-class LiveFinding(Struct, frozen=True):
+class TextFinding(Struct, frozen=True):
     """A mistake between two offsets of a file."""
 
     code: Code
@@ -43,19 +44,19 @@ class LiveFinding(Struct, frozen=True):
     hint: str = ""
 
 
-def live_findings(session: Session, file: SourceFile) -> list[LiveFinding]:
+def find_mistakes(session: Session, file: SourceFile) -> list[TextFinding]:
     """Return the mistakes that the text of a file shows."""
     if file.path.endswith(".clp"):
-        return [*_unclosed(session, file), *_unknown_names(session, file)]
+        return [*_find_unclosed(session, file), *_find_unknown_names(session, file)]
     if file.path.endswith(".pddl"):
-        return list(_pddl(session, file))
+        return list(_find_pddl_mistakes(session, file))
     if file.problem is None or PurePath(file.path).suffix == ".lua":
         return []
     offset = file.lines.place(file.problem.line, file.problem.column)
-    return [LiveFinding(INPUT, offset, _word_end(file, offset), file.problem.message, file.problem.hint)]
+    return [TextFinding(INPUT, offset, _word_end(file, offset), file.problem.message, file.problem.hint)]
 
 
-def _unclosed(session: Session, file: SourceFile) -> Iterator[LiveFinding]:
+def _find_unclosed(session: Session, file: SourceFile) -> Iterator[TextFinding]:
     slots = session.definitions(file.path).slots | {
         name: set(names) for name, names in session.knowledge.templates.items()
     }
@@ -64,33 +65,33 @@ def _unclosed(session: Session, file: SourceFile) -> Iterator[LiveFinding]:
             description = describe_unclosed(placed.piece.text, placed.start, file.lines, file.text, slots)
             end = file.text.find("\n", description.start)
             end = placed.end if end < 0 else min(end, placed.end)
-            yield LiveFinding(UNCLOSED, description.start, end, description.message, description.hint)
+            yield TextFinding(UNCLOSED, description.start, end, description.message, description.hint)
 
 
-def _unknown_names(session: Session, file: SourceFile) -> Iterator[LiveFinding]:
-    """Yield the undefined names; none before all files are read, because another file may define a name."""
+def _find_unknown_names(session: Session, file: SourceFile) -> Iterator[TextFinding]:
+    """Yield the undefined names; none before all files are read, since an unread file may define a name."""
     if not session.is_indexed or not session.knowledge.is_complete:
         return
     definitions = session.definitions(file.path)
     for placed in file.pieces:
         if not placed.piece.is_closed:
-            continue  # the kinds of names depend on the nesting of lists, which is unknown
+            continue  # the kinds of names depend on the nesting of lists, which an open construct hides
         for index, mention in enumerate(placed.piece.mentions):
             problem, name = None, mention.name.text
             if mention.name.kind is NameKind.SLOT:
-                problem = _slot_problem(session, definitions, mention)
+                problem = _check_slot(session, definitions, mention)
             elif mention.name.kind is NameKind.FUNCTION and mention.use is Use.CALLED:
                 functions = definitions.names(NameKind.FUNCTION) | session.knowledge.functions.keys()
-                problem = _undefined(FUNCTION, f"function '{name}'", name, functions)
+                problem = _check_defined(FUNCTION, f"function '{name}'", name, functions)
             elif mention.name.kind is NameKind.GLOBAL and mention.use is not Use.DEFINED:
-                problem = _undefined(
+                problem = _check_defined(
                     GLOBAL, f"global variable ?*{name}*", name, definitions.names(NameKind.GLOBAL)
                 )
             elif mention.name.kind is NameKind.TEMPLATE and mention.use in _FACT_USES:
-                problem = _template_problem(session, definitions, placed, index)
+                problem = _check_template(session, definitions, placed, index)
             if problem is not None:
                 start, end = placed.start + mention.start, placed.start + mention.end
-                yield LiveFinding(problem.code, start, end, problem.message, problem.hint)
+                yield TextFinding(problem.code, start, end, problem.message, problem.hint)
 
 
 class _Problem(NamedTuple):
@@ -101,7 +102,7 @@ class _Problem(NamedTuple):
     hint: str
 
 
-def _template_problem(
+def _check_template(
     session: Session, definitions: AgentDefinitions, placed: PlacedPiece, index: int
 ) -> _Problem | None:
     """Return the problem of an undefined template; None for a defined template and for ordered facts.
@@ -119,11 +120,11 @@ def _template_problem(
     if not slots or mention.use is Use.QUERIED:
         return None  # an ordered fact needs no deftemplate, and CLIPS accepts any name in a query
     if slots[0].name.text in session.knowledge.functions.keys() | definitions.names(NameKind.FUNCTION):
-        return None  # (assert (total (+ 1 2))) is ordered, too
+        return None  # a call: (assert (total (+ 1 2))) asserts an ordered fact
     return _Problem(TEMPLATE, f"there is no deftemplate '{name}'", did_you_mean(name, definitions.slots))
 
 
-def _slot_problem(session: Session, definitions: AgentDefinitions, mention: Mention) -> _Problem | None:
+def _check_slot(session: Session, definitions: AgentDefinitions, mention: Mention) -> _Problem | None:
     name, owner = mention.name.text, mention.name.owner
     slots = definitions.slots.get(owner, set()) | set(session.knowledge.templates.get(owner, ()))
     if not slots or name in slots or mention.use is Use.DEFINED:
@@ -133,7 +134,7 @@ def _slot_problem(session: Session, definitions: AgentDefinitions, mention: Ment
     return _Problem(code, f"the deftemplate '{owner}' has no slot '{name}'", hint)
 
 
-def _undefined(code: Code, description: str, name: str, known_names: Collection[str]) -> _Problem | None:
+def _check_defined(code: Code, description: str, name: str, known_names: Collection[str]) -> _Problem | None:
     """Return the problem of an undefined name; None for a defined name.
 
     :param description: the kind and the name, for the message.
@@ -143,18 +144,18 @@ def _undefined(code: Code, description: str, name: str, known_names: Collection[
     return _Problem(code, f"there is no {description}", did_you_mean(name, known_names))
 
 
-def _pddl(session: Session, file: SourceFile) -> Iterator[LiveFinding]:
+def _find_pddl_mistakes(session: Session, file: SourceFile) -> Iterator[TextFinding]:
     """Yield the findings of the check for a domain, or for a problem with its domain."""
     as_fawkes = session.knowledge.reads_as_fawkes
     for finding in check_pddl_file(Path(file.path), file.text, fawkes_compat=as_fawkes):
         place, code = finding.place, finding.code
         if Path(place.file) == Path(file.path):  # the findings for a problem include those for its domain
             start = file.lines.place(place.line or 1, place.column or 1)
-            yield LiveFinding(code, start, _word_end(file, start), finding.message, finding.hint)
+            yield TextFinding(code, start, _word_end(file, start), finding.message, finding.hint)
 
 
 def _word_end(file: SourceFile, start: int) -> int:
-    """Return the end of the word at an offset, at least one character later unless the file ends there."""
+    """Return the end of the word at an offset: at least one character later, if the file has one."""
     end = start + 1
     while end < len(file.text) and not file.text[end].isspace() and file.text[end] not in "()":
         end += 1

@@ -1,4 +1,4 @@
-"""Runs examinations of the agent in a child process, one at a time."""
+"""Runs examinations of the agent, each in a child process, one after another."""
 
 from __future__ import annotations
 
@@ -9,41 +9,41 @@ from typing import Any
 import msgspec
 
 from cxbridge.spawning import python_command
-from cxbridge_studio.lsp.knowledge import AgentKnowledge, decode
+from cxbridge_studio.lsp.knowledge import AgentKnowledge, decode_knowledge
 
-_MAX_ERROR_LENGTH = 300  # characters of a crash's output to show, from its end
+_MAX_ERROR_LENGTH = 300  # characters from the end of a crash's output that the error shows
 
 
 class Examinations:
     """Runs the requested examinations.
 
-    :param options: returns the options of a run as JSON values; called when an examination begins.
-    :param done: gets the result of each examination.
+    :param get_options: returns the options of a run as JSON values; called when an examination begins.
+    :param on_result: gets the result of each examination.
     """
 
     def __init__(
-        self, options: Callable[[], Mapping[str, Any]], done: Callable[[AgentKnowledge], None]
+        self, get_options: Callable[[], Mapping[str, Any]], on_result: Callable[[AgentKnowledge], None]
     ) -> None:
-        self._options = options
-        self._done = done
+        self._get_options = get_options
+        self._on_result = on_result
         self._task: asyncio.Task[None] | None = None
         self._process: asyncio.subprocess.Process | None = None
         self._is_requested_again = False
 
     def request(self) -> None:
-        """Begin an examination. During an examination, another one follows, since the files have changed."""
+        """Begin an examination; during an examination, request a further one, since files have changed."""
         if self._task is not None and not self._task.done():
             self._is_requested_again = True
             return
-        self._task = asyncio.get_running_loop().create_task(self._run())
+        self._task = asyncio.get_running_loop().create_task(self._run_requested())
 
-    async def _run(self) -> None:
+    async def _run_requested(self) -> None:
         self._is_requested_again = True
         while self._is_requested_again:
             self._is_requested_again = False
-            self._done(await self._examine())
+            self._on_result(await self._run_child_process())
 
-    async def _examine(self) -> AgentKnowledge:
+    async def _run_child_process(self) -> AgentKnowledge:
         """Return the result of the child process, or the error of a crash."""
         self._process = process = await asyncio.create_subprocess_exec(
             *python_command("-m", "cxbridge_studio.lsp.examine"),
@@ -51,9 +51,9 @@ class Examinations:
             stdout=asyncio.subprocess.PIPE,
             stderr=asyncio.subprocess.PIPE,
         )
-        output, errors = await process.communicate(msgspec.json.encode(self._options()))
+        output, errors = await process.communicate(msgspec.json.encode(self._get_options()))
         try:
-            return decode(output)
+            return decode_knowledge(output)
         except msgspec.DecodeError:
             error_output = errors.decode("utf-8", "replace").strip()[-_MAX_ERROR_LENGTH:]
             return AgentKnowledge(error=f"the check ended with status {process.returncode}: {error_output}")

@@ -1,8 +1,8 @@
-"""The child process that examines an agent: runs the complete check, and lists functions and deftemplates.
+"""The child process that examines an agent: it runs ``cxbridge check`` and lists functions and deftemplates.
 
-``python -m cxbridge_studio.lsp.examine`` reads options as JSON from standard input and writes an
-:class:`~cxbridge_studio.lsp.knowledge.AgentKnowledge` as JSON. The server itself does not load CLIPS, so that
-it stays responsive, and a file that crashes CLIPS ends only this process.
+``python -m cxbridge_studio.lsp.examine`` reads options as JSON from standard input, and writes an
+:class:`~cxbridge_studio.lsp.knowledge.AgentKnowledge` as JSON. The server itself never loads CLIPS. So the
+    server answers at any time, and a file that crashes CLIPS only ends this process.
 """
 
 from __future__ import annotations
@@ -29,16 +29,16 @@ from cxbridge_studio.check.run import check
 from cxbridge_studio.explain.coverage.model import RecordedUse
 from cxbridge_studio.lsp.knowledge import AgentKnowledge, FunctionInfo
 
-_FUNCTION_LISTS = ("(get-function-list)", "(get-deffunction-list *)", "(get-defgeneric-list *)")
+_FUNCTION_LIST_CALLS = ("(get-function-list)", "(get-deffunction-list *)", "(get-defgeneric-list *)")
 REWRITTEN_MODIFY = (
     "cx-modify-goal"  # the loader replaces `modify` of goals in the built-in core by this function
 )
 
 
-def run_options(plain: Mapping[str, Any]) -> RunOptions:
-    """Return the options of a run from JSON values; empty values are those of unset editor settings.
+def make_run_options(plain: Mapping[str, Any]) -> RunOptions:
+    """Return the options of a run from JSON values. An empty value stands for an unset setting of an editor.
 
-    :raises CxbridgeError: if an option is unknown or wrong.
+    :raises CxbridgeError: if an option is unknown or invalid.
     """
     options = plain_options({name: value for name, value in plain.items() if value not in ("", [])})
     options.check()
@@ -46,21 +46,21 @@ def run_options(plain: Mapping[str, Any]) -> RunOptions:
 
 
 def examine(options: RunOptions) -> AgentKnowledge:
-    """Examine the first agent; the findings are those of all agents."""
+    """Examine the first agent, but include the findings of all agents."""
     try:
         findings = [finding.to_json() for finding in check(options)]
         name = find_agent_names(options)[0]
         with Agent(replace(options, agent=name)) as agent:
-            templates = dict(_templates(agent))
-            functions = dict(_functions(agent))
-            loaded = [str(file.path.resolve()) for file in agent.files]
+            templates = dict(_list_templates(agent))
+            functions = dict(_list_functions(agent))
+            loaded_files = [str(file.path.resolve()) for file in agent.files]
             as_fawkes = reads_as_fawkes(agent.config)
     except CxbridgeError as error:
         return AgentKnowledge(error=str(error))
-    return AgentKnowledge(functions, templates, findings, loaded, reads_as_fawkes=as_fawkes)
+    return AgentKnowledge(functions, templates, findings, loaded_files, reads_as_fawkes=as_fawkes)
 
 
-def firings(run: Path) -> dict[str, int]:
+def count_firings(run: Path) -> dict[str, int]:
     """Return the number of firings by rule in a recording; empty if the recording cannot be read."""
     use = RecordedUse()
     with suppress(CxbridgeError, OSError):
@@ -68,26 +68,28 @@ def firings(run: Path) -> dict[str, int]:
     return dict(use.firings)
 
 
-def _templates(agent: Agent) -> Iterator[tuple[str, list[str]]]:
+def _list_templates(agent: Agent) -> Iterator[tuple[str, list[str]]]:
     for name in sorted(agent.deftemplates):
         yield name, agent.eval_words(f"(deftemplate-slot-names {name})")
 
 
-def _functions(agent: Agent) -> Iterator[tuple[str, FunctionInfo]]:
-    """Yield the functions of CLIPS, the host and the requested features, then those of other features."""
+def _list_functions(agent: Agent) -> Iterator[tuple[str, FunctionInfo]]:
+    """Yield the functions of CLIPS, of the host and of all features that can be loaded."""
     defined = {
         construct.name
         for file in agent.files
         for construct in file.constructs
         if construct.kind in ("deffunction", "defgeneric")
     }
-    for names in map(agent.eval_words, _FUNCTION_LISTS):  # the host defines some functions as deffunctions
+    for names in map(
+        agent.eval_words, _FUNCTION_LIST_CALLS
+    ):  # deffunctions, too, since the host defines some
         for name in map(without_module, names):
             if name not in defined:
                 yield name, FunctionInfo()
     yield REWRITTEN_MODIFY, FunctionInfo()
     for feature in agent.manager.features:
-        with suppress(CxbridgeError):  # without its dependencies, a feature has no known functions
+        with suppress(CxbridgeError):  # a feature whose dependencies are missing cannot be loaded
             agent.manager.request(agent.env.name, feature)
     feature_functions = agent.manager.feature_functions(agent.env.name)
     owners = {name: feature for feature, names in feature_functions.items() for name in names}
@@ -98,16 +100,16 @@ def _functions(agent: Agent) -> Iterator[tuple[str, FunctionInfo]]:
 def main() -> None:
     """Read the options from standard input and write the result to standard output."""
     output = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # the output of checks and of CLIPS must not mix with the result
+    os.dup2(2, 1)  # from now on the output of checks and of CLIPS goes to stderr, not into the result
     options = msgspec.json.decode(sys.stdin.buffer.read())
     recording = options.pop("recording", "")
     try:
-        knowledge = examine(run_options(options))
+        knowledge = examine(make_run_options(options))
     except CxbridgeError as error:
         knowledge = AgentKnowledge(error=str(error))
     if recording:
-        counts, name = firings(Path(recording)), Path(recording).name
-        knowledge = msgspec.structs.replace(knowledge, firings=counts, recording=name)
+        counts, name = count_firings(Path(recording)), Path(recording).name
+        knowledge = msgspec.structs.replace(knowledge, count_firings=counts, recording=name)
     with output:
         output.write(msgspec.json.encode(knowledge))
 

@@ -1,4 +1,7 @@
-"""Handles the protocol's requests and notifications, and converts between its types and the studio's."""
+"""Handlers of the requests and notifications of the protocol.
+
+The handlers convert between the types of the protocol (lsprotocol) and those of the studio.
+"""
 
 from __future__ import annotations
 
@@ -17,18 +20,18 @@ from cxbridge_studio.agent.model import FileMention
 from cxbridge_studio.agent.names import Mention, NameKind, SourceFile
 from cxbridge_studio.lsp import navigation
 from cxbridge_studio.lsp.completion import complete
-from cxbridge_studio.lsp.describe import describe
-from cxbridge_studio.lsp.positions import uri_of
+from cxbridge_studio.lsp.describe import describe_name
+from cxbridge_studio.lsp.positions import path_to_uri
 from cxbridge_studio.lsp.server import AgentServer
-from cxbridge_studio.lsp.symbols import OutlineSymbol, find, folding_ranges, outline
+from cxbridge_studio.lsp.symbols import OutlineSymbol, find_folding_ranges, find_symbols, make_outline
 
-_TRIGGERS: Final = ["(", "?", "*", ":", "{", '"']
-# The word before the cursor, which a completion replaces, by the suffix of the file.
-_WORDS: Final = {".clp": re.compile(r"[^\s()\"&|~;]*\Z"), ".pddl": re.compile(r"[?:\w-]*\Z")}
-_WORD_ELSEWHERE: Final = re.compile(r"[\w/.-]*\Z")
+_TRIGGER_CHARACTERS: Final = ["(", "?", "*", ":", "{", '"']
+# patterns of the word before the cursor, which a completion replaces, by the suffix of the file
+_WORD_PATTERNS: Final = {".clp": re.compile(r"[^\s()\"&|~;]*\Z"), ".pddl": re.compile(r"[?:\w-]*\Z")}
+_DEFAULT_WORD_PATTERN: Final = re.compile(r"[\w/.-]*\Z")
 _WATCHED_FILES: Final = "**/*.{clp,pddl,yaml,yml,lua,xml,proto}"
 
-# The protocol's kinds for the kinds of names: editors show icons for them.
+# the protocol's kinds for the kinds of names, for which editors show icons
 _SYMBOL_KINDS: Final[Mapping[NameKind, lsp.SymbolKind]] = {
     NameKind.RULE: lsp.SymbolKind.Event,
     NameKind.TEMPLATE: lsp.SymbolKind.Struct,
@@ -71,18 +74,18 @@ def make_server(options: Mapping[str, Any] | None = None) -> AgentServer:
     """Return a server with all handlers registered; see :class:`AgentServer`."""
     server = AgentServer(options)
     for kind, handler in _HANDLERS.items():
-        server.feature(kind, _OPTIONS.get(kind))(handler)
+        server.feature(kind, _HANDLER_OPTIONS.get(kind))(handler)
     return server
 
 
 # ---- life cycle and changes
 
 
-def _initialize(ls: AgentServer, params: lsp.InitializeParams) -> None:
-    ls.begin(params)
+def _handle_initialize(ls: AgentServer, params: lsp.InitializeParams) -> None:
+    ls.read_parameters(params)
 
 
-def _initialized(ls: AgentServer, _params: lsp.InitializedParams) -> None:
+def _handle_initialized(ls: AgentServer, _params: lsp.InitializedParams) -> None:
     ls.start()
     workspace = ls.client_capabilities.workspace
     capability = workspace.did_change_watched_files if workspace else None
@@ -92,72 +95,74 @@ def _initialized(ls: AgentServer, _params: lsp.InitializedParams) -> None:
         ls.client_register_capability(lsp.RegistrationParams([lsp.Registration(kind, kind, options)]))
 
 
-async def _shutdown(ls: AgentServer, _params: None) -> None:
+async def _handle_shutdown(ls: AgentServer, _params: None) -> None:
     await ls.end()
 
 
-def _did_open(ls: AgentServer, params: lsp.DidOpenTextDocumentParams) -> None:
-    ls.change(params.text_document.uri, saved=True)
+def _handle_open(ls: AgentServer, params: lsp.DidOpenTextDocumentParams) -> None:
+    ls.update_document(params.text_document.uri, saved=True)
 
 
-def _did_change(ls: AgentServer, params: lsp.DidChangeTextDocumentParams) -> None:
-    ls.change(params.text_document.uri, saved=False)
+def _handle_change(ls: AgentServer, params: lsp.DidChangeTextDocumentParams) -> None:
+    ls.update_document(params.text_document.uri, saved=False)
 
 
-def _did_save(ls: AgentServer, params: lsp.DidSaveTextDocumentParams) -> None:
-    ls.save(params.text_document.uri)
+def _handle_save(ls: AgentServer, params: lsp.DidSaveTextDocumentParams) -> None:
+    ls.handle_save(params.text_document.uri)
 
 
-def _did_close(ls: AgentServer, params: lsp.DidCloseTextDocumentParams) -> None:
-    ls.close(params.text_document.uri)
+def _handle_close(ls: AgentServer, params: lsp.DidCloseTextDocumentParams) -> None:
+    ls.handle_close(params.text_document.uri)
 
 
-def _did_change_watched_files(ls: AgentServer, params: lsp.DidChangeWatchedFilesParams) -> None:
-    ls.changed_on_disk(params.changes)
+def _handle_watched_files(ls: AgentServer, params: lsp.DidChangeWatchedFilesParams) -> None:
+    ls.handle_disk_changes(params.changes)
 
 
 # ---- requests about a position
 
 
-def _mention_at(ls: AgentServer, uri: str, position: lsp.Position) -> tuple[SourceFile, Mention] | None:
+def _find_mention(ls: AgentServer, uri: str, position: lsp.Position) -> tuple[SourceFile, Mention] | None:
     """Return the file and the mention at a position; None if there is no name or the file is unknown."""
     file = ls.file(uri)
     mention = None if file is None else file.mention_at(ls.positions.offset(file, position))
     return None if file is None or mention is None else (file, mention)
 
 
-def _locations(ls: AgentServer, mentions: Iterable[FileMention]) -> list[lsp.Location]:
+def _make_locations(ls: AgentServer, mentions: Iterable[FileMention]) -> list[lsp.Location]:
     return [ls.positions.location(file, mention.start, mention.end) for file, mention in mentions]
 
 
-def _hover(ls: AgentServer, params: lsp.HoverParams) -> lsp.Hover | None:
-    if (file_and_mention := _mention_at(ls, params.text_document.uri, params.position)) is None:
+def _handle_hover(ls: AgentServer, params: lsp.HoverParams) -> lsp.Hover | None:
+    if (file_and_mention := _find_mention(ls, params.text_document.uri, params.position)) is None:
         return None
     file, mention = file_and_mention
-    text = describe(ls.session, file, mention)
+    text = describe_name(ls.session, file, mention)
     hover_range = ls.positions.range(file, mention.start, mention.end)
     return lsp.Hover(lsp.MarkupContent(lsp.MarkupKind.Markdown, text), hover_range) if text else None
 
 
-def _definition(ls: AgentServer, params: lsp.DefinitionParams) -> list[lsp.Location]:
-    if (file_and_mention := _mention_at(ls, params.text_document.uri, params.position)) is None:
+def _handle_definition(ls: AgentServer, params: lsp.DefinitionParams) -> list[lsp.Location]:
+    if (file_and_mention := _find_mention(ls, params.text_document.uri, params.position)) is None:
         return []
-    return _locations(ls, navigation.definitions(ls.session, *file_and_mention))
+    return _make_locations(ls, navigation.definitions(ls.session, *file_and_mention))
 
 
-def _references(ls: AgentServer, params: lsp.ReferenceParams) -> list[lsp.Location]:
-    if (file_and_mention := _mention_at(ls, params.text_document.uri, params.position)) is None:
+def _handle_references(ls: AgentServer, params: lsp.ReferenceParams) -> list[lsp.Location]:
+    if (file_and_mention := _find_mention(ls, params.text_document.uri, params.position)) is None:
         return []
     declaration = params.context.include_declaration
-    return _locations(ls, navigation.references(ls.session, file_and_mention[1], declaration=declaration))
+    return _make_locations(
+        ls, navigation.find_references(ls.session, file_and_mention[1], declaration=declaration)
+    )
 
 
-def _completion(ls: AgentServer, params: lsp.CompletionParams) -> lsp.CompletionList:
+def _handle_completion(ls: AgentServer, params: lsp.CompletionParams) -> lsp.CompletionList:
     file = ls.file(params.text_document.uri)
     if file is None:
         return lsp.CompletionList(is_incomplete=False, items=[])
     offset = ls.positions.offset(file, params.position)
-    pattern = _WORDS.get(PurePath(file.path).suffix, _WORD_ELSEWHERE)
+    pattern = _WORD_PATTERNS.get(PurePath(file.path).suffix, _DEFAULT_WORD_PATTERN)
     row = file.text[file.text.rfind("\n", 0, offset) + 1 : offset]
     word = pattern.search(row)
     replaced = ls.positions.range(file, offset - len(word[0] if word else ""), offset)
@@ -168,7 +173,7 @@ def _completion(ls: AgentServer, params: lsp.CompletionParams) -> lsp.Completion
             if proposal.kind
             else None,
             detail=proposal.detail or None,
-            # An edit says what to replace, because editors would split a word such as ?fact:slot elsewhere.
+            # an edit with its range, since editors would replace only a part of a word such as ?fact:slot
             text_edit=lsp.TextEdit(replaced, proposal.text),
         )
         for proposal in complete(ls.session, file, offset)
@@ -176,8 +181,8 @@ def _completion(ls: AgentServer, params: lsp.CompletionParams) -> lsp.Completion
     return lsp.CompletionList(is_incomplete=False, items=items)
 
 
-def _prepare_rename(ls: AgentServer, params: lsp.PrepareRenameParams) -> lsp.Range | None:
-    if (file_and_mention := _mention_at(ls, params.text_document.uri, params.position)) is None:
+def _handle_prepare_rename(ls: AgentServer, params: lsp.PrepareRenameParams) -> lsp.Range | None:
+    if (file_and_mention := _find_mention(ls, params.text_document.uri, params.position)) is None:
         return None
     file, mention = file_and_mention
     try:
@@ -187,31 +192,31 @@ def _prepare_rename(ls: AgentServer, params: lsp.PrepareRenameParams) -> lsp.Ran
     return ls.positions.range(file, mention.start, mention.end)
 
 
-def _rename(ls: AgentServer, params: lsp.RenameParams) -> lsp.WorkspaceEdit | None:
-    if (file_and_mention := _mention_at(ls, params.text_document.uri, params.position)) is None:
+def _handle_rename(ls: AgentServer, params: lsp.RenameParams) -> lsp.WorkspaceEdit | None:
+    if (file_and_mention := _find_mention(ls, params.text_document.uri, params.position)) is None:
         return None
     try:
-        mentions = navigation.rename(ls.session, file_and_mention[1], params.new_name)
+        mentions = navigation.find_renamed_mentions(ls.session, file_and_mention[1], params.new_name)
     except CxbridgeError as error:
         raise JsonRpcInvalidParams(str(error)) from None
     edits: dict[str, list[lsp.TextEdit]] = {}
     for file, mention in mentions:
-        # The text of a mention may include marks, as in ?*NAME* and MODULE::NAME, which stay.
+        # marks around a name, as in ?*NAME* and MODULE::NAME, are part of the mention and stay
         new_text = file.text[mention.start : mention.end].replace(mention.name.text, params.new_name)
         edit = lsp.TextEdit(ls.positions.range(file, mention.start, mention.end), new_text)
-        edits.setdefault(uri_of(file.path), []).append(edit)
+        edits.setdefault(path_to_uri(file.path), []).append(edit)
     return lsp.WorkspaceEdit(changes=edits)
 
 
 # ---- requests about a file
 
 
-def _document_symbols(ls: AgentServer, params: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:
+def _handle_document_symbols(ls: AgentServer, params: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:
     file = ls.file(params.text_document.uri)
-    return [] if file is None else [_symbol(ls, file, symbol) for symbol in outline(file)]
+    return [] if file is None else [_convert_symbol(ls, file, symbol) for symbol in make_outline(file)]
 
 
-def _symbol(ls: AgentServer, file: SourceFile, symbol: OutlineSymbol) -> lsp.DocumentSymbol:
+def _convert_symbol(ls: AgentServer, file: SourceFile, symbol: OutlineSymbol) -> lsp.DocumentSymbol:
     name = symbol.mention.name
     return lsp.DocumentSymbol(
         name.text,
@@ -219,38 +224,40 @@ def _symbol(ls: AgentServer, file: SourceFile, symbol: OutlineSymbol) -> lsp.Doc
         ls.positions.range(file, symbol.start, symbol.end),
         ls.positions.range(file, symbol.mention.start, symbol.mention.end),
         detail=name.kind.value,
-        children=[_symbol(ls, file, child) for child in symbol.children],
+        children=[_convert_symbol(ls, file, child) for child in symbol.children],
     )
 
 
-def _workspace_symbols(ls: AgentServer, params: lsp.WorkspaceSymbolParams) -> list[lsp.WorkspaceSymbol]:
+def _handle_workspace_symbols(
+    ls: AgentServer, params: lsp.WorkspaceSymbolParams
+) -> list[lsp.WorkspaceSymbol]:
     return [
         lsp.WorkspaceSymbol(
             ls.positions.location(file, mention.start, mention.end),
             mention.name.text,
             _SYMBOL_KINDS.get(mention.name.kind, lsp.SymbolKind.Object),
         )
-        for file, mention in find(ls.session, params.query)
+        for file, mention in find_symbols(ls.session, params.query)
     ]
 
 
-def _folding(ls: AgentServer, params: lsp.FoldingRangeParams) -> list[lsp.FoldingRange]:
+def _handle_folding(ls: AgentServer, params: lsp.FoldingRangeParams) -> list[lsp.FoldingRange]:
     file = ls.file(params.text_document.uri)
     return (
         []
         if file is None
-        else [lsp.FoldingRange(first - 1, last - 1) for first, last in folding_ranges(file)]
+        else [lsp.FoldingRange(first - 1, last - 1) for first, last in find_folding_ranges(file)]
     )
 
 
-def _code_lens(ls: AgentServer, params: lsp.CodeLensParams) -> list[lsp.CodeLens]:
+def _handle_code_lens(ls: AgentServer, params: lsp.CodeLensParams) -> list[lsp.CodeLens]:
     """Return a text about the firings of each rule in the last recording."""
     file = ls.file(params.text_document.uri)
     knowledge = ls.session.knowledge
     if file is None or not knowledge.recording:
         return []
     lenses = []
-    for symbol in outline(file):
+    for symbol in make_outline(file):
         if symbol.mention.name.kind is NameKind.RULE:
             count = knowledge.firings.get(symbol.mention.name.text, 0)
             times = {0: "never fired", 1: "fired once"}.get(count, f"fired {count} times")
@@ -259,49 +266,59 @@ def _code_lens(ls: AgentServer, params: lsp.CodeLensParams) -> list[lsp.CodeLens
     return lenses
 
 
-def _formatting(ls: AgentServer, params: lsp.DocumentFormattingParams) -> list[lsp.TextEdit]:
+def _handle_formatting(ls: AgentServer, params: lsp.DocumentFormattingParams) -> list[lsp.TextEdit]:
     """Return one edit from the first to the last changed line."""
     file = ls.file(params.text_document.uri)
     if file is None or not file.path.endswith(".clp"):
         return []
-    # If the whole text were replaced, an editor would lose the cursor and the folded regions.
-    old, new = file.text.splitlines(keepends=True), indent_clips(file.text).splitlines(keepends=True)
-    if old == new:
+    # one edit of the changed lines: a new text would make editors lose the cursor and the folded regions
+    previous_lines, indented_lines = (
+        file.text.splitlines(keepends=True),
+        indent_clips(file.text).splitlines(keepends=True),
+    )
+    if previous_lines == indented_lines:
         return []
-    first = _common_length(old, new)
-    tail = _common_length(reversed(old[first:]), reversed(new[first:]))
-    start, end = len("".join(old[:first])), len("".join(old[: len(old) - tail]))
-    return [lsp.TextEdit(ls.positions.range(file, start, end), "".join(new[first : len(new) - tail]))]
+    first = _common_line_count(previous_lines, indented_lines)
+    tail = _common_line_count(reversed(previous_lines[first:]), reversed(indented_lines[first:]))
+    start, end = (
+        len("".join(previous_lines[:first])),
+        len("".join(previous_lines[: len(previous_lines) - tail])),
+    )
+    return [
+        lsp.TextEdit(
+            ls.positions.range(file, start, end), "".join(indented_lines[first : len(indented_lines) - tail])
+        )
+    ]
 
 
-def _common_length(first: Iterable[str], second: Iterable[str]) -> int:
+def _common_line_count(first: Iterable[str], second: Iterable[str]) -> int:
     """Return the number of equal lines at the start of two sequences."""
     return sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], zip(first, second, strict=False)))
 
 
 _HANDLERS: Final[Mapping[str, Any]] = {
-    lsp.INITIALIZE: _initialize,
-    lsp.INITIALIZED: _initialized,
-    lsp.SHUTDOWN: _shutdown,
-    lsp.TEXT_DOCUMENT_DID_OPEN: _did_open,
-    lsp.TEXT_DOCUMENT_DID_CHANGE: _did_change,
-    lsp.TEXT_DOCUMENT_DID_SAVE: _did_save,
-    lsp.TEXT_DOCUMENT_DID_CLOSE: _did_close,
-    lsp.WORKSPACE_DID_CHANGE_WATCHED_FILES: _did_change_watched_files,
-    lsp.TEXT_DOCUMENT_HOVER: _hover,
-    lsp.TEXT_DOCUMENT_DEFINITION: _definition,
-    lsp.TEXT_DOCUMENT_REFERENCES: _references,
-    lsp.TEXT_DOCUMENT_COMPLETION: _completion,
-    lsp.TEXT_DOCUMENT_PREPARE_RENAME: _prepare_rename,
-    lsp.TEXT_DOCUMENT_RENAME: _rename,
-    lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL: _document_symbols,
-    lsp.WORKSPACE_SYMBOL: _workspace_symbols,
-    lsp.TEXT_DOCUMENT_FOLDING_RANGE: _folding,
-    lsp.TEXT_DOCUMENT_CODE_LENS: _code_lens,
-    lsp.TEXT_DOCUMENT_FORMATTING: _formatting,
+    lsp.INITIALIZE: _handle_initialize,
+    lsp.INITIALIZED: _handle_initialized,
+    lsp.SHUTDOWN: _handle_shutdown,
+    lsp.TEXT_DOCUMENT_DID_OPEN: _handle_open,
+    lsp.TEXT_DOCUMENT_DID_CHANGE: _handle_change,
+    lsp.TEXT_DOCUMENT_DID_SAVE: _handle_save,
+    lsp.TEXT_DOCUMENT_DID_CLOSE: _handle_close,
+    lsp.WORKSPACE_DID_CHANGE_WATCHED_FILES: _handle_watched_files,
+    lsp.TEXT_DOCUMENT_HOVER: _handle_hover,
+    lsp.TEXT_DOCUMENT_DEFINITION: _handle_definition,
+    lsp.TEXT_DOCUMENT_REFERENCES: _handle_references,
+    lsp.TEXT_DOCUMENT_COMPLETION: _handle_completion,
+    lsp.TEXT_DOCUMENT_PREPARE_RENAME: _handle_prepare_rename,
+    lsp.TEXT_DOCUMENT_RENAME: _handle_rename,
+    lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL: _handle_document_symbols,
+    lsp.WORKSPACE_SYMBOL: _handle_workspace_symbols,
+    lsp.TEXT_DOCUMENT_FOLDING_RANGE: _handle_folding,
+    lsp.TEXT_DOCUMENT_CODE_LENS: _handle_code_lens,
+    lsp.TEXT_DOCUMENT_FORMATTING: _handle_formatting,
 }
-_OPTIONS: Final[Mapping[str, Any]] = {
-    lsp.TEXT_DOCUMENT_COMPLETION: lsp.CompletionOptions(trigger_characters=_TRIGGERS),
+_HANDLER_OPTIONS: Final[Mapping[str, Any]] = {
+    lsp.TEXT_DOCUMENT_COMPLETION: lsp.CompletionOptions(trigger_characters=_TRIGGER_CHARACTERS),
     lsp.TEXT_DOCUMENT_RENAME: lsp.RenameOptions(prepare_provider=True),
     lsp.TEXT_DOCUMENT_CODE_LENS: lsp.CodeLensOptions(resolve_provider=False),
 }

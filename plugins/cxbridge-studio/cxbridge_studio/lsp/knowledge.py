@@ -1,4 +1,4 @@
-"""The result of examining an agent: functions and deftemplates in CLIPS, and the findings of the check.
+"""The result of an examination of an agent: the functions and deftemplates, and the findings of the check.
 
 The child process sends the result to the server as JSON.
 """
@@ -10,7 +10,7 @@ from typing import Any, Final
 import msgspec
 from msgspec import Struct, field
 
-UNBOUNDED: Final = 65535  # the maximum that CLIPS reports for a function without a limit of arguments
+UNBOUNDED: Final = 65535  # the maximum that CLIPS reports for a function with any number of arguments
 
 
 class FunctionInfo(Struct, frozen=True):
@@ -48,17 +48,17 @@ class AgentKnowledge(Struct, frozen=True):
     :param functions: the functions by name.
     :param templates: the slot names by deftemplate.
     :param findings: the findings of ``cxbridge check``, as in its JSON output.
-    :param loaded: the CLIPS files that the spec loads.
+    :param loaded_files: the CLIPS files that the spec loads.
     :param firings: the number of firings by rule in the last recording.
     :param recording: the file name of the recording; empty if there is none.
     :param reads_as_fawkes: whether the agent reads PDDL as Fawkes does.
-    :param error: why the examination failed; empty if it succeeded.
+    :param error: the reason why the examination failed; empty if it succeeded.
     """
 
     functions: dict[str, FunctionInfo] = field(default_factory=dict)
     templates: dict[str, list[str]] = field(default_factory=dict)
     findings: list[dict[str, Any]] = field(default_factory=list)
-    loaded: list[str] = field(default_factory=list)
+    loaded_files: list[str] = field(default_factory=list)
     firings: dict[str, int] = field(default_factory=dict)
     recording: str = ""
     reads_as_fawkes: bool = False
@@ -70,10 +70,10 @@ class AgentKnowledge(Struct, frozen=True):
         return bool(self.functions)
 
 
-NOTHING: Final = AgentKnowledge()
+NO_KNOWLEDGE: Final = AgentKnowledge()
 
 
-def decode(data: bytes) -> AgentKnowledge:
+def decode_knowledge(data: bytes) -> AgentKnowledge:
     """Decode the output of an examination.
 
     :raises msgspec.DecodeError: if the output is not that of an examination.

@@ -12,7 +12,7 @@ from cxbridge_studio.agent.names import Mention, Name, NameKind, SourceFile, Use
 from cxbridge_studio.lsp.session import Session
 
 _NEW_NAME: Final = re.compile(r"[^\s()\"';&|~?*<:,=][^\s()\"';&|~?<:,=]*")
-# Kinds of names that cannot be renamed, because code in other languages also uses the names.
+# kinds of names that cannot be renamed, since code outside of the agent's files also uses the names
 _FIXED_KINDS: Final = frozenset(
     {
         NameKind.FILE,
@@ -28,15 +28,15 @@ _FIXED_KINDS: Final = frozenset(
 
 
 def definitions(session: Session, file: SourceFile, mention: Mention) -> list[FileMention]:
-    """Return the definitions of a name; of a goal class or an action without a definition, the assertions.
+    """Return the definitions of a name, or the assertions of a goal class or an action without a definition.
 
     :param file: the file that contains the mention.
     """
     name = mention.name
     if name.kind is NameKind.FILE:
-        return _files(session, file, name)
+        return _find_files(session, file, name)
     found = session.model.definitions(name)
-    # The action of a parameter in a CLIPS file may be unknown: any action's parameter fits.
+    # in a CLIPS file the action of a parameter may be unknown: then the parameters of all actions count
     if not found and name.kind is NameKind.PARAMETER and not name.owner:
         found = [
             definition
@@ -45,33 +45,33 @@ def definitions(session: Session, file: SourceFile, mention: Mention) -> list[Fi
         ]
     if not found and name.kind in (NameKind.GOAL_CLASS, NameKind.ACTION):
         found = list(session.model.mentions(name, Use.ASSERTED))
-    return session.preferred(found, file.path)
+    return session.filter_visible(found, file.path)
 
 
-def _files(session: Session, file: SourceFile, name: Name) -> list[FileMention]:
-    """Return the starts of the files with a name, which may be ``folder/name.clp`` or only ``name.clp``."""
+def _find_files(session: Session, file: SourceFile, name: Name) -> list[FileMention]:
+    """Return the starts of the files with a name such as ``name.clp`` or ``folder/name.clp``."""
     path_parts = Path(name.text).parts
     files = [
         FileMention(source, Mention(name, Use.DEFINED, 0, 0))
         for source in session.model.files
         if Path(source.path).parts[-len(path_parts) :] == path_parts
     ]
-    return session.preferred(files, file.path)
+    return session.filter_visible(files, file.path)
 
 
-def references(session: Session, mention: Mention, *, declaration: bool = True) -> list[FileMention]:
+def find_references(session: Session, mention: Mention, *, declaration: bool = True) -> list[FileMention]:
     """Return the mentions of a name in all files.
 
     :param declaration: whether to include definitions.
     """
     mentions = list(session.model.mentions(mention.name))
-    if mention.name.kind is NameKind.FUNCTION:  # the model has the calls in ordered facts as slots
+    if mention.name.kind is NameKind.FUNCTION:  # in the model, a call in an ordered fact looks like a slot
         calls = session.model.calls(mention.name.text)
         mentions += [call for call in calls if call.mention.name.kind is NameKind.SLOT]
     return [item for item in mentions if declaration or item.mention.use is not Use.DEFINED]
 
 
-def rename(session: Session, mention: Mention, new_name: str) -> list[FileMention]:
+def find_renamed_mentions(session: Session, mention: Mention, new_name: str) -> list[FileMention]:
     """Return the mentions that a renaming changes.
 
     :raises CxbridgeError: if the name cannot be renamed, or the new name is invalid or already defined.
@@ -82,7 +82,7 @@ def rename(session: Session, mention: Mention, new_name: str) -> list[FileMentio
         raise CxbridgeError(f"'{new_name}' cannot be the name of a {name.kind.value}")
     if session.model.is_defined(Name(name.kind, new_name, name.owner)):
         raise CxbridgeError(f"there is a {name.kind.value} '{new_name}' already")
-    return references(session, mention)
+    return find_references(session, mention)
 
 
 def check_renamable(session: Session, mention: Mention) -> None:

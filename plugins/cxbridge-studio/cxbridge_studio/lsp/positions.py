@@ -11,10 +11,10 @@ from pygls.workspace import PositionCodec
 from cxbridge_studio.agent.names import SourceFile
 
 
-class Positions:
-    """Converter of positions.
+class PositionConverter:
+    """Converts positions for a client.
 
-    :param codec: pygls' codec, which counts characters in the client's encoding.
+    :param codec: the codec of pygls, which counts characters in the client's encoding.
     """
 
     def __init__(self, codec: PositionCodec) -> None:
@@ -26,7 +26,7 @@ class Positions:
         start = lines.place(position.line + 1)
         end = file.text.find("\n", start)
         row = file.text[start : None if end < 0 else end]
-        # The codec visits each character, and files are long: it gets only the row.
+        # only the row, not the whole file, since the codec visits each character
         position_in_row = self._codec.position_from_client_units([row], Position(0, position.character))
         return start + min(position_in_row.character, len(row))
 
@@ -39,14 +39,14 @@ class Positions:
         return Range(self.position(file, start), self.position(file, end))
 
     def location(self, file: SourceFile, start: int, end: int) -> Location:
-        return Location(uri_of(file.path), self.range(file, start, end))
+        return Location(path_to_uri(file.path), self.range(file, start, end))
 
 
-def path_of(uri: str) -> str:
-    """Return the resolved path of a file URI, as in the model; other URIs are returned unchanged."""
+def uri_to_path(uri: str) -> str:
+    """Return the resolved path of a file URI, as the model has it; return any other URI unchanged."""
     path = to_fs_path(uri)
     return str(Path(path).resolve()) if path else uri
 
 
-def uri_of(path: str) -> str:
+def path_to_uri(path: str) -> str:
     return from_fs_path(path) or path

@@ -1,4 +1,4 @@
-"""The language server: reads the files, takes changes, and publishes diagnostics."""
+"""The language server: reads the agent's files, follows their changes, and publishes diagnostics."""
 
 from __future__ import annotations
 
@@ -16,33 +16,33 @@ from cxbridge.errors import CxbridgeError
 from cxbridge_studio.agent.names import SourceFile
 from cxbridge_studio.lsp.examination import Examinations
 from cxbridge_studio.lsp.knowledge import AgentKnowledge
-from cxbridge_studio.lsp.positions import Positions, path_of, uri_of
-from cxbridge_studio.lsp.publishing import FindingsOfFiles
-from cxbridge_studio.lsp.session import Session, files_below, find_scenario, last_recording
+from cxbridge_studio.lsp.positions import PositionConverter, path_to_uri, uri_to_path
+from cxbridge_studio.lsp.publishing import FileFindings
+from cxbridge_studio.lsp.session import Session, find_agent_files, find_last_recording, find_scenario
 
 if TYPE_CHECKING:
     from cxbridge_studio.lsp.agent_files import AgentFiles
 
-# The agent that provides the core and the functions if there is no scenario.
+# the agent from which the names of the core and of functions come if there is no scenario
 _FALLBACK_OPTIONS: Final = {"scenario": "test-scenario"}
 
 
-def _find_agent(options: Mapping[str, Any]) -> AgentFiles:
+def _find_agent_files(options: Mapping[str, Any]) -> AgentFiles:
     """Return the locations of an agent's files."""
-    # These imports are slow, and the server's first responses must be quick.
+    # imported here: the imports are slow, and the first responses of the server must be quick
     from cxbridge_studio.lsp.agent_files import AgentFiles  # noqa: PLC0415
-    from cxbridge_studio.lsp.examine import run_options  # noqa: PLC0415
+    from cxbridge_studio.lsp.examine import make_run_options  # noqa: PLC0415
 
-    return AgentFiles.find(run_options(options))
+    return AgentFiles.find(make_run_options(options))
 
 
 def _names_agent(options: Mapping[str, Any]) -> bool:
     """Return whether the options name an agent; true for invalid options, so that the error is reported."""
     from cxbridge.run.source import source_of  # noqa: PLC0415
-    from cxbridge_studio.lsp.examine import run_options  # noqa: PLC0415 - as above
+    from cxbridge_studio.lsp.examine import make_run_options  # noqa: PLC0415 - as above
 
     try:
-        return source_of(run_options(options)).is_named
+        return source_of(make_run_options(options)).is_named
     except CxbridgeError:
         return True
 
@@ -57,51 +57,51 @@ class AgentServer(LanguageServer):
     def __init__(self, options: Mapping[str, Any] | None = None) -> None:
         super().__init__("cxbridge", __version__)
         self.session = Session()
-        self.findings = FindingsOfFiles(self.session)
-        self.examinations = Examinations(self._begin_examination, self._take_knowledge)
+        self.findings = FileFindings(self.session)
+        self.examinations = Examinations(self._begin_examination, self._apply_knowledge)
         self._given_options = {
             name: value for name, value in (options or {}).items() if value not in (None, [], ())
         }
         self._options: dict[str, Any] = {}
         self._has_agent = False
         self._unsaved: set[str] = set()  # paths of documents with unsaved text
-        self._shown_errors: set[str] = set()
-        self._shown: set[str] = set()  # paths of files with published diagnostics
+        self._reported_errors: set[str] = set()
+        self._published_paths: set[str] = set()  # paths of files with published diagnostics
         self._index_task: asyncio.Task[None] | None = None
 
     @property
-    def positions(self) -> Positions:
+    def positions(self) -> PositionConverter:
         """The converter for the client's character encoding."""
-        return Positions(self.workspace.position_codec)
+        return PositionConverter(self.workspace.position_codec)
 
     def file(self, uri: str) -> SourceFile | None:
         """Return the file of the client's URI; None for a file of an unknown kind."""
-        return self.session.model.file(path_of(uri))
+        return self.session.model.file(uri_to_path(uri))
 
     # ---- start and end
 
-    def begin(self, parameters: lsp.InitializeParams) -> None:
-        """Take the options and the folder from the client's initialisation parameters."""
+    def read_parameters(self, parameters: lsp.InitializeParams) -> None:
+        """Read the options and the folder from the client's initialisation parameters."""
         initialization_options = parameters.initialization_options
         if isinstance(initialization_options, Mapping):
             self._given_options.update(initialization_options)
         folders = parameters.workspace_folders or []
         uri = folders[0].uri if folders else parameters.root_uri
-        self.session.root = Path(path_of(uri)) if uri else None
+        self.session.root = Path(uri_to_path(uri)) if uri else None
 
     def start(self) -> None:
         """Begin to read and examine the agent's files in the background."""
-        self._index_task = asyncio.get_running_loop().create_task(self._read_all())
+        self._index_task = asyncio.get_running_loop().create_task(self._index_without_gc())
 
     async def end(self) -> None:
         if self._index_task is not None:
             self._index_task.cancel()
         await self.examinations.close()
 
-    async def _read_all(self) -> None:
-        """Read all files with the garbage collector off, because each collection delays responses by 0.1 s.
+    async def _index_without_gc(self) -> None:
+        """Read all files without garbage collection, since a collection delays responses by 0.1 s.
 
-        Afterwards the objects are frozen, so that later collections skip them.
+        Afterwards the objects are frozen, so that later collections skip these objects.
         """
         gc.disable()
         try:
@@ -114,7 +114,7 @@ class AgentServer(LanguageServer):
         """Choose the agent, read the files of the folder and of the agent, and publish their diagnostics."""
         root = self.session.root
         options = dict(self._given_options)
-        recording = options.pop("recording", None) or (last_recording(root) if root else None)
+        recording = options.pop("recording", None) or (find_last_recording(root) if root else None)
         if not _names_agent(options) and root and (scenario := find_scenario(root)):
             options["scenario"] = str(scenario)
         self._has_agent = _names_agent(options)
@@ -122,20 +122,20 @@ class AgentServer(LanguageServer):
         if recording:
             self._options["recording"] = str(recording)
         self.examinations.request()
-        await self._read(files_below(root) if root is not None else ())
+        await self._read_files(find_agent_files(root) if root is not None else ())
         plain = {name: value for name, value in self._options.items() if name != "recording"}
         try:
-            agent = await asyncio.to_thread(_find_agent, plain)
+            agent = await asyncio.to_thread(_find_agent_files, plain)
         except CxbridgeError as error:
-            self._complain(str(error))
+            self._show_error(str(error))
         else:
-            await self._read((*agent.library, *agent.clips()))
+            await self._read_files((*agent.library, *agent.clips()))
             self.session.library = {str(path.resolve()) for path in agent.library}
-            await self._read(agent.named_files())
+            await self._read_files(agent.named_files())
         self.session.is_indexed = True
         self.publish()
 
-    async def _read(self, paths: Iterable[Path]) -> None:
+    async def _read_files(self, paths: Iterable[Path]) -> None:
         """Read the files that the model lacks, and let the event loop serve requests after each file."""
         for path in paths:
             resolved = path.resolve()
@@ -145,10 +145,10 @@ class AgentServer(LanguageServer):
                     _ = file.mentions_by_name  # builds the index now, so that the first request does not wait
                 await asyncio.sleep(0)
 
-    def _complain(self, text: str) -> None:
+    def _show_error(self, text: str) -> None:
         """Show an error of the editor's settings, once."""
-        if text not in self._shown_errors:
-            self._shown_errors.add(text)
+        if text not in self._reported_errors:
+            self._reported_errors.add(text)
             self.window_show_message(lsp.ShowMessageParams(lsp.MessageType.Error, f"cxbridge: {text}"))
             self.window_log_message(lsp.LogMessageParams(lsp.MessageType.Error, text))
 
@@ -156,73 +156,75 @@ class AgentServer(LanguageServer):
         self.window_log_message(lsp.LogMessageParams(lsp.MessageType.Warning, text))
 
     @property
-    def _opened(self) -> dict[str, str]:
+    def _open_uris(self) -> dict[str, str]:
         """The client's URIs of the open documents, by path."""
-        # The keys of pygls' documents are unquoted, and therefore no URIs.
-        return {path_of(document.uri): document.uri for document in self.workspace.text_documents.values()}
+        # not the keys of pygls' documents: they are unquoted, and therefore differ from the URIs
+        return {
+            uri_to_path(document.uri): document.uri for document in self.workspace.text_documents.values()
+        }
 
     # ---- changes
 
-    def change(self, uri: str, *, saved: bool) -> None:
-        """Take the client's text of a document, and publish its diagnostics.
+    def update_document(self, uri: str, *, saved: bool) -> None:
+        """Update a document with the client's text, and publish its diagnostics.
 
-        :param saved: whether the text is that of the file on the disk.
+        :param saved: whether the file on the disk has the same text.
         """
-        path = path_of(uri)
+        path = uri_to_path(uri)
         document = self.workspace.get_text_document(uri)
         file = self.session.model.file(path)
         if file is None or file.text != document.source:
             file = self.session.update(path, document.source)
             if not saved:
                 self._unsaved.add(path)
-            self.findings.change(path)
+            self.findings.record_change(path)
         if file is not None:
             self._publish(file)
 
-    def save(self, uri: str) -> None:
+    def handle_save(self, uri: str) -> None:
         """Examine the agent after the client has saved a file."""
-        self._unsaved.discard(path_of(uri))
+        self._unsaved.discard(uri_to_path(uri))
         if self.session.root is not None or self._has_agent:
             self.examinations.request()
 
-    def close(self, uri: str) -> None:
+    def handle_close(self, uri: str) -> None:
         """Read a closed document from the disk again if its text was not saved."""
-        path = path_of(uri)
+        path = uri_to_path(uri)
         if path in self._unsaved:
             self._unsaved.discard(path)
             self.session.read(Path(path))
 
-    def changed_on_disk(self, changes: Iterable[lsp.FileEvent]) -> None:
+    def handle_disk_changes(self, changes: Iterable[lsp.FileEvent]) -> None:
         """Read files that other programs have changed, except open documents, which belong to the client."""
         for change in changes:
-            path = path_of(change.uri)
-            if path in self._opened:
+            path = uri_to_path(change.uri)
+            if path in self._open_uris:
                 continue
             if change.type is lsp.FileChangeType.Deleted:
-                self.session.forget(path)
+                self.session.remove(path)
             else:
                 self.session.read(Path(path))
-            self.findings.change(path)
+            self.findings.record_change(path)
         self.publish()
 
     # ---- findings
 
     def _begin_examination(self) -> Mapping[str, Any]:
         """Record the beginning of an examination, and return its options."""
-        self.findings.begin()
+        self.findings.begin_check()
         return self._options
 
-    def _take_knowledge(self, knowledge: AgentKnowledge) -> None:
-        """Take the result of an examination. A failed examination leaves the earlier result."""
+    def _apply_knowledge(self, knowledge: AgentKnowledge) -> None:
+        """Store the result of an examination; a failed examination does not replace an earlier result."""
         if knowledge.error:
             self._log_warning(knowledge.error)
-        if not self._has_agent:  # the findings and files of the fallback agent do not concern the user
+        if not self._has_agent:  # the user has no use for findings about the fallback agent
             knowledge = AgentKnowledge(
                 knowledge.functions, firings=knowledge.firings, recording=knowledge.recording
             )
         if knowledge.is_complete or knowledge.findings:
-            self.session.know(knowledge)
-            self.findings.finish(self._unsaved)
+            self.session.set_knowledge(knowledge)
+            self.findings.finish_check(self._unsaved)
         self.publish()
         capabilities = self.client_capabilities.workspace
         if capabilities and capabilities.code_lens and capabilities.code_lens.refresh_support:
@@ -230,16 +232,16 @@ class AgentServer(LanguageServer):
 
     def publish(self) -> None:
         """Publish the diagnostics of all open files, and of files that have or had diagnostics."""
-        for path in self._opened.keys() | self.findings.paths | self._shown:
+        for path in self._open_uris.keys() | self.findings.paths | self._published_paths:
             file = self.session.model.file(path) or self.session.read(Path(path))
             if file is not None:
                 self._publish(file)
 
     def _publish(self, file: SourceFile) -> None:
         diagnostics = self.findings.diagnostics(file, self.positions)
-        if not diagnostics and file.path not in self._shown:
+        if not diagnostics and file.path not in self._published_paths:
             return
-        # An empty list of diagnostics is published once, to remove those in the editor.
-        (self._shown.add if diagnostics else self._shown.discard)(file.path)
-        uri = self._opened.get(file.path) or uri_of(file.path)
+        # an empty list of diagnostics, published once, removes the diagnostics in the editor
+        (self._published_paths.add if diagnostics else self._published_paths.discard)(file.path)
+        uri = self._open_uris.get(file.path) or path_to_uri(file.path)
         self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, diagnostics))

@@ -1,4 +1,7 @@
-"""The state of the server: the agent's model, the loaded files, and the last examination."""
+"""The state of the server: the model of the agent, the loaded files, and the last examination.
+
+The model has the names in the agent's files, with their uses and positions. It comes from the text alone.
+"""
 
 from __future__ import annotations
 
@@ -10,11 +13,11 @@ from typing import Final
 
 from cxbridge_studio.agent.model import SUFFIXES, AgentModel, FileMention
 from cxbridge_studio.agent.names import Name, NameKind, SourceFile
-from cxbridge_studio.lsp.knowledge import NOTHING, AgentKnowledge
+from cxbridge_studio.lsp.knowledge import NO_KNOWLEDGE, AgentKnowledge
 
 _SCENARIO_FILES: Final = ("scenario.yaml", "cfg/config.yaml", "config.yaml")
 _SKIPPED_FOLDERS: Final = frozenset({"node_modules", "__pycache__", "build", "site"})
-# The limits keep the reading short, because a workspace may be a whole checkout.
+# limits, since the folder in the editor may be a whole checkout
 _MAX_FILE_SIZE: Final = 1 << 20  # bytes
 _MAX_FILES: Final = 5000
 
@@ -26,23 +29,23 @@ class Session:
     :ivar loaded: the paths of the files that the spec loads; empty without a spec.
     :ivar library: the paths of the host's files, which every agent has.
     :ivar knowledge: the result of the last examination.
-    :ivar root: the folder that is open in the editor, or None.
+    :ivar root: the folder that is open in the editor; None if no folder is open.
     :ivar is_indexed: whether all files have been read once.
     """
 
     model: AgentModel = field(default_factory=AgentModel)
-    loaded: set[str] = field(default_factory=set)
+    loaded_files: set[str] = field(default_factory=set)
     library: set[str] = field(default_factory=set)
-    knowledge: AgentKnowledge = NOTHING
+    knowledge: AgentKnowledge = NO_KNOWLEDGE
     root: Path | None = None
     is_indexed: bool = False
     _revision: int = 0  # counts changes of files and knowledge
     # The definitions and their revision: for files that the spec loads (True), and for all other files
     # (False).
-    _cached: dict[bool, tuple[int, AgentDefinitions]] = field(default_factory=dict)
+    _definitions_cache: dict[bool, tuple[int, AgentDefinitions]] = field(default_factory=dict)
 
     def update(self, path: str, text: str) -> SourceFile | None:
-        """Take new text of a file; see :meth:`AgentModel.update`."""
+        """Update a file with new text; see :meth:`AgentModel.update`."""
         self._revision += 1
         return self.model.update(path, text)
 
@@ -51,42 +54,42 @@ class Session:
         self._revision += 1
         return self.model.read(path)
 
-    def forget(self, path: str) -> None:
+    def remove(self, path: str) -> None:
         """Remove a file from the model."""
         self._revision += 1
         self.model.remove(path)
 
-    def know(self, knowledge: AgentKnowledge) -> None:
-        """Take the result of an examination."""
+    def set_knowledge(self, knowledge: AgentKnowledge) -> None:
+        """Store the result of an examination."""
         self._revision += 1
-        self.knowledge, self.loaded = knowledge, set(knowledge.loaded)
+        self.knowledge, self.loaded_files = knowledge, set(knowledge.loaded_files)
 
     def is_of_agent(self, path: str) -> bool:
         """Return whether the spec or the host loads a file."""
-        return path in self.loaded or path in self.library
+        return path in self.loaded_files or path in self.library
 
     def definitions(self, path: str) -> AgentDefinitions:
         """Return the definitions visible in a file: a loaded file sees only definitions in loaded files."""
-        # They are collected once for each revision, because each key in an editor needs the definitions.
-        is_loaded = path in self.loaded
-        cached = self._cached.get(is_loaded)
+        # cached for a revision, since each key that the user presses needs the definitions
+        is_loaded = path in self.loaded_files
+        cached = self._definitions_cache.get(is_loaded)
         if cached is None or cached[0] != self._revision:
             files = (file for file in self.model.files if not is_loaded or self._is_visible(file.path))
             cached = (self._revision, AgentDefinitions(files))
-            self._cached[is_loaded] = cached
+            self._definitions_cache[is_loaded] = cached
         return cached[1]
 
     def _is_visible(self, path: str) -> bool:
         """Return whether a loaded file sees a file: unloaded CLIPS files may belong to another agent."""
         return not path.endswith(".clp") or self.is_of_agent(path)
 
-    def preferred(self, mentions: Iterable[FileMention], near: str) -> list[FileMention]:
-        """Return the mentions that a file sees; all mentions if it sees none.
+    def filter_visible(self, mentions: Iterable[FileMention], from_path: str) -> list[FileMention]:
+        """Return the mentions that are visible in a file; all mentions if none is visible there.
 
-        :param near: the path of the file from which the user looks for the name.
+        :param from_path: the path of the file in which the user asks about the name.
         """
         all_mentions = list(mentions)
-        if near in self.loaded:
+        if from_path in self.loaded_files:
             return [
                 mention for mention in all_mentions if self._is_visible(mention.file.path)
             ] or all_mentions
@@ -112,7 +115,7 @@ class AgentDefinitions:
         if name.kind is NameKind.TEMPLATE:
             self.slots.setdefault(name.text, set())
         elif name.kind is NameKind.INTERFACE:
-            # The blackboard feature adds these slots to the template of each interface.
+            # the feature blackboard adds these slots to the template of each interface
             self.slots.setdefault(name.text, set()).update(("id", "time"))
         elif name.kind in (NameKind.SLOT, NameKind.FIELD):
             self.slots.setdefault(name.owner, set()).add(name.text)
@@ -121,8 +124,8 @@ class AgentDefinitions:
         return self._names.get(kind, set())
 
 
-def files_below(folder: Path, suffixes: Iterable[str] = SUFFIXES) -> Iterator[Path]:
-    """Yield the files of an agent below a folder, without those in hidden folders and large files."""
+def find_agent_files(folder: Path, suffixes: Iterable[str] = SUFFIXES) -> Iterator[Path]:
+    """Yield the files of an agent below a folder, except large files and files in hidden folders."""
     allowed_suffixes = frozenset(suffixes)
     pending = [folder]
     count = 0
@@ -154,14 +157,14 @@ def find_scenario(root: Path) -> Path | None:
     return scenarios[0].parent if len(scenarios) == 1 else None
 
 
-def last_recording(root: Path) -> Path | None:
+def find_last_recording(root: Path) -> Path | None:
     """Return the newest recording in a folder or its subfolders; None if there is none."""
     recordings = [*root.glob("*.mcap"), *root.glob("*/*.mcap")]
     return max(recordings, key=lambda path: path.stat().st_mtime, default=None)
 
 
 @lru_cache(maxsize=64)
-def comment_above(text: str, offset: int) -> str:
+def find_comment_above(text: str, offset: int) -> str:
     """Return the comment directly above an offset, without comment marks."""
     rows: list[str] = []
     for row in reversed(text[: text.rfind("\n", 0, offset) + 1].splitlines()):

@@ -14,12 +14,11 @@ from cxbridge_studio.agent.names import Mention, NameKind, PlacedPiece, SourceFi
 from cxbridge_studio.agent.top_level import open_lists
 from cxbridge_studio.lsp.session import Session
 
-# The kinds of names within a definition: a search for symbols leaves out such names, because there are too
-# many.
+# the kinds of names within a definition, which a search for symbols omits, since there are too many
 _INNER_KINDS: Final = frozenset(
     {NameKind.SLOT, NameKind.PARAMETER, NameKind.FIELD, NameKind.MESSAGE, NameKind.ARGUMENT}
 )
-_MAX_RESULTS: Final = 200  # symbols in the result of a search
+_MAX_RESULTS: Final = 200  # symbols in the result of a search: a longer query finds the rest
 
 
 class OutlineSymbol(Struct, frozen=True):
@@ -37,23 +36,25 @@ class OutlineSymbol(Struct, frozen=True):
     children: tuple[OutlineSymbol, ...] = ()
 
 
-def outline(file: SourceFile) -> list[OutlineSymbol]:
-    return [symbol for placed in file.pieces for symbol in _symbols(placed)]
+def make_outline(file: SourceFile) -> list[OutlineSymbol]:
+    return [symbol for placed in file.pieces for symbol in _piece_symbols(placed)]
 
 
-def _symbols(placed: PlacedPiece) -> Iterator[OutlineSymbol]:
-    defined = [mention for mention in placed.mentions if mention.use is Use.DEFINED]
-    main = next((mention for mention in defined if mention.name == placed.piece.name), None)
-    inner = tuple(
-        OutlineSymbol(mention, mention.start, mention.end) for mention in defined if mention is not main
+def _piece_symbols(placed: PlacedPiece) -> Iterator[OutlineSymbol]:
+    definitions = [mention for mention in placed.mentions if mention.use is Use.DEFINED]
+    main_mention = next((mention for mention in definitions if mention.name == placed.piece.name), None)
+    inner_symbols = tuple(
+        OutlineSymbol(mention, mention.start, mention.end)
+        for mention in definitions
+        if mention is not main_mention
     )
-    if main is None:
-        yield from inner
+    if main_mention is None:
+        yield from inner_symbols
     else:
-        yield OutlineSymbol(main, placed.start, placed.end, inner)
+        yield OutlineSymbol(main_mention, placed.start, placed.end, inner_symbols)
 
 
-def find(session: Session, query: str) -> list[FileMention]:
+def find_symbols(session: Session, query: str) -> list[FileMention]:
     """Return the first definitions of names that contain the letters of a query in order."""
     lower_query = query.lower()
     symbols = (
@@ -61,17 +62,17 @@ def find(session: Session, query: str) -> list[FileMention]:
         for file in session.model.files
         for placed in file.pieces
         for mention in placed.piece.definitions
-        if mention.name.kind not in _INNER_KINDS and _matches(lower_query, mention.name.text.lower())
+        if mention.name.kind not in _INNER_KINDS and _contains_letters(lower_query, mention.name.text.lower())
     )
     return list(islice(symbols, _MAX_RESULTS))
 
 
-def _matches(lower_query: str, text: str) -> bool:
+def _contains_letters(lower_query: str, text: str) -> bool:
     letters = iter(text)
     return all(letter in letters for letter in lower_query)  # `in` consumes the letters before a match
 
 
-def folding_ranges(file: SourceFile) -> list[tuple[int, int]]:
+def find_folding_ranges(file: SourceFile) -> list[tuple[int, int]]:
     """Return the first and the last line, from 1, of each list and comment that spans several lines."""
     ranges: list[tuple[int, int]] = []
     if file.path.endswith((".clp", ".pddl")):
@@ -85,7 +86,7 @@ def folding_ranges(file: SourceFile) -> list[tuple[int, int]]:
             ranges.append((comment_start, number - 1))
             comment_start = 0
     last_lines: dict[int, int] = {}
-    for first, last in ranges:  # editors accept a single range for each first line
+    for first, last in ranges:  # the first range of a line counts: editors accept only one
         if last > first:
             last_lines.setdefault(first, last)
     return sorted(last_lines.items())
@@ -94,14 +95,14 @@ def folding_ranges(file: SourceFile) -> list[tuple[int, int]]:
 def _list_offsets(file: SourceFile) -> Iterator[tuple[int, int]]:
     """Yield the offsets of the two parentheses of each list in a file.
 
-    Constructs are parsed separately, so that an unclosed construct does not affect other constructs.
+    Each construct is parsed alone, so that an unclosed construct does not affect further constructs.
     """
     for start, piece in file.pieces:
         unclosed = set(open_lists(piece.text))
-        opened: list[int] = []
+        open_starts: list[int] = []
         for match in PARENTHESIS.finditer(blank(piece.text)):
             if match[0] == "(":
                 if match.start() not in unclosed:
-                    opened.append(match.start())
-            elif opened:
-                yield start + opened.pop(), start + match.start()
+                    open_starts.append(match.start())
+            elif open_starts:
+                yield start + open_starts.pop(), start + match.start()

@@ -19,7 +19,7 @@ from lsprotocol import types as lsp
 from pygls.io_ import run_async
 
 from cxbridge_studio.lsp.agent_files import AgentFiles
-from cxbridge_studio.lsp.examine import examine, run_options
+from cxbridge_studio.lsp.examine import examine, make_run_options
 from cxbridge_studio.lsp.session import Session
 from tests.forked import nursery
 from tests.support import FAWKES_DIR, ROOT
@@ -176,11 +176,11 @@ def fawkes_agent(request) -> tuple[Session, str]:
     """A session that knows an agent of a Fawkes checkout, and the name of its spec."""
     if FAWKES_DIR is None:
         pytest.skip("FAWKES_DIR names no Fawkes checkout")
-    options = run_options({"fawkes_dir": str(FAWKES_DIR), "spec": request.param})
+    options = make_run_options({"fawkes_dir": str(FAWKES_DIR), "spec": request.param})
     agent, session = AgentFiles.find(options), Session(is_indexed=True)
     for path in (*agent.library, *agent.clips(), *agent.named_files()):
         session.read(path.resolve())
     session.library = {str(path.resolve()) for path in agent.library}
-    session.know(examine(options))
-    assert len(session.loaded) > 20
+    session.set_knowledge(examine(options))
+    assert len(session.loaded_files) > 20
     return session, request.param

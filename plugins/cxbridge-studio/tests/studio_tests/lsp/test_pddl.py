@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from cxbridge_studio.lsp.diagnostics import live_findings
+from cxbridge_studio.lsp.diagnostics import find_mistakes
 from cxbridge_studio.lsp.knowledge import AgentKnowledge
 from cxbridge_studio.lsp.session import Session
 
@@ -31,7 +31,7 @@ def test_doubts_about_pddl_are_live(tmp_path, name, text, expected):
     session = Session()
     file = session.update(str(tmp_path / name), text)
     assert file is not None
-    found = live_findings(session, file)
+    found = find_mistakes(session, file)
     assert [
         (each.code.name, file.lines.at(each.start), each.code.severity.value) for each in found
     ] == expected
@@ -42,6 +42,6 @@ def test_a_domain_of_an_agent_that_reads_as_fawkes(tmp_path):
     session = Session()
     file = session.update(str(tmp_path / "quay.pddl"), text)
     assert file is not None
-    assert [each.code.name for each in live_findings(session, file)] == []
+    assert [each.code.name for each in find_mistakes(session, file)] == []
     session.knowledge = AgentKnowledge(reads_as_fawkes=True)
-    assert [each.code.name for each in live_findings(session, file)] == ["CX301"]
+    assert [each.code.name for each in find_mistakes(session, file)] == ["CX301"]

@@ -10,7 +10,7 @@ from lsprotocol import types as lsp
 from pygls.exceptions import JsonRpcException
 
 from cxbridge_studio.check.table import codes
-from cxbridge_studio.lsp.diagnostics import LIVE_CODES, live_findings
+from cxbridge_studio.lsp.diagnostics import TEXT_CODES, find_mistakes
 from tests.support import ROOT
 
 GOALS, DOMAIN, PDDL, SCENARIO = "meet-goals.clp", "meet-domain.clp", "domain.pddl", "scenario.yaml"
@@ -33,7 +33,7 @@ def test_a_client_hears_what_the_server_can(editor):
 
 
 def test_the_codes_are_those_of_check():
-    assert codes().keys() >= LIVE_CODES
+    assert codes().keys() >= TEXT_CODES
 
 
 # ---- diagnostics
@@ -345,8 +345,8 @@ def test_the_agents_of_a_checkout_have_no_false_error(fawkes_agent):
     found = {
         (each.code.name, Path(file.path).name, file.lines.at(each.start))
         for file in session.model.files
-        if file.path in session.loaded
-        for each in live_findings(session, file)
+        if file.path in session.loaded_files
+        for each in find_mistakes(session, file)
     }
     known = {("CX210", "domain.clp", line) for line in (892, 941)}
     assert found == known | {("CX201", "skills.clp", 189)}, spec
