@@ -23,7 +23,7 @@ from cxbridge.clock import RealClock
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge_studio.monitor.live import DaemonSource
 from cxbridge_studio.monitor.recorded import RecordedSource
-from cxbridge_studio.monitor.screen import MonitorApp, monitor_app
+from cxbridge_studio.monitor.screen import MonitorApp, make_monitor_app
 from tests.support import ROOT
 
 CXBRIDGE = [sys.executable, "-m", "cxbridge"]
@@ -65,7 +65,7 @@ def picture(source: Any, path: Path, script: Callable[[MonitorApp, Any], Awaitab
     """Draw the monitor's screen once a script has brought it where it shall be."""
 
     async def run() -> str:
-        app = monitor_app(source)
+        app = make_monitor_app(source)
         async with app.run_test(size=SIZE) as pilot:
             await script(app, pilot)
             return app.export_screenshot(title="cxbridge monitor")

@@ -16,19 +16,19 @@ import typer
 from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, Connect, InterfaceDirs, Uid, connect
 from cxbridge.cli.console import say
 from cxbridge.printing import one_line, unfiltered_stream
-from cxbridge_studio.terminal.metering import OWNER, drawing
+from cxbridge_studio.terminal.metering import OWNER, draw_plot
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.following import Deadline, Feed, InterfaceChange
 
-_FRAME_S: Final = 0.1  # seconds between two drawings
-_MAX_POINTS: Final = 100_000  # points kept per field; the oldest are dropped
-# A field is NAME or NAME[INDEX].
-_FIELD: Final = re.compile(r"(\w+)(?:\[(\d+)\])?\Z")
-# Escape sequences of terminals: an alternative screen without a cursor, so that the shell's text stays.
-_BEGIN: Final = "\x1b[?1049h\x1b[?25l"
-_END: Final = "\x1b[?25h\x1b[?1049l"
-_HOME: Final = "\x1b[H"
+_FRAME_S: Final = 0.1  # between two drawings
+_MAX_POINTS: Final = 100_000  # points of a field that are kept, so that the memory is bounded
+# a field is NAME or NAME[INDEX]
+_FIELD_PATTERN: Final = re.compile(r"(\w+)(?:\[(\d+)\])?\Z")
+# escape sequences of terminals; the plot is on the alternative screen, so that the shell's text stays
+_ENTER_SCREEN: Final = "\x1b[?1049h\x1b[?25l"
+_LEAVE_SCREEN: Final = "\x1b[?25h\x1b[?1049l"
+_CURSOR_HOME: Final = "\x1b[H"
 _CLEAR_LINE: Final = "\x1b[K"
 _CLEAR_BELOW: Final = "\x1b[J"
 
@@ -63,16 +63,16 @@ def plot(
         instance = feed.open(*parse_uid(uid))
         initial = feed.read_change(instance)
         for name in fields:
-            value_of(name, initial.values)  # reports a mistake before the screen changes
-        writes = _writes(feed, initial, Deadline(timeout))
+            field_number(name, initial.values)  # reports a mistake before the screen changes
+        writes = _follow_writes(feed, initial, Deadline(timeout))
         if lines or not sys.stdout.isatty():
-            write_count = _print(writes, fields, count)
+            write_count = _print_writes(writes, fields, count)
         else:
-            write_count = _draw(writes, uid, fields, span, count)
+            write_count = _draw_writes(writes, uid, fields, span, count)
     return 0 if count is None or write_count >= count else TIMED_OUT
 
 
-def value_of(field: str, values: Mapping[str, Any]) -> float:
+def field_number(field: str, values: Mapping[str, Any]) -> float:
     """Return a field, or an element of an array, as a number.
 
     :raises BlackBoardError: if there is no such field or element, or the value is a text.
@@ -80,7 +80,7 @@ def value_of(field: str, values: Mapping[str, Any]) -> float:
     from cxbridge.errors import BlackBoardError
     from cxbridge.suggestions import did_you_mean
 
-    match = _FIELD.match(field)
+    match = _FIELD_PATTERN.match(field)
     value = values.get(match[1]) if match else None
     if match is None or value is None:
         raise BlackBoardError(
@@ -103,17 +103,17 @@ def value_of(field: str, values: Mapping[str, Any]) -> float:
     return float(value)
 
 
-def _writes(
+def _follow_writes(
     feed: Feed, initial: InterfaceChange, deadline: Deadline
 ) -> Iterator[tuple[float, Mapping[str, Any] | None]]:
     """Yield the seconds since the start and the values of each write, until the deadline.
 
-    Without a write, the values are None: the plot still has to move with the time.
+    The values are None if there was no write for a frame: the plot moves with the time.
     """
     from cxbridge.blackboard.following import Deadline
 
     begin_s = time.monotonic()
-    if initial.time_us:  # 0: the interface has never been written
+    if initial.time_us:  # 0 means that the interface has never been written
         yield 0.0, initial.values
     while (left_s := deadline.remaining_s()) != 0:
         change = feed.wait_for_change(Deadline(_FRAME_S if left_s is None else min(_FRAME_S, left_s)))
@@ -124,14 +124,14 @@ def _writes(
             yield seconds, change.values
 
 
-def _print(
+def _print_writes(
     writes: Iterator[tuple[float, Mapping[str, Any] | None]], fields: Sequence[str], count: int | None
 ) -> int:
     """Print a line for each write, and return the number of writes."""
     printed_count = 0
     for seconds, values in writes:
         if values is not None:
-            numbers = (f"{value_of(name, values):g}" for name in fields)
+            numbers = (f"{field_number(name, values):g}" for name in fields)
             say("\t".join([f"{seconds:.3f}", *numbers]), flush=True)
             printed_count += 1
         if printed_count == count:
@@ -139,7 +139,7 @@ def _print(
     return printed_count
 
 
-def _draw(
+def _draw_writes(
     writes: Iterator[tuple[float, Mapping[str, Any] | None]],
     uid: str,
     fields: Sequence[str],
@@ -149,29 +149,31 @@ def _draw(
     """Draw a plot for each field, one below the other, and return the number of writes."""
     points: dict[str, deque[tuple[float, float]]] = {name: deque(maxlen=_MAX_POINTS) for name in fields}
     terminal, write_count, drawn_s = unfiltered_stream(sys.stdout), 0, -_FRAME_S
-    terminal.write(_BEGIN)
+    terminal.write(_ENTER_SCREEN)
     try:
         for seconds, values in writes:
             if values is not None:
                 write_count += 1
                 for name in fields:
-                    points[name].append((seconds, value_of(name, values)))
+                    points[name].append((seconds, field_number(name, values)))
             if seconds - drawn_s >= _FRAME_S:
                 drawn_s = seconds
                 size = shutil.get_terminal_size()
-                screen = screen_lines(uid, points, seconds, span_s, (size.columns, size.lines))
-                # Overwriting line by line flickers less than clearing the screen.
-                terminal.write(_HOME + "\n".join(f"{line}{_CLEAR_LINE}" for line in screen) + _CLEAR_BELOW)
+                screen = make_screen_lines(uid, points, seconds, span_s, (size.columns, size.lines))
+                # lines are overwritten, since a cleared screen would flicker
+                terminal.write(
+                    _CURSOR_HOME + "\n".join(f"{line}{_CLEAR_LINE}" for line in screen) + _CLEAR_BELOW
+                )
                 terminal.flush()
             if write_count == count:
                 break
     finally:
-        terminal.write(_END)
+        terminal.write(_LEAVE_SCREEN)
         terminal.flush()
     return write_count
 
 
-def screen_lines(
+def make_screen_lines(
     uid: str,
     points: Mapping[str, Sequence[tuple[float, float]]],
     now_s: float,
@@ -184,18 +186,18 @@ def screen_lines(
     :param size: the columns and lines of the screen.
     """
     columns, rows = size
-    # The last line has a hint; each plot has three lines besides the drawing: the title and the two of the
-    # axis.
+    # The last line of the screen has a hint. Each plot has three lines besides the drawing: the title, and
+    # the two lines of the axis.
     height = max(2, (rows - 1) // len(points) - 3)
     screen = []
     for name, all_points in points.items():
         visible = [point for point in all_points if point[0] >= now_s - span_s]
         if not visible and all_points:
-            # The field still has its last value: the plot shows a horizontal line.
+            # the field keeps its last value, which the plot shows as a horizontal line
             visible = [(now_s - span_s, all_points[-1][1])]
         value = f"{all_points[-1][1]:g}" if all_points else "not written yet"
         if visible:
             visible.append((now_s, visible[-1][1]))
         screen.append(one_line(f"{uid} {name} = {value}")[:columns])
-        screen += drawing(visible, columns, height, span_s)
+        screen += draw_plot(visible, columns, height, span_s)
     return [*screen[: rows - 1], "Ctrl-C ends"]

@@ -21,7 +21,7 @@ from cxbridge.cli.connect import (
 )
 from cxbridge.cli.console import say, say_json
 from cxbridge.cli.option_groups import option_groups
-from cxbridge_studio.terminal.metering import OWNER, WINDOW, Rate, RateMeter, amount
+from cxbridge_studio.terminal.metering import OWNER, WINDOW, Rate, RateMeter, format_bytes
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -58,7 +58,7 @@ def hz(
 
     Example: cxbridge bb hz SkillerInterface
     """
-    return _measure(globs, options, url, interface_dir, _rate_text)
+    return _print_reports(globs, options, url, interface_dir, _format_rate)
 
 
 @option_groups
@@ -71,37 +71,38 @@ def bw(
 
     Example: cxbridge bb bw 'Transform*' --every 5
     """
-    return _measure(globs, options, url, interface_dir, _amount_text)
+    return _print_reports(globs, options, url, interface_dir, _format_bandwidth)
 
 
-def _rate_text(rate: Rate, _size: int) -> str:
+def _format_rate(rate: Rate, _size: int) -> str:
     return (
         f"{rate.hz:9.3f} Hz  min {rate.shortest_s:.4f} s  max {rate.longest_s:.4f} s  "
         f"std dev {rate.deviation_s:.5f} s  window {rate.window}"
     )
 
 
-def _amount_text(rate: Rate, size: int) -> str:
-    return f"{amount(rate.hz * size):>10}/s  {rate.hz:9.3f} Hz  block {amount(size)}  window {rate.window}"
+def _format_bandwidth(rate: Rate, size: int) -> str:
+    bandwidth, block = format_bytes(rate.hz * size), format_bytes(size)
+    return f"{bandwidth:>10}/s  {rate.hz:9.3f} Hz  block {block}  window {rate.window}"
 
 
-def _measure(
+def _print_reports(
     globs: list[str],
     options: MeterOptions,
     url: str,
     interface_dir: list[Path] | None,
-    text: Callable[[Rate, int], str],
+    format_line: Callable[[Rate, int], str],
 ) -> int:
     """Print reports until the end of the measurement, and return the exit status.
 
-    :param text: returns the text of a rate, for a size of the interface's block.
+    :param format_line: returns the text of a rate, given the size of the interface's block.
     """
     from cxbridge.blackboard.following import Deadline
 
     deadline, report_count = Deadline(options.timeout), 0
     with connect(url, interface_dir) as board:
         say_unmatched(board, globs)
-        for meters in _reports(board, globs, options, deadline):
+        for meters in _measure_rates(board, globs, options, deadline):
             width = max(map(len, meters), default=0)
             for uid, meter in sorted(meters.items()):
                 rate, new_writes = meter.rate(), meter.new_writes()
@@ -109,8 +110,8 @@ def _measure(
                 if options.as_json:
                     say_json(_json_row(uid, rate, size) | {"news": new_writes}, flush=True)
                 else:
-                    # Without new writes, the rate of the last writes would look like the current rate.
-                    current = text(rate, size) if rate is not None and new_writes else NO_NEW_WRITES
+                    # not the rate of earlier writes, which would look like the current rate
+                    current = format_line(rate, size) if rate is not None and new_writes else NO_NEW_WRITES
                     say(f"{uid.ljust(width)}  {NO_RATE if rate is None else current}", flush=True)
             if not meters and not options.as_json:
                 say("no such interface yet", flush=True)
@@ -126,7 +127,7 @@ def _json_row(uid: str, rate: Rate | None, size: int) -> dict[str, Any]:
     return {"uid": uid, "block_bytes": size, **measured}
 
 
-def _reports(
+def _measure_rates(
     board: BlackBoard, globs: list[str], options: MeterOptions, deadline: Any
 ) -> Iterator[dict[str, RateMeter]]:
     """Yield the meters of all interfaces by uid whenever a report is due, until the deadline."""
@@ -145,9 +146,9 @@ def _reports(
             )
             while (change := feed.wait_for_change(report_deadline)) is not None:
                 if change.kind == "data":
-                    # An interface that appears later gets its meter with its first write.
+                    # an interface that appears later gets its meter at its first write
                     meters.setdefault(change.uid, RateMeter(options.window)).add(time.monotonic())
-                # With fast writers, `next` always returns a change and never reaches the deadline.
+                # with fast writers, next() always returns a change, never None after the deadline
                 if report_deadline.remaining_s() == 0:
                     break
             yield meters

@@ -22,7 +22,7 @@ _EXECUTIVE = "executive"
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Scenario:
+class _ScenarioOptions:
     """The options that select the scenario with the counted files."""
 
     scenario: Annotated[
@@ -75,7 +75,7 @@ def coverage(
     runs: Annotated[
         list[Path], typer.Argument(metavar="RUN...", help="Recordings with at least the trace level rules.")
     ],
-    scenario: _Scenario,
+    scenario: _ScenarioOptions,
     files: Annotated[
         list[str] | None,
         typer.Option(metavar="GLOB", help="Count only files with a path or name that matches. Repeatable."),
@@ -96,7 +96,7 @@ def coverage(
     fail_under = outputs.fail_under
     if fail_under is not None and not 0 <= fail_under <= 100:  # noqa: PLR2004  per cent
         raise CxbridgeError(f"--fail-under cannot be {fail_under:g}", hint="use a number from 0 to 100")
-    agent, use = _read(runs, scenario, env, core=core)
+    agent, use = _read_runs(runs, scenario, env, core=core)
     firings_known = len(use.runs_without_firings) < len(runs)
     if not firings_known and (outputs.lcov is not None or fail_under is not None):
         raise TraceError(
@@ -109,19 +109,19 @@ def coverage(
         )
     if outputs.page is not None and outputs.page.exists() and any(map(outputs.page.samefile, runs)):
         raise typer.BadParameter("the page would replace a recording", param_hint="--html")
-    _write(outputs, result, agent, firings_known=firings_known)
+    _write_outputs(outputs, result, agent, firings_known=firings_known)
     return 1 if fail_under is not None and result.percent < fail_under else 0
 
 
-def _read(
-    paths: list[Path], scenario: _Scenario, env: str, *, core: bool
+def _read_runs(
+    paths: list[Path], scenario: _ScenarioOptions, env: str, *, core: bool
 ) -> tuple[AgentSources, RecordedUse]:
     """Return the agent's sources, from the scenario or the recordings, and the uses of the recordings."""
     from cxbridge.trace.formats.registry import open_run
     from cxbridge_studio.check.sources import scenario_sources
     from cxbridge_studio.explain.coverage.model import AgentSources, RecordedUse, add_recorded_agent
 
-    # All recordings are opened first, so that a file in another format is reported before the slow part.
+    # open all recordings first: a file of another format is an error before the slow part
     runs = [open_run(path) for path in paths]
     agent, use = AgentSources(), RecordedUse()
     if scenario.spec is not None and not scenario.is_named:
@@ -140,7 +140,9 @@ def _read(
     return agent, use
 
 
-def _write(outputs: _CoverageOutputs, result: Coverage, agent: AgentSources, *, firings_known: bool) -> None:
+def _write_outputs(
+    outputs: _CoverageOutputs, result: Coverage, agent: AgentSources, *, firings_known: bool
+) -> None:
     """Print the result and write the requested files."""
     from cxbridge_studio.explain.coverage import report
 

@@ -81,11 +81,11 @@ def step(
     Example: cxbridge daemon step transition
     """
     with connect(url, None) as board:
-        where = _step(board, unit, timeout)
-    if not where:
+        stop_text = _take_step(board, unit, timeout)
+    if not stop_text:
         say(f"the step has not ended within {timeout:g} s; it goes on", err=True)
         return TIMED_OUT
-    say(f"stopped {where}")
+    say(f"stopped {stop_text}")
     return 0
 
 
@@ -94,7 +94,7 @@ def _print_breakpoints(breakpoints: list[dict[str, Any]]) -> None:
         say(f"{item['number']}  {item['spec']}")
 
 
-def _step(board: BlackBoard, unit: str, timeout_s: float) -> str:
+def _take_step(board: BlackBoard, unit: str, timeout_s: float) -> str:
     """Let the rules of a daemon take a step, and wait for the end of the step.
 
     :param unit: the step: ``rule``, ``loop`` or ``transition``.
@@ -109,7 +109,7 @@ def _step(board: BlackBoard, unit: str, timeout_s: float) -> str:
     deadline = Deadline(timeout_s)
     with Feed(board, OWNER) as feed:
         previous_stops = feed.read_change(feed.open(REQUEST_TYPE, DAEMON_ID)).values["stops"]
-        # The daemon counts the stops of its rules: a new number marks the end of this step.
+        # the daemon counts the stops of its rules: a new count means the end of this step
         request(board, "step", timeout_s, what=unit)
         while (change := feed.wait_for_change(deadline)) is not None:
             if change.kind == "writer removed":

@@ -23,7 +23,7 @@ def dap() -> int:
     from cxbridge_studio.dap.adapter import Adapter
     from cxbridge_studio.dap.wire import Wire
 
-    # Printed text must not mix with the protocol on standard output: it goes to standard error.
+    # from now on printed text goes to standard error, so that it does not mix with the protocol
     source = os.fdopen(os.dup(sys.stdin.fileno()), "rb", buffering=0)
     with os.fdopen(os.dup(sys.stdout.fileno()), "wb") as sink:
         os.dup2(sys.stderr.fileno(), sys.stdout.fileno())

@@ -1,4 +1,4 @@
-"""The prompt of ``cxbridge run --break``: reports each stop of the rules, and takes commands from stdin."""
+"""The prompt of ``cxbridge run --break``: reports stops of the rules, and executes commands from stdin."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from cxbridge.run.result import RunResult
     from cxbridge.run.team import Team
 
-_MAX_ROWS: Final = 200  # rows of a listing
+_MAX_ROWS: Final = 200  # rows of a listing that are printed
 
 HELP: Final = """\
 c                               continue
@@ -54,7 +54,7 @@ h                               show this text"""
 
 
 class DebugPrompt(RunServer):
-    """Prompt that reports stops and carries out commands.
+    """Reports stops, and executes commands.
 
     :param specs: the specifications of the first breakpoints.
     :param commands: the input; at its end, the prompt removes all breakpoints, and the run continues.
@@ -65,7 +65,7 @@ class DebugPrompt(RunServer):
         self._specs = [parse_breakpoint(spec) for spec in specs]
         self._commands = commands
         self._out = out
-        self._agents: list[_Agent] = []
+        self._agents: list[_PromptAgent] = []
         self._mistakes: list[dict[str, ExecutiveError]] = []  # of each initialised agent, by breakpoint
         self._is_quit = False
 
@@ -76,22 +76,21 @@ class DebugPrompt(RunServer):
         yield
 
     def _attach(self, assembly: Run) -> None:
-        agent = _Agent(assembly, self._say)
+        agent = _PromptAgent(assembly, self._say)
         self._agents.append(agent)
         for item in self._specs:
             agent.debugger.add(item)
-        agent.debugger.on_stop = lambda stop: self._stopped(agent, stop)
-        agent.debugger.names.on_mistakes = lambda mistakes: self._take_mistakes(agent, mistakes)
+        agent.debugger.on_stop = lambda stop: self._serve_stop(agent, stop)
+        agent.debugger.names.on_mistakes = lambda mistakes: self._check_mistakes(agent, mistakes)
 
-    def _take_mistakes(self, agent: _Agent, mistakes: Mistakes) -> None:
-        """Take the mistakes in an agent's breakpoints; they are known after its initialisation.
+    def _check_mistakes(self, agent: _PromptAgent, mistakes: Mistakes) -> None:
+        """Store the mistakes in an agent's breakpoints, which are known after its initialisation.
 
-        :raises ExecutiveError: if a breakpoint is wrong for all agents.
+        :raises ExecutiveError: if all agents are initialised, and none can reach a breakpoint.
         """
-        self._mistakes.append({str(item): agent.with_cause(item, error) for item, error in mistakes})
+        self._mistakes.append({str(item): agent.add_cause(item, error) for item, error in mistakes})
         if len(self._mistakes) < len(self._agents):
             return
-        # A breakpoint is wrong only if no agent can reach it.
         for spec, error in self._mistakes[0].items():
             if all(spec in mistakes_of_agent for mistakes_of_agent in self._mistakes):
                 raise error
@@ -102,15 +101,17 @@ class DebugPrompt(RunServer):
             return
         for item in dict.fromkeys(item for agent in self._agents for item in agent.debugger.breakpoints):
             counts = [agent.debugger.counts(item.number) for agent in self._agents]
-            why = _unreached(item, sum(hits for hits, _ in counts), sum(true_hits for _, true_hits in counts))
-            unknown_names = [agent.met_names.missing_name_message(item) for agent in self._agents]
+            why = _explain_unreached(
+                item, sum(hits for hits, _ in counts), sum(true_hits for _, true_hits in counts)
+            )
+            unknown_names = [agent.occurred_names.missing_name_message(item) for agent in self._agents]
             if why:
                 detail = f": {unknown_names[0]}" if all(unknown_names) else ""
                 self._say(f"breakpoint {item.number} ({item}) {why}{detail}")
         self._out.flush()
 
-    def _stopped(self, agent: _Agent, stop: Stop) -> None:
-        """Take commands until one resumes the run, or the run is interrupted."""
+    def _serve_stop(self, agent: _PromptAgent, stop: Stop) -> None:
+        """Execute commands until a command resumes the run, or the run is interrupted."""
         agent.print_stop(stop, with_name=len(self._agents) > 1)
         env = agent.assembly.executive.env
         self._is_quit = True  # stays true if the run ends at this stop
@@ -125,14 +126,14 @@ class DebugPrompt(RunServer):
                 self._detach(agent)
             elif line:
                 try:
-                    agent.do(line)
+                    agent.execute_command(line)
                 except CxbridgeError as error:
                     self._say(f"error: {error}")
         self._is_quit = False
         self._out.flush()
 
-    def _detach(self, agent: _Agent) -> None:
-        """Resume and never stop again, because the input has ended."""
+    def _detach(self, agent: _PromptAgent) -> None:
+        """Remove all breakpoints and resume the run, since the input has ended."""
         for member in self._agents:
             member.debugger.clear()
         agent.debugger.go_on()
@@ -142,7 +143,7 @@ class DebugPrompt(RunServer):
             self._out.write(indent_lines(line) + "\n")
 
 
-class _Agent:
+class _PromptAgent:
     """An agent of the run, and the commands about the agent.
 
     :param assembly: the agent's parts.
@@ -157,23 +158,23 @@ class _Agent:
         self._start_us = assembly.clock.now_us()
         self._with_name = False
         env = assembly.executive.env
-        self.met_names = OccurredNames()
-        assembly.bus.subscribe(self.met_names.add_event, *TRANSITION_TYPES)
+        self.occurred_names = OccurredNames()
+        assembly.bus.subscribe(self.occurred_names.add_event, *TRANSITION_TYPES)
         self._history = History(env.name, find_facts=partial(fact_slots, env))
         assembly.bus.subscribe(
             self._history.add_event, *TRANSITION_TYPES, PlannerCall, LogLine, InterfaceWrite
         )
         self._commands: dict[str, Callable[[str], None]] = {
-            "c": lambda _: self._ask("go-on"),
-            "s": lambda unit: self._ask("step", what=unit or STEP_UNITS[0]),
-            "b": self._break,
-            "d": self._delete,
-            "w": lambda _: self._where(),
-            "facts": self._facts,
-            "agenda": lambda _: self._agenda(),
-            "goals": lambda _: self._goals(),
-            "why": self._why,
-            "assert": lambda fact: self._say(f"f-{self._ask('assert', fact=fact)}"),
+            "c": lambda _: self._execute_operation("go-on"),
+            "s": lambda unit: self._execute_operation("step", what=unit or STEP_UNITS[0]),
+            "b": self._change_breakpoints,
+            "d": self._remove_breakpoints,
+            "w": lambda _: self._print_last_stop(),
+            "facts": self._print_facts,
+            "agenda": lambda _: self._print_agenda(),
+            "goals": lambda _: self._print_goals(),
+            "why": self._print_explanation,
+            "assert": lambda fact: self._say(f"f-{self._execute_operation('assert', fact=fact)}"),
             "retract": self._retract,
             "modify": self._modify,
             "q": lambda _: self._quit(),
@@ -182,8 +183,8 @@ class _Agent:
         for word in ("continue", "step", "break", "delete", "where", "quit", "help"):
             self._commands[word] = self._commands[word[0]]
 
-    def do(self, line: str) -> None:
-        """Carry out a command.
+    def execute_command(self, line: str) -> None:
+        """Execute a command.
 
         :raises CxbridgeError: if there is no such command, or the command fails.
         """
@@ -191,12 +192,12 @@ class _Agent:
         if (command := self._commands.get(word)) is not None:
             command(argument.strip())
         elif (operation := operations().get(word)) is not None and operation.at_prompt:
-            self._say(json.dumps(self._ask(word, **operation.parse_words(argument.strip()))))
+            self._say(json.dumps(self._execute_operation(word, **operation.parse_words(argument.strip()))))
         else:
             raise CxbridgeError(f"there is no command '{word}'", hint="h lists all commands")
 
-    def _ask(self, name: str, **arguments: Any) -> Any:
-        """Carry out an operation on the environment of this agent."""
+    def _execute_operation(self, name: str, **arguments: Any) -> Any:
+        """Execute an operation on the environment of this agent."""
         return carry_out(self._context, name, **{"env": self.assembly.executive.env.name, **arguments})
 
     def print_stop(self, stop: Stop, *, with_name: bool) -> None:
@@ -209,8 +210,8 @@ class _Agent:
             f"  fired last: {stop.rule or '-'}; next: {stop.next_rule or '-'}",
         )
 
-    def with_cause(self, item: Breakpoint, error: ExecutiveError) -> ExecutiveError:
-        """Return the error about a breakpoint, with the reason why the rule is missing if it is known."""
+    def add_cause(self, item: Breakpoint, error: ExecutiveError) -> ExecutiveError:
+        """Return the error about a breakpoint, with the reason why its rule is missing, if there is one."""
         book = read_rulebook(self.assembly.executive.env, self.assembly.paths.clips_dirs)
         cause = explain_missing_rule(item.name, book) if item.is_rule_breakpoint else ""
         return ExecutiveError(error.message, hint=cause) if cause else error
@@ -220,37 +221,41 @@ class _Agent:
         self.assembly.interrupt()
         raise KeyboardInterrupt
 
-    def _where(self) -> None:
+    def _print_last_stop(self) -> None:
         if self.debugger.stopped is not None:
             self.print_stop(self.debugger.stopped, with_name=self._with_name)
 
-    def _break(self, spec: str) -> None:
-        rows = self._ask("break-add", specs=[spec]) if spec else self._ask("break-list")
+    def _change_breakpoints(self, spec: str) -> None:
+        rows = (
+            self._execute_operation("break-add", specs=[spec])
+            if spec
+            else self._execute_operation("break-list")
+        )
         self._say(*(f"{row['number']}  {row['spec']}" for row in rows))
 
-    def _delete(self, numbers: str) -> None:
+    def _remove_breakpoints(self, numbers: str) -> None:
         for word in numbers.split():
-            self._ask("break-remove", numbers=[parse_number(word)])
+            self._execute_operation("break-remove", numbers=[parse_number(word)])
 
-    def _facts(self, template: str) -> None:
-        # One row more than printed, to know whether there are further rows.
-        facts = self._ask("facts", template=template, limit=_MAX_ROWS + 1)
-        self._list([f"f-{index} {text}" for index, text in facts])
+    def _print_facts(self, template: str) -> None:
+        # one row more than is printed shows whether there are further rows
+        facts = self._execute_operation("facts", template=template, limit=_MAX_ROWS + 1)
+        self._print_rows([f"f-{index} {text}" for index, text in facts])
 
-    def _agenda(self) -> None:
-        activations = self._ask("agenda", limit=_MAX_ROWS + 1)
-        self._list([f"{salience:6} {rule}: {basis}" for salience, rule, basis in activations])
+    def _print_agenda(self) -> None:
+        activations = self._execute_operation("agenda", limit=_MAX_ROWS + 1)
+        self._print_rows([f"{salience:6} {rule}: {basis}" for salience, rule, basis in activations])
 
-    def _list(self, lines: Sequence[str]) -> None:
+    def _print_rows(self, lines: Sequence[str]) -> None:
         self._say(*lines[:_MAX_ROWS])
         if len(lines) > _MAX_ROWS:
             self._say(f"... more than {_MAX_ROWS}")
 
-    def _goals(self) -> None:
+    def _print_goals(self) -> None:
         goals = self.assembly.executive.goals.open_goals.values()
         self._say(*(line.text for line in goal_lines(goals, show_modes=True)))
 
-    def _why(self, question: str) -> None:
+    def _print_explanation(self, question: str) -> None:
         kind, _, name = question.rpartition(" ")
         if not name or kind not in ("", "rule", "goal"):
             raise CxbridgeError("why takes a name", hint="why [rule|goal] NAME")
@@ -267,14 +272,14 @@ class _Agent:
 
     def _retract(self, indices: str) -> None:
         for word in indices.split():
-            self._ask("retract", index=parse_number(word))
+            self._execute_operation("retract", index=parse_number(word))
 
     def _modify(self, arguments: str) -> None:
         index, slots = parse_fact_change(arguments)
-        self._say(f"f-{self._ask('modify', index=index, slots=slots)}")
+        self._say(f"f-{self._execute_operation('modify', index=index, slots=slots)}")
 
 
-def _unreached(item: Breakpoint, hits: int, true_hits: int) -> str:
+def _explain_unreached(item: Breakpoint, hits: int, true_hits: int) -> str:
     """Return why a breakpoint has not stopped the run; empty if it may have stopped the run.
 
     :param hits: how often the run reached the breakpoint.
@@ -283,11 +288,11 @@ def _unreached(item: Breakpoint, hits: int, true_hits: int) -> str:
     if not hits:
         return "was never reached"
     if not true_hits:
-        return f"was reached {_times(hits)}, its condition was never true"
+        return f"was reached {_format_count(hits)}, its condition was never true"
     if not any(item.is_due(hit) for hit in range(1, true_hits + 1)):
-        return f"was reached {_times(true_hits)}, not as often as it wants"
+        return f"was reached {_format_count(true_hits)}, not as often as it wants"
     return ""
 
 
-def _times(count: int) -> str:
+def _format_count(count: int) -> str:
     return "once" if count == 1 else f"{count} times"

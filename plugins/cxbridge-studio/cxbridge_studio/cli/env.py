@@ -21,7 +21,9 @@ _Features = Annotated[list[str], typer.Argument(metavar="FEATURE...", help="name
 _Logger = Annotated[str, typer.Argument(metavar="LOGGER", help="the name of the logger")]
 
 
-def _say_rows(rows: list[dict[str, Any]], line: Callable[[dict[str, Any]], str], *, as_json: bool) -> None:
+def _say_rows(
+    rows: list[dict[str, Any]], format_line: Callable[[dict[str, Any]], str], *, as_json: bool
+) -> None:
     """Print the rows of a listing as JSON or as lines.
 
     :param line: returns the line of a row.
@@ -30,7 +32,7 @@ def _say_rows(rows: list[dict[str, Any]], line: Callable[[dict[str, Any]], str],
         say_json(rows, indent=2)
         return
     for row in rows:
-        say(line(row))
+        say(format_line(row))
 
 
 @app.command("features")
@@ -42,11 +44,11 @@ def list_features(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> None:
     features = ask_daemon(url, "feature-list")
     width = max((len(info["name"]) for info in features), default=0)
 
-    def line(info: dict[str, Any]) -> str:
+    def format_line(info: dict[str, Any]) -> str:
         state = "offered" if info["offered"] else "withdrawn"
         return f"{info['name']:{width}}  {state:9}  {' '.join(info['environments'])}".rstrip()
 
-    _say_rows(features, line, as_json=as_json)
+    _say_rows(features, format_line, as_json=as_json)
 
 
 @app.command()
@@ -78,13 +80,13 @@ def list_loggers(env: _Env, url: Connect = DEFAULT_URL, as_json: AsJson = False)
     Example: cxbridge env loggers executive
     """
 
-    def line(info: dict[str, Any]) -> str:
+    def format_line(info: dict[str, Any]) -> str:
         notes = [f"{info['level']} and above"]
         notes += [f"with '{info['contains']}'"] if info["contains"] else []
         notes += ["replaces"] if info["replaces"] else []
         return f"{info['priority']:5}  {info['name']}  as {info['component']}: {', '.join(notes)}"
 
-    _say_rows(ask_daemon(url, "env-loggers", env=env), line, as_json=as_json)
+    _say_rows(ask_daemon(url, "env-loggers", env=env), format_line, as_json=as_json)
 
 
 @app.command("add-logger")
@@ -143,14 +145,14 @@ def list_environments(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> No
     environments = ask_daemon(url, "env-list")
     width = max(len(info["name"]) for info in environments)
 
-    def line(info: dict[str, Any]) -> str:
+    def format_line(info: dict[str, Any]) -> str:
         notes = [f"{info['facts']} facts", f"agenda {info['agenda']}", f"log {info['log_level']}"]
         notes += [f"watch {' '.join(info['watch'])}"] if info["watch"] else []
         notes += ["ended"] if info["ended"] else []
         features = f"  [{' '.join(info['features'])}]" if info["features"] else ""
         return f"{info['name']:{width}}  {', '.join(notes)}{features}"
 
-    _say_rows(environments, line, as_json=as_json)
+    _say_rows(environments, format_line, as_json=as_json)
 
 
 @app.command()
@@ -291,8 +293,8 @@ def evaluate(
     if as_json:
         say_json(value, indent=2)
         return
-    for line in (*value["output"], *filter(None, [value["text"]])):
-        say(line)
+    for format_line in (*value["output"], *filter(None, [value["text"]])):
+        say(format_line)
 
 
 @app.command("assert")

@@ -29,8 +29,8 @@ def format(  # noqa: A001 - the name of the command
     from cxbridge_studio.agent.layout import indent_clips, is_balanced
 
     changed_count = 0
-    # Read all files before changing any, so that an unreadable file changes nothing.
-    texts = {path: _read(path) for path in _clips_files(files)}
+    # read all files before the first change, so that after an unreadable file nothing has changed
+    texts = {path: _read_text(path) for path in _find_clips_files(files)}
     for path, text in texts.items():
         if not is_balanced(text):
             say(f"{path}: parentheses or quotes do not match, left as it is", err=True)
@@ -44,7 +44,7 @@ def format(  # noqa: A001 - the name of the command
     return int(check and changed_count > 0)
 
 
-def _clips_files(paths: list[Path]) -> list[Path]:
+def _find_clips_files(paths: list[Path]) -> list[Path]:
     """Return the files among the paths, and the CLIPS files below the folders.
 
     :raises CxbridgeError: if a path does not exist.
@@ -60,7 +60,7 @@ def _clips_files(paths: list[Path]) -> list[Path]:
     return clips_files
 
 
-def _read(path: Path) -> str:
+def _read_text(path: Path) -> str:
     """Return the text of a file.
 
     :raises CxbridgeError: if the file cannot be read, or is not UTF-8 text.
@@ -71,6 +71,6 @@ def _read(path: Path) -> str:
         raise CxbridgeError(f"cannot read it: {error.strerror}", file=path) from None
     except UnicodeDecodeError:
         text = "\0"
-    if "\0" in text:  # UTF-16 text of ASCII letters is valid UTF-8, with a NUL next to each letter
+    if "\0" in text:  # UTF-16, too: ASCII letters in UTF-16 are valid UTF-8 with a NUL next to each letter
         raise CxbridgeError("it is not UTF-8 text", file=path, hint="save it as UTF-8 in the editor")
     return text

@@ -41,18 +41,18 @@ def lsp(
     """
     from cxbridge_studio.lsp.handlers import make_server
 
-    options = {name: _plain(value) for name, value in vars(agent).items()}
-    _check(agent)
+    options = {name: _to_json_value(value) for name, value in vars(agent).items()}
+    _check_options(agent)
     if recording is not None and not recording.is_file():
         raise CxbridgeError("there is no such recording", file=recording)
-    make_server({**options, "recording": _plain(recording)}).start_io()
+    make_server({**options, "recording": _to_json_value(recording)}).start_io()
     return 0
 
 
-def _check(agent: _AgentOptions) -> None:
-    """Check the options, as far as possible before the editor names its folder.
+def _check_options(agent: _AgentOptions) -> None:
+    """Check the options as far as that is possible before the editor sends its folder.
 
-    :raises CxbridgeError: if an option is wrong.
+    :raises CxbridgeError: if an option is invalid.
     """
     from cxbridge.run.agents import agent_names, choose_agent
     from cxbridge.run.specs import choose_spec
@@ -69,7 +69,9 @@ def _check(agent: _AgentOptions) -> None:
     try:
         config, file = source_of(options).load_configuration()
     except CxbridgeError as error:
-        if error.line is None:  # the file is missing; the editor shows errors within a file
+        if (
+            error.line is None
+        ):  # a missing file is an error here; mistakes within a file are shown by the editor
             raise
         return
     names = [options.agent] if options.agent else agent_names(config)
@@ -79,8 +81,8 @@ def _check(agent: _AgentOptions) -> None:
         choose_spec(config, options.spec, file)
 
 
-def _plain(value: Any) -> Any:
-    """Return an option as a JSON value; paths become absolute, and empty values stay."""
+def _to_json_value(value: Any) -> Any:
+    """Return an option as a JSON value: paths become absolute, and empty values stay empty."""
     if isinstance(value, tuple):
-        return [_plain(item) for item in value]
+        return [_to_json_value(item) for item in value]
     return str(value.resolve()) if isinstance(value, Path) and value.exists() else value and str(value)

@@ -32,10 +32,10 @@ def monitor(
     Example: cxbridge monitor out/run.mcap
     """
     from cxbridge.interrupt import Interrupt
-    from cxbridge_studio.monitor.screen import monitor_app
+    from cxbridge_studio.monitor.screen import make_monitor_app
 
     with Interrupt() as interrupt:
-        screen = monitor_app(_source(run, url, interface_dir))
+        screen = make_monitor_app(_open_source(run, url, interface_dir))
         screen.is_end_requested = lambda: interrupt.is_signalled
         interrupt.check()
         screen.run()
@@ -43,10 +43,10 @@ def monitor(
     return 0
 
 
-def _source(run: Path | None, url: str, interface_dir: list[Path] | None) -> MonitorSource:
+def _open_source(run: Path | None, url: str, interface_dir: list[Path] | None) -> MonitorSource:
     """Return the source of the screen's contents.
 
-    :raises CxbridgeError: if there is no daemon or no recording; an open screen would hide the error.
+    :raises CxbridgeError: if there is no daemon or no recording.
     """
     from cxbridge_studio.monitor.snapshot import ViewQuery
 
@@ -57,5 +57,6 @@ def _source(run: Path | None, url: str, interface_dir: list[Path] | None) -> Mon
     from cxbridge_studio.monitor.live import DaemonSource
 
     source = DaemonSource(url, lambda: connect(url, interface_dir))
-    source.look(ViewQuery())  # raises an error if there is no daemon
+    # raises the error about a missing daemon now, since the screen would hide the error
+    source.take_snapshot(ViewQuery())
     return source

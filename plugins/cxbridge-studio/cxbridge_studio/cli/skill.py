@@ -46,9 +46,9 @@ def monitor(
     with connect(url, interface_dir) as board:
         say_unmatched(board, [f"SkillerInterface::{skiller}"])
         if sys.stdout.isatty() and not lines and not as_json:
-            from cxbridge_studio.terminal.live import show
+            from cxbridge_studio.terminal.live import show_skiller
 
-            is_done = show(board, skiller, count, deadline)
+            is_done = show_skiller(board, skiller, count, deadline)
         else:
             is_done = _print_lines(board, skiller, count, deadline, as_json=as_json)
     return 0 if count is None or is_done else TIMED_OUT
@@ -65,8 +65,8 @@ def _print_lines(
     with Feed(board, OWNER) as feed:
         change: InterfaceChange | None = feed.read_change(feed.open(TYPE, skiller))
         while change is not None:
-            line = _monitor_line(change, as_json=as_json)
-            # A Skiller also writes fields that the line does not show.
+            line = _format_state(change, as_json=as_json)
+            # not at each write: a Skiller also writes fields that the line does not show
             if line != previous_line:
                 previous_line, printed_count = line, printed_count + 1
                 say(line, flush=True)
@@ -132,13 +132,19 @@ def graph(
     Example: cxbridge skill graph goto -o goto.svg --skill-dir skills
     """
     from cxbridge.errors import CxbridgeError
-    from cxbridge_studio.terminal.graphs import DIRECTIONS, PICTURES, draw_graph, fetch_graph, render
+    from cxbridge_studio.terminal.graphs import (
+        DIRECTIONS,
+        PICTURE_SUFFIXES,
+        draw_graph,
+        fetch_graph,
+        render_graph,
+    )
 
     if direction not in (None, *DIRECTIONS):
         raise CxbridgeError(
             f"--direction cannot be '{direction}'", hint=f"use one of: {', '.join(DIRECTIONS)}"
         )
-    if output is not None and output.suffix not in (*PICTURES, ".dot"):
+    if output is not None and output.suffix not in (*PICTURE_SUFFIXES, ".dot"):
         raise CxbridgeError(
             "the name does not tell the format", file=output, hint="use .svg, .png, .pdf or .dot"
         )
@@ -156,10 +162,10 @@ def graph(
     if output is None:
         say_text(text, end="" if text.endswith("\n") else "\n")
     else:
-        write_file(output, text if output.suffix == ".dot" else render(text, output.suffix))
+        write_file(output, text if output.suffix == ".dot" else render_graph(text, output.suffix))
 
 
-def _monitor_line(change: InterfaceChange, *, as_json: bool) -> str:
+def _format_state(change: InterfaceChange, *, as_json: bool) -> str:
     """Return the state of a Skiller as a line of text or JSON."""
     from cxbridge.interfaces.assignments import json_value
 

@@ -19,9 +19,9 @@ from cxbridge.run.options import RunOptions
 if TYPE_CHECKING:
     from cxbridge_studio.explain.evidence import Evidence
 
-_END = "end"
+_RUN_END = "end"
 _EXECUTIVE = "executive"
-_PATIENCE_S = 30.0  # seconds to wait for the daemon's answer
+_ANSWER_TIMEOUT_S = 30.0  # for the daemon's answer
 _RUN = "run"
 
 
@@ -50,7 +50,7 @@ class _AgentOptions:
     skiller: Annotated[str, typer.Option(metavar="lua|simulator|none", help="What executes skills.")] = "lua"
 
     def check_unused(self) -> None:
-        """Check that no option is given; without a scenario, they have no effect.
+        """Check that no option is given, since without a scenario the options have no effect.
 
         :raises CxbridgeError: if an option is given.
         """
@@ -83,7 +83,7 @@ def why(
         typer.Option(
             "--at", metavar="SECONDS|end", help="The moment, in seconds since the start of the run."
         ),
-    ] = _END,
+    ] = _RUN_END,
     env: Annotated[
         str | None,
         typer.Option(
@@ -109,15 +109,15 @@ def why(
     """
     from cxbridge_studio.explain.answer import explain
 
-    kind, name, scenario = _words(words)
+    kind, name, scenario = _parse_words(words)
     if scenario is None and agent.fawkes_dir is None:
         agent.check_unused()
     if scenario is None and run is None and agent.fawkes_dir is None:
         return _ask_daemon(url, kind, name, rules, moment, env, as_json=as_json)
     options = RunOptions(scenario=scenario, **vars(agent))
-    with _evidence(options, run, _seconds(moment), env) as evidence:
+    with _open_evidence(options, run, _parse_moment(moment), env) as evidence:
         explanation = explain(evidence, name, kind, rules)
-    _print(explanation.lines, explanation.data, as_json=as_json)
+    _print_explanation(explanation.lines, explanation.data, as_json=as_json)
     return 0
 
 
@@ -127,22 +127,22 @@ def _ask_daemon(
     """Print the explanation of a daemon, and return the exit status."""
     from cxbridge.daemon.client import ask_why
 
-    if moment != _END:
+    if moment != _RUN_END:
         raise CxbridgeError(
             f"--at {moment}: a daemon reports now only", hint="name a scenario, or --run a recording"
         )
     if env not in (None, _EXECUTIVE):
         raise CxbridgeError(f"a daemon has no CLIPS environment '{env}'", hint=f"it has one: {_EXECUTIVE}")
     with connect(url, None) as board:
-        explanation = ask_why(board, name, kind, rules, _PATIENCE_S)
+        explanation = ask_why(board, name, kind, rules, _ANSWER_TIMEOUT_S)
     if explanation is None:
-        say(f"the daemon did not answer within {_PATIENCE_S:g} s", err=True)
+        say(f"the daemon did not answer within {_ANSWER_TIMEOUT_S:g} s", err=True)
         return TIMED_OUT
-    _print(explanation["lines"], explanation["data"], as_json=as_json)
+    _print_explanation(explanation["lines"], explanation["data"], as_json=as_json)
     return 0
 
 
-def _print(lines: Sequence[str], data: object, *, as_json: bool) -> None:
+def _print_explanation(lines: Sequence[str], data: object, *, as_json: bool) -> None:
     if as_json:
         say_json(data, indent=2)
     else:
@@ -151,7 +151,7 @@ def _print(lines: Sequence[str], data: object, *, as_json: bool) -> None:
 
 
 @contextmanager
-def _evidence(
+def _open_evidence(
     options: RunOptions, run: Path | None, at_s: float | None, env: str | None
 ) -> Iterator[Evidence]:
     """Yield the evidence from a scenario, a recording, or a recording with the rules of a scenario."""
@@ -174,7 +174,7 @@ def _evidence(
         yield RecordedEvidence(recording, at_s, env, rules)
 
 
-def _words(words: list[str]) -> tuple[str, str, Path | None]:
+def _parse_words(words: list[str]) -> tuple[str, str, Path | None]:
     """Return the kind, the name and the scenario from the words of the command; the kind may be empty."""
     from cxbridge_studio.explain.answer import KINDS
 
@@ -188,9 +188,9 @@ def _words(words: list[str]) -> tuple[str, str, Path | None]:
     return kind, words[0], Path(words[1]) if len(words) > 1 else None
 
 
-def _seconds(moment: str) -> float | None:
+def _parse_moment(moment: str) -> float | None:
     """Return the seconds of the option ``--at``; None for the end of the run."""
-    if moment == _END:
+    if moment == _RUN_END:
         return None
     try:
         seconds = float(moment)

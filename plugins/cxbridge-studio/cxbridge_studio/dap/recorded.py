@@ -231,13 +231,13 @@ class RecordedRun(Target):
             return self._stop_at_entry()
         if self._scrubber.at == len(events):
             return None
-        self._scrubber.go(len(events))
+        self._scrubber.go_to(len(events))
         return self._stop_here("step", "at the end of the recording", None)
 
     def _stop_at_entry(self) -> TargetStop:
         events = self._scrubber.events
         number = next((index for index, event in enumerate(events) if self._is_stop_event(event)), 0)
-        self._scrubber.go(number + 1)
+        self._scrubber.go_to(number + 1)
         return self._stop_here("entry", self._describe_event(events[number]), events[number])
 
     def _is_stop_event(self, event: Event) -> bool:
@@ -252,7 +252,7 @@ class RecordedRun(Target):
                 if _is_hit(item, event) and (stop := self._count_hit(client_number, item, number, client)):
                     return stop
         if self._ends_step(event, number):
-            self._scrubber.go(number + 1)
+            self._scrubber.go_to(number + 1)
             return self._stop_here("step", self._describe_event(event), event)
         return None
 
@@ -284,7 +284,7 @@ class RecordedRun(Target):
         :param client_number: the client's number of the breakpoint.
         :param number: the number of the event.
         """
-        self._scrubber.go(number + 1)
+        self._scrubber.go_to(number + 1)
         event = self._scrubber.events[number]
         reason = "breakpoint" if item.is_rule_breakpoint else "function breakpoint"
         target_stop = replace(

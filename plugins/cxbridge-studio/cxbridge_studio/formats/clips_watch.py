@@ -1,4 +1,7 @@
-"""Reads the output of CLIPS 6.30 and 6.4 with watched facts and rules; see docs/formats.md."""
+"""Reads the output of CLIPS with watched facts and rules as a recording; see docs/formats.md.
+
+The reader knows the output of CLIPS 6.30 and 6.4.
+"""
 
 from __future__ import annotations
 
@@ -14,30 +17,32 @@ from cxbridge.trace.formats.fawkes_log import parse_clips_event
 from cxbridge.trace.formats.files import MAX_LINE, read_lines
 
 ENVIRONMENT = "executive"
-"""The environment of all events: the text does not name the environment."""
+"""The environment of all events: the output does not name one."""
 
 MAX_FACTS = 100_000
 """The maximum number of remembered facts, after which the oldest fact is dropped."""
 
-# The beginnings of an entry: a fact, an activation, a change of focus, or a firing.
+# the beginning of an entry: a fact, an activation, a change of focus, or a firing
 _ENTRY_STARTS = rb"(?:==>|<==) (?:f-\d+ +\(|Activation -?\d|Focus \S)|FIRE +\d+ [^: ]+:"
 _FIRST_ENTRY = re.compile(rb"^(?:" + _ENTRY_STARTS + rb")", re.MULTILINE)
 _ENTRY_START = re.compile(_ENTRY_STARTS.decode())
 _FACT = re.compile(r"(?:==>|<==) f-\d+ +(\(.*)", re.DOTALL)
 _TEMPLATE_FACT = re.compile(r"\([^\s()]+ (?:\.\.\. )?\(")
-# An entry at the end of a line in which the program has printed text without a line feed.
+# an entry after text that the program has printed in the same line, without a line feed
 _ENTRY_AFTER_TEXT = re.compile(
     r"(?:==>|<==) f-\d+ +\(.*\)\Z|FIRE (?: {0,3}\d{1,4}|\d{5,}) [^: ]+:(?: [^ ]*)?\Z"
 )
 _OMITTED_SLOTS = " ..."  # CLIPS 6.4 prints this in place of the unchanged slots of a modified fact
-# A fact is parsed again with each further line, up to this number; then it ends before the next entry.
+# A fact with line feeds is parsed again with each further line. After so many lines, the next entry ends the
+# fact.
 _MAX_LINES_OF_FACT = 200
 
 
 class ClipsWatch(Run):
     """The output of CLIPS with ``(watch facts)`` and ``(watch rules)``.
 
-    The output has no times: events have the numbers of their lines instead. Other output becomes log lines.
+    The output has no times: the time of an event is the number of its line. Any other output becomes log
+    lines.
     """
 
     format = "clips-watch"
@@ -46,7 +51,7 @@ class ClipsWatch(Run):
     def __iter__(self) -> Iterator[Event]:
         """Yield firings, fact changes with their transitions, and log lines."""
         facts = _WatchedFacts()
-        for line, text, is_complete in self._entries():
+        for line, text, is_complete in self._read_entries():
             if not is_complete:
                 self.note(f"line {line}: the file ends within this entry")
             event = parse_clips_event(line, ENVIRONMENT, text)
@@ -61,11 +66,11 @@ class ClipsWatch(Run):
                 yield change
                 if transition is not None:
                     yield transition
-            # A cut firing would have a wrong list of facts.
+            # a firing whose line is cut would have a wrong list of facts
             elif is_complete or not isinstance(event, RuleFired):
                 yield event
 
-    def _entries(self) -> Iterator[tuple[int, str, bool]]:
+    def _read_entries(self) -> Iterator[tuple[int, str, bool]]:
         """Yield the first line number and the text of each entry, and whether the entry is complete."""
         first_line, lines, size, is_complete = 0, list[str](), 0, True
         for number, line, has_line_end in read_lines(self.path):
@@ -104,25 +109,25 @@ class _WatchedFacts:
 
         :raises FactSyntaxError: if the fact cannot be parsed.
         """
-        text = self._whole_text(event)
+        text = self._complete_text(event)
         is_modified = text != event.text
         if is_modified:
             event = FactChange(event.time_us, ENVIRONMENT, event.asserted, event.index, event.template, text)
         transition = self._tracker.track_change(event)
         if event.asserted:
-            self._remember(event.index, text)
+            self._store_text(event.index, text)
         elif not is_modified:  # a modified fact is asserted next, and needs the slots of its previous text
             self._texts.pop(event.index, None)
         return event, transition
 
-    def _remember(self, index: int, text: str) -> None:
+    def _store_text(self, index: int, text: str) -> None:
         """Store the text of a fact, and drop the oldest text if there are too many."""
         self._texts.pop(index, None)
         self._texts[index] = text
         if len(self._texts) > MAX_FACTS:
             del self._texts[next(iter(self._texts))]
 
-    def _whole_text(self, event: FactChange) -> str:
+    def _complete_text(self, event: FactChange) -> str:
         """Return the text of a fact, completed with the slots of its previous text.
 
         :raises FactSyntaxError: if slots are omitted and the fact has no previous text.

@@ -1,1 +1,1 @@
-"""The terminal view of a daemon or a recorded run; see docs/see.md#the-monitor."""
+"""``cxbridge monitor``: shows a daemon or a recorded run in the terminal; see docs/see.md#the-monitor."""

@@ -12,9 +12,9 @@ _MINUTE_S: Final = 60
 _HOUR_S: Final = 3600
 
 
-def duration_text(seconds: float) -> str:
+def format_duration(seconds: float) -> str:
     """Return a duration as text: ``5.3 s``, ``2 min 05.3 s``, ``1 h 02 min 05 s``."""
-    seconds = round(seconds, 1)  # first: 59.96 s is a minute
+    seconds = round(seconds, 1)  # before the comparison: 59.96 s is shown as a minute
     if seconds < _MINUTE_S:
         return f"{seconds:.1f} s"
     hours, seconds = divmod(seconds, _HOUR_S)
@@ -24,25 +24,25 @@ def duration_text(seconds: float) -> str:
     return f"{minutes:.0f} min {seconds:04.1f} s"
 
 
-def has_words(words: str, cells: Iterable[str]) -> bool:
+def contains_text(filter_text: str, cells: Iterable[str]) -> bool:
     """Return whether a text is in the cells, joined by blanks.
 
-    :param words: in lower case; the empty text is in all cells.
+    :param filter_text: the text in lower case; the empty text is in all cells.
     """
-    return not words or words in " ".join(cells).lower()
+    return not filter_text or filter_text in " ".join(cells).lower()
 
 
-def filter_goals(goals: Sequence[GoalRow], words: str) -> Sequence[GoalRow]:
+def filter_goals(goals: Sequence[GoalRow], filter_text: str) -> Sequence[GoalRow]:
     """Return the goals that contain a text, with all their parents."""
-    if not words:
+    if not filter_text:
         return goals
     by_id = {(goal.env, goal.id): goal for goal in goals}
-    matching = (key for key, goal in by_id.items() if has_words(words, goal[1:]))
-    selected = goal_forest(goals).goals_with_ancestors(matching)
+    matching = (key for key, goal in by_id.items() if contains_text(filter_text, goal[1:]))
+    selected = make_goal_forest(goals).goals_with_ancestors(matching)
     return [goal for key, goal in by_id.items() if key in selected]
 
 
-def goal_forest(goals: Iterable[GoalRow]) -> Forest[tuple[str, str]]:
+def make_goal_forest(goals: Iterable[GoalRow]) -> Forest[tuple[str, str]]:
     """Return the forest of goals, by environment and id."""
     return Forest(
         {
@@ -52,11 +52,11 @@ def goal_forest(goals: Iterable[GoalRow]) -> Forest[tuple[str, str]]:
     )
 
 
-def page(rows: Iterable[tuple[str, ...]], words: str, noun: str) -> Table:
-    """Return the first rows that contain a text, and a note about further rows.
+def make_page(rows: Iterable[tuple[str, ...]], filter_text: str, noun: str) -> Table:
+    """Return a table of the first rows that contain a text, with a note about further rows.
 
     :param noun: the noun for the rows in the note.
     """
-    matching = [row for row in rows if has_words(words, row)]
+    matching = [row for row in rows if contains_text(filter_text, row)]
     further = len(matching) - MAX_ROWS
     return Table(matching[:MAX_ROWS], f"{further} more {noun}: / finds them" if further > 0 else "")

@@ -8,10 +8,10 @@ from cxbridge.history.outcome import LEGEND
 
 
 class KeyBinding(NamedTuple):
-    """A key.
+    """A binding of keys to an action of the screen.
 
-    :param keys: textual's names of the keys, separated by commas.
-    :param action: textual's name of the action.
+    :param keys: the names of the keys in textual, separated by commas.
+    :param action: the action in textual's notation.
     :param label: the label in the last line of the screen; empty to hide the key there.
     :param description: the description in the list of keys; empty if another row describes the key, too.
     :param display: the key as displayed.
@@ -64,12 +64,12 @@ KEYS: Final = (
     KeyBinding("minus", "do('speed -')", "", "", "", "recorded"),
 )
 
-# Keys that scrub a recording wherever the cursor is.
-SCRUBBING: Final = frozenset({"left", "right", "shift+left", "shift+right", "home", "end", "space"})
+# the keys that scrub a recording, whichever widget has the focus
+SCRUBBING_KEYS: Final = frozenset({"left", "right", "shift+left", "shift+right", "home", "end", "space"})
 
 
-def help_text(source: str, panes: str, commands: str) -> str:
-    """Return the list of keys.
+def make_help_text(source: str, panes: str, commands: str) -> str:
+    """Return the text of the help screen.
 
     :param source: ``live`` or ``recorded``.
     :param panes: the names of the panes, in the order of their digits.

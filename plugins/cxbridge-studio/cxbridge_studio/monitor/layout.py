@@ -10,15 +10,15 @@ from textual.containers import Vertical
 from textual.screen import ModalScreen
 from textual.widgets import Static
 
-from cxbridge_studio.monitor.keys import KEYS, SCRUBBING
+from cxbridge_studio.monitor.keys import KEYS, SCRUBBING_KEYS
 
-NARROW: Final = 118  # below this number of columns, the goals are above the panes
+NARROW_COLUMNS: Final = 118  # below this number of columns, the goals are above the panes
 
-WIDE: Final = 180  # from this number of columns, skills and the log have separate panes
+WIDE_COLUMNS: Final = 180  # from this number of columns, skills and the log have separate panes
 
-LOW: Final = 30  # below this number of rows, the legend has one line
+LOW_ROWS: Final = 30  # below this number of rows, the legend has one line
 
-# The titles of the columns, by pane.
+# the titles of the columns, by pane
 COLUMNS: Final = {
     "actions": ("goal", "id", "action", "arguments", "state"),
     "skills": ("skiller", "skill", "status"),
@@ -27,12 +27,16 @@ COLUMNS: Final = {
     "breakpoints": ("number", "stops at"),
     "events": ("s", "kind", "what"),
 }
-# The breakpoint for a row, by pane: its kind, the column of the name, and the text after the name.
-BREAK_AT: Final = {"actions": ("action", 2, ":"), "skills": ("skill", 1, ":"), "agenda": ("rule", 1, "")}
+# how to make a breakpoint from a row, by pane: its kind, the column of the name, and the text after the name
+BREAKPOINT_SPECS: Final = {
+    "actions": ("action", 2, ":"),
+    "skills": ("skill", 1, ":"),
+    "agenda": ("rule", 1, ""),
+}
 LIVE_PANES: Final = ("story", "actions", "skills", "interfaces", "facts", "agenda", "breakpoints", "log")
 RECORDED_PANES: Final = ("story", "actions", "skills", "interfaces", "facts", "events", "log")
-# The titles of the panes whose names are not their titles.
-TITLES: Final = {"interfaces": "Blackboard", "breakpoints": "Breaks"}
+# the titles of the panes whose capitalized names are not their titles
+PANE_TITLES: Final = {"interfaces": "Blackboard", "breakpoints": "Breaks"}
 
 STYLE: Final = """
 #status { height: 1; background: $primary; color: $text; padding: 0 1; }
@@ -92,8 +96,8 @@ def key_bindings(source: str) -> list[BindingType]:
             key.label or key.description,
             show=bool(key.label),
             key_display=key.display if key.label else None,
-            # Without priority, tables and trees would take the arrow keys.
-            priority=not SCRUBBING.isdisjoint(key.keys.split(",")),
+            # with priority, since tables and trees would handle the arrow keys first
+            priority=not SCRUBBING_KEYS.isdisjoint(key.keys.split(",")),
         )
         for key in KEYS
         if key.source in {source, "both"}

@@ -1,6 +1,6 @@
-"""The monitor's source for a daemon: reads its state by requests over the blackboard, and sends commands.
+"""The source of the monitor for a daemon: requests its state over the blackboard, and sends commands.
 
-Each request costs the daemon time in its loop, so expensive data are requested for the shown pane alone, in
+A request takes time in the daemon's loop. Therefore expensive data are requested only for the shown pane, in
 pieces, and with pauses.
 """
 
@@ -20,7 +20,7 @@ from cxbridge.daemon.client import NoAnswerError, ask_why, read_status, request,
 from cxbridge.errors import BlackBoardError, CxbridgeError, InterfaceError
 from cxbridge.interfaces.assignments import assign, field_text
 from cxbridge_studio.debugger.fact_words import parse_fact_change, parse_number
-from cxbridge_studio.monitor.filtering import duration_text, page
+from cxbridge_studio.monitor.filtering import format_duration, make_page
 from cxbridge_studio.monitor.snapshot import (
     MAX_LINES,
     MAX_ROWS,
@@ -35,16 +35,16 @@ if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
     from cxbridge.interfaces.instance import Interface
 
-ANSWER_S: Final = 5.0  # the timeout of a daemon's reply, in seconds
+REPLY_TIMEOUT_S: Final = 5.0  # the timeout of a daemon's reply, in seconds
 
-MAX_GOALS: Final = 1000  # the limit of the requested goals
+MAX_GOALS: Final = 1000  # goals that a request asks for
 
-_MIN_GOALS: Final = 50  # below this number of goals, a reply that is too long has another reason
-_RATE_SNAPSHOTS: Final = 20  # the number of snapshots over which the loop rate is averaged
-_SEARCH_S: Final = 0.25  # the seconds that a snapshot spends on the search of facts
-_PAUSE_FACTOR: Final = 5.0  # the pause between two searches, as a multiple of the time of a search
+_MIN_GOALS: Final = 50  # a reply with so few goals is too long for another reason
+_RATE_SNAPSHOTS: Final = 20  # snapshots over which the loop rate is averaged
+_SEARCH_SLICE_S: Final = 0.25  # time that a snapshot spends on the search of facts
+_PAUSE_FACTOR: Final = 5.0  # the pause between two searches, as a multiple of the duration of a search
 _MIN_PAUSE_S: Final = 1.0  # the shortest pause between two searches
-_STORY_S: Final = 2.0  # the seconds between two stories of the run
+_STORY_PERIOD_S: Final = 2.0  # between two requests for the explanation of the run
 
 _ACTION_SLOTS: Final = ("goal-id", "id", "action-name", "param-values", "state")
 
@@ -60,14 +60,14 @@ _EMPTY_STATE: Final[Mapping[str, Any]] = {
     "environments": [],
 }
 
-HELP: Final = (
+COMMANDS_HELP: Final = (
     "pause, resume, reset, step rule|loop|transition, break SPEC, delete NUMBER..., assert (FACT), "
     "retract INDEX..., modify INDEX (SLOT VALUE)..., eval EXPRESSION, send MESSAGE NAME=VALUE..."
 )
 
 
 class DaemonSource:
-    """A watched daemon. After a lost connection, each look tries to reconnect.
+    """A watched daemon. After a lost connection, each snapshot tries to connect again.
 
     :param name: the daemon's URL.
     :param connect: opens the daemon's blackboard.
@@ -80,7 +80,7 @@ class DaemonSource:
         self.name = name
         self._connect = connect
         self._board: BlackBoard | None = None
-        self._shown: Interface | None = None  # the interface whose fields are shown
+        self._shown_interface: Interface | None = None  # the interface whose fields are shown
         self._log: deque[LogRow] = deque(maxlen=MAX_LINES)
         self._last_line = 0
         self._started_us: object = None
@@ -88,17 +88,19 @@ class DaemonSource:
         self._search = _FactSearch()
         self._last_story: Sequence[str] = ()
         self._next_story_s = 0.0
-        self._loops: deque[tuple[float, int]] = deque(maxlen=_RATE_SNAPSHOTS)
+        self._loop_counts: deque[tuple[float, int]] = deque(maxlen=_RATE_SNAPSHOTS)
         self._commands: dict[str, Callable[[str, ViewQuery], str]] = {
             **dict.fromkeys(("pause", "resume", "reset"), self._send_command),
             "step": lambda unit, _query: self._request("step", what=unit or "rule") or "",
             "break": lambda spec, _query: self._add_breakpoint(spec),
-            "delete": lambda numbers, _query: self._request("break-remove", numbers=_numbers(numbers)) or "",
+            "delete": lambda numbers, _query: (
+                self._request("break-remove", numbers=_parse_numbers(numbers)) or ""
+            ),
             "assert": lambda fact, query: f"f-{self._request('assert', env=query.env, fact=fact)}",
             "retract": self._retract,
             "modify": self._modify,
-            "eval": self._eval,
-            "send": self._send,
+            "eval": self._evaluate,
+            "send": self._send_message,
         }
 
     def close(self) -> None:
@@ -110,10 +112,10 @@ class DaemonSource:
 
     # -- reading
 
-    def look(self, query: ViewQuery) -> MonitorSnapshot:
+    def take_snapshot(self, query: ViewQuery) -> MonitorSnapshot:
         """Return the state of the daemon.
 
-        :raises CxbridgeError: if it cannot be reached, or the server is not a daemon.
+        :raises CxbridgeError: if the daemon cannot be reached, or the server is not a daemon.
         """
         try:
             return self._snapshot(self._connected_board(), query)
@@ -130,32 +132,32 @@ class DaemonSource:
 
     def _snapshot(self, board: BlackBoard, query: ViewQuery) -> MonitorSnapshot:
         status = read_status(board)
-        if status["started_us"] != self._started_us:  # a restarted daemon numbers its log from 1 again
+        if status["started_us"] != self._started_us:  # a restarted daemon numbers its log lines from 1 again
             self._started_us, self._last_line, self._search = status["started_us"], 0, _FactSearch()
             self._log.clear()
-            self._loops.clear()
+            self._loop_counts.clear()
         problem = ""
         try:
-            state = self._state(query.words)
-        except BlackBoardError as error:  # the executive is not running: the blackboard is still shown
+            state = self._request_state(query.filter_text)
+        except BlackBoardError as error:  # without a running executive, the blackboard is still shown
             state, problem = _EMPTY_STATE, error.message
         for number, level, component, text in state["log"]:
             self._log.append(LogRow(number, level, f"{level} {component}: {text}"))
             self._last_line = number
         stop = state["where"]
-        head = (status["state"].lower(), *self._times(status, state), problem, status["error"])
+        head = (status["state"].lower(), *self._describe_times(status, state), problem, status["error"])
         return MonitorSnapshot(
             head=" · ".join(filter(None, head)),
-            stop="" if stop is None else stop_text(stop),
-            goals=[_goal_row(**row) for row in state["goals"]],
+            stop="" if stop is None else describe_stop(stop),
+            goals=[_make_goal_row(**row) for row in state["goals"]],
             more_goals=state["more_goals"],
-            actions=page(
+            actions=make_page(
                 (tuple(row[slot] for slot in _ACTION_SLOTS) for row in state["actions"]),
-                query.words,
+                query.filter_text,
                 "plan-actions",
             ),
-            skills=page((tuple(row) for row in state["skills"]), query.words, "Skillers"),
-            interfaces=page(
+            skills=make_page((tuple(row) for row in state["skills"]), query.filter_text, "Skillers"),
+            interfaces=make_page(
                 (
                     (
                         f"{info.type}::{info.id}",
@@ -164,38 +166,42 @@ class DaemonSource:
                     )
                     for info in sorted(board.list_all(), key=lambda info: info.uid)
                 ),
-                query.words,
+                query.filter_text,
                 "interfaces",
             ),
-            fields=self._fields(board, query),
-            facts=_table_or_note(self._facts, query) if query.pane == "facts" and not problem else Table(),
-            agenda=_table_or_note(self._agenda, query) if query.pane == "agenda" and not problem else Table(),
+            fields=self._read_fields(board, query),
+            facts=_table_or_note(self._find_facts, query)
+            if query.pane == "facts" and not problem
+            else Table(),
+            agenda=_table_or_note(self._read_agenda, query)
+            if query.pane == "agenda" and not problem
+            else Table(),
             breakpoints=Table([(str(row["number"]), row["spec"]) for row in state["breakpoints"]]),
             log=tuple(self._log),
-            story=self._story(board) if query.pane == "story" and not problem else (),
+            story=self._refresh_story(board) if query.pane == "story" and not problem else (),
             environments=state["environments"],
         )
 
-    def _times(self, status: Mapping[str, Any], state: Mapping[str, Any]) -> Iterator[str]:
+    def _describe_times(self, status: Mapping[str, Any], state: Mapping[str, Any]) -> Iterator[str]:
         """Yield the daemon's clock and the state of its main loop."""
         if "time_us" not in state:  # the executive is not running
             return
         kind = status["clock"]
         seconds = (state["time_us"] - status["started_us"]) / MICROSECONDS
-        yield f"up {duration_text(seconds)}" + (f" ({kind} clock)" if kind != "real" else "")
+        yield f"up {format_duration(seconds)}" + (f" ({kind} clock)" if kind != "real" else "")
         loops = state.get("loops", 0)
-        self._loops.append((time.monotonic(), loops))
-        (first_s, first_count), (last_s, last_count) = self._loops[0], self._loops[-1]
+        self._loop_counts.append((time.monotonic(), loops))
+        (first_s, first_count), (last_s, last_count) = self._loop_counts[0], self._loop_counts[-1]
         rate = f" at {(last_count - first_count) / (last_s - first_s):.0f} Hz" if last_s > first_s else ""
         yield f"loop {loops:,}{rate}"
 
-    def _story(self, board: BlackBoard) -> Sequence[str]:
-        """Return the daemon's story of the run, some seconds old at most, or the reason without one."""
+    def _refresh_story(self, board: BlackBoard) -> Sequence[str]:
+        """Return the daemon's explanation of the run, at most some seconds old; without one, the reason."""
         now_s = time.monotonic()
         if now_s >= self._next_story_s:
-            self._next_story_s = now_s + _STORY_S
+            self._next_story_s = now_s + _STORY_PERIOD_S
             try:
-                explanation = ask_why(board, "", "run", 0, ANSWER_S)
+                explanation = ask_why(board, "", "run", 0, REPLY_TIMEOUT_S)
             except CxbridgeError as error:
                 self._last_story = (error.message, error.hint or "")
             else:
@@ -203,70 +209,76 @@ class DaemonSource:
         return self._last_story
 
     def _request(self, verb: str, **arguments: Any) -> Any:
-        return request(self._connected_board(), verb, ANSWER_S, **arguments)
+        return request(self._connected_board(), verb, REPLY_TIMEOUT_S, **arguments)
 
-    def _state(self, words: str) -> Mapping[str, Any]:
-        """Return the daemon's report, with fewer goals if the reply is too long."""
+    def _request_state(self, filter_text: str) -> Mapping[str, Any]:
+        """Return the daemon's report, with fewer goals if the reply would be too long."""
         while True:
             try:
                 state: Mapping[str, Any] = self._request(
-                    "state", since=self._last_line, goals=self._max_goals, words=words
+                    "state", since=self._last_line, goals=self._max_goals, words=filter_text
                 )
             except CxbridgeError as error:
-                # A reply is a field of RequestInterface, which has a fixed length.
+                # a reply is a field of RequestInterface, whose length is fixed
                 if "too long" not in error.message or self._max_goals <= _MIN_GOALS:
                     raise
                 self._max_goals //= 2
             else:
                 return state
 
-    def _fields(self, board: BlackBoard, query: ViewQuery) -> Table:
+    def _read_fields(self, board: BlackBoard, query: ViewQuery) -> Table:
         if not query.interface or query.pane != "interfaces":
             self._close_shown()
             return Table()
-        if self._shown is None or self._shown.uid != query.interface or not self._shown.valid:
+        if (
+            self._shown_interface is None
+            or self._shown_interface.uid != query.interface
+            or not self._shown_interface.valid
+        ):
             self._close_shown()
             try:
-                self._shown = board.open_for_reading(*parse_uid(query.interface), owner=OWNER)
+                self._shown_interface = board.open_for_reading(*parse_uid(query.interface), owner=OWNER)
             except (InterfaceError, UnknownTypeError, VersionMismatchError) as error:
                 return Table(note=str(error))
-        self._shown.read()
-        return Table([(name, field_text(value)) for name, value in self._shown.as_dict().items()])
+        self._shown_interface.read()
+        return Table([(name, field_text(value)) for name, value in self._shown_interface.as_dict().items()])
 
     def _close_shown(self) -> None:
         """Close the shown interface."""
-        interface, self._shown = self._shown, None
+        interface, self._shown_interface = self._shown_interface, None
         if interface is not None and interface.valid:
             with suppress(CxbridgeError):
                 interface.close()
 
-    def _facts(self, query: ViewQuery) -> Table:
+    def _find_facts(self, query: ViewQuery) -> Table:
         return self._search.find(query, lambda **arguments: self._request("find-facts", **arguments))
 
-    def _agenda(self, query: ViewQuery) -> Table:
+    def _read_agenda(self, query: ViewQuery) -> Table:
         rows = self._request("agenda", env=query.env, limit=MAX_ROWS + 1)
-        table = page(((str(salience), rule, facts) for salience, rule, facts in rows), query.words, "")
+        table = make_page(
+            ((str(salience), rule, facts) for salience, rule, facts in rows), query.filter_text, ""
+        )
         return Table(table.rows[:MAX_ROWS], f"more than {MAX_ROWS}" if len(rows) > MAX_ROWS else "")
 
     # -- commands
 
-    def do(self, command: str, query: ViewQuery) -> str:
-        """Carry out a command of :data:`HELP`.
+    def execute_command(self, command: str, query: ViewQuery) -> str:
+        """Execute a command of :data:`COMMANDS_HELP`.
 
-        :raises CxbridgeError: if the command is unknown, fails or is refused.
+        :raises CxbridgeError: if the command is unknown or fails, or the daemon rejects it.
         """
         word, _, argument = command.strip().partition(" ")
         action = self._commands.get(word)
         if action is None:
-            raise CxbridgeError(f"there is no command '{word}'", hint=HELP)
+            raise CxbridgeError(f"there is no command '{word}'", hint=COMMANDS_HELP)
         message = action(word if word in {"pause", "resume", "reset"} else argument.strip(), query)
         if word in {"assert", "retract", "modify"}:
-            self._search = _FactSearch()  # a new search shows the change without a pause
+            self._search = _FactSearch()  # a new search, without a pause, shows the changed facts
         return message
 
     def _send_command(self, verb: str, _query: ViewQuery) -> str:
-        if not send_command(self._connected_board(), verb.capitalize(), ANSWER_S):
-            raise CxbridgeError(f"the daemon did not {verb} within {ANSWER_S:g} s")
+        if not send_command(self._connected_board(), verb.capitalize(), REPLY_TIMEOUT_S):
+            raise CxbridgeError(f"the daemon did not {verb} within {REPLY_TIMEOUT_S:g} s")
         return ""
 
     def _add_breakpoint(self, spec: str) -> str:
@@ -277,7 +289,7 @@ class DaemonSource:
         return ", ".join(f"breakpoint {row['number']}" for row in self._request("break-add", specs=[spec]))
 
     def _retract(self, indices: str, query: ViewQuery) -> str:
-        for index in _numbers(indices):
+        for index in _parse_numbers(indices):
             self._request("retract", env=query.env, index=index)
         return ""
 
@@ -285,11 +297,11 @@ class DaemonSource:
         index, slots = parse_fact_change(arguments)
         return f"f-{self._request('modify', env=query.env, index=index, slots=dict(slots))}"
 
-    def _eval(self, expression: str, query: ViewQuery) -> str:
+    def _evaluate(self, expression: str, query: ViewQuery) -> str:
         value = self._request("env-eval", env=query.env, expression=expression)
         return "; ".join(filter(None, (*value["output"], value["text"]))) or "it has no value"
 
-    def _send(self, text: str, query: ViewQuery) -> str:
+    def _send_message(self, text: str, query: ViewQuery) -> str:
         """Send a message to the shown interface, whichever program writes it."""
         if not query.interface:
             raise CxbridgeError("to which interface?", hint="choose one on the blackboard")
@@ -305,17 +317,19 @@ class DaemonSource:
 
 
 class _FactSearch:
-    """An incremental search of facts: a daemon searches only a part in each loop."""
+    """A search of facts in steps, since a daemon searches only a part of the facts in a loop."""
 
     def __init__(self) -> None:
         self._query: tuple[str, str] | None = None
         self._last_result = Table()
         self._next_search_s = 0.0
-        self._start()
+        self._restart()
 
-    def _start(self) -> None:
+    def _restart(self) -> None:
         self._rows: list[tuple[str, ...]] = []
-        self._position: int | None = 0  # the index after which the search continues; None at its end
+        self._position: int | None = (
+            0  # the fact index after which the search continues; None at the end of the search
+        )
         self._spent_s = 0.0
         self._is_over = False
 
@@ -325,18 +339,18 @@ class _FactSearch:
         :returns: the facts found so far, or the last complete result if it has more facts.
         """
         begin_s = time.monotonic()
-        if (query.env, query.words) != self._query:
-            self._query, self._last_result = (query.env, query.words), Table()
-            self._start()
+        if (query.env, query.filter_text) != self._query:
+            self._query, self._last_result = (query.env, query.filter_text), Table()
+            self._restart()
         elif self._is_over and begin_s >= self._next_search_s:
-            self._start()
+            self._restart()
         if self._is_over:
             return self._last_result
         while self._position is not None and len(self._rows) <= MAX_ROWS:
-            reply = ask(env=query.env, words=query.words, after=self._position, limit=MAX_ROWS + 1)
+            reply = ask(env=query.env, words=query.filter_text, after=self._position, limit=MAX_ROWS + 1)
             self._rows += [(f"f-{index}", text) for index, text in reply["facts"]]
             self._position = reply["after"]
-            if time.monotonic() - begin_s > _SEARCH_S:
+            if time.monotonic() - begin_s > _SEARCH_SLICE_S:
                 break
         self._spent_s += time.monotonic() - begin_s
         is_cut = len(self._rows) > MAX_ROWS
@@ -350,7 +364,10 @@ class _FactSearch:
 
 
 def _table_or_note(read: Callable[[ViewQuery], Table], query: ViewQuery) -> Table:
-    """Return a table, or the error of its request as a note; a lost connection is the snapshot's error."""
+    """Return a table, or an empty table with the error of its request as a note.
+
+    A lost connection is an error of the whole snapshot.
+    """
     try:
         return read(query)
     except (BlackBoardError, NoAnswerError):
@@ -359,17 +376,17 @@ def _table_or_note(read: Callable[[ViewQuery], Table], query: ViewQuery) -> Tabl
         return Table(note=error.message)
 
 
-def _goal_row(**goal: str) -> GoalRow:
+def _make_goal_row(**goal: str) -> GoalRow:
     return GoalRow("executive", goal.pop("id"), goal.pop("class"), **goal)
 
 
-def stop_text(stop: Mapping[str, Any]) -> str:
+def describe_stop(stop: Mapping[str, Any]) -> str:
     """Return the rule at which rules are stopped, and the reason."""
     number = f" (breakpoint {stop['breakpoint']})" if stop["breakpoint"] else ""
     return f"rules stopped {stop['reason']}{number}; next: {stop['next_rule'] or '-'}"
 
 
-def _numbers(text: str) -> list[int]:
+def _parse_numbers(text: str) -> list[int]:
     return [
         parse_number(word) for word in text.split() or [text]
-    ]  # no word: `number_of` refuses the empty text
+    ]  # an empty text is one word, which parse_number() rejects

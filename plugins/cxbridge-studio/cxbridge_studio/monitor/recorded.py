@@ -1,6 +1,7 @@
-"""The monitor's source for a recorded run: scrubs, plays and shows the run at a moment.
+"""The source of the monitor for a recorded run: moves to a time of the run, and plays the run.
 
-The recording is read in slices between two keys, so that a long recording is shown at once.
+The recording is read in slices, between the keys that the user presses, so that a long recording is shown at
+once.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from cxbridge.trace.codec import values_with_enum_names
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.listing import event_line
-from cxbridge_studio.monitor.filtering import duration_text, filter_goals, page
+from cxbridge_studio.monitor.filtering import filter_goals, format_duration, make_page
 from cxbridge_studio.monitor.scrubbing import Scrubber
 from cxbridge_studio.monitor.snapshot import (
     MAX_LINES,
@@ -32,21 +33,23 @@ from cxbridge_studio.monitor.snapshot import (
     ViewQuery,
 )
 
-_FIRST_S: Final = 0.5  # the seconds of reading before the first screen
-_SLICE_S: Final = 0.15  # the seconds of reading between two keys, so that the screen stays responsive
-_MAX_SPEED: Final = 1024.0  # times the recorded speed
+_FIRST_LOAD_S: Final = 0.5  # time for reading before the first screen
+_LOAD_SLICE_S: Final = 0.15  # time for reading before a snapshot, short so that the screen stays responsive
+_MAX_SPEED: Final = 1024.0  # as a multiple of the recorded speed
 _MIN_SPEED: Final = 1 / 16
-_IDLE_PERIOD_S: Final = 0.3  # the seconds between two snapshots while the recording stands still
-_BUSY_PERIOD_S: Final = 0.05  # the seconds between two snapshots while it plays or loads
-_EVENTS_EACH_SIDE: Final = MAX_ROWS // 4  # the events shown before the moment, and after it
+_IDLE_PERIOD_S: Final = 0.3  # between two snapshots while the recording neither plays nor loads
+_BUSY_PERIOD_S: Final = 0.05  # between two snapshots while the recording plays or loads
+_EVENTS_EACH_SIDE: Final = MAX_ROWS // 4  # shown events before the current position, and after it
 
-HELP: Final = "event N, transition N, begin, end, jump SECONDS, play, speed N"
+COMMANDS_HELP: Final = "event N, transition N, begin, end, jump SECONDS, play, speed N"
 
 
 class RecordedSource:
-    """A recording to scrub, positioned at its last transition: the goals may be retracted after it.
+    """A recording through which the user moves.
 
-    :param now: returns the time in seconds, by which the recording is played.
+    The first position is the last transition, since an agent may retract its goals afterwards.
+
+    :param now: returns the real time in seconds, by which the recording is played.
     :raises TraceError: if the file is not a recording or has no events.
     """
 
@@ -56,7 +59,7 @@ class RecordedSource:
         self.name = path.name or str(path)
         self._now = now
         self._scrubber = Scrubber(open_run(path))
-        self._scrubber.load(_FIRST_S)
+        self._scrubber.load(_FIRST_LOAD_S)
         if not self._scrubber.events:
             raise TraceError(
                 "; ".join(self._scrubber.notes) or "this recording has no events",
@@ -65,14 +68,19 @@ class RecordedSource:
             )
         self._follows_end = True  # until the user moves: new events of the file are shown
         self._speed = 1.0
-        # While playing: the seconds at which playing began, and the time of the run then.
+        # while the recording plays: the real time at which playing began, and the time of the run then
         self._play_start: tuple[float, int] | None = None
-        self._last_story: tuple[int, Sequence[str]] = (-1, ())  # the moment of the story, and its lines
+        # the position up to which the last explanation of the run goes, and its lines
+        self._last_story: tuple[int, Sequence[str]] = (-1, ())
         self._commands: dict[str, Callable[[str], str]] = {
-            "event": lambda count: self._move(lambda scrubber: scrubber.go(scrubber.at + _integer(count))),
-            "transition": lambda count: self._move(lambda scrubber: scrubber.go_transitions(_integer(count))),
-            "begin": lambda _: self._move(lambda scrubber: scrubber.go(0)),
-            "end": lambda _: self._move(lambda scrubber: scrubber.go(len(scrubber.events))),
+            "event": lambda count: self._move(
+                lambda scrubber: scrubber.go_to(scrubber.at + _parse_integer(count))
+            ),
+            "transition": lambda count: self._move(
+                lambda scrubber: scrubber.move_transitions(_parse_integer(count))
+            ),
+            "begin": lambda _: self._move(lambda scrubber: scrubber.go_to(0)),
+            "end": lambda _: self._move(lambda scrubber: scrubber.go_to(len(scrubber.events))),
             "jump": self._jump,
             "play": lambda _: self._play(),
             "speed": self._set_speed,
@@ -83,16 +91,16 @@ class RecordedSource:
         return _BUSY_PERIOD_S if self._play_start is not None or self._scrubber.is_loading else _IDLE_PERIOD_S
 
     def close(self) -> None:
-        """Do nothing: the file is already closed."""
+        """Do nothing: the readers of recordings close their files."""
 
     # -- commands
 
-    def do(self, command: str, query: ViewQuery) -> str:  # noqa: ARG002 - the protocol's signature
-        """Carry out a command of :data:`HELP`."""
+    def execute_command(self, command: str, query: ViewQuery) -> str:  # noqa: ARG002 - the protocol's signature
+        """Execute a command of :data:`COMMANDS_HELP`."""
         word, _, argument = command.strip().partition(" ")
         action = self._commands.get(word)
         if action is None:
-            raise CxbridgeError(f"a recording knows no '{word}'", hint=HELP)
+            raise CxbridgeError(f"a recording knows no '{word}'", hint=COMMANDS_HELP)
         return action(argument.strip())
 
     def _move(self, move: Callable[[Scrubber], None]) -> str:
@@ -101,92 +109,92 @@ class RecordedSource:
         return ""
 
     def _jump(self, text: str) -> str:
-        seconds = _number(text.removesuffix("s").strip())
-        return self._move(lambda scrubber: scrubber.go_time(round(seconds * MICROSECONDS)))
+        seconds = _parse_number(text.removesuffix("s").strip())
+        return self._move(lambda scrubber: scrubber.go_to_time(round(seconds * MICROSECONDS)))
 
     def _play(self) -> str:
-        """Play from the moment, or from the start if it is the end; while playing, stop."""
+        """Play from the current position, at the end from the start; if the recording plays, stop."""
         if self._play_start is None and self._scrubber.at >= len(self._scrubber.events):
-            self._scrubber.go(0)
+            self._scrubber.go_to(0)
         is_playing, self._follows_end = self._play_start is not None, False
         self._play_start = None if is_playing else (self._now(), self._scrubber.now_us)
         return ""
 
     def _set_speed(self, text: str) -> str:
         speed = {"+": self._speed * 2, "-": self._speed / 2}.get(text)
-        self._speed = min(max(_number(text) if speed is None else speed, _MIN_SPEED), _MAX_SPEED)
-        if self._play_start is not None:  # the new speed counts from here
+        self._speed = min(max(_parse_number(text) if speed is None else speed, _MIN_SPEED), _MAX_SPEED)
+        if self._play_start is not None:  # the new speed counts from the current position
             self._play_start = self._now(), self._scrubber.now_us
         return f"speed {self._speed:g}"
 
     # -- reading
 
-    def look(self, query: ViewQuery) -> MonitorSnapshot:
-        """Return the state at the current moment, and read more of the file."""
+    def take_snapshot(self, query: ViewQuery) -> MonitorSnapshot:
+        """Return the state at the current position, and read a further slice of the recording."""
         scrubber = self._scrubber
         if scrubber.is_loading:
-            scrubber.load(_SLICE_S)
+            scrubber.load(_LOAD_SLICE_S)
         if self._play_start is not None:
             start_s, start_us = self._play_start
-            scrubber.go_time(start_us + round((self._now() - start_s) * self._speed * MICROSECONDS))
+            scrubber.go_to_time(start_us + round((self._now() - start_s) * self._speed * MICROSECONDS))
             if scrubber.at >= len(scrubber.events) and not scrubber.is_loading:
                 self._play_start = None
         elif self._follows_end:
-            scrubber.go(scrubber.transitions[-1] if scrubber.transitions else len(scrubber.events))
+            scrubber.go_to(scrubber.transitions[-1] if scrubber.transitions else len(scrubber.events))
         return MonitorSnapshot(
-            head=self._head(),
+            head=self._describe_position(),
             stop=self._last_event_text(),
-            # A recording without times has its events instead.
+            # in a recording without times, the number of events counts
             progress=scrubber.now_us / scrubber.end_us
             if scrubber.end_us
             else scrubber.at / len(scrubber.events),
-            goals=filter_goals(self._goals(), query.words),
-            actions=page(self._actions(), query.words, "plan-actions"),
-            skills=page(self._skills(), query.words, "Skillers"),
-            interfaces=page(self._interfaces(), query.words, "interfaces"),
-            fields=self._fields(query.interface),
-            facts=self._facts(query) if query.pane == "facts" else Table(),
+            goals=filter_goals(self._goal_rows(), query.filter_text),
+            actions=make_page(self._action_rows(), query.filter_text, "plan-actions"),
+            skills=make_page(self._skill_rows(), query.filter_text, "Skillers"),
+            interfaces=make_page(self._interface_rows(), query.filter_text, "interfaces"),
+            fields=self._field_table(query.interface),
+            facts=self._fact_table(query) if query.pane == "facts" else Table(),
             events=self._events() if query.pane == "events" else Table(),
-            log=self._log(),
-            story=self._story() if query.pane == "story" else (),
+            log=self._log_rows(),
+            story=self._current_story() if query.pane == "story" else (),
             environments=sorted({env for env, _ in scrubber.state.goals} | set(scrubber.state.facts.by_env)),
             notes=scrubber.notes,
         )
 
-    def _story(self) -> Sequence[str]:
-        """Return the story of the run up to the moment; while the recording plays, the story before."""
+    def _current_story(self) -> Sequence[str]:
+        """Return the explanation of the run up to the position; while playing, the last explanation."""
         scrubber = self._scrubber
         moment, story = self._last_story
         if moment != scrubber.at and (self._play_start is None or not story):
             is_at_end = scrubber.at == len(scrubber.events) and not scrubber.is_loading
             at_s = None if is_at_end else scrubber.now_us / MICROSECONDS
-            story = _story_of(LoadedRun(scrubber.run, scrubber.events), at_s)
+            story = _explain_run(LoadedRun(scrubber.run, scrubber.events), at_s)
             self._last_story = scrubber.at, story
         return story
 
-    def _head(self) -> str:
+    def _describe_position(self) -> str:
         scrubber = self._scrubber
         now_s, end_s = scrubber.now_us / MICROSECONDS, scrubber.end_us / MICROSECONDS
-        words = [
-            f"{duration_text(now_s)} of {duration_text(end_s)}",
+        parts = [
+            f"{format_duration(now_s)} of {format_duration(end_s)}",
             f"event {scrubber.at:,} of {len(scrubber.events):,}",
         ]
         if scrubber.is_loading:
-            words.append("reading")
+            parts.append("reading")
         if self._play_start is not None:
-            words.append(f"playing x{self._speed:g}")
-        return " · ".join(words)
+            parts.append(f"playing x{self._speed:g}")
+        return " · ".join(parts)
 
     def _last_event_text(self) -> str:
-        """Return the last transition before the moment, or else the last event."""
+        """Return the last transition before the current position; if there is none, the last event."""
         scrubber = self._scrubber
         if not scrubber.at:
             return "the begin"
         recent = scrubber.events[max(0, scrubber.at - _EVENTS_EACH_SIDE) : scrubber.at]
         last = next((event for event in reversed(recent) if isinstance(event, TRANSITION_TYPES)), recent[-1])
-        return f"{last.KIND.name} {event_text(last)}"
+        return f"{last.KIND.name} {describe_event(last)}"
 
-    def _goals(self) -> list[GoalRow]:
+    def _goal_rows(self) -> list[GoalRow]:
         state = self._scrubber.state
         return [
             GoalRow(
@@ -196,13 +204,13 @@ class RecordedSource:
                 goal.parent,
                 goal.mode,
                 goal.outcome,
-                _without_nil(goal.error),
+                _remove_nil(goal.error),
             )
             for (env, name), goal in state.goals.items()
             if state.has_goal(env, name)
         ]
 
-    def _actions(self) -> Iterator[tuple[str, ...]]:
+    def _action_rows(self) -> Iterator[tuple[str, ...]]:
         state = self._scrubber.state
         arguments: dict[tuple[str, ...], str] = {}
         for env in state.facts.by_env:
@@ -211,45 +219,47 @@ class RecordedSource:
                 arguments[env, *key] = slots.get("param-values", "")
         for key, action in state.actions.items():
             env, goal, _, _ = key
-            # A retracted plan-action is not shown, if the recording has the facts.
+            # without retracted plan-actions, which only a recording with facts reveals
             if key in arguments or "plan-action" not in state.facts.templates.get(env, ()):
                 yield goal, action.action_id, action.action, arguments.get(key, ""), action.state
 
-    def _skills(self) -> Iterator[tuple[str, ...]]:
+    def _skill_rows(self) -> Iterator[tuple[str, ...]]:
         skills = self._scrubber.state.skills
         has_several_envs = len({env for env, _ in skills}) > 1
         for (env, skiller), skill in sorted(skills.items()):
             yield f"{env}/{skiller}" if has_several_envs else skiller, skill.skill_string, skill.status
 
-    def _interfaces(self) -> Iterator[tuple[str, ...]]:
+    def _interface_rows(self) -> Iterator[tuple[str, ...]]:
         for uid, write in sorted(self._scrubber.state.interfaces.items()):
             seconds = (write.time_us - self._scrubber.start_us) / MICROSECONDS
-            yield uid, f"at {duration_text(seconds)}", ""
+            yield uid, f"at {format_duration(seconds)}", ""
 
-    def _fields(self, uid: str) -> Table:
+    def _field_table(self, uid: str) -> Table:
         write = self._scrubber.state.interfaces.get(uid)
         if write is None:
             return Table(note="it has not been written yet" if uid else "")
         return Table(
-            [(name, value_text(value)) for name, value in values_with_enum_names(write.values).items()]
+            [(name, format_value(value)) for name, value in values_with_enum_names(write.values).items()]
         )
 
-    def _facts(self, query: ViewQuery) -> Table:
+    def _fact_table(self, query: ViewQuery) -> Table:
         facts = self._scrubber.state.facts.by_env.get(query.env)
         if facts is None:
             return Table(note=f"no facts of {query.env} are recorded: --trace-level facts records them")
-        return page(((f"f-{index}", fact.text) for index, fact in facts.items()), query.words, "facts")
+        return make_page(
+            ((f"f-{index}", fact.text) for index, fact in facts.items()), query.filter_text, "facts"
+        )
 
     def _events(self) -> Table:
         scrubber = self._scrubber
         first = max(0, scrubber.at - _EVENTS_EACH_SIDE)
         rows = [
-            (f"{scrubber.times[number] / MICROSECONDS:.3f}", event.KIND.name, event_text(event))
+            (f"{scrubber.times[number] / MICROSECONDS:.3f}", event.KIND.name, describe_event(event))
             for number, event in enumerate(scrubber.events[first : scrubber.at + _EVENTS_EACH_SIDE], first)
         ]
         return Table(rows, selected=scrubber.at - first - 1 if scrubber.at else None)
 
-    def _log(self) -> list[LogRow]:
+    def _log_rows(self) -> list[LogRow]:
         scrubber = self._scrubber
         last = bisect_left(scrubber.log_lines, scrubber.at)
         rows = []
@@ -279,8 +289,8 @@ class LoadedRun(Run):
         return iter(self._events)
 
 
-def _story_of(run: Run, at_s: float | None) -> Sequence[str]:
-    """Return the story of a run up to a moment, or the reason why there is none."""
+def _explain_run(run: Run, at_s: float | None) -> Sequence[str]:
+    """Return the explanation of a run up to a time, or the reason why there is none."""
     from cxbridge_studio.explain.answer import explain  # noqa: PLC0415 - slow, and only for the story
     from cxbridge_studio.explain.recorded import RecordedEvidence  # noqa: PLC0415 - slow, and only for the story
 
@@ -290,11 +300,11 @@ def _story_of(run: Run, at_s: float | None) -> Sequence[str]:
         return (error.message, error.hint or "")
 
 
-def event_text(event: Event) -> str:
-    """Return the content of an event in a few words, without its kind."""
+def describe_event(event: Event) -> str:
+    """Return a short text for the content of an event, without its kind."""
     if isinstance(event, GoalTransition):
         outcome = "" if event.outcome in {"", "UNKNOWN"} else f" {event.outcome}"
-        error = f": {event.error}" if _without_nil(event.error) else ""
+        error = f": {event.error}" if _remove_nil(event.error) else ""
         return f"{event.goal} ({event.goal_class}) {event.mode}{outcome}{error}"
     if isinstance(event, PlanActionTransition):
         return f"{event.action} {event.state} ({event.action_id} of {event.goal})"
@@ -303,28 +313,28 @@ def event_text(event: Event) -> str:
     return event_line(event)
 
 
-def value_text(value: object) -> str:
+def format_value(value: object) -> str:
     if isinstance(value, list | tuple):
-        return ",".join(value_text(item) for item in value)
+        return ",".join(format_value(item) for item in value)
     if isinstance(value, bool):
         return "true" if value else "false"
     return f'"{value}"' if isinstance(value, str) else str(value)
 
 
-def _without_nil(error: str) -> str:
-    """Return a goal's error; CLIPS' ``nil`` becomes the empty text."""
+def _remove_nil(error: str) -> str:
+    """Return the error of a goal; ``nil``, the value of CLIPS for no error, becomes the empty text."""
     return "" if error == "nil" else error
 
 
-def _number(text: str) -> float:
+def _parse_number(text: str) -> float:
     try:
         number = float(text)
     except ValueError:
         number = float("nan")
     if not isfinite(number):
-        raise CxbridgeError(f"'{text}' is not a number", hint=HELP)
+        raise CxbridgeError(f"'{text}' is not a number", hint=COMMANDS_HELP)
     return number
 
 
-def _integer(text: str) -> int:
-    return int(_number(text))
+def _parse_integer(text: str) -> int:
+    return int(_parse_number(text))

@@ -1,7 +1,7 @@
-"""The screen of ``cxbridge monitor``.
+"""The screen of ``cxbridge monitor``, an application of textual.
 
-A second thread reads snapshots from the source and carries out commands, because a daemon may be slow to
-reply and a recording slow to read. The thread and the screen exchange values through deques.
+A second thread takes snapshots from the source and executes commands, since a daemon may be slow to reply,
+and a recording slow to read. The thread and the screen exchange values through deques.
 """
 
 from __future__ import annotations
@@ -27,35 +27,35 @@ from cxbridge.history.outcome import LEGEND
 from cxbridge.history.tree import goal_line
 from cxbridge.printing import one_line, visible
 from cxbridge_studio.monitor import live, recorded
-from cxbridge_studio.monitor.keys import help_text
+from cxbridge_studio.monitor.keys import make_help_text
 from cxbridge_studio.monitor.layout import (
-    BREAK_AT,
+    BREAKPOINT_SPECS,
     COLUMNS,
     LIVE_PANES,
-    LOW,
-    NARROW,
+    LOW_ROWS,
+    NARROW_COLUMNS,
+    PANE_TITLES,
     RECORDED_PANES,
     STYLE,
-    TITLES,
-    WIDE,
+    WIDE_COLUMNS,
     HelpScreen,
     key_bindings,
 )
 from cxbridge_studio.monitor.snapshot import MonitorSnapshot, MonitorSource, ViewQuery
-from cxbridge_studio.monitor.widgets import Aside, GoalTree, KeyLine, LogLines, Rows, bar
+from cxbridge_studio.monitor.widgets import GoalTree, KeyLine, LogLines, Rows, SidePanes, make_progress_bar
 
-_MAX_NOTE: Final = 2000  # the characters of a note
-_MESSAGE_S: Final = 5.0  # the seconds for which the message of a command is shown
-_PATIENCE_S: Final = 1.0  # the seconds that the reading thread has to end
-_SILENCE_S: Final = 2.0  # the seconds without a snapshot after which the screen reports the silence
-_DELIVERY_S: Final = 0.03  # the seconds between two deliveries of the thread's results
+_MAX_NOTE_LENGTH: Final = 2000  # in characters: a fact may be longer than the screen
+_MESSAGE_S: Final = 5.0  # how long the message of a command is shown
+_THREAD_END_S: Final = 1.0  # how long the end of the screen waits for the thread
+_MAX_SILENCE_S: Final = 2.0  # the time without a snapshot after which the screen reports that
+_DELIVERY_PERIOD_S: Final = 0.03  # between two deliveries of the thread's results
 _Widget = TypeVar("_Widget", bound=Widget)
 
 
 class MonitorApp(App[None]):
-    """Shows the state of a daemon or a recording and sends commands to it.
+    """Shows the state of a daemon or a recording, and sends commands to it.
 
-    :param source: the daemon or the recording, which only a second thread calls.
+    :param source: the daemon or the recording; only the second thread calls its methods.
     """
 
     CSS = STYLE
@@ -71,15 +71,15 @@ class MonitorApp(App[None]):
         self._results: deque[MonitorSnapshot | str] = deque(maxlen=1)  # the latest snapshot, or its error
         self._new_messages: deque[str] = deque()
         self._view_query = ViewQuery(pane=self._panes[0])
-        self._wake = threading.Event()
+        self._wakeup = threading.Event()
         self._is_over = threading.Event()
-        self._thread = threading.Thread(target=self._watch, name="monitor", daemon=True)
+        self._thread = threading.Thread(target=self._watch_source, name="monitor", daemon=True)
         self.snapshot = MonitorSnapshot("...")
-        self._texts: dict[str, str] = {}
+        self._shown_texts: dict[str, str] = {}
         self._message = ""
         self._error = ""
         self._last_result_s = time.monotonic()
-        # Returns whether a signal has requested the end; called at each delivery.
+        # returns whether a signal has requested the end; called at each delivery
         self.is_end_requested: Callable[[], bool] = lambda: False
 
     def compose(self) -> ComposeResult:
@@ -91,9 +91,9 @@ class MonitorApp(App[None]):
                 yield Static(LEGEND, id="legend", markup=False)
             with TabbedContent(id="panes"):
                 for number, name in enumerate(self._panes, 1):
-                    with TabPane(f"{number} {TITLES.get(name, name.capitalize())}", id=f"pane-{name}"):
+                    with TabPane(f"{number} {PANE_TITLES.get(name, name.capitalize())}", id=f"pane-{name}"):
                         yield from self._pane_widgets(name)
-            yield Aside()
+            yield SidePanes()
         yield Input(id="prompt")
         yield KeyLine()
 
@@ -116,54 +116,54 @@ class MonitorApp(App[None]):
         yield Static("", id=f"{name}-note", classes="note", markup=False)
 
     def on_mount(self) -> None:
-        self._find("#goals", GoalTree).root.expand()
-        self._find("#goals", GoalTree).focus()
-        self.set_interval(_DELIVERY_S, self._deliver)
+        self._find_widget("#goals", GoalTree).root.expand()
+        self._find_widget("#goals", GoalTree).focus()
+        self.set_interval(_DELIVERY_PERIOD_S, self._deliver_results)
         self._thread.start()
 
     def on_resize(self, event: events.Resize) -> None:
         """Arrange goals and panes for the width and height of the terminal."""
-        self.screen.set_class(event.size.width < NARROW, "narrow")
-        self.screen.set_class(event.size.width >= WIDE, "wide")
-        self.screen.set_class(event.size.height < LOW, "low")
+        self.screen.set_class(event.size.width < NARROW_COLUMNS, "narrow")
+        self.screen.set_class(event.size.width >= WIDE_COLUMNS, "wide")
+        self.screen.set_class(event.size.height < LOW_ROWS, "low")
 
     def on_unmount(self) -> None:
-        """Stop the watching thread, without waiting for a source that is slow to reply."""
+        """Stop the second thread, but do not wait long for a source that is slow to reply."""
         self._is_over.set()
-        self._wake.set()
-        self._thread.join(_PATIENCE_S)
+        self._wakeup.set()
+        self._thread.join(_THREAD_END_S)
 
-    # -- in the watching thread
+    # -- in the second thread
 
-    def _watch(self) -> None:
+    def _watch_source(self) -> None:
         while not self._is_over.is_set():
             try:
                 while self._pending_commands:
-                    message = self._carry_out(self._pending_commands.popleft())
+                    message = self._execute_command(self._pending_commands.popleft())
                     self._new_messages += [message] if message else []
-                self._results.append(self._source.look(self._view_query))
+                self._results.append(self._source.take_snapshot(self._view_query))
             except CxbridgeError as error:
                 self._results.append(error.message)
             except Exception as error:  # noqa: BLE001 - shown, since a frozen screen explains nothing
                 self._results.append(f"a fault of cxbridge: {type(error).__name__}: {error}")
-            self._wake.wait(self._source.period_s)
-            self._wake.clear()
+            self._wakeup.wait(self._source.period_s)
+            self._wakeup.clear()
         self._source.close()
 
-    def _carry_out(self, command: str) -> str:
+    def _execute_command(self, command: str) -> str:
         try:
-            return self._source.do(command, self._view_query)
+            return self._source.execute_command(command, self._view_query)
         except CxbridgeError as error:
             return f"{error.message}: {error.hint}" if error.hint else error.message
 
     # -- display
 
-    def _deliver(self) -> None:
-        """Show the latest snapshot of the watching thread."""
+    def _deliver_results(self) -> None:
+        """Show the latest results of the second thread."""
         if self.is_end_requested():
             self.exit()
-        elif self.screen_stack:  # empty when the screen is removed
-            with suppress(NoMatches):  # the screen is being removed
+        elif self.screen_stack:  # empty after the removal of the screen
+            with suppress(NoMatches):  # during its removal, the screen lacks some widgets
                 self._show_results()
 
     def _show_results(self) -> None:
@@ -179,43 +179,43 @@ class MonitorApp(App[None]):
                 self._show_head(result)
             else:
                 self.show(result)
-        elif (silence_s := time.monotonic() - self._last_result_s) > _SILENCE_S:
+        elif (silence_s := time.monotonic() - self._last_result_s) > _MAX_SILENCE_S:
             self._show_head(f"{self._error or 'no answer'}, for {silence_s:.0f} s")
 
     def show(self, snapshot: MonitorSnapshot) -> None:
-        """Show a snapshot: the head, the goals, and the shown pane alone."""
+        """Show a snapshot: the status line, the goals, and only the visible pane."""
         self.snapshot = snapshot
-        words = [snapshot.head]
+        parts = [snapshot.head]
         if snapshot.more_goals:
-            words.append(f"{snapshot.more_goals} more goals")
-        if self._view_query.words:
-            words.append(f"filter: {self._view_query.words}")
+            parts.append(f"{snapshot.more_goals} more goals")
+        if self._view_query.filter_text:
+            parts.append(f"filter: {self._view_query.filter_text}")
         if self._view_query.env != "executive":
-            words.append(f"environment: {self._view_query.env}")
-        self._show_head(" · ".join(words))
+            parts.append(f"environment: {self._view_query.env}")
+        self._show_head(" · ".join(parts))
         self._show_message()
-        self._find("#goals", GoalTree).show(snapshot.goals)
-        self._find("#aside", Aside).show(snapshot)
+        self._find_widget("#goals", GoalTree).show(snapshot.goals)
+        self._find_widget("#aside", SidePanes).show(snapshot)
         pane = self._shown_pane
         if pane == "log":
-            self._find("#log", LogLines).show(snapshot.log)
+            self._find_widget("#log", LogLines).show(snapshot.log)
             return
         if pane == "story":
             self._set_text("story-text", "\n".join(map(visible, snapshot.story)))
             return
-        self._find(f"#{pane}", Rows).show(getattr(snapshot, pane))
+        self._find_widget(f"#{pane}", Rows).show(getattr(snapshot, pane))
         if pane == "interfaces":
-            self._find("#fields", Rows).show(snapshot.fields)
+            self._find_widget("#fields", Rows).show(snapshot.fields)
         self._show_note(pane)
 
     def _set_text(self, name: str, text: str) -> None:
-        """Set the text of a line; unchanged text causes no layout."""
-        if self._texts.get(name) != text:
-            self._texts[name] = text
-            self._find(f"#{name}", Static).update(visible(text))
+        """Set the text of a line, if it has changed: a new text makes textual compute the layout again."""
+        if self._shown_texts.get(name) != text:
+            self._shown_texts[name] = text
+            self._find_widget(f"#{name}", Static).update(visible(text))
 
-    def _find(self, selector: str, kind: type[_Widget]) -> _Widget:
-        """Return a widget of the main screen, which may be below the list of keys."""
+    def _find_widget(self, selector: str, kind: type[_Widget]) -> _Widget:
+        """Return a widget of the main screen, which the help screen may cover."""
         return self.screen_stack[0].query_one(selector, kind)
 
     def _show_head(self, text: str) -> None:
@@ -225,8 +225,8 @@ class MonitorApp(App[None]):
         """Show the note below a pane, and the full text of the selected fact."""
         table = getattr(self.snapshot, pane)
         notes = [table.note, self.snapshot.fields.note if pane == "interfaces" else ""]
-        chosen = self._find("#fields" if pane == "interfaces" else f"#{pane}", Rows).chosen
-        notes.insert(0, " ".join(chosen)[:_MAX_NOTE] if chosen else "")
+        chosen = self._find_widget("#fields" if pane == "interfaces" else f"#{pane}", Rows).chosen
+        notes.insert(0, " ".join(chosen)[:_MAX_NOTE_LENGTH] if chosen else "")
         self._set_text(f"{pane}-note", "\n".join(filter(None, notes)))
 
     def _clear_message(self) -> None:
@@ -238,19 +238,19 @@ class MonitorApp(App[None]):
         text = self._message or snapshot.stop or "; ".join(snapshot.notes)
         if snapshot.progress is not None:
             width = max(10, self.size.width // 4)
-            text = f"{bar(snapshot.progress, width)} {text}"
+            text = f"{make_progress_bar(snapshot.progress, width)} {text}"
         self._set_text("said", text)
 
     @property
     def _shown_pane(self) -> str:
-        return self._find("#panes", TabbedContent).active.removeprefix("pane-")
+        return self._find_widget("#panes", TabbedContent).active.removeprefix("pane-")
 
-    # -- selection: while the screen is being removed, widgets still send events, but is_running is false
+    # -- selection: widgets send events also during the removal of the screen, when is_running is false
 
     def _change_query(self, **changes: str) -> None:
-        """Change the query and read a snapshot at once."""
+        """Change the query, and take a snapshot at once."""
         self._view_query = replace(self._view_query, **changes)
-        self._wake.set()
+        self._wakeup.set()
 
     def on_tabbed_content_tab_activated(self, _event: TabbedContent.TabActivated) -> None:
         """Show the content of the pane."""
@@ -273,7 +273,7 @@ class MonitorApp(App[None]):
         """Show the details of the selected goal, or the legend of icons."""
         if not self.is_running:
             return
-        goal = self._find("#goals", GoalTree).chosen
+        goal = self._find_widget("#goals", GoalTree).chosen
         text = LEGEND if goal is None else one_line(goal_line("", goal.id, goal, show_modes=True).text)
         self._set_text("legend", text)
 
@@ -283,8 +283,8 @@ class MonitorApp(App[None]):
         """Show a pane by its number."""
         if event.key.isdecimal() and 0 < int(event.key) <= len(self._panes) and not self._is_typing:
             name = self._panes[int(event.key) - 1]
-            self._find("#panes", TabbedContent).active = f"pane-{name}"
-            self._find(f"#{name}", Widget).focus()
+            self._find_widget("#panes", TabbedContent).active = f"pane-{name}"
+            self._find_widget(f"#{name}", Widget).focus()
             event.stop()
 
     @property
@@ -296,14 +296,14 @@ class MonitorApp(App[None]):
         return not (action == "do" and self._is_typing)
 
     def action_do(self, command: str) -> None:
-        """Queue a command for the watching thread."""
+        """Queue a command for the second thread."""
         self._message = ""
         self._pending_commands.append(command)
-        self._wake.set()
+        self._wakeup.set()
 
     def action_help(self) -> None:
-        commands = live.HELP if self._source.is_live else recorded.HELP
-        self.push_screen(HelpScreen(help_text(self._source_kind, ", ".join(self._panes), commands)))
+        commands = live.COMMANDS_HELP if self._source.is_live else recorded.COMMANDS_HELP
+        self.push_screen(HelpScreen(make_help_text(self._source_kind, ", ".join(self._panes), commands)))
 
     def action_next_environment(self) -> None:
         names, env = list(self.snapshot.environments), self._view_query.env
@@ -313,35 +313,35 @@ class MonitorApp(App[None]):
 
     def action_breakpoint(self) -> None:
         """Open the prompt for a breakpoint at the selection."""
-        spec, pane, goals = "", self._shown_pane, self._find("#goals", GoalTree)
+        spec, pane, goals = "", self._shown_pane, self._find_widget("#goals", GoalTree)
         if goals.has_focus:
             spec = "" if goals.chosen is None else f"goal:{goals.chosen.goal_class}:"
-        elif pane in BREAK_AT and (row := self._find(f"#{pane}", Rows).chosen) is not None:
-            begin, column, end = BREAK_AT[pane]
+        elif pane in BREAKPOINT_SPECS and (row := self._find_widget(f"#{pane}", Rows).chosen) is not None:
+            begin, column, end = BREAKPOINT_SPECS[pane]
             spec = f"{begin}:{row[column]}{end}"
         self.action_ask(f":break {spec}")
 
     def action_delete(self) -> None:
         """Remove the selected breakpoint, or open the prompt to retract the selected fact."""
-        if self._shown_pane == "breakpoints" and (row := self._find("#breakpoints", Rows).chosen):
+        if self._shown_pane == "breakpoints" and (row := self._find_widget("#breakpoints", Rows).chosen):
             self.action_do(f"delete {row[0]}")
-        elif self._shown_pane == "facts" and (row := self._find("#facts", Rows).chosen):
+        elif self._shown_pane == "facts" and (row := self._find_widget("#facts", Rows).chosen):
             self.action_ask(f":retract {row[0]}")
 
     def action_edit(self) -> None:
         """Open the prompt to modify the selected fact."""
-        if self._shown_pane == "facts" and (row := self._find("#facts", Rows).chosen):
+        if self._shown_pane == "facts" and (row := self._find_widget("#facts", Rows).chosen):
             self.action_ask(f":modify {row[0]} (")
 
     # -- prompt
 
     def action_ask(self, begin: str) -> None:
         """Open the prompt, for a filter (``/``) or a command (``:`` and its first words)."""
-        prompt = self._find("#prompt", Input)
+        prompt = self._find_widget("#prompt", Input)
         prompt.placeholder = "filter: part of an id, a mode, a name" if begin == "/" else "command"
         prompt.set_class(begin == "/", "filter")
         with prompt.prevent(Input.Changed):
-            prompt.value = self._view_query.words if begin == "/" else begin[1:]
+            prompt.value = self._view_query.filter_text if begin == "/" else begin[1:]
         prompt.cursor_position = len(prompt.value)
         prompt.select_on_focus = False
         prompt.add_class("shown")
@@ -349,24 +349,24 @@ class MonitorApp(App[None]):
 
     def action_dismiss(self) -> None:
         """Close the prompt; if it has no command, also clear the filter."""
-        was_command = self._is_typing and not self._find("#prompt", Input).has_class("filter")
+        was_command = self._is_typing and not self._find_widget("#prompt", Input).has_class("filter")
         self._leave_prompt()
         if not was_command:
-            self._change_query(words="")
+            self._change_query(filter_text="")
             self._message = ""
 
     def _leave_prompt(self) -> None:
-        self._find("#prompt", Input).remove_class("shown")
+        self._find_widget("#prompt", Input).remove_class("shown")
         if self._is_typing:
-            self._find(f"#{self._shown_pane}", Widget).focus()
+            self._find_widget(f"#{self._shown_pane}", Widget).focus()
 
     def on_input_changed(self, event: Input.Changed) -> None:
         """Apply the filter while typing."""
         if event.input.has_class("filter") and event.input.has_class("shown"):
-            self._change_query(words=event.value.strip().lower())
+            self._change_query(filter_text=event.value.strip().lower())
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
-        """Carry out the command, or keep the filter."""
+        """Execute the command, or keep the filter."""
         if not event.input.has_class("filter") and event.value.strip():
             self.action_do(event.value.strip())
         self._leave_prompt()
@@ -380,5 +380,5 @@ class RecordedApp(MonitorApp):
     BINDINGS: ClassVar[list[BindingType]] = key_bindings("recorded")
 
 
-def monitor_app(source: MonitorSource) -> MonitorApp:
+def make_monitor_app(source: MonitorSource) -> MonitorApp:
     return (LiveApp if source.is_live else RecordedApp)(source)

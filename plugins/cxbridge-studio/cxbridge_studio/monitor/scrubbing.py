@@ -1,6 +1,7 @@
-"""A recorded run whose state is known at any moment.
+"""A recorded run whose state is known at any position, i.e. after any number of events.
 
-States are stored at intervals: the state at a moment is the stored state before it, and the events since.
+States are stored at intervals. The state at a position is the last stored state before it, changed by the
+events since.
 """
 
 from __future__ import annotations
@@ -18,12 +19,12 @@ from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.trace.formats.base import Run
 from cxbridge_studio.recorded_state import RunState
 
-MAX_EVENTS: Final = 1_000_000  # the limit of the loaded events, which take about 1 GB of memory
+MAX_EVENTS: Final = 1_000_000  # loaded events, which take about 1 GB of memory
 
-# The number of events between stored states, which limits the time of going back.
-STRIDE: Final = 10_000
+# the number of events between two stored states: at most so many are applied on the way to a position
+STATE_STRIDE: Final = 10_000
 
-_BATCH: Final = 500  # the events read between two queries of the clock
+_BATCH: Final = 500  # events that are read between two checks of the time
 
 
 class Scrubber:
@@ -33,19 +34,18 @@ class Scrubber:
     :param stride: the number of events between two stored states.
     """
 
-    def __init__(self, run: Run, stride: int = STRIDE) -> None:
+    def __init__(self, run: Run, stride: int = STATE_STRIDE) -> None:
         self.run = run
         self._reader: Iterator[Event] | None = iter(run)
         self._stride = stride
         self._clock = SteadyClock(run.start_us)
         self._stored_states = [RunState()]
         self._state_at_end = RunState()  # the state after all loaded events
-        self._statuses: dict[
-            tuple[str, str], tuple[str, str]
-        ] = {}  # the skill string and the status, by environment and Skiller
+        # the last skill string and status, by environment and Skiller
+        self._statuses: dict[tuple[str, str], tuple[str, str]] = {}
         self.events: list[Event] = []
         self.times = array("q")  # microseconds since the start of the run, never decreasing
-        # The numbers of events after which the last event is a transition.
+        # the positions at which the last event is a transition
         self.transitions = array("q")
         self.log_lines = array("q")  # the indices of the events that are log lines
         self.at = 0
@@ -69,13 +69,13 @@ class Scrubber:
 
     @property
     def now_us(self) -> int:
-        """The time of the last event before the present moment."""
+        """The time of the last event before the current position."""
         return self.times[self.at - 1] if self.at else 0
 
     def load(self, seconds: float, now: Callable[[], float] = time.monotonic) -> None:
-        """Read further events for some seconds, or to the end.
+        """Read further events for some seconds, or to the end of the run.
 
-        Unreadable parts are reported in `notes`; the events before them are kept.
+        If a part cannot be read, :attr:`notes` reports that, and the events before that part stay.
         """
         end_s = now() + seconds
         while self._reader is not None and now() < end_s:
@@ -88,7 +88,7 @@ class Scrubber:
                 if event is None:
                     self._end_loading()
                     return
-                self._add(event)
+                self._add_event(event)
         except TraceError as error:
             self._end_loading(f"the rest cannot be read: {error.message}")
             return
@@ -101,7 +101,7 @@ class Scrubber:
         self._reader = None
         self.notes += [*notes, *self.run.notes, *self._clock.describe_setbacks()]
 
-    def _add(self, event: Event) -> None:
+    def _add_event(self, event: Event) -> None:
         if not event.KIND.name:
             return
         number = len(self.events)
@@ -116,7 +116,7 @@ class Scrubber:
             self._stored_states.append(self._state_at_end.copy())
 
     def _changes_state(self, event: Event) -> bool:
-        """Return whether an event changes a state: Skillers repeat their status, which is recorded here."""
+        """Return whether an event changes a state: a Skiller repeats its status without a change."""
         if not isinstance(event, SkillStatus):
             return True
         key, status = (event.env, event.skiller), (event.skill_string, event.status)
@@ -124,11 +124,11 @@ class Scrubber:
         self._statuses[key] = status
         return status != previous
 
-    def go(self, at: int) -> None:
-        """Go to the moment after ``at`` events, limited to the run."""
+    def go_to(self, at: int) -> None:
+        """Go to the position after ``at`` events, or to the nearest end of the run."""
         at = max(0, min(at, len(self.events)))
         nearest = at // self._stride
-        # Forward within a stride, the present state is nearer than the stored one.
+        # not on the way forward within a stride, where the current state is nearer than the stored state
         if at < self.at or nearest > self.at // self._stride:
             self.state = self._stored_states[nearest].copy()
             self.at = nearest * self._stride
@@ -137,19 +137,19 @@ class Scrubber:
             take(event)
         self.at = at
 
-    def go_transitions(self, count: int) -> None:
+    def move_transitions(self, count: int) -> None:
         """Go forward or back by a number of transitions, or of events in a run without transitions."""
         steps = self.transitions
         if not steps:
-            self.go(self.at + count)
+            self.go_to(self.at + count)
             return
         passed = bisect_right(steps, self.at)
         if count < 0 and passed and steps[passed - 1] < self.at:
-            count += 1  # back to the last transition before the present moment
+            count += 1  # the first step back is to the last transition before the current position
         target = passed + count - 1
         end = len(self.events)
-        self.go(0 if target < 0 else steps[target] if target < len(steps) else end)
+        self.go_to(0 if target < 0 else steps[target] if target < len(steps) else end)
 
-    def go_time(self, time_us: int) -> None:
-        """Go to the moment after all events up to a time, in microseconds since the first event."""
-        self.go(bisect_right(self.times, time_us))
+    def go_to_time(self, time_us: int) -> None:
+        """Go to the position after all events up to a time, in microseconds since the first event."""
+        self.go_to(bisect_right(self.times, time_us))

@@ -1,4 +1,4 @@
-"""The values that the monitor shows: the state of a daemon, or of a recorded run at one moment."""
+"""The values that the monitor shows: the state of a daemon, or of a recorded run at a time."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, NamedTuple, Protocol
 
-# The limit of the shown facts, activations, plan-actions or events; a filter finds further rows.
+# the number of shown facts, activations, plan-actions or events; a filter finds further rows
 MAX_ROWS: Final = 400
 
-MAX_LINES: Final = 1000  # the limit of the shown log lines
+MAX_LINES: Final = 1000  # shown log lines
 
 
 class GoalRow(NamedTuple):
@@ -43,8 +43,8 @@ class LogRow(NamedTuple):
 class Table:
     """Rows of text, all of the same length.
 
-    :param note: a remark, such as the number of further rows.
-    :param selected: the index of the selected row, or None.
+    :param note: a remark, e.g. the number of further rows.
+    :param selected: the index of the row to select; None to keep the user's selection.
     """
 
     rows: Sequence[tuple[str, ...]] = ()
@@ -54,25 +54,25 @@ class Table:
 
 @dataclass(frozen=True, slots=True)
 class ViewQuery:
-    """The selection of the parts that would be too large to include in each snapshot.
+    """The parts of the state that a snapshot includes: all of them would be too large.
 
     :param pane: the name of the shown pane.
-    :param interface: ``Type::id`` of the interface whose values are shown, or empty.
+    :param interface: ``Type::id`` of the interface whose values are shown; empty for none.
     :param env: the CLIPS environment whose facts and agenda are shown.
-    :param words: show only goals and rows with this text, in lower case.
+    :param filter_text: the text, in lower case, that the shown goals and rows must contain.
     """
 
     pane: str = ""
     interface: str = ""
     env: str = "executive"
-    words: str = ""
+    filter_text: str = ""
 
 
 @dataclass(frozen=True, slots=True)
 class MonitorSnapshot:
     """The state of a watched run or daemon.
 
-    :param head: the state in a few words.
+    :param head: a short text about the state, for the first line of the screen.
     :param more_goals: the number of goals that are not in ``goals``.
     :param stop: the stop of the rules with its reason, or the last event of a recording; may be empty.
     :param progress: the position in a recording, from 0 to 1; None for a daemon.
@@ -114,16 +114,16 @@ class MonitorSource(Protocol):
     def period_s(self) -> float:
         """The seconds between two snapshots."""
 
-    def look(self, query: ViewQuery) -> MonitorSnapshot:
+    def take_snapshot(self, query: ViewQuery) -> MonitorSnapshot:
         """Return the current state.
 
         :raises CxbridgeError: if the source cannot be reached.
         """
 
-    def do(self, command: str, query: ViewQuery) -> str:
-        """Carry out a command and return a message to show; empty if the result is visible.
+    def execute_command(self, command: str, query: ViewQuery) -> str:
+        """Execute a command, and return a message for the user; empty if the screen shows the result.
 
-        :raises CxbridgeError: if the command is invalid, fails or is refused.
+        :raises CxbridgeError: if the command is invalid or fails, or the source rejects it.
         """
 
     def close(self) -> None:

@@ -1,7 +1,7 @@
-"""Widgets of the monitor's screen: the tree of goals, tables, the log.
+"""The widgets of the monitor's screen: the tree of goals, tables, and the log.
 
-The monitor shows a new snapshot several times a second. Each widget changes only the differences, so that
-the cursor and the scroll position stay, and the terminal does not flicker.
+The monitor shows a new snapshot several times a second. Each widget updates only what differs from the
+previous snapshot, so that the cursor and the scroll position stay, and the terminal does not flicker.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from textual.widgets.tree import TreeNode
 from cxbridge.history.outcome import OutcomeKind, action_outcome, skill_outcome
 from cxbridge.history.tree import goal_line, goal_title
 from cxbridge.printing import indent_lines, one_line
-from cxbridge_studio.monitor.filtering import goal_forest
+from cxbridge_studio.monitor.filtering import make_goal_forest
 from cxbridge_studio.monitor.snapshot import GoalRow, LogRow, MonitorSnapshot, Table
 
 _COLOURS: Final = {
@@ -72,10 +72,10 @@ class GoalTree(Tree[GoalKey]):
 
     def _build_goals(self, rows: dict[GoalKey, GoalRow]) -> None:
         cursor_key = self.cursor_node.data if self.cursor_node is not None else None
-        scrolled = self.scroll_y
+        scroll_position = self.scroll_y
         self.clear()
         self._goal_nodes = {}
-        forest = goal_forest(rows.values())
+        forest = make_goal_forest(rows.values())
         envs = list(dict.fromkeys(env for env, _ in rows))
         self._compute_widths(rows)
         for env in envs:
@@ -92,7 +92,7 @@ class GoalTree(Tree[GoalKey]):
                 self._goal_nodes[key] = node
         self.root.expand()
         if cursor_key in self._goal_nodes:
-            self.call_after_refresh(self._restore_cursor, cursor_key, scrolled)
+            self.call_after_refresh(self._restore_cursor, cursor_key, scroll_position)
 
     def on_resize(self, _event: events.Resize) -> None:
         """Fit the column of states into the new width."""
@@ -102,7 +102,7 @@ class GoalTree(Tree[GoalKey]):
 
     def _compute_widths(self, rows: Mapping[GoalKey, GoalRow]) -> None:
         """Compute the width of titles, so that all states are in one visible column."""
-        forest = goal_forest(rows.values())
+        forest = make_goal_forest(rows.values())
         env_levels = 1 if len({env for env, _ in rows}) > 1 else 0  # the environments are nodes, too
         indents = {key: (depth + env_levels + 1) * _GUIDE_WIDTH for key, depth in forest.walk()}
         titles = {key: len(one_line(goal_title(goal.id, goal.goal_class))) for key, goal in rows.items()}
@@ -110,7 +110,7 @@ class GoalTree(Tree[GoalKey]):
         room = self.size.width - _ARROW_WIDTH - _ICON_WIDTH - _STATE_WIDTH
         column = min(column, room) if room > 0 else column
         widths = {key: max(_MIN_TITLE_WIDTH, column - indents[key]) for key in rows}
-        # Negative: a leaf, which has no arrow and gets blanks in its place.
+        # A negative width marks a leaf, which has no arrow: its label begins with blanks instead.
         self._widths = {key: width if key in forest.children else -width for key, width in widths.items()}
 
     def _goal_label(self, key: GoalKey, goal: GoalRow) -> Text:
@@ -130,12 +130,12 @@ class GoalTree(Tree[GoalKey]):
         label.rstrip()
         return label
 
-    def _restore_cursor(self, key: GoalKey, scrolled: float) -> None:
+    def _restore_cursor(self, key: GoalKey, scroll_position: float) -> None:
         """Move the cursor back to a goal, if the goal still exists."""
         node = self._goal_nodes.get(key)
         if node is not None:
             self.move_cursor(node)
-            self.scroll_to(y=scrolled, animate=False, immediate=True)
+            self.scroll_to(y=scroll_position, animate=False, immediate=True)
             self.scroll_to_node(node, animate=False)
 
 
@@ -164,21 +164,22 @@ class Rows(DataTable[Text]):
         if rows == previous_rows:
             self._select(table.selected)
             return
-        chosen, scrolled = self.chosen, self.scroll_y
+        chosen, scroll_position = self.chosen, self.scroll_y
         self._shown = rows
         if len(rows) == len(previous_rows):
             for number, (row, previous_row) in enumerate(zip(rows, previous_rows, strict=True)):
                 for column, (cell, previous_cell) in enumerate(zip(row, previous_row, strict=True)):
                     if cell != previous_cell:
-                        self.update_cell_at(Coordinate(number, column), _cell(cell), update_width=True)
+                        self.update_cell_at(Coordinate(number, column), _make_cell(cell), update_width=True)
         else:
             self.clear()
-            self.add_rows([_cell(cell) for cell in row] for row in rows)
-            self.scroll_to(y=scrolled, animate=False, immediate=True)
+            self.add_rows([_make_cell(cell) for cell in row] for row in rows)
+            self.scroll_to(y=scroll_position, animate=False, immediate=True)
         if table.selected is not None:
             self._select(table.selected)
         elif chosen is not None and rows:
-            # The cursor follows its row; of rows with the same first cell, it stays at the present one.
+            # The cursor follows the row with the same first cell. If several rows have that cell, and the
+            # cursor is at one of them, the cursor stays.
             cursor = min(self.cursor_row, len(rows) - 1)
             numbers = [number for number, row in enumerate(rows) if row[0] == chosen[0]]
             self.move_cursor(row=cursor if cursor in numbers or not numbers else numbers[0], scroll=False)
@@ -194,41 +195,41 @@ class Rows(DataTable[Text]):
 
 
 class LogLines(RichLog):
-    """The log up to a moment."""
+    """The log of a daemon, or of a recording up to the current position."""
 
     def __init__(self, name: str = "log") -> None:
         super().__init__(id=name, wrap=True, max_lines=2000)
-        self._last: LogRow | None = None
+        self._last_row: LogRow | None = None
 
     def show(self, rows: Sequence[LogRow]) -> None:
-        """Show these lines: append new lines, or start again if the moment goes back."""
+        """Show log lines: append new lines, or start again if the position in a recording has moved back."""
         last = rows[-1] if rows else None
-        if last == self._last:
+        if last == self._last_row:
             return
-        last_index = rows.index(self._last) if self._last in rows else -1
-        if self._last is not None and last_index < 0:
+        last_index = rows.index(self._last_row) if self._last_row in rows else -1
+        if self._last_row is not None and last_index < 0:
             self.clear()
-        self._last = last
+        self._last_row = last
         for row in rows[last_index + 1 :]:
             self.write(Text(indent_lines(row.text), style=_LEVEL_STYLES.get(row.level, "")))
 
 
 class KeyLine(Footer):
-    """The active keys. It is rebuilt only when they change, since the cursor moves between panes often."""
+    """The line with the active keys, rebuilt only when the keys change: the focus changes more often."""
 
     def __init__(self) -> None:
         super().__init__()
         self._keys_shown: list[tuple[Binding, bool]] = []
 
     def bindings_changed(self, screen: Screen[Any]) -> None:
-        """Show the active keys; the base class does nothing while the terminal has no focus."""
+        """Show the active keys; while the terminal has no focus, do nothing, as the base class."""
         keys = [(key.binding, key.enabled) for key in screen.active_bindings.values() if key.binding.show]
         if keys != self._keys_shown and screen.app.app_focus:
             self._keys_shown = keys
             super().bindings_changed(screen)
 
 
-class Aside(Vertical):
+class SidePanes(Vertical):
     """The panes that only a wide screen shows: skills and the log."""
 
     def __init__(self) -> None:
@@ -247,14 +248,14 @@ class Aside(Vertical):
             self._log.show(snapshot.log)
 
 
-def _cell(text: str) -> Text:
+def _make_cell(text: str) -> Text:
     """Return a one-line cell for a text of any length."""
     line = " ".join(text[:_MAX_LENGTH].splitlines())
     ellipsis = " ..." if len(text) > _MAX_LENGTH else ""
     return Text(one_line(line) + ellipsis, style=_COLOURS.get(text, ""), no_wrap=True)
 
 
-def bar(progress: float, width: int) -> str:
+def make_progress_bar(progress: float, width: int) -> str:
     """Return a progress bar as text.
 
     :param progress: from 0 to 1.

@@ -1,1 +1,1 @@
-"""Commands for the terminal: rates and plots of interfaces, the graph of a skill, the states of a Skiller."""
+"""Drawings in the terminal: rates and plots of interfaces, graphs of skills, the states of a Skiller."""

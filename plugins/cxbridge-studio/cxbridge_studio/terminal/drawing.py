@@ -13,18 +13,18 @@ from cxbridge.errors import SkillerError
 from cxbridge.printing import one_line, visible
 from cxbridge_studio.terminal.machinegraph import MachineState, MachineTransition, StateMachine, parse_graph
 
-_COLOURS = {"S_RUNNING": "yellow", "S_FINAL": "green", "S_FAILED": "red", "S_INACTIVE": "dim"}
-_KINDS = {"start": "bold", "final": "green", "failed": "red", "end": "cyan"}
+_STATUS_STYLES = {"S_RUNNING": "yellow", "S_FINAL": "green", "S_FAILED": "red", "S_INACTIVE": "dim"}
+_KIND_STYLES = {"start": "bold", "final": "green", "failed": "red", "end": "cyan"}
 _ACTIVE, _VISITED, _UNVISITED = "\N{BLACK CIRCLE}", "\N{WHITE CIRCLE}", " "
 _ARROW = "\N{RIGHTWARDS ARROW}"
-_MAX_PATH = 12  # the steps of a path that fit into a line
+_MAX_PATH = 12  # steps of a path in a line: the last steps
 
 
-def view(values: Mapping[str, Any], graph: str, uses: Mapping[str, list[str]]) -> RenderableType:
-    """Return the display of a skill.
+def draw_skill(values: Mapping[str, Any], graph: str, uses: Mapping[str, list[str]]) -> RenderableType:
+    """Return the drawing of a running skill.
 
-    :param values: the fields of SkillerInterface, enums by name; empty if the Skiller has gone.
-    :param graph: the graph of SkillerDebugInterface; empty without one.
+    :param values: the fields of SkillerInterface, enums by name; empty if the Skiller is gone.
+    :param graph: the graph of SkillerDebugInterface; empty if there is none.
     :param uses: the skills that each skill uses, by name.
     """
     values = {name: one_line(value) if isinstance(value, str) else value for name, value in values.items()}
@@ -44,7 +44,7 @@ def _head_line(values: Mapping[str, Any]) -> Text:
     if not values:
         return Text("the Skiller is gone", style="red")
     status = values["status"]
-    line = Text.assemble((f"{status} ", _COLOURS.get(status, "")), (values["skill_string"], "bold"))
+    line = Text.assemble((f"{status} ", _STATUS_STYLES.get(status, "")), (values["skill_string"], "bold"))
     line.append(f"  #{values['msgid']}, control: {values['exclusive_controller'] or 'nobody'}", style="dim")
     if values["error"]:
         line.append(f"\n{values['error']}", style="red")
@@ -63,7 +63,7 @@ def _machine_rows(machine: StateMachine, uses: Mapping[str, list[str]]) -> list[
         if depth:
             table.add_row(Text(f"{'  ' * depth}{inner.name}", style="underline"), Text())
         for state in inner.states:
-            # A transition may leave an inner machine, so those of all machines are searched.
+            # the transitions of all machines, since a transition may lead out of an inner machine
             exits = [item for item in transitions if item.source == state.node]
             table.add_row(
                 _state_text(state, depth, is_visited=state.node in visited), _exits_text(exits, names)
@@ -77,8 +77,8 @@ def machine_transitions(machine: StateMachine) -> list[MachineTransition]:
 
 
 def _state_text(state: MachineState, depth: int, *, is_visited: bool) -> Text:
-    mark = _ACTIVE if state.active else _VISITED if is_visited else _UNVISITED
-    style = "reverse bold" if state.active else _KINDS.get(state.kind, "" if is_visited else "dim")
+    mark = _ACTIVE if state.is_active else _VISITED if is_visited else _UNVISITED
+    style = "reverse bold" if state.is_active else _KIND_STYLES.get(state.kind, "" if is_visited else "dim")
     text = Text.assemble("  " * depth, f"{mark} ", (state.name, style))
     if state.note:
         text.append(f" ({state.note})", style="dim")

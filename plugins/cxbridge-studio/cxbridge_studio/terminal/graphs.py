@@ -1,4 +1,4 @@
-"""Graphs of skills in the dot language: from a running Skiller, from skill files, and as pictures."""
+"""Makes graphs of skills in the dot language, from a running Skiller or skill files, and pictures of them."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from cxbridge.interfaces.instance import Interface
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.skiller.calls import OWNER
 
-TYPE = "SkillerDebugInterface"
-# The layouts of graphs, with their names in the interface.
+DEBUG_TYPE = "SkillerDebugInterface"
+# the directions of graphs, with their names in the interface
 DIRECTIONS = {"TB": "GD_TOP_BOTTOM", "BT": "GD_BOTTOM_TOP", "LR": "GD_LEFT_RIGHT", "RL": "GD_RIGHT_LEFT"}
-# Subjects other than skills: all names, and the dependencies of skills.
+# subjects that are not skills: the names of all skills, and the dependencies between skills
 OVERVIEWS = ("LIST", "SKILL_DEP")
-PICTURES = (".svg", ".png", ".pdf")  # supported suffixes of `render`
+PICTURE_SUFFIXES = (".svg", ".png", ".pdf")  # supported suffixes of `render`
 
-_RENDER_S = 60  # the seconds that graphviz may take
+_RENDER_S = 60  # ends a graphviz that hangs or has a huge graph
 
 
 def fetch_graph(
@@ -38,7 +38,7 @@ def fetch_graph(
 ) -> str:
     """Fetch a graph from a Skiller, and restore the graph that the Skiller showed before.
 
-    A Skiller shows one graph to all its viewers: SkillerDebugInterface has one field for it.
+    SkillerDebugInterface has one field for a graph, so all viewers of a Skiller see the same graph.
 
     :param subject: a skill, ``ACTIVE``, or one of :data:`OVERVIEWS`.
     :param direction: one of :data:`DIRECTIONS`; None leaves the direction unchanged.
@@ -46,9 +46,9 @@ def fetch_graph(
     :raises SkillerError: if the Skiller or skill does not exist, or does not reply.
     """
     with Feed(board, OWNER) as feed:
-        interface = feed.open(TYPE, skiller)
+        interface = feed.open(DEBUG_TYPE, skiller)
         if not interface.has_writer:
-            raise SkillerError(f"no Skiller writes {TYPE}::{skiller}", hint="see 'cxbridge skill list'")
+            raise SkillerError(f"no Skiller writes {DEBUG_TYPE}::{skiller}", hint="see 'cxbridge skill list'")
         longest = interface.maxlenof("graph_fsm") - 1
         if len(subject.encode("utf-8", "surrogateescape")) > longest:
             raise SkillerError(f"'{subject}' is longer than the {longest} bytes that its field has")
@@ -59,7 +59,7 @@ def fetch_graph(
             message_fields |= {} if coloured is None else {"graph_colored": coloured}
         try:
             _request_graph(interface, message_fields)
-            change = _await_graph(feed, interface, message_fields, Deadline(timeout_s))
+            change = _wait_for_graph(feed, interface, message_fields, Deadline(timeout_s))
         finally:
             previous_fields = {name: _enum_name(previous_values[name]) for name in reversed(message_fields)}
             previous_fields["graph_fsm"] = previous_fields["graph_fsm"] or "ACTIVE"
@@ -77,7 +77,7 @@ def fetch_graph(
 
 
 def _enum_name(value: Any) -> Any:
-    """Return the name of an enum item; other values unchanged."""
+    """Return the name of an enum item; return any other value unchanged."""
     return getattr(value, "name", value)
 
 
@@ -90,7 +90,7 @@ def _request_graph(interface: Interface, message_fields: dict[str, Any]) -> None
         interface.msgq_enqueue(message)
 
 
-def _await_graph(
+def _wait_for_graph(
     feed: Feed, interface: Interface, expected_fields: dict[str, Any], deadline: Deadline
 ) -> InterfaceChange | None:
     """Return the first change with these fields; None after the deadline."""
@@ -138,7 +138,7 @@ def draw_graph(
         return graph
 
 
-def render(graph: str, suffix: str) -> bytes:
+def render_graph(graph: str, suffix: str) -> bytes:
     """Render a graph.
 
     :param suffix: one of :data:`PICTURES`.

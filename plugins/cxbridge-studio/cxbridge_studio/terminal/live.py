@@ -14,14 +14,14 @@ from cxbridge.interfaces.assignments import json_value
 from cxbridge.printing import unfiltered_stream, visible
 from cxbridge.skiller.calls import OWNER
 from cxbridge.skiller.calls import TYPE as SKILLER_TYPE
-from cxbridge_studio.terminal.drawing import machine_transitions, view
-from cxbridge_studio.terminal.graphs import OVERVIEWS, TYPE, fetch_graph
+from cxbridge_studio.terminal.drawing import draw_skill, machine_transitions
+from cxbridge_studio.terminal.graphs import DEBUG_TYPE, OVERVIEWS, fetch_graph
 from cxbridge_studio.terminal.machinegraph import parse_graph
 
-_OVERVIEW_S = 2.0  # the seconds to wait for the graph of skills
+_OVERVIEW_S = 2.0  # how long to wait for the graph of dependencies, which is only an addition
 
 
-def show(
+def show_skiller(
     board: BlackBoard, skiller: str, count: int | None, deadline: Deadline, console: Console | None = None
 ) -> bool:
     """Draw the state of a Skiller at each change; return whether ``count`` changes occurred.
@@ -31,38 +31,38 @@ def show(
     uses = _fetch_uses(board, skiller)
     console = console or Console(file=unfiltered_stream(sys.stdout))
     with Feed(board, OWNER) as feed, Live(console=console, auto_refresh=False) as live:
-        values = _values_of(feed.read_change(feed.open(SKILLER_TYPE, skiller)))
-        graph = _graph_of(feed.read_change(feed.open(TYPE, skiller)))
+        values = _read_values(feed.read_change(feed.open(SKILLER_TYPE, skiller)))
+        graph = _read_graph(feed.read_change(feed.open(DEBUG_TYPE, skiller)))
         changes = 0
         previous_value: object = None
         while True:
             if (values, graph) != previous_value:
                 previous_value, changes = (values, graph), changes + 1
-                live.update(view(values, graph, uses), refresh=True)
+                live.update(draw_skill(values, graph, uses), refresh=True)
             if changes == count:
                 return True
             change = feed.wait_for_change(deadline)
             if change is None:
                 return False
-            if change.uid.startswith(f"{TYPE}::"):
-                graph = _graph_of(change)
+            if change.uid.startswith(f"{DEBUG_TYPE}::"):
+                graph = _read_graph(change)
             else:
-                values = _values_of(change)
+                values = _read_values(change)
 
 
-def _values_of(change: InterfaceChange) -> dict[str, object]:
+def _read_values(change: InterfaceChange) -> dict[str, object]:
     if change.kind == "writer removed":
         return {}
     return {key: json_value(item) for key, item in change.values.items()}
 
 
-def _graph_of(change: InterfaceChange) -> str:
-    """Return the graph of a machine, regardless of the graphs that other viewers request."""
+def _read_graph(change: InterfaceChange) -> str:
+    """Return the graph of a state machine; empty if a further viewer has requested an overview."""
     return "" if change.values["graph_fsm"] in OVERVIEWS else str(change.values["graph"])
 
 
 def _fetch_uses(board: BlackBoard, skiller: str) -> dict[str, list[str]]:
-    """Return the skills that each skill uses, as far as the Skiller reports them."""
+    """Return the skills that each skill uses; empty if the Skiller does not report them."""
     try:
         graph = parse_graph(visible(fetch_graph(board, skiller, "SKILL_DEP", timeout_s=_OVERVIEW_S)))
     except CxbridgeError:

@@ -1,7 +1,7 @@
-"""Parses the graphs of SkillerDebugInterface: states, transitions, and the steps that took them.
+"""Parses the graphs of SkillerDebugInterface: states, transitions, and the steps at which they were taken.
 
-The parser takes the subset of the dot language that Skillers write, cxbridge's and Fawkes': the interface has
-no other description of a state machine.
+The interface describes a state machine only by a graph. The parser accepts the subset of the dot language
+that the Skillers of cxbridge and Fawkes write.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from cxbridge.errors import SkillerError
 
 _TOKEN = re.compile(r'"((?:\\.|[^"\\])*)"|(->|[{}\[\];,=])|([^\s"{}\[\];,=]+)', re.DOTALL)
-# Fawkes' fsmgrapher draws final states in this shape, green after success and red after a failure.
+# fsmgrapher of Fawkes draws end states in this shape: green for success, red for failure
 _END_SHAPE = "doubleoctagon"
 _END_COLOURS = {"#6fdd6f": "final", "#ff8080": "failed"}
 
@@ -24,13 +24,13 @@ class MachineState:
 
     :param node: the unique name in the graph; ``name`` is unique only in its machine.
     :param active: whether the machine is in this state.
-    :param kind: ``start``, ``final``, ``failed``, ``end`` for another end, or empty.
+    :param kind: ``start``, ``final`` (success), ``failed``, ``end`` for any other end state, or empty.
     :param note: the comment in the state's definition.
     """
 
     name: str
     node: str
-    active: bool = False
+    is_active: bool = False
     kind: str = ""
     note: str = ""
 
@@ -40,7 +40,7 @@ class MachineTransition:
     """A transition between two nodes.
 
     :param label: the condition of the transition.
-    :param steps: the numbers of the steps that took the transition, from 1; empty before the first.
+    :param steps: the numbers of the steps, from 1, at which the transition was taken.
     """
 
     source: str
@@ -80,9 +80,9 @@ def parse_graph(text: str) -> StateMachine:
     """
     reader = _DotReader(text)
     reader.expect("digraph")
-    machine = StateMachine(reader.word())
+    machine = StateMachine(reader.next_token())
     reader.expect("{")
-    reader.body(machine)
+    reader.parse_body(machine)
     return machine
 
 
@@ -93,65 +93,67 @@ class _DotReader:
         self._tokens = [
             (kind, token.group(kind)) for token in _TOKEN.finditer(text) if (kind := token.lastindex or 0)
         ]
-        self._at = 0
+        self._position = 0
 
-    def word(self) -> str:
+    def next_token(self) -> str:
         """Return the next token."""
-        if self._at == len(self._tokens):
+        if self._position == len(self._tokens):
             raise SkillerError("the graph is cut off", hint="draw it from the skill files, without --connect")
-        self._at += 1
-        return self._tokens[self._at - 1][1]
+        self._position += 1
+        return self._tokens[self._position - 1][1]
 
-    def expect(self, word: str) -> None:
+    def expect(self, next_token: str) -> None:
         """Skip a required token."""
-        token = self.word()
-        if token != word:
-            raise SkillerError(f"this is not a graph of a state machine: '{token}' where '{word}' should be")
+        token = self.next_token()
+        if token != next_token:
+            raise SkillerError(
+                f"this is not a graph of a state machine: '{token}' where '{next_token}' should be"
+            )
 
-    def _accept(self, word: str) -> bool:
-        """Skip a mark if it is the next token, and return whether it was. A mark in quotes is a name."""
-        is_next = self._at < len(self._tokens) and self._tokens[self._at] == (2, word)
-        self._at += is_next
+    def _accept(self, next_token: str) -> bool:
+        """Skip a mark if it is the next token; return whether it was. A mark in quotes is a name."""
+        is_next = self._position < len(self._tokens) and self._tokens[self._position] == (2, next_token)
+        self._position += is_next
         return is_next
 
-    def body(self, machine: StateMachine) -> None:
+    def parse_body(self, machine: StateMachine) -> None:
         """Parse up to the closing brace."""
         while not self._accept("}"):
             if self._accept("{"):  # states of equal rank, only for the layout
-                self.body(StateMachine(""))
+                self.parse_body(StateMachine(""))
                 continue
-            name = self.word()
+            name = self.next_token()
             if name == "subgraph":
-                inner = StateMachine(self.word())
+                inner = StateMachine(self.next_token())
                 self.expect("{")
-                self.body(inner)
+                self.parse_body(inner)
                 machine.inner.append(inner)
             elif self._accept("="):
-                self.word()
+                self.next_token()
             elif self._accept("->"):
-                target = self.word()
-                machine.transitions.append(_parse_transition(name, target, self._attributes()))
+                target = self.next_token()
+                machine.transitions.append(_parse_transition(name, target, self._parse_attributes()))
             else:
-                self._add_node(machine, name, self._attributes())
+                self._add_node(machine, name, self._parse_attributes())
             self._accept(";")
 
     def _add_node(self, machine: StateMachine, name: str, attributes: dict[str, str]) -> None:
         if name == "graph":
-            machine.name = _one_line(attributes.get("label", machine.name))
+            machine.name = _to_one_line(attributes.get("label", machine.name))
         elif name not in ("node", "edge"):  # statements with defaults for all nodes or edges
             machine.states.append(_parse_state(name, attributes))
 
-    def _attributes(self) -> dict[str, str]:
+    def _parse_attributes(self) -> dict[str, str]:
         attributes: dict[str, str] = {}
         if self._accept("["):
             while not self._accept("]"):
-                name = self.word()
-                attributes[name] = self.word() if self._accept("=") else ""
+                name = self.next_token()
+                attributes[name] = self.next_token() if self._accept("=") else ""
                 self._accept(",")
         return attributes
 
 
-def _one_line(label: str) -> str:
+def _to_one_line(label: str) -> str:
     """Return a label in one line."""
     text = re.sub(r"\\(?:\n|[nlr])", " ", label)
     return " ".join(re.sub(r"\\(.)", r"\1", text).split())
@@ -163,9 +165,9 @@ def _parse_state(node: str, attributes: dict[str, str]) -> MachineState:
     if attributes.get("shape") == _END_SHAPE:
         kind = _END_COLOURS.get(attributes.get("color", ""), "end")
     is_active = attributes.get("active") == "true"
-    return MachineState(_one_line(name), node, is_active, kind, _one_line(note.removesuffix(")")))
+    return MachineState(_to_one_line(name), node, is_active, kind, _to_one_line(note.removesuffix(")")))
 
 
 def _parse_transition(source: str, target: str, attributes: dict[str, str]) -> MachineTransition:
     steps = tuple(int(step) for step in attributes.get("taillabel", "").split(",") if step.isdecimal())
-    return MachineTransition(source, target, _one_line(attributes.get("label", "")), steps)
+    return MachineTransition(source, target, _to_one_line(attributes.get("label", "")), steps)

@@ -1,4 +1,4 @@
-"""Measures the write rates of interfaces, and draws plots of field values with characters."""
+"""Measures the rates of writes to interfaces, and draws plots of field values with characters."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from typing import Final
 
 OWNER = "cxbridge bb"
 
-WINDOW: Final = 10_000  # the number of latest writes over which a rate is computed
+WINDOW: Final = 10_000  # latest writes over which a rate is computed, as in `ros2 topic hz`
 
-_BLANK: Final = 0x2800  # the Unicode block of braille patterns, whose dots are the pixels of a plot
-# The dots of a Braille character: left and right column from the top.
-_DOTS: Final = ((0x01, 0x02, 0x04, 0x40), (0x08, 0x10, 0x20, 0x80))
+_BLANK_CHARACTER: Final = 0x2800  # the Unicode block of braille patterns, whose dots are the pixels of a plot
+# the bits of the dots of a braille character: the left column, then the right column, from the top
+_DOT_BITS: Final = ((0x01, 0x02, 0x04, 0x40), (0x08, 0x10, 0x20, 0x80))
 
 _UNITS: Final = ("B", "kB", "MB", "GB")
 _THOUSAND: Final = 1000.0
@@ -71,7 +71,7 @@ class RateMeter:
         return Rate(hz, min(intervals), max(intervals), pstdev(intervals, mean), len(self._times))
 
 
-def amount(size: float) -> str:
+def format_bytes(size: float) -> str:
     """Return a number of bytes with its unit."""
     unit = 0
     while size >= _THOUSAND and unit < len(_UNITS) - 1:
@@ -80,7 +80,7 @@ def amount(size: float) -> str:
     return f"{size:.2f} {_UNITS[unit]}" if unit else f"{size:.0f} {_UNITS[unit]}"
 
 
-def drawing(points: Sequence[tuple[float, float]], width: int, height: int, span_s: float) -> Iterator[str]:
+def draw_plot(points: Sequence[tuple[float, float]], width: int, height: int, span_s: float) -> Iterator[str]:
     """Yield the lines of a plot in Braille characters with its axes.
 
     :param points: the seconds and values; the last point is at the right edge.
@@ -89,32 +89,34 @@ def drawing(points: Sequence[tuple[float, float]], width: int, height: int, span
     points = [(time_s, value) for time_s, value in points if isfinite(value)]
     low, high = _axis_range([value for _, value in points])
     span = high - low
-    labels = [_label(high - span * row / max(1, height - 1), span) for row in range(height)]
+    labels = [_format_label(high - span * row / max(1, height - 1), span) for row in range(height)]
     margin = max(map(len, labels))
-    inner = max(4, width - margin - 2)
-    cells = [[0] * inner for _ in range(height)]
+    plot_width = max(4, width - margin - 2)
+    cells = [[0] * plot_width for _ in range(height)]
     end_s = points[-1][0] if points else 0.0
     previous_dot: tuple[int, int] | None = None
     for time_s, value in points:
-        # A cell has two columns and four rows of dots.
-        x = round((time_s - end_s + span_s) / span_s * (2 * inner - 1))
+        # a character has two columns and four rows of dots
+        x = round((time_s - end_s + span_s) / span_s * (2 * plot_width - 1))
         y = round((high - value) / span * (4 * height - 1))
         if x < 0:
             continue
         for dot_x, dot_y in _step_dots(previous_dot, (x, y)):
-            cells[dot_y // 4][dot_x // 2] |= _DOTS[dot_x % 2][dot_y % 4]
+            cells[dot_y // 4][dot_x // 2] |= _DOT_BITS[dot_x % 2][dot_y % 4]
         previous_dot = x, y
     for row, label in enumerate(labels):
         axis_label = label if row in {0, height // 2, height - 1} else ""
-        characters = "".join(chr(_BLANK + cell) for cell in cells[row]).rstrip(chr(_BLANK))
+        characters = "".join(chr(_BLANK_CHARACTER + cell) for cell in cells[row]).rstrip(
+            chr(_BLANK_CHARACTER)
+        )
         yield f"{axis_label:>{margin}} ┤{characters}"
     begin, end = f"-{span_s:g} s", "now"
-    yield f"{'':{margin}} └{'─' * inner}"
-    yield f"{'':{margin}}  {begin}{end:>{max(1, inner - len(begin))}}"
+    yield f"{'':{margin}} └{'─' * plot_width}"
+    yield f"{'':{margin}}  {begin}{end:>{max(1, plot_width - len(begin))}}"
 
 
 def _step_dots(previous_dot: tuple[int, int] | None, dot: tuple[int, int]) -> Iterator[tuple[int, int]]:
-    """Yield the dots of a step: horizontal at the old value, since a field keeps it, then vertical."""
+    """Yield the dots of a step: horizontal, since a field keeps its value until a write, then vertical."""
     x, y = dot
     if previous_dot is not None:
         previous_x, previous_y = previous_dot
@@ -128,13 +130,13 @@ def _axis_range(values: Sequence[float]) -> tuple[float, float]:
     if not values:
         return 0.0, 1.0
     low, high = min(values), max(values)
-    if low == high:  # an axis needs a range: the constant is in its middle
+    if low == high:  # the axis needs a range, in whose middle a constant value is
         margin = abs(low) / 10 or 1.0
         return low - margin, high + margin
     return low, high
 
 
-def _label(value: float, span: float) -> str:
+def _format_label(value: float, span: float) -> str:
     """Return the label of an axis value, with enough digits to differ from its neighbours."""
     digits = min(6, max(0, 2 - floor(log10(span))))
     return f"{value:.{digits}f}" if abs(value) < _LARGE else f"{value:.3e}"

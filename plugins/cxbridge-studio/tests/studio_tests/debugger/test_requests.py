@@ -11,7 +11,7 @@ from cxbridge.daemon import requests as daemon_requests
 from cxbridge.daemon.client import NoAnswerError, read_status, request, send_command
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import LogLine
-from cxbridge_studio.cli.daemon_break import _step as step
+from cxbridge_studio.cli.daemon_break import _take_step as step
 from tests.daemon.test_daemon import WAIT_S, connected, running, until
 from tests.run.mini import write_scenario
 

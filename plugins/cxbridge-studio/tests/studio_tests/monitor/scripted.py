@@ -49,7 +49,7 @@ class Scripted:
         self.answer = ""
         self.closed = False
 
-    def look(self, query):
+    def take_snapshot(self, query):
         self.query = query
         if self.error:
             raise CxbridgeError(self.error)
@@ -57,7 +57,7 @@ class Scripted:
             raise ZeroDivisionError
         return self.snapshot
 
-    def do(self, command, query):
+    def execute_command(self, command, query):
         self.done.append(command)
         if self.error:
             raise CxbridgeError(self.error, hint="try again")

@@ -22,10 +22,10 @@ AGENT = "(defrule begin (executive-initialized) (not (goal)) => (assert (goal (i
 """A goal that does not change."""
 
 
-def until(look, condition):
+def until(take_snapshot, condition):
     """Look until the condition holds, and return the snapshot."""
     for _ in range(WAIT_S * 20):
-        seen = look()
+        seen = take_snapshot()
         if condition(seen):
             return seen
         time.sleep(0.01)
@@ -49,65 +49,68 @@ def _source(daemon) -> Iterator[DaemonSource]:
 
 
 def test_what_is_seen(source):
-    seen = until(lambda: source.look(ViewQuery()), lambda seen: seen.goals and "running" in seen.head)
+    seen = until(
+        lambda: source.take_snapshot(ViewQuery()), lambda seen: seen.goals and "running" in seen.head
+    )
     pattern = r"running · up \d+\.\d s( \(.+ clock\))? · loop [\d,]+ at \d+ Hz"
-    until(lambda: source.look(ViewQuery()), lambda seen: re.fullmatch(pattern, seen.head))
+    until(lambda: source.take_snapshot(ViewQuery()), lambda seen: re.fullmatch(pattern, seen.head))
     assert seen.goals[0][:4] == ("executive", "G", "MINI", "nil")
     assert seen.environments == ["executive"]
     assert any(row[0] == "DaemonInterface::cxbridge" for row in seen.interfaces.rows)
     assert (seen.stop, seen.progress, seen.facts.rows, seen.fields.rows) == ("", None, (), ())
-    assert source.look(ViewQuery(words="no such goal")).goals == []
-    assert len(source.look(ViewQuery(words="mini")).goals) == 1
+    assert source.take_snapshot(ViewQuery(filter_text="no such goal")).goals == []
+    assert len(source.take_snapshot(ViewQuery(filter_text="mini")).goals) == 1
     last = seen.log[-1].number
     assert last == max(line.number for line in seen.log)
 
 
 def test_values_of_an_interface_and_messages_to_it(source):
     query = ViewQuery(pane="interfaces", interface="DaemonInterface::cxbridge")
-    fields = dict(source.look(query).fields.rows)
+    fields = dict(source.take_snapshot(query).fields.rows)
     assert fields["state"] == "RUNNING"
-    assert source.look(ViewQuery()).fields.rows == ()
-    assert source.do("send Pause", query).startswith("sent, message ")
-    until(lambda: source.look(query), lambda seen: dict(seen.fields.rows)["state"] == "PAUSED")
-    source.do("resume", query)
-    until(lambda: source.look(query), lambda seen: dict(seen.fields.rows)["state"] == "RUNNING")
+    assert source.take_snapshot(ViewQuery()).fields.rows == ()
+    assert source.execute_command("send Pause", query).startswith("sent, message ")
+    until(lambda: source.take_snapshot(query), lambda seen: dict(seen.fields.rows)["state"] == "PAUSED")
+    source.execute_command("resume", query)
+    until(lambda: source.take_snapshot(query), lambda seen: dict(seen.fields.rows)["state"] == "RUNNING")
     for wrong in ("send Nonsense", "send", "send 'Pause"):
         with pytest.raises(CxbridgeError):
-            source.do(wrong, query)
+            source.execute_command(wrong, query)
     with pytest.raises(CxbridgeError, match="which interface"):
-        source.do("send Pause", ViewQuery())
+        source.execute_command("send Pause", ViewQuery())
     assert (
-        "'NoType' not found" in source.look(ViewQuery(pane="interfaces", interface="NoType::x")).fields.note
+        "'NoType' not found"
+        in source.take_snapshot(ViewQuery(pane="interfaces", interface="NoType::x")).fields.note
     )
 
 
 def test_breakpoints_steps_and_where_it_stands(source):
     query = ViewQuery()
-    assert source.do("break rule:*", query).startswith("breakpoint ")
-    seen = until(lambda: source.look(query), lambda seen: seen.stop)
+    assert source.execute_command("break rule:*", query).startswith("breakpoint ")
+    seen = until(lambda: source.take_snapshot(query), lambda seen: seen.stop)
     assert seen.stop.startswith("rules stopped before rule ")
     assert "(breakpoint " in seen.stop
     ((number, spec),) = seen.breakpoints.rows
     assert spec == "rule:*"
-    source.do(f"delete {number}", query)
-    assert source.look(query).breakpoints.rows == []
-    source.do("step loop", query)
-    until(lambda: source.look(query), lambda seen: "at the end of the loop" in seen.stop)
-    source.do("resume", query)
-    until(lambda: source.look(query), lambda seen: not seen.stop)
+    source.execute_command(f"delete {number}", query)
+    assert source.take_snapshot(query).breakpoints.rows == []
+    source.execute_command("step loop", query)
+    until(lambda: source.take_snapshot(query), lambda seen: "at the end of the loop" in seen.stop)
+    source.execute_command("resume", query)
+    until(lambda: source.take_snapshot(query), lambda seen: not seen.stop)
     for wrong in ("break", "break nonsense", "delete x", "step sideways", "dance"):
         with pytest.raises(CxbridgeError):
-            source.do(wrong, query)
+            source.execute_command(wrong, query)
 
 
 def test_facts_are_looked_for_and_edited(source):
-    query = ViewQuery(pane="facts", words="(hello")
-    assert until(lambda: source.look(query), lambda seen: not seen.facts.note).facts.rows == []
-    index = source.do("assert (hello world)", query)
-    seen = until(lambda: source.look(query), lambda seen: seen.facts.rows)
+    query = ViewQuery(pane="facts", filter_text="(hello")
+    assert until(lambda: source.take_snapshot(query), lambda seen: not seen.facts.note).facts.rows == []
+    index = source.execute_command("assert (hello world)", query)
+    seen = until(lambda: source.take_snapshot(query), lambda seen: seen.facts.rows)
     assert seen.facts.rows == [(index, "(hello world)")]
-    source.do(f"retract {index}", query)
-    until(lambda: source.look(query), lambda seen: not seen.facts.rows and not seen.facts.note)
+    source.execute_command(f"retract {index}", query)
+    until(lambda: source.take_snapshot(query), lambda seen: not seen.facts.rows and not seen.facts.note)
     for wrong in (
         f"retract {index}",
         "assert (",
@@ -117,35 +120,39 @@ def test_facts_are_looked_for_and_edited(source):
         "modify f-999999 (a b)",
     ):
         with pytest.raises(CxbridgeError):
-            source.do(wrong, query)
-    assert "no CLIPS environment 'other'" in source.look(ViewQuery(pane="facts", env="other")).facts.note
+            source.execute_command(wrong, query)
+    assert (
+        "no CLIPS environment 'other'"
+        in source.take_snapshot(ViewQuery(pane="facts", env="other")).facts.note
+    )
 
 
 def test_an_expression_is_evaluated(source):
-    assert source.do('eval (printout t "hi" crlf)', ViewQuery()) == "hi"
-    assert source.do("eval (+ 1 2)", ViewQuery()) == "3"
-    assert source.do("eval (progn)", ViewQuery()) == "FALSE"
+    assert source.execute_command('eval (printout t "hi" crlf)', ViewQuery()) == "hi"
+    assert source.execute_command("eval (+ 1 2)", ViewQuery()) == "3"
+    assert source.execute_command("eval (progn)", ViewQuery()) == "FALSE"
     with pytest.raises(CxbridgeError):
-        source.do("eval (no-such-function)", ViewQuery())
+        source.execute_command("eval (no-such-function)", ViewQuery())
 
 
 def test_a_goal_is_modified(source):
-    query = ViewQuery(pane="facts", words="(goal (id g)")
-    ((index, _),) = until(lambda: source.look(query), lambda seen: seen.facts.rows).facts.rows
-    changed = source.do(f'modify {index} (message "by hand")', query)
+    query = ViewQuery(pane="facts", filter_text="(goal (id g)")
+    ((index, _),) = until(lambda: source.take_snapshot(query), lambda seen: seen.facts.rows).facts.rows
+    changed = source.execute_command(f'modify {index} (message "by hand")', query)
     seen = until(
-        lambda: source.look(query), lambda seen: seen.facts.rows and "by hand" in seen.facts.rows[0][1]
+        lambda: source.take_snapshot(query),
+        lambda seen: seen.facts.rows and "by hand" in seen.facts.rows[0][1],
     )
     assert seen.facts.rows[0][0] == changed
 
 
 def test_the_agenda_of_rules_that_stand(source):
     query = ViewQuery(pane="agenda")
-    source.do("break rule:*", query)
-    seen = until(lambda: source.look(query), lambda seen: seen.stop and seen.agenda.rows)
+    source.execute_command("break rule:*", query)
+    seen = until(lambda: source.take_snapshot(query), lambda seen: seen.stop and seen.agenda.rows)
     assert seen.stop.endswith(f"next: {seen.agenda.rows[0][1]}")
-    source.do(f"delete {seen.breakpoints.rows[0][0]}", query)
-    source.do("resume", query)
+    source.execute_command(f"delete {seen.breakpoints.rows[0][0]}", query)
+    source.execute_command("resume", query)
 
 
 def test_thousands_of_facts_are_looked_through_bit_by_bit(source, daemon, tmp_path):
@@ -154,10 +161,11 @@ def test_thousands_of_facts_are_looked_through_bit_by_bit(source, daemon, tmp_pa
     with connected(daemon) as board:
         request(board, "env-load", WAIT_S, env="executive", file=str(file), batch=True)
     query = ViewQuery(pane="facts")
-    seen = until(lambda: source.look(query), lambda seen: len(seen.facts.rows) == MAX_ROWS)
+    seen = until(lambda: source.take_snapshot(query), lambda seen: len(seen.facts.rows) == MAX_ROWS)
     assert seen.facts.note == f"the first {MAX_ROWS}: / finds others"
     found = until(
-        lambda: source.look(ViewQuery(pane="facts", words="many 1999")), lambda seen: seen.facts.rows
+        lambda: source.take_snapshot(ViewQuery(pane="facts", filter_text="many 1999")),
+        lambda seen: seen.facts.rows,
     )
     assert [row[1] for row in found.facts.rows] == ["(many 1999)"]
 
@@ -175,9 +183,9 @@ def test_less_is_asked_for_when_an_answer_is_too_long(monkeypatch):
 
     board: Any = SimpleNamespace(connected=True)
     source = DaemonSource("robot", lambda: board)
-    assert source._state("") == {"goals": []}
+    assert source._request_state("") == {"goals": []}
     assert asked == [1000, 500, 250]
-    source._state("")
+    source._request_state("")
     assert asked[3:] == [250]
 
 
@@ -189,16 +197,16 @@ def test_a_daemon_that_goes_and_comes_back(tmp_path):
     for _ in range(2):
         with running(config=scenario, settings=settings) as (daemon, _, _):
             daemons.append(daemon)
-            seen = until(lambda: look(source), lambda seen: seen is not None and seen.goals)
+            seen = until(lambda: take_snapshot(source), lambda seen: seen is not None and seen.goals)
             numbers = [line.number for line in seen.log]
             assert numbers == sorted(set(numbers))
-        until(lambda: look(source), lambda seen: seen is None)
+        until(lambda: take_snapshot(source), lambda seen: seen is None)
     source.close()
 
 
-def look(source):
+def take_snapshot(source):
     """Look; None without a daemon."""
     try:
-        return source.look(ViewQuery())
+        return source.take_snapshot(ViewQuery())
     except BlackBoardError:
         return None

@@ -9,8 +9,8 @@ import pytest
 from cxbridge.errors import CxbridgeError, TraceError
 from cxbridge.events import FactChange, GoalTransition, InterfaceWrite, Level, LogLine, RuleFired
 from cxbridge.trace.formats.mcap.writer import McapWriter
-from cxbridge_studio.monitor.filtering import duration_text
-from cxbridge_studio.monitor.recorded import RecordedSource, value_text
+from cxbridge_studio.monitor.filtering import format_duration
+from cxbridge_studio.monitor.recorded import RecordedSource, format_value
 from cxbridge_studio.monitor.snapshot import MAX_ROWS, ViewQuery
 from tests.support import needs_shared
 from tests.trace.runs import RECORDINGS, family, goal, recording
@@ -44,13 +44,13 @@ def _source(tmp_path_factory):
 
 def at(source, *commands, **query):
     for command in commands:
-        source.do(command, ViewQuery(**query))
-    return source.look(ViewQuery(**query))
+        source.execute_command(command, ViewQuery(**query))
+    return source.take_snapshot(ViewQuery(**query))
 
 
 def test_it_begins_at_the_last_transition(tmp_path):
     source = RecordedSource(recorded(tmp_path / "a.mcap", [*family(), LogLine(9, Level.INFO, "x", "y")]))
-    seen = source.look(ViewQuery())
+    seen = source.take_snapshot(ViewQuery())
     assert seen.stop == "goal RUN-gen3 (PARENT) FINISHED FAILED: SUB-GOAL-FAILED gen2"
     assert [goal.outcome for goal in seen.goals] == ["COMPLETED", "FAILED", "FAILED"]
 
@@ -94,36 +94,36 @@ def test_facts_are_found_beyond_those_shown(source):
     seen = at(source, "end", pane="facts")
     assert len(seen.facts.rows) == MAX_ROWS
     assert "more facts" in seen.facts.note
-    assert at(source, pane="facts", words="(n 99)").facts.rows == [("f-99", "(thing (n 99))")]
+    assert at(source, pane="facts", filter_text="(n 99)").facts.rows == [("f-99", "(thing (n 99))")]
     assert "--trace-level facts" in at(source, pane="facts", env="nobody").facts.note
 
 
 def test_goals_are_filtered_with_those_above(source):
-    assert [goal.id for goal in at(source, "end", words="completed").goals] == ["gen1", "RUN-gen3"]
+    assert [goal.id for goal in at(source, "end", filter_text="completed").goals] == ["gen1", "RUN-gen3"]
 
 
 def test_it_plays_at_a_speed(tmp_path):
     now = [100.0]
     events = [goal("g", f"M{second}", time_us=second * 1_000_000) for second in range(11)]
     source = RecordedSource(recorded(tmp_path / "a.mcap", events), lambda: now[0])
-    source.look(ViewQuery())
-    assert source.do("speed 2", ViewQuery()) == "speed 2"
+    source.take_snapshot(ViewQuery())
+    assert source.execute_command("speed 2", ViewQuery()) == "speed 2"
     slow = source.period_s
     seen = at(source, "play")
     assert re.fullmatch(r"0\.0 s of 10\.0 s · event 1 of 11 · playing x2", seen.head)
     assert source.period_s < slow
     now[0] += 2.5
-    assert source.look(ViewQuery()).goals[0].mode == "M5"
-    assert source.do("speed +", ViewQuery()) == "speed 4"
+    assert source.take_snapshot(ViewQuery()).goals[0].mode == "M5"
+    assert source.execute_command("speed +", ViewQuery()) == "speed 4"
     now[0] += 1
-    assert source.look(ViewQuery()).goals[0].mode == "M9"
+    assert source.take_snapshot(ViewQuery()).goals[0].mode == "M9"
     assert "playing" not in at(source, "play").head
     now[0] += 1
-    assert source.look(ViewQuery()).goals[0].mode == "M9"
+    assert source.take_snapshot(ViewQuery()).goals[0].mode == "M9"
     at(source, "play")
     now[0] += 10
-    assert source.look(ViewQuery()).goals[0].mode == "M10"
-    assert "playing" not in source.look(ViewQuery()).head
+    assert source.take_snapshot(ViewQuery()).goals[0].mode == "M10"
+    assert "playing" not in source.take_snapshot(ViewQuery()).head
     assert at(source, "play").head.startswith("0.0 s of")
     assert "playing" not in at(source, "event 1").head
 
@@ -131,14 +131,14 @@ def test_it_plays_at_a_speed(tmp_path):
 @pytest.mark.parametrize("command", ["pause", "jump soon", "jump nan", "event x", "speed ?", ""])
 def test_what_makes_no_sense_is_refused(source, command):
     with pytest.raises(CxbridgeError):
-        source.do(command, ViewQuery())
+        source.execute_command(command, ViewQuery())
 
 
 def test_several_agents_keep_apart(tmp_path):
     events = [
         GoalTransition(0, env, "g", "C", "nil", "nil", "FORMULATED", "UNKNOWN", "") for env in ("r1", "r2")
     ]
-    seen = RecordedSource(recorded(tmp_path / "a.mcap", events)).look(ViewQuery())
+    seen = RecordedSource(recorded(tmp_path / "a.mcap", events)).take_snapshot(ViewQuery())
     assert [(goal.env, goal.id) for goal in seen.goals] == [("r1", "g"), ("r2", "g")]
     assert seen.environments == ["r1", "r2"]
 
@@ -146,7 +146,7 @@ def test_several_agents_keep_apart(tmp_path):
 def test_a_recording_that_was_cut_off_says_so(tmp_path):
     path = recorded(tmp_path / "a.mcap", family())
     path.write_bytes(path.read_bytes()[:-40])
-    seen = RecordedSource(path).look(ViewQuery())
+    seen = RecordedSource(path).take_snapshot(ViewQuery())
     assert "cut off" in seen.notes[0]
     assert len(seen.goals) == 3
 
@@ -164,20 +164,20 @@ def test_a_recording_without_events_is_an_error(tmp_path):
 
 
 def test_values_as_text():
-    assert [value_text(value) for value in ("a", False, [1, "b"], 2.5)] == ['"a"', "false", '1,"b"', "2.5"]
+    assert [format_value(value) for value in ("a", False, [1, "b"], 2.5)] == ['"a"', "false", '1,"b"', "2.5"]
 
 
 @needs_shared
 def test_recordings_of_fawkes():
     log = RecordedSource(recording("skiller-1"))
     while log.period_s < 0.1:
-        log.look(ViewQuery())
-    seen = log.look(ViewQuery(pane="facts"))
+        log.take_snapshot(ViewQuery())
+    seen = log.take_snapshot(ViewQuery(pane="facts"))
     assert seen.facts.rows
     assert any("COMPLETED" in goal.outcome for goal in seen.goals)
     folder = RecordedSource(RECORDINGS / "skiller-1" / "bblogger-repaired")
-    rows = folder.look(ViewQuery()).interfaces.rows
-    assert folder.look(ViewQuery(interface=rows[0][0])).fields.rows
+    rows = folder.take_snapshot(ViewQuery()).interfaces.rows
+    assert folder.take_snapshot(ViewQuery(interface=rows[0][0])).fields.rows
 
 
 @pytest.mark.parametrize(
@@ -192,4 +192,4 @@ def test_recordings_of_fawkes():
     ],
 )
 def test_durations_are_written_as_people_say_them(seconds, text):
-    assert duration_text(seconds) == text
+    assert format_duration(seconds) == text

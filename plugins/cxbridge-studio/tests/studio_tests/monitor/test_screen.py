@@ -11,9 +11,9 @@ pytest.importorskip("textual")
 from textual.widgets import Input, Static
 
 from cxbridge_studio.monitor.layout import HelpScreen
-from cxbridge_studio.monitor.screen import monitor_app
+from cxbridge_studio.monitor.screen import make_monitor_app
 from cxbridge_studio.monitor.snapshot import GoalRow, LogRow, MonitorSnapshot, Table
-from cxbridge_studio.monitor.widgets import GoalTree, LogLines, Rows, bar
+from cxbridge_studio.monitor.widgets import GoalTree, LogLines, Rows, make_progress_bar
 from studio_tests.monitor.scripted import GOALS, SNAPSHOT, Scripted, drive, labels
 
 
@@ -48,7 +48,7 @@ def test_goals_and_panes():
         log = app.query_one("#log", LogLines)
         await until(lambda: [line.text.strip() for line in log.lines] == ["W Daemon: mind the [step]"])
 
-    drive(monitor_app(source), script)
+    drive(make_monitor_app(source), script)
     assert source.closed
 
 
@@ -72,7 +72,7 @@ def test_it_follows_changes_and_keeps_its_place():
         source.change(goals=circle)
         await until(lambda: len(labels(tree)) == 2)
 
-    drive(monitor_app(source), script)
+    drive(make_monitor_app(source), script)
 
 
 def replace_mode(goal):
@@ -90,7 +90,7 @@ def test_goals_of_several_agents_are_below_their_environments():
         await pilot.press("down")
         assert tree.chosen is None
 
-    drive(monitor_app(source), script)
+    drive(make_monitor_app(source), script)
 
 
 def test_keys_of_a_daemon():
@@ -107,7 +107,7 @@ def test_keys_of_a_daemon():
         await until(lambda: source.query.env == "executive")
         await pilot.press("q")
 
-    drive(monitor_app(source), script)
+    drive(make_monitor_app(source), script)
 
 
 def test_commands_begin_with_what_is_chosen():
@@ -135,7 +135,7 @@ def test_commands_begin_with_what_is_chosen():
                 app.query_one(GoalTree).focus()
         await until(lambda: source.done == [f"{typed}x" for typed in cases.values()])
 
-    drive(monitor_app(source), script)
+    drive(make_monitor_app(source), script)
 
 
 def test_a_breakpoint_is_removed_by_a_key():
@@ -145,7 +145,7 @@ def test_a_breakpoint_is_removed_by_a_key():
         await pilot.press("7", "d")
         await until(lambda: source.done == ["delete 3"])
 
-    drive(monitor_app(source), script)
+    drive(make_monitor_app(source), script)
 
 
 def test_what_is_typed_can_be_left():
@@ -153,16 +153,16 @@ def test_what_is_typed_can_be_left():
 
     async def script(app, pilot, until):
         await pilot.press("slash", *"talk", "enter")
-        await until(lambda: source.query.words == "talk")
+        await until(lambda: source.query.filter_text == "talk")
         await pilot.press("colon", *"pause", "escape")
         assert not app.query_one("#prompt").has_focus
-        assert source.query.words == "talk"
+        assert source.query.filter_text == "talk"
         await until(lambda: "filter: talk" in text(app, "status"))
         await pilot.press("escape")
-        await until(lambda: source.query.words == "")
+        await until(lambda: source.query.filter_text == "")
         assert source.done == []
 
-    drive(monitor_app(source), script)
+    drive(make_monitor_app(source), script)
 
 
 def test_an_answer_is_told_and_so_is_a_refusal():
@@ -181,7 +181,7 @@ def test_an_answer_is_told_and_so_is_a_refusal():
         await until(lambda: text(app, "said") == "f-12")
         await until(lambda: text(app, "status") == "robot: running")
 
-    drive(monitor_app(source), script)
+    drive(make_monitor_app(source), script)
 
 
 def test_values_of_the_interface_under_the_cursor():
@@ -196,7 +196,7 @@ def test_values_of_the_interface_under_the_cursor():
         source.change(fields=Table([("x", "2"), ("text", "short")]))
         await until(lambda: rows(app, "fields") == [["x", "2"], ["text", "short"]])
 
-    drive(monitor_app(source), script)
+    drive(make_monitor_app(source), script)
 
 
 def test_notes_tell_what_is_not_shown_and_all_of_the_fact_under_the_cursor():
@@ -204,7 +204,7 @@ def test_notes_tell_what_is_not_shown_and_all_of_the_fact_under_the_cursor():
         await pilot.press("5", "down")
         await until(lambda: text(app, "facts-note") == "f-2 (b (n 1))\n7 more facts: / finds them")
 
-    drive(monitor_app(Scripted()), script)
+    drive(make_monitor_app(Scripted()), script)
 
 
 def test_rows_that_come_and_go_leave_the_cursor_where_it_was():
@@ -223,7 +223,7 @@ def test_rows_that_come_and_go_leave_the_cursor_where_it_was():
         await until(lambda: table.row_count == 0)
         assert table.chosen is None
 
-    drive(monitor_app(source), script)
+    drive(make_monitor_app(source), script)
 
 
 def test_keys_of_a_recording_scrub_wherever_the_cursor_is():
@@ -245,7 +245,7 @@ def test_keys_of_a_recording_scrub_wherever_the_cursor_is():
         await pilot.press("p", "s", "d")
         assert len(source.done) == len(wanted) + 1
 
-    drive(monitor_app(source), script)
+    drive(make_monitor_app(source), script)
 
 
 def test_the_log_goes_back_with_a_recording():
@@ -267,7 +267,7 @@ def test_the_log_goes_back_with_a_recording():
         source.change(log=())
         await until(lambda: shown() == [])
 
-    drive(monitor_app(source), script)
+    drive(make_monitor_app(source), script)
 
 
 @pytest.mark.parametrize("is_live", [True, False])
@@ -281,7 +281,7 @@ def test_keys_are_listed(is_live):
         await pilot.press("escape")
         await until(lambda: not isinstance(app.screen, HelpScreen))
 
-    drive(monitor_app(Scripted(is_live=is_live)), script, size=(80, 24))
+    drive(make_monitor_app(Scripted(is_live=is_live)), script, size=(80, 24))
 
 
 def test_it_fits_80_columns(monkeypatch):
@@ -295,7 +295,7 @@ def test_it_fits_80_columns(monkeypatch):
         await pilot.resize_terminal(140, 40)
         await until(lambda: not app.screen.has_class("narrow"))
 
-    drive(monitor_app(Scripted()), script, size=(80, 24))
+    drive(make_monitor_app(Scripted()), script, size=(80, 24))
 
 
 def test_a_source_that_goes_is_told_and_it_may_come_back():
@@ -309,7 +309,7 @@ def test_a_source_that_goes_is_told_and_it_may_come_back():
         source.fault = True
         await until(lambda: "a fault of cxbridge: ZeroDivisionError" in text(app, "status"))
 
-    drive(monitor_app(source), script)
+    drive(make_monitor_app(source), script)
 
 
 def test_many_goals_are_shown():
@@ -326,11 +326,11 @@ def test_many_goals_are_shown():
         source.change(goals=[many[0]._replace(mode="FINISHED"), *many[1:]])
         await until(lambda: " FINISHED" in labels(tree)[0])
 
-    drive(monitor_app(source), script)
+    drive(make_monitor_app(source), script)
 
 
 def test_a_bar_of_text():
-    assert [bar(progress, 6) for progress in (0, 0.5, 1)] == ["[|---]", "[==|-]", "[===|]"]
+    assert [make_progress_bar(progress, 6) for progress in (0, 0.5, 1)] == ["[|---]", "[==|-]", "[===|]"]
 
 
 def columns(tree):
@@ -364,7 +364,7 @@ def test_states_of_goals_stand_in_one_column_that_can_be_seen(width):
         assert column + len("FORMULATED") <= tree.size.width
         assert any("…" in label for label in labels(tree))
 
-    drive(monitor_app(Scripted(replace(SNAPSHOT, goals=goals))), script, size=(width, 40))
+    drive(make_monitor_app(Scripted(replace(SNAPSHOT, goals=goals))), script, size=(width, 40))
 
 
 def test_wide_screens_show_skills_and_log_all_the_time():
@@ -381,7 +381,7 @@ def test_wide_screens_show_skills_and_log_all_the_time():
         assert aside.region.right <= app.size.width
 
     for width in (120, 220):
-        drive(monitor_app(Scripted()), script, size=(width, 60))
+        drive(make_monitor_app(Scripted()), script, size=(width, 60))
 
 
 def test_the_legend_gives_way_to_the_goal_that_is_chosen():
@@ -391,4 +391,4 @@ def test_the_legend_gives_way_to_the_goal_that_is_chosen():
         await pilot.press("down", "down")
         await until(lambda: text(app, "legend") == "kid (TALK): FINISHED FAILED  [no voice]")
 
-    drive(monitor_app(Scripted()), script)
+    drive(make_monitor_app(Scripted()), script)

@@ -15,7 +15,7 @@ from cxbridge.cli.main import invoke
 from cxbridge.interfaces import SkillerInterface, SwitchInterface
 from cxbridge_studio.cli import bb_plot as plotting
 from cxbridge_studio.cli import bb_rates as rates
-from cxbridge_studio.terminal.metering import RateMeter, amount, drawing
+from cxbridge_studio.terminal.metering import RateMeter, draw_plot, format_bytes
 from tests.cli.boards import SharedBoard
 
 
@@ -91,12 +91,12 @@ class TestMeters:
         [(0, "0 B"), (999, "999 B"), (1000, "1.00 kB"), (2.5e6, "2.50 MB"), (3e12, "3000.00 GB")],
     )
     def test_amounts(self, size, text):
-        assert amount(size) == text
+        assert format_bytes(size) == text
 
 
 class TestDrawing:
     def test_a_step_goes_along_and_then_up(self):
-        lines = list(drawing([(0.0, 0.0), (10.0, 0.0), (10.0, 1.0)], 20, 3, 10.0))
+        lines = list(draw_plot([(0.0, 0.0), (10.0, 0.0), (10.0, 1.0)], 20, 3, 10.0))
         assert [line.split("┤")[0].strip() for line in lines[:3]] == ["1.00", "0.50", "0.00"]
         assert set(lines[2].split("┤")[1]) <= set("⣀⡀⢀⣸⢸")
         assert lines[3].strip().startswith("└")
@@ -108,7 +108,7 @@ class TestDrawing:
     )
     @pytest.mark.parametrize("size", [(80, 20), (10, 1), (3, 2)])
     def test_it_fits_whatever_the_values_are(self, points, size):
-        lines = list(drawing(points, size[0], size[1], 30.0))
+        lines = list(draw_plot(points, size[0], size[1], 30.0))
         assert len(lines) == size[1] + 2
         if size[0] > 20:
             assert max(map(len, lines)) <= size[0]
@@ -116,7 +116,7 @@ class TestDrawing:
     def test_a_screen_is_full_and_no_more(self):
         points = {"a": [(0.0, 1.0)], "b": [(1.0, 2.0), (2.0, 3.0)]}
         for rows in (10, 24, 60):
-            lines = plotting.screen_lines("T::I", points, 3.0, 30.0, (80, rows))
+            lines = plotting.make_screen_lines("T::I", points, 3.0, 30.0, (80, rows))
             assert len(lines) <= rows
             assert lines[0] == "T::I a = 1"
             assert lines[-1] == "Ctrl-C ends"
@@ -203,5 +203,5 @@ def test_what_cannot_be_plotted_is_told_at_once(board, uid, field, said, capsys)
 
 def test_enums_are_plotted_by_their_numbers():
     values = {"status": SkillerInterface.S_RUNNING, "on": True}
-    assert plotting.value_of("status", values) == SkillerInterface.S_RUNNING.value
-    assert plotting.value_of("on", values) == 1.0
+    assert plotting.field_number("status", values) == SkillerInterface.S_RUNNING.value
+    assert plotting.field_number("on", values) == 1.0

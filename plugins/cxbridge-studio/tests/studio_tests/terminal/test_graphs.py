@@ -17,7 +17,7 @@ from cxbridge.errors import CxbridgeError, SkillerError
 from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.interfaces.assignments import json_value
 from cxbridge.skiller.make import skill_folders
-from cxbridge_studio.terminal.graphs import draw_graph, fetch_graph, render
+from cxbridge_studio.terminal.graphs import draw_graph, fetch_graph, render_graph
 from tests.cli.boards import Looping, SharedBoard, silent_bus
 from tests.skiller.rig import SKILLS, write_skills
 
@@ -115,17 +115,17 @@ def test_a_skill_that_cannot_be_drawn(tmp_path: Path, skill: str, message: str):
 @needs_dot
 @pytest.mark.parametrize(("suffix", "start"), [(".svg", b"<?xml"), (".png", b"\x89PNG"), (".pdf", b"%PDF")])
 def test_pictures(suffix: str, start: bytes):
-    assert render(draw_graph("say", skill_folders()), suffix).startswith(start)
+    assert render_graph(draw_graph("say", skill_folders()), suffix).startswith(start)
 
 
 @needs_dot
 def test_graphviz_says_what_it_cannot_draw():
     with pytest.raises(CxbridgeError, match="graphviz cannot draw this graph"):
-        render("digraph {", ".svg")
+        render_graph("digraph {", ".svg")
 
 
 def test_without_graphviz_it_is_told_how_to_get_it(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(shutil, "which", lambda _name: None)
     with pytest.raises(CxbridgeError, match="graphviz is not installed") as caught:
-        render("digraph {}", ".svg")
+        render_graph("digraph {}", ".svg")
     assert "apt install graphviz" in str(caught.value)

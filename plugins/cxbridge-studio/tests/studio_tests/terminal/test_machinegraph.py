@@ -34,7 +34,7 @@ def test_the_states_and_where_it_is(engine: LuaEngine):
     machine = run(engine, "leaf", 2)
     states = {state.name: state for state in machine.states}
     assert machine.name == 'a "leaf"'
-    assert states["FIRST"] == MachineState("FIRST", "FIRST", active=True, kind="start")
+    assert states["FIRST"] == MachineState("FIRST", "FIRST", is_active=True, kind="start")
     assert (states["SECOND"].note, states["three"].note) == ("the middle", "x")
     assert states["odd name"].node == "odd name"
     assert {name: state.kind for name, state in states.items() if state.kind} == {
@@ -42,7 +42,7 @@ def test_the_states_and_where_it_is(engine: LuaEngine):
         "FINAL": "final",
         "FAILED": "failed",
     }
-    assert [state.name for state in machine.states if state.active] == ["FIRST"]
+    assert [state.name for state in machine.states if state.is_active] == ["FIRST"]
 
 
 def test_the_transitions_and_the_way(engine: LuaEngine):
@@ -57,7 +57,7 @@ def test_machines_within_states(engine: LuaEngine):
     assert [(depth, part.name) for depth, part in machine.walk()] == [(0, "nest"), (1, "mid"), (2, "deep")]
     deep = machine.inner[0].inner[0]
     assert {state.name for state in deep.states} == {"D1", "D2", "FINAL", "FAILED"}
-    active = [state.name for _, part in machine.walk() for state in part.states if state.active]
+    active = [state.name for _, part in machine.walk() for state in part.states if state.is_active]
     assert active == ["IN", "M2", "D2"]
 
 

@@ -66,7 +66,7 @@ def test_monitor_on_a_terminal_draws_the_machine(board):
     from rich.console import Console
 
     from cxbridge.blackboard.following import Deadline
-    from cxbridge_studio.terminal.live import show
+    from cxbridge_studio.terminal.live import show_skiller
 
     class Show(Listener):
         def message_received(self, interface, message):
@@ -83,7 +83,7 @@ def test_monitor_on_a_terminal_draws_the_machine(board):
     writer.write()
     screen = StringIO()
     console = Console(file=screen, force_terminal=True, width=60)
-    assert show(board, "Skiller", 1, Deadline(WAIT_S), console)
+    assert show_skiller(board, "Skiller", 1, Deadline(WAIT_S), console)
     text = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", screen.getvalue()).rpartition("\r")[2]
     here, been, to = "\N{BLACK CIRCLE}", "\N{WHITE CIRCLE}", "\N{RIGHTWARDS ARROW}"
     assert [line.rstrip() for line in text.splitlines()] == [
@@ -98,7 +98,7 @@ def test_monitor_on_a_terminal_draws_the_machine(board):
         f"  {here} A",
         f"way: drive {to} turn",
     ]
-    assert not show(board, "Skiller", 2, Deadline(0.1), console)
+    assert not show_skiller(board, "Skiller", 2, Deadline(0.1), console)
 
 
 def test_graph_from_files_and_from_a_skiller(board, capsys, tmp_path):
