@@ -109,7 +109,7 @@ def main() -> None:
         knowledge = AgentKnowledge(error=str(error))
     if recording:
         counts, name = count_firings(Path(recording)), Path(recording).name
-        knowledge = msgspec.structs.replace(knowledge, count_firings=counts, recording=name)
+        knowledge = msgspec.structs.replace(knowledge, firings=counts, recording=name)
     with output:
         output.write(msgspec.json.encode(knowledge))
 
