@@ -387,6 +387,5 @@ def describe_stop(stop: Mapping[str, Any]) -> str:
 
 
 def _parse_numbers(text: str) -> list[int]:
-    return [
-        parse_number(word) for word in text.split() or [text]
-    ]  # an empty text is one word, which parse_number() rejects
+    # an empty text counts as a word, which parse_number() rejects
+    return [parse_number(word) for word in text.split() or [text]]
