@@ -25,12 +25,16 @@ class MutexFunctions:
         self._context = context
         memory = context.memory
         self._mutexes = mutexes = Mutexes(context.store, memory.settings.mutexes, memory.clock)
-        self._define(env, "create", mutexes.create, 1)
-        self._define(env, "destroy", mutexes.destroy, 1)
-        self._define(env, "try-lock", mutexes.try_lock, 2)
-        self._define(env, "renew-lock", mutexes.renew, 2)
-        self._define(env, "force-lock", partial(mutexes.try_lock, force=True), 2)
-        self._define(env, "unlock", mutexes.unlock, 2)
+        operations: tuple[tuple[str, Callable[..., bool], int], ...] = (
+            ("create", mutexes.create, 1),
+            ("destroy", mutexes.destroy, 1),
+            ("try-lock", mutexes.try_lock, 2),
+            ("renew-lock", mutexes.renew, 2),
+            ("force-lock", partial(mutexes.try_lock, force=True), 2),
+            ("unlock", mutexes.unlock, 2),
+        )
+        for name, operation, count in operations:
+            self._define(env, name, operation, count)
         self._define_waiting(env, "setup-ttl", mutexes.setup_ttl, "*;ld")
         self._define_waiting(env, "expire-locks", mutexes.expire, "*;ld")
         env.define("robmem-mutex-expire-locks-async", self._expire_async, 1, types="*;ld")

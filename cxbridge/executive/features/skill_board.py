@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, Protocol
 
 from cxbridge.errors import CxbridgeError
@@ -163,11 +164,14 @@ class SkillBoardFeature(Feature):
     def init_context(self, env: ClipsEnvironment) -> None:
         context = _SkillBoardContext(env, env.bus.logger(f"SkillBoardCLIPS|{env.name}"))
         self._contexts[env.name] = context
-        define = env.define
-        define("skill-board-request", lambda *args: self._request(context, *args), 4, types="*;sy;m;m;sy")
-        define("skill-board-call", lambda *args: self._call(context, *args), 2, types="*;s;sy")
-        define("skill-board-cancel", self._cancel, 1, types="*;l")
-        define("skill-board-read", lambda: self._read(context))
+        functions: tuple[tuple[str, Callable[..., Value], int, str], ...] = (
+            ("skill-board-request", partial(self._request, context), 4, "*;sy;m;m;sy"),
+            ("skill-board-call", partial(self._call, context), 2, "*;s;sy"),
+            ("skill-board-cancel", self._cancel, 1, "*;l"),
+            ("skill-board-read", partial(self._read, context), 0, "*"),
+        )
+        for name, function, argument_count, types in functions:
+            env.define(name, function, argument_count, types=types)
         for construct in (*_TEMPLATES, _READ_RULE):
             env.build(construct)
 

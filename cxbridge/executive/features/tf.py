@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from cxbridge.errors import ClipsError, CxbridgeError, TransformError
@@ -43,7 +44,21 @@ class TfFeature(Feature):
         if self._listener is None:
             self._listener = TransformListener(self._board, owner=_LOG)
         self._users.add(env.name)
-        self._define(env, _TransformFunctions(self._listener))
+        functions, log = _TransformFunctions(self._listener), env.bus.logger(_LOG)
+        for name, function, types, failure in (
+            ("quat-from-yaw", functions.quat_from_yaw, "*;ld", _FAILED),
+            ("yaw-from-quat", functions.yaw_from_quat, "*;m", 0.0),
+            ("frame-exists", functions.frame_exists, "*;sy", FALSE),
+            ("can-transform", functions.can_transform, "*;sy;sy;m", FALSE),
+            ("transform-point", functions.point, "*;sy;sy;m;m", _FAILED),
+            ("transform-vector", functions.vector, "*;sy;sy;m;m", _FAILED),
+            ("transform-quaternion", functions.quaternion, "*;sy;sy;m;m", _FAILED),
+            ("transform-pose", functions.pose, "*;sy;sy;m;m;m", _FAILED),
+        ):
+            define_logged(env, f"tf-{name}", function, types, failure, lambda error: log.warn(error.message))
+        env.define("tf-add-publisher", partial(self._add_publisher, env), 1, types="*;sy")
+        for name, static in (("tf-publish-pose-static", True), ("tf-publish-pose", False)):
+            env.define(name, partial(self._publish, env, static=static), 5, types="*;sy;sy;ld;ld;ld")
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
         """Close the interfaces if this is the last environment with the feature."""
@@ -56,27 +71,6 @@ class TfFeature(Feature):
         for publisher in self._publishers.values():
             publisher.close()
         self._publishers.clear()
-
-    def _define(self, env: ClipsEnvironment, functions: _TransformFunctions) -> None:
-        log = env.bus.logger(_LOG)
-        for name, function, types, failure in (
-            ("quat-from-yaw", functions.quat_from_yaw, "*;ld", _FAILED),
-            ("yaw-from-quat", functions.yaw_from_quat, "*;m", 0.0),
-            ("frame-exists", functions.frame_exists, "*;sy", FALSE),
-            ("can-transform", functions.can_transform, "*;sy;sy;m", FALSE),
-            ("transform-point", functions.point, "*;sy;sy;m;m", _FAILED),
-            ("transform-vector", functions.vector, "*;sy;sy;m;m", _FAILED),
-            ("transform-quaternion", functions.quaternion, "*;sy;sy;m;m", _FAILED),
-            ("transform-pose", functions.pose, "*;sy;sy;m;m;m", _FAILED),
-        ):
-            define_logged(env, f"tf-{name}", function, types, failure, lambda error: log.warn(error.message))
-        env.define("tf-add-publisher", lambda frame: self._add_publisher(env, frame), 1, types="*;sy")
-        for name, static in (("tf-publish-pose-static", True), ("tf-publish-pose", False)):
-
-            def publish(*pose: Value, static: bool = static) -> Value:
-                return self._publish(env, *pose, static=static)
-
-            env.define(name, publish, 5, types="*;sy;sy;ld;ld;ld")
 
     def _add_publisher(self, env: ClipsEnvironment, frame: str) -> Value:
         from cxbridge.space.tf import TransformPublisher  # noqa: PLC0415

@@ -58,12 +58,8 @@ class EndlessRules:
         rule_location: Callable[[str], tuple[Path, int] | None],
         log: Logger,
     ) -> None:
-        self._api, self._activation_basis, self._rule_location, self._log = (
-            api,
-            activation_basis,
-            rule_location,
-            log,
-        )
+        self._api, self._log = api, log
+        self._activation_basis, self._rule_location = activation_basis, rule_location
         self._hooks = (
             make_callback("void(Environment *, Activation *, void *)", self._record_firing),
             make_callback("void(Environment *, Fact *, void *)", self._record_fact),

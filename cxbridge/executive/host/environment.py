@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from itertools import islice
 from pathlib import Path
 from typing import ClassVar
@@ -108,8 +108,14 @@ class ClipsEnvironment:
             ("exit", self._exit, 0, 1, "*"),
             ("halt", self._halt, 0, 0, "*"),
             ("quit", self._quit, 0, 0, "*"),
-            ("watch", lambda item, *names: self.watch(item, names), 1, UNBOUNDED, "y"),
-            ("unwatch", lambda item, *names: self.watch(item, names, on=False), 1, UNBOUNDED, "y"),
+            ("watch", lambda item, *names: self.watcher.watch(item, names), 1, UNBOUNDED, "y"),
+            (
+                "unwatch",
+                lambda item, *names: self.watcher.watch(item, names, on=False),
+                1,
+                UNBOUNDED,
+                "y",
+            ),
             ("cx-unwatch", self.watcher.unwatch_undefined, 2, 2, "y"),
             (MODIFY_FUNCTION, Modify(*modify_arguments), 1, UNBOUNDED, "*"),
             (DUPLICATE_FUNCTION, Duplicate(*modify_arguments), 1, UNBOUNDED, "*"),
@@ -201,13 +207,6 @@ class ClipsEnvironment:
     def _quit(self) -> None:
         """Request an orderly end, after pending work and the finalization rules."""
         self.quit_requested = True
-
-    def watch(self, item: str, names: Sequence[str] = (), *, on: bool = True) -> None:
-        """Execute ``(watch ITEM NAME...)`` or ``(unwatch ...)``.
-
-        :raises ClipsError: if the item or a name is unknown.
-        """
-        self.watcher.watch(item, names, on=on)
 
     def build(self, construct: str) -> None:
         """Define a construct.

@@ -75,18 +75,14 @@ class LoggerStack:
 
     def __init__(self, sink: LineSink, component: str = "") -> None:
         # a new tuple for each change: rules may log in one thread while a client adds a logger in another
-        self._loggers: tuple[ClipsLogger, ...] = (
+        self.loggers: tuple[ClipsLogger, ...] = (
             ClipsLogger(DEFAULT_LOGGER, sink, DEFAULT_PRIORITY, component=component),
         )
-
-    @property
-    def loggers(self) -> tuple[ClipsLogger, ...]:
         """The loggers in calling order."""
-        return self._loggers
 
     def log(self, level: Level, line: str) -> None:
         """Pass a line to the loggers that accept it, down to the first that replaces the loggers below."""
-        for logger in self._loggers:
+        for logger in self.loggers:
             if logger.accepts(level, line):
                 logger.sink(level, line)
                 if logger.replaces:
@@ -97,9 +93,9 @@ class LoggerStack:
 
         :raises ClipsError: if the name exists, there are too many loggers or the priority is out of bounds.
         """
-        if any(existing.name == logger.name for existing in self._loggers):
+        if any(existing.name == logger.name for existing in self.loggers):
             raise ClipsError(f"there is a logger '{logger.name}' already")
-        if len(self._loggers) >= MAX_LOGGERS:
+        if len(self.loggers) >= MAX_LOGGERS:
             raise ClipsError(f"an environment cannot have more than {MAX_LOGGERS} loggers")
         if abs(logger.priority) > MAX_PRIORITY:
             raise ClipsError(
@@ -107,7 +103,7 @@ class LoggerStack:
                 hint=f"use {-MAX_PRIORITY} to {MAX_PRIORITY}; the first logger has {DEFAULT_PRIORITY}",
             )
         # a stable sort: among equal priorities, the latest logger is called first
-        self._loggers = tuple(sorted((logger, *self._loggers), key=lambda item: -item.priority))
+        self.loggers = tuple(sorted((logger, *self.loggers), key=lambda item: -item.priority))
 
     def remove(self, name: str) -> None:
         """Remove a logger.
@@ -119,7 +115,7 @@ class LoggerStack:
             raise ClipsError(
                 f"the logger '{name}' cannot be removed", hint="add one above it that replaces it"
             )
-        self._loggers = tuple(logger for logger in self._loggers if logger.name != name)
+        self.loggers = tuple(logger for logger in self.loggers if logger.name != name)
 
     def set_level(self, name: str, level: Level) -> None:
         """Set the minimum level of a logger.
@@ -127,8 +123,8 @@ class LoggerStack:
         :raises ClipsError: if the logger is unknown.
         """
         logger_to_change = self._find_logger(name)
-        self._loggers = tuple(
-            replace(logger, level=level) if logger is logger_to_change else logger for logger in self._loggers
+        self.loggers = tuple(
+            replace(logger, level=level) if logger is logger_to_change else logger for logger in self.loggers
         )
 
     def level_of(self, name: str) -> Level:
@@ -139,10 +135,10 @@ class LoggerStack:
         return self._find_logger(name).level
 
     def _find_logger(self, name: str) -> ClipsLogger:
-        for logger in self._loggers:
+        for logger in self.loggers:
             if logger.name == name:
                 return logger
-        names = ", ".join(logger.name for logger in self._loggers)
+        names = ", ".join(logger.name for logger in self.loggers)
         raise ClipsError(f"there is no logger '{name}'", hint=f"there are: {names}")
 
 

@@ -124,13 +124,11 @@ class UdfTable:
             self._define_again(name, function, (minimum, limit, types))
             return
         function_cell = [function]
-        c_name, c_types = ffi.new("char[]", name.encode()), ffi.new("char[]", types.encode())
         call = make_callback(
             "void(Environment *, UDFContext *, UDFValue *)",
             self._make_entry_point(name, function_cell, minimum, limit, types),
         )
-        self._register(c_name, c_types, minimum, limit, call)
-        self._kept_objects[name] = (c_name, c_types, call)
+        self.define_c(name, call, minimum, limit, types)
         self._functions[name] = (minimum, limit, types, function_cell)
 
     def _define_again(self, name: str, function: Function, arguments: tuple[int, int, str]) -> None:
@@ -143,14 +141,10 @@ class UdfTable:
     def define_c(self, name: str, call: CData, minimum: int, maximum: int, types: str) -> None:
         """Make a C function callable from CLIPS as ``name``."""
         c_name, c_types = ffi.new("char[]", name.encode()), ffi.new("char[]", types.encode())
-        self._register(c_name, c_types, minimum, maximum, call)
-        self._kept_objects[name] = (c_name, c_types, call)
-
-    def _register(self, name: CData, types: CData, minimum: int, maximum: int, call: CData) -> None:
-        error = lib.AddUDF(self._env, name, ffi.NULL, minimum, maximum, types, call, name, ffi.NULL)
+        error = lib.AddUDF(self._env, c_name, ffi.NULL, minimum, maximum, c_types, call, c_name, ffi.NULL)
         if error != lib.AUE_NO_ERROR:
-            text = ffi.string(name).decode()
-            raise ValueError(f"CLIPS refused the function '{text}' (AddUDF error {error})")
+            raise ValueError(f"CLIPS refused the function '{name}' (AddUDF error {error})")
+        self._kept_objects[name] = (c_name, c_types, call)
 
     def _make_entry_point(
         self, name: str, function_cell: list[Function], minimum: int, maximum: int, types: str

@@ -320,11 +320,6 @@ def _types_text(types: tuple[str, ...]) -> str:
     return f"(either {' '.join(types)})" if types else ROOT_TYPE
 
 
-def domain_with_objects(domain: Domain, problem: Problem) -> Domain:
-    """Return the domain with the problem's objects as constants."""
-    return domain.changed(constants=domain.constants + problem.objects, file=problem.file)
-
-
 def check_problem(domain: Domain, problem: Problem, warn: Warn | None = None) -> None:
     """Check a problem against its domain.
 
@@ -336,7 +331,9 @@ def check_problem(domain: Domain, problem: Problem, warn: Warn | None = None) ->
         hint = "give the domain that the problem names"
         if warn is not None:
             warn(semantic_error(message, Position(), problem.file, hint))
-    checker = DomainChecker(domain_with_objects(domain, problem), warn=warn)
+    # a domain with the problem's objects as constants, and with the problem's file for errors
+    checked_domain = domain.changed(constants=domain.constants + problem.objects, file=problem.file)
+    checker = DomainChecker(checked_domain, warn=warn)
     checker.check_objects(problem.objects)
     for atom in (*problem.init, *problem.init_false):
         checker.check_formula(atom)

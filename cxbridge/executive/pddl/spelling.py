@@ -133,9 +133,10 @@ class _Speller:
         )
 
     def _spell_declaration(self, declared: Any, names: Spellings) -> Any:
-        name, parameters = declared.name, declared.parameters
         return replace(
-            declared, name=_declared_form(name, names), parameters=self._spell_typed_list(parameters, {})
+            declared,
+            name=_declared_form(declared.name, names),
+            parameters=self._spell_typed_list(declared.parameters, {}),
         )
 
     def _spell_action(self, action: ActionSchema) -> ActionSchema:

@@ -21,20 +21,17 @@ class Attempts:
     """The attempts of one call.
 
     :param requested: the requested planner, or ``auto``.
+    :ivar choice: the planners to try, once the call has chosen them.
     """
 
     def __init__(self, requested: str) -> None:
         self._requested = requested
-        self._choice = PlannerChoice((), ())
+        self.choice = PlannerChoice((), ())
         self._results: list[PlanResult] = []
-
-    def set_choice(self, choice: PlannerChoice) -> None:
-        """Set the planners to try, after the call has chosen them."""
-        self._choice = choice
 
     def shares(self) -> Iterator[tuple[Planner, float]]:
         """Yield each planner in order, with its share of the remaining time."""
-        planners = self._choice.planners
+        planners = self.choice.planners
         for planner in planners[:-1]:
             yield planner, _TIME_SHARE
         yield planners[-1], 1.0
@@ -50,7 +47,7 @@ class Attempts:
         if self._requested != AUTO:
             return result
         failures = (failed.message for failed in self._results[:-1])
-        reasons = (result.why, *self._choice.reasons, *failures)
+        reasons = (result.why, *self.choice.reasons, *failures)
         return replace(result, why="; ".join(filter(None, reasons)))
 
     def final_result(self) -> PlanResult:
@@ -67,7 +64,7 @@ class Attempts:
     @property
     def advice(self) -> str:
         """The advice after a timeout, as the end of a sentence."""
-        suitable = [planner.name for planner in self._choice.planners]
+        suitable = [planner.name for planner in self.choice.planners]
         # the planner without a result is the one that the timeout has ended
         tried = suitable[: max(1, len(self._results)) + 1]
         text = f" (tried: {', '.join(tried)})" if suitable else ""
@@ -76,6 +73,6 @@ class Attempts:
             alternative = f", or try the planner {AUTO}"
         elif command := planner_install_command():
             alternative = f", or install more planners: {command}"
-        elif self._choice.not_installed_names:
-            alternative = f", or install one of {', '.join(self._choice.not_installed_names)}"
+        elif self.choice.not_installed_names:
+            alternative = f", or install one of {', '.join(self.choice.not_installed_names)}"
         return f"{text}: give more time{alternative}"

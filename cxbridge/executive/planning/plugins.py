@@ -137,7 +137,12 @@ class PddlRobotMemory:
             template = ProblemTemplate(source, str(self._template_file))
             for warning in template.warnings:
                 self._log.error(warning)
-            text = template.fill(self._find_documents, {"GOAL": self._goal or _EMPTY_GOAL})
+            text = template.fill(
+                lambda queries: {
+                    name: self._store.find(self._collection, query) for name, query in queries.items()
+                },
+                {"GOAL": self._goal or _EMPTY_GOAL},
+            )
             self._files.write(self._problem_file, text)
         except CxbridgeError as error:
             self._log.error(f"Cannot generate the problem: {error}")
@@ -145,9 +150,6 @@ class PddlRobotMemory:
             self._log.error(f"Cannot write the problem {self._problem_file}: {error.strerror}")
         else:
             self._log.info(f"Finished generation of problem {self._problem_file.name}")
-
-    def _find_documents(self, queries: dict[str, dict[str, Any]]) -> Mapping[str, list[dict[str, Any]]]:
-        return {name: self._store.find(self._collection, query) for name, query in queries.items()}
 
     def close(self) -> None:
         self._board.close(self._interface)

@@ -30,7 +30,8 @@ class PlannerProcess:
     """
 
     def __init__(self) -> None:
-        self._is_killed = False
+        self.is_killed = False
+        """Whether the owner has killed the process."""
         self._output = tempfile.TemporaryFile()  # noqa: SIM115  closed together with the process
         self.folder = Path(tempfile.mkdtemp(prefix=FOLDER_PREFIX))
         """The folder of the planner's temporary files."""
@@ -49,12 +50,7 @@ class PlannerProcess:
     def is_alive(self) -> bool:
         """Whether the process can take another job."""
         # poll() reports a killed process as alive for a moment
-        return not self._is_killed and self._process.poll() is None
-
-    @property
-    def is_killed(self) -> bool:
-        """Whether the owner has killed the process."""
-        return self._is_killed
+        return not self.is_killed and self._process.poll() is None
 
     def run(self, job: Job) -> PlanResult:
         """Run a job and return its result, which is FAILED after a crash. Blocks."""
@@ -82,7 +78,7 @@ class PlannerProcess:
 
     def kill(self) -> None:
         """Kill the process and its children."""
-        self._is_killed = True
+        self.is_killed = True
         if not (hasattr(os, "killpg") and hasattr(signal, "SIGKILL")):
             self._process.kill()  # Windows has no process groups; a planner's children end by themselves
             return

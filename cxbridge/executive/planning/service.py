@@ -97,10 +97,11 @@ class PlanCall:
         """Try the planners in order until one has a plan or proves that there is none."""
         request = self.request
         try:
-            choice = choose_planners(request.planner, request.domain, request.problem, request.options)
+            attempts.choice = choose_planners(
+                request.planner, request.domain, request.problem, request.options
+            )
         except CxbridgeError as error:
             return PlanResult(PlanStatus.FAILED, request.planner, message=str(error))
-        attempts.set_choice(choice)
         for planner, share in attempts.shares():
             remaining = deadline - time.monotonic()
             result = self._try_planner(planner, remaining * share, is_last=share == 1.0)

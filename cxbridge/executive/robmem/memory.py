@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 from cxbridge.blackboard import BlackBoard
@@ -44,29 +45,22 @@ class RobotMemory:
         embedded: Callable[[Settings], Store] | None = None,
     ) -> None:
         self._config = config
-        self._clock = clock
+        self.clock = clock
         self._board = board
-        self._lock = threading.RLock()  # reentrant: the property `store` opens the store
-        self._settings: Settings | None = None
+        self._lock = threading.RLock()
         self._make_embedded = embedded
         self._store: Store | None = None
         self._status_writers: list[StatusWriter] = []
         self.bus = bus
         self.log: Logger = bus.logger("RobotMemory")
 
-    @property
+    @cached_property
     def settings(self) -> Settings:
         """The settings of the configuration.
 
         :raises ConfigError: if the configuration is wrong.
         """
-        if self._settings is None:
-            self._settings = Settings.read(self._config)
-        return self._settings
-
-    @property
-    def clock(self) -> Clock:
-        return self._clock
+        return Settings.read(self._config)
 
     @property
     def store(self) -> Store:
@@ -74,29 +68,26 @@ class RobotMemory:
 
         :raises CxbridgeError: if the store cannot be opened.
         """
-        with self._lock:
-            if self._store is None:
-                self.open()
-            assert self._store is not None
-            return self._store
+        return self.open()
 
     @property
     def is_open(self) -> bool:
         return self._store is not None
 
-    def open(self) -> None:
-        """Open the store, and write the interfaces of replica sets. Further calls do nothing.
+    def open(self) -> Store:
+        """Open the store, and write the interfaces of replica sets. Further calls only return the store.
 
         :raises CxbridgeError: if the configuration is wrong or the store cannot be opened.
         """
         with self._lock:
             if self._store is not None:
-                return
+                return self._store
             self._store = self._open_store()
             self.log.info(f"Robot memory: {self.settings.location}")
             for name in self.settings.replica_sets:
                 interface = self._board.open_for_writing(REPLICA_SET_INTERFACE, name, owner="RobotMemory")
                 self._status_writers.append(StatusWriter(interface, self._store))
+            return self._store
 
     def _open_store(self) -> Store:
         # imported on use, because the import of pymongo takes a second
@@ -106,8 +97,8 @@ class RobotMemory:
                 return self._make_embedded(settings)
             from cxbridge.executive.robmem.embedded import EmbeddedStore  # noqa: PLC0415
 
-            return EmbeddedStore(self._clock, settings.file)
-        if self._clock.is_virtual:
+            return EmbeddedStore(self.clock, settings.file)
+        if self.clock.is_virtual:
             raise ConfigError(
                 "a robot memory on MongoDB cannot go with --clock virtual",
                 hint="events come in real time: use --clock real",

@@ -35,10 +35,9 @@ class HeldFact:
 
     def retract(self) -> None:
         """Retract the fact if it still exists, and release it. To be called once."""
-        fact, self._fact = self._fact, NULL
-        if lib.FactExistp(fact):
-            lib.Retract(fact)
-        lib.ReleaseFact(fact)
+        if lib.FactExistp(self._fact):
+            lib.Retract(self._fact)
+        self.release()
 
     def release(self) -> None:
         """Release the fact without retracting it. To be called once."""

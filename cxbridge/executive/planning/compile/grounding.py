@@ -54,9 +54,7 @@ def ground(domain: Domain, problem: Problem) -> StripsTask:
 
     :raises PlanningError: if the task becomes too large.
     """
-    grounder = _Grounder(domain, problem, MAX_OPERATORS)
-    grounder.explore()
-    return grounder.strips()
+    return _Grounder(domain, problem, MAX_OPERATORS).strips()
 
 
 def reachable(domain: Domain, problem: Problem, max_operators: int) -> frozenset[Fact]:
@@ -65,7 +63,6 @@ def reachable(domain: Domain, problem: Problem, max_operators: int) -> frozenset
     :raises PlanningError: if there are more ground actions than ``max_operators``.
     """
     grounder = _Grounder(domain, problem, max_operators)
-    grounder.explore()
     return frozenset((*grounder.initial, *grounder.reached))
 
 
@@ -96,12 +93,13 @@ class _Grounder:
         self._waiting: dict[Fact, list[_GroundCase]] = {}  # cases by missing fact
         self._applicable: list[_GroundCase] = []  # cases without missing facts
         self._case_count = 0
+        self._explore()
 
     def _static_truth(self, fact: Fact) -> bool | None:
         """Return the truth of a fact that no action changes; None for other facts."""
         return None if fact.predicate in self._fluents else fact in self.initial
 
-    def explore(self) -> None:
+    def _explore(self) -> None:
         """Ground all actions whose conditions are reachable."""
         for conjunction in self._evaluator.alternatives(self._goal, {}):
             self._add(_GroundCase(None, EffectCase(conjunction, frozenset())))

@@ -176,7 +176,7 @@ class EnvironmentService:
                 # The text of CLIPS, which its users know.
                 message = f"Unable to find {construct} '{unknown_names[0]}'."
                 raise ClipsError(message, hint=did_you_mean(unknown_names[0], defined_names) or None)
-            env.watch(item, names, on=on)
+            env.watcher.watch(item, names, on=on)
 
     def set_log_level(self, name: str, level: str) -> None:
         """Set the minimum log level of an environment.
