@@ -177,12 +177,12 @@ class _ConstructReader:
         self.mentions: list[Mention] = []
         self._templates_by_variable: dict[str, str] = {}  # empty for an ambiguous template
         # The variables that the construct binds to other values, so that they may hold no fact.
-        self._find_rebound_variables: frozenset[str] = frozenset()
+        self._rebound_variables: frozenset[str] = frozenset()
         self._message_types_by_variable: dict[str, str] = {}  # the types of protobuf messages
 
     def read_top_level(self, node: SyntaxNode) -> None:
         """Read a top-level list."""
-        self._find_rebound_variables = frozenset(_find_rebound_variables(node))
+        self._rebound_variables = frozenset(_find_rebound_variables(node))
         readers: dict[str, Callable[[SyntaxNode], object]] = {
             "defrule": self._read_rule,
             "deftemplate": self._read_template,
@@ -339,7 +339,7 @@ class _ConstructReader:
     def _record_template(self, variable: str, template: str) -> None:
         """Record the template of the fact that a variable holds."""
         recorded = self._templates_by_variable.setdefault(variable, template)
-        if recorded != template or variable in self._find_rebound_variables:
+        if recorded != template or variable in self._rebound_variables:
             self._templates_by_variable[variable] = ""
 
     # ---- expressions

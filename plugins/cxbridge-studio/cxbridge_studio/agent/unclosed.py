@@ -250,10 +250,10 @@ class _Reading:
     def _close_list(self) -> None:
         if not self.stack:
             return
-        is_closed = self.stack.pop()
-        is_comparison = is_closed.head in _COMPARISON_FUNCTIONS
-        if is_closed.children != _ARGUMENT_COUNTS.get(is_closed.head, is_closed.children) or (
-            is_comparison and is_closed.children < _MIN_COMPARED_VALUES
+        closed_list = self.stack.pop()
+        is_comparison = closed_list.head in _COMPARISON_FUNCTIONS
+        if closed_list.children != _ARGUMENT_COUNTS.get(closed_list.head, closed_list.children) or (
+            is_comparison and closed_list.children < _MIN_COMPARED_VALUES
         ):
             self.cost += _SOFT_COST
 

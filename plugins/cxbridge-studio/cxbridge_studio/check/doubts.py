@@ -24,33 +24,33 @@ from cxbridge.executive.pddl.ast import (
 from cxbridge.executive.pddl.printer import format_formula
 from cxbridge_studio.check.findings import Code, Severity
 
-PREDICATE: Final = Code(
+FALSE_PREDICATE: Final = Code(
     "CX311",
     Severity.WARNING,
     "a predicate that is never true",
     "No action has the predicate as an effect, and no rule makes such a fact: conditions with the "
     "predicate never hold.",
 )
-ACTION: Final = Code(
+IMPOSSIBLE_ACTION: Final = Code(
     "CX312",
     Severity.WARNING,
     "an action that can never be done",
     "The precondition needs a predicate that nothing makes true before the action: neither a rule, nor an "
     "action that can be done.",
 )
-EFFECT: Final = Code(
+UNDONE_EFFECT: Final = Code(
     "CX313",
     Severity.WARNING,
     "an action that takes its own effect back",
     "The action makes an atom true and false at the same time. In PDDL, the atom is true then.",
 )
-OBJECT: Final = Code(
+UNTYPED_OBJECT: Final = Code(
     "CX314",
     Severity.WARNING,
     "an object without a type",
     "All parameters of actions have a type, and the object has none: no action takes the object.",
 )
-GOAL: Final = Code(
+UNACHIEVED_GOAL: Final = Code(
     "CX315",
     Severity.WARNING,
     "a planner's goal that no action achieves",
@@ -58,7 +58,7 @@ GOAL: Final = Code(
     "there is no plan.",
 )
 
-CODES: Final = (PREDICATE, ACTION, EFFECT, OBJECT, GOAL)
+CODES: Final = (FALSE_PREDICATE, IMPOSSIBLE_ACTION, UNDONE_EFFECT, UNTYPED_OBJECT, UNACHIEVED_GOAL)
 
 
 class Doubt(NamedTuple):
@@ -85,7 +85,7 @@ def find_domain_doubts(domain: Domain, asserted_predicates: Collection[str] | No
             message = (
                 f"({predicate.name}) is never true: no action has it as an effect, nothing else makes it"
             )
-            yield Doubt(PREDICATE, message, predicate.position)
+            yield Doubt(FALSE_PREDICATE, message, predicate.position)
     yield from _find_impossible_actions(domain, asserted_predicates)
 
 
@@ -99,7 +99,7 @@ def find_object_doubts(domain: Domain, objects: TypedList) -> Iterator[Doubt]:
     for group in objects:
         if not group.types:
             message = f"{', '.join(group.names)} has no type: no action takes it"
-            yield Doubt(OBJECT, message, group.position)
+            yield Doubt(UNTYPED_OBJECT, message, group.position)
 
 
 def find_goal_doubts(domain: Domain, goal: Formula, asserted_predicates: Collection[str]) -> Iterator[Doubt]:
@@ -111,7 +111,7 @@ def find_goal_doubts(domain: Domain, goal: Formula, asserted_predicates: Collect
     achieved_predicates = {name for action in domain.actions for name in _added_predicates(action)}
     for atom in _required_atoms(goal):
         if atom.predicate in declared_predicates - achieved_predicates - set(asserted_predicates):
-            yield Doubt(GOAL, f"no action achieves {format_formula(atom)}", atom.position)
+            yield Doubt(UNACHIEVED_GOAL, f"no action achieves {format_formula(atom)}", atom.position)
 
 
 def _find_impossible_actions(domain: Domain, asserted_predicates: Collection[str]) -> Iterator[Doubt]:
@@ -128,7 +128,7 @@ def _find_impossible_actions(domain: Domain, asserted_predicates: Collection[str
             f"({name})" for name in sorted(_needed_predicates(action) - possible_predicates)
         )
         message = f"the action {action.name} can never be done: nothing makes {missing_text} true before it"
-        yield Doubt(ACTION, message, action.position)
+        yield Doubt(IMPOSSIBLE_ACTION, message, action.position)
 
 
 def _needed_predicates(action: ActionSchema) -> set[str]:
@@ -184,4 +184,4 @@ def _find_undone_effects(action: ActionSchema) -> Iterator[Doubt]:
     for atom, is_true, context in literals:
         if not is_true and (atom, context) in added_literals:
             message = f"the action {action.name} makes {format_formula(atom)} true and false at once"
-            yield Doubt(EFFECT, f"{message}: true wins", atom.position)
+            yield Doubt(UNDONE_EFFECT, f"{message}: true wins", atom.position)

@@ -94,7 +94,7 @@ def _join_lines(text: str) -> str:
 
 
 # The two codes without a check module: these mistakes prevent loading the agent, which the checks need.
-INPUT: Final = Code(
+UNREADABLE_AGENT: Final = Code(
     "CX101",
     Severity.ERROR,
     "the agent cannot be read",
@@ -103,7 +103,7 @@ INPUT: Final = Code(
 )
 
 
-PROGRAM: Final = Code(
+CONFLICTING_PROGRAM: Final = Code(
     "CX212",
     Severity.WARNING,
     "a program that cannot be a part of an agent",
@@ -112,7 +112,7 @@ PROGRAM: Final = Code(
 )
 
 
-def make_error_finding(error: CxbridgeError, code: Code = INPUT) -> Finding:
+def make_error_finding(error: CxbridgeError, code: Code = UNREADABLE_AGENT) -> Finding:
     """Return an error as a finding."""
     place = SourcePlace(error.file or "", error.line or 0, error.column or 0)
     return Finding(code, place, error.message, error.hint or "")

@@ -11,7 +11,7 @@ from cxbridge.errors import PddlError
 from cxbridge.executive.pddl import Domain, Problem, load_domain, parse_domain, parse_problem
 from cxbridge.executive.pddl.decoding import read_text
 from cxbridge_studio.check import doubts
-from cxbridge_studio.check.checks.domain import DOMAIN, DUBIOUS, NO_DOMAIN
+from cxbridge_studio.check.checks.domain import DUBIOUS_DOMAIN, MISSING_DOMAIN, WRONG_DOMAIN
 from cxbridge_studio.check.findings import Finding, SourcePlace, make_error_finding
 
 PDDL_SUFFIX: Final = ".pddl"
@@ -31,7 +31,7 @@ def check_pddl_file(file: Path, text: str | None = None, *, fawkes_compat: bool 
     findings: list[Finding] = []
 
     def warn(mistake: PddlError) -> None:
-        findings.append(make_error_finding(mistake, DUBIOUS))
+        findings.append(make_error_finding(mistake, DUBIOUS_DOMAIN))
 
     try:
         text = read_text(file, "PDDL file") if text is None else text
@@ -43,11 +43,11 @@ def check_pddl_file(file: Path, text: str | None = None, *, fawkes_compat: bool 
         path = _find_domain(file, domain_name[1])
         if path is None:
             message = f"there is no domain {domain_name[1]} beside the problem"
-            return [Finding(NO_DOMAIN, SourcePlace(str(file)), message)]
+            return [Finding(MISSING_DOMAIN, SourcePlace(str(file)), message)]
         domain = load_domain(path, fawkes_compat=fawkes_compat)
         findings += _check_problem(file, parse_problem(text, domain, file, warn=warn), domain)
     except PddlError as error:
-        findings.append(make_error_finding(error, DOMAIN))
+        findings.append(make_error_finding(error, WRONG_DOMAIN))
     return findings
 
 

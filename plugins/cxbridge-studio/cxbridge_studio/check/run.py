@@ -26,7 +26,13 @@ from cxbridge_studio.check.agent import (
     needs_batch,
     search_folders,
 )
-from cxbridge_studio.check.findings import PROGRAM, Finding, Severity, SourcePlace, make_error_finding
+from cxbridge_studio.check.findings import (
+    CONFLICTING_PROGRAM,
+    Finding,
+    Severity,
+    SourcePlace,
+    make_error_finding,
+)
 from cxbridge_studio.check.pddl_files import PDDL_SUFFIX, check_pddl_file
 from cxbridge_studio.check.stubbed_environment import StubbedEnvironment
 from cxbridge_studio.check.table import run_checks
@@ -90,7 +96,10 @@ def _check_clips_file(options: RunOptions, file: Path, *, errors_only: bool, por
     if len(findings_without_errors) < len(file_findings) and _is_program(file):
         hint = "run it with CLIPS, or give its facts and rules names that the core does not have"
         message = "the names are those of the CX core"
-        file_findings = [*findings_without_errors, Finding(PROGRAM, SourcePlace(str(file)), message, hint)]
+        file_findings = [
+            *findings_without_errors,
+            Finding(CONFLICTING_PROGRAM, SourcePlace(str(file)), message, hint),
+        ]
     return drop_silenced_findings(file_findings)
 
 

@@ -10,14 +10,19 @@ from cxbridge.errors import BrokenAgentError, CxbridgeError
 from cxbridge.run.mistakes import contains_call_to
 from cxbridge.run.options import RunOptions
 from cxbridge.run.source import source_of
-from cxbridge_studio.check.checks.constructs import FUNCTION, GLOBAL, SLOT, TEMPLATE
-from cxbridge_studio.check.checks.files import MISSING
+from cxbridge_studio.check.checks.constructs import (
+    UNKNOWN_FUNCTION,
+    UNKNOWN_GLOBAL,
+    UNKNOWN_SLOT,
+    UNKNOWN_TEMPLATE,
+)
+from cxbridge_studio.check.checks.files import MISSING_FILE
 from cxbridge_studio.check.findings import Finding, Severity
 from cxbridge_studio.check.run import check
 
 _DROPPED_TEMPLATE: Final = re.compile(r"deftemplate ([^\s:]+)")
 # The codes of unknown names. A missing file may define the name, and then only the missing file is reported.
-_UNKNOWN_NAME_CODES: Final = frozenset({TEMPLATE, SLOT, FUNCTION, GLOBAL})
+_UNKNOWN_NAME_CODES: Final = frozenset({UNKNOWN_TEMPLATE, UNKNOWN_SLOT, UNKNOWN_FUNCTION, UNKNOWN_GLOBAL})
 
 
 def add_findings(error: BrokenAgentError, options: RunOptions) -> BrokenAgentError:
@@ -34,7 +39,7 @@ def add_findings(error: BrokenAgentError, options: RunOptions) -> BrokenAgentErr
     except CxbridgeError:
         return error
     findings = [finding for finding in findings if finding.code.severity is Severity.ERROR]
-    if any(finding.code is MISSING for finding in findings):
+    if any(finding.code is MISSING_FILE for finding in findings):
         findings = [finding for finding in findings if finding.code not in _UNKNOWN_NAME_CODES]
     dropped_templates = {
         match[1] for finding in findings if (match := _DROPPED_TEMPLATE.match(finding.message))
@@ -44,7 +49,7 @@ def add_findings(error: BrokenAgentError, options: RunOptions) -> BrokenAgentErr
     findings = [
         finding
         for finding in findings
-        if finding.code is not FUNCTION
+        if finding.code is not UNKNOWN_FUNCTION
         or not contains_call_to(finding.place.file, finding.place.line, dropped_templates)
     ]
     files = {finding.place.file for finding in findings}

@@ -9,7 +9,7 @@ from typing import Final
 from cxbridge.plugins import Table, make_module_rows
 from cxbridge_studio.check import checks
 from cxbridge_studio.check.agent import Agent
-from cxbridge_studio.check.findings import INPUT, PROGRAM, Code, Finding, Severity
+from cxbridge_studio.check.findings import CONFLICTING_PROGRAM, UNREADABLE_AGENT, Code, Finding, Severity
 
 # The check modules. Plug-ins add rows; docs/plugins.md describes how.
 CHECKS: Final[Table[ModuleType]] = Table(
@@ -29,7 +29,11 @@ def load_check_modules() -> list[ModuleType]:
 
 def codes() -> dict[str, Code]:
     """Return the codes of all check modules by name, in the order of the names."""
-    all_codes = [INPUT, PROGRAM, *(code for module in load_check_modules() for code in module.CODES)]
+    all_codes = [
+        UNREADABLE_AGENT,
+        CONFLICTING_PROGRAM,
+        *(code for module in load_check_modules() for code in module.CODES),
+    ]
     return {code.name: code for code in sorted(all_codes, key=lambda code: code.name)}
 
 

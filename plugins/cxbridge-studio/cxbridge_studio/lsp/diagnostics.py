@@ -17,17 +17,34 @@ from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.agent.names import Mention, NameKind, PlacedPiece, SourceFile, Use
 from cxbridge_studio.agent.unclosed import describe_unclosed
 from cxbridge_studio.check.checks import changes
-from cxbridge_studio.check.checks.constructs import FUNCTION, GLOBAL, SLOT, TEMPLATE, UNCLOSED
-from cxbridge_studio.check.checks.domain import DOMAIN, DUBIOUS
-from cxbridge_studio.check.doubts import EFFECT, OBJECT
-from cxbridge_studio.check.findings import INPUT, Code
+from cxbridge_studio.check.checks.constructs import (
+    UNCLOSED_CONSTRUCT,
+    UNKNOWN_FUNCTION,
+    UNKNOWN_GLOBAL,
+    UNKNOWN_SLOT,
+    UNKNOWN_TEMPLATE,
+)
+from cxbridge_studio.check.checks.domain import DUBIOUS_DOMAIN, WRONG_DOMAIN
+from cxbridge_studio.check.doubts import UNDONE_EFFECT, UNTYPED_OBJECT
+from cxbridge_studio.check.findings import UNREADABLE_AGENT, Code
 from cxbridge_studio.check.pddl_files import check_pddl_file
 from cxbridge_studio.lsp.session import AgentDefinitions, Session
 
-UNKNOWN_NAME_CODES: Final = frozenset({TEMPLATE, SLOT, FUNCTION, GLOBAL, changes.SLOT})
+UNKNOWN_NAME_CODES: Final = frozenset(
+    {UNKNOWN_TEMPLATE, UNKNOWN_SLOT, UNKNOWN_FUNCTION, UNKNOWN_GLOBAL, changes.UNKNOWN_SLOT}
+)
 # the names of the codes whose findings need only the text of the files
 TEXT_CODES: Final = frozenset(
-    code.name for code in (*UNKNOWN_NAME_CODES, INPUT, UNCLOSED, DOMAIN, DUBIOUS, EFFECT, OBJECT)
+    code.name
+    for code in (
+        *UNKNOWN_NAME_CODES,
+        UNREADABLE_AGENT,
+        UNCLOSED_CONSTRUCT,
+        WRONG_DOMAIN,
+        DUBIOUS_DOMAIN,
+        UNDONE_EFFECT,
+        UNTYPED_OBJECT,
+    )
 )
 
 _VARIABLE_USES: Final = (Use.CHANGED, Use.QUERIED)
@@ -53,7 +70,11 @@ def find_mistakes(session: Session, file: SourceFile) -> list[TextFinding]:
     if file.problem is None or PurePath(file.path).suffix == ".lua":
         return []
     offset = file.lines.place(file.problem.line, file.problem.column)
-    return [TextFinding(INPUT, offset, _word_end(file, offset), file.problem.message, file.problem.hint)]
+    return [
+        TextFinding(
+            UNREADABLE_AGENT, offset, _word_end(file, offset), file.problem.message, file.problem.hint
+        )
+    ]
 
 
 def _find_unclosed(session: Session, file: SourceFile) -> Iterator[TextFinding]:
@@ -65,7 +86,9 @@ def _find_unclosed(session: Session, file: SourceFile) -> Iterator[TextFinding]:
             description = describe_unclosed(placed.piece.text, placed.start, file.lines, file.text, slots)
             end = file.text.find("\n", description.start)
             end = placed.end if end < 0 else min(end, placed.end)
-            yield TextFinding(UNCLOSED, description.start, end, description.message, description.hint)
+            yield TextFinding(
+                UNCLOSED_CONSTRUCT, description.start, end, description.message, description.hint
+            )
 
 
 def _find_unknown_names(session: Session, file: SourceFile) -> Iterator[TextFinding]:
@@ -82,10 +105,10 @@ def _find_unknown_names(session: Session, file: SourceFile) -> Iterator[TextFind
                 problem = _check_slot(session, definitions, mention)
             elif mention.name.kind is NameKind.FUNCTION and mention.use is Use.CALLED:
                 functions = definitions.names(NameKind.FUNCTION) | session.knowledge.functions.keys()
-                problem = _check_defined(FUNCTION, f"function '{name}'", name, functions)
+                problem = _check_defined(UNKNOWN_FUNCTION, f"function '{name}'", name, functions)
             elif mention.name.kind is NameKind.GLOBAL and mention.use is not Use.DEFINED:
                 problem = _check_defined(
-                    GLOBAL, f"global variable ?*{name}*", name, definitions.names(NameKind.GLOBAL)
+                    UNKNOWN_GLOBAL, f"global variable ?*{name}*", name, definitions.names(NameKind.GLOBAL)
                 )
             elif mention.name.kind is NameKind.TEMPLATE and mention.use in _FACT_USES:
                 problem = _check_template(session, definitions, placed, index)
@@ -121,7 +144,9 @@ def _check_template(
         return None  # an ordered fact needs no deftemplate, and CLIPS accepts any name in a query
     if slots[0].name.text in session.knowledge.functions.keys() | definitions.names(NameKind.FUNCTION):
         return None  # a call: (assert (total (+ 1 2))) asserts an ordered fact
-    return _Problem(TEMPLATE, f"there is no deftemplate '{name}'", did_you_mean(name, definitions.slots))
+    return _Problem(
+        UNKNOWN_TEMPLATE, f"there is no deftemplate '{name}'", did_you_mean(name, definitions.slots)
+    )
 
 
 def _check_slot(session: Session, definitions: AgentDefinitions, mention: Mention) -> _Problem | None:
@@ -130,7 +155,7 @@ def _check_slot(session: Session, definitions: AgentDefinitions, mention: Mentio
     if not slots or name in slots or mention.use is Use.DEFINED:
         return None
     hint = did_you_mean(name, slots) or f"it has: {', '.join(sorted(slots))}"
-    code = changes.SLOT if mention.use in _VARIABLE_USES else SLOT
+    code = changes.UNKNOWN_SLOT if mention.use in _VARIABLE_USES else UNKNOWN_SLOT
     return _Problem(code, f"the deftemplate '{owner}' has no slot '{name}'", hint)
 
 

@@ -15,14 +15,14 @@ from cxbridge_studio.check.agent import Agent
 from cxbridge_studio.check.findings import Code, Finding, Severity
 from cxbridge_studio.check.usage import Construct
 
-SLOT: Final = Code(
+UNKNOWN_SLOT: Final = Code(
     "CX210",
     Severity.ERROR,
     "a slot that a fact in a variable does not have",
     "A modify, a duplicate or ?fact:slot names a slot that the deftemplate of the fact lacks. CLIPS does not "
     "notice the mistake when it reads the rule: the action fails each time the rule fires.",
 )
-VALUE: Final = Code(
+FORBIDDEN_VALUE: Final = Code(
     "CX211",
     Severity.ERROR,
     "a value that the slot does not allow",
@@ -30,7 +30,7 @@ VALUE: Final = Code(
     "checks values only in assert and in patterns: the fact gets the value, and no rule matches it.",
 )
 
-CODES: Final = (SLOT, VALUE)
+CODES: Final = (UNKNOWN_SLOT, FORBIDDEN_VALUE)
 
 # The uses of a slot of a fact in a variable. CLIPS itself checks the slots in patterns and assertions.
 _VARIABLE_USES: Final = frozenset({Use.CHANGED, Use.QUERIED})
@@ -65,7 +65,7 @@ def _make_unknown_slot_finding(construct: Construct, mention: Mention, slots: se
     name, owner = mention.name.text, mention.name.owner
     hint = did_you_mean(name, slots) or f"it has: {', '.join(sorted(slots))}"
     message = f"{_construct_prefix(construct)}the deftemplate '{owner}' has no slot '{name}'"
-    return Finding(SLOT, construct.place(mention.start), message, hint)
+    return Finding(UNKNOWN_SLOT, construct.place(mention.start), message, hint)
 
 
 def _find_forbidden_values(agent: Agent, construct: Construct, mention: Mention) -> Iterator[Finding]:
@@ -80,7 +80,7 @@ def _find_forbidden_values(agent: Agent, construct: Construct, mention: Mention)
         if word and word not in allowed:
             message = f"{_construct_prefix(construct)}the slot '{slot}' of '{template}' cannot be {word}"
             hint = did_you_mean(word, allowed) or f"it can be: {', '.join(sorted(allowed))}"
-            yield Finding(VALUE, construct.place(list_start + value.start), message, hint)
+            yield Finding(FORBIDDEN_VALUE, construct.place(list_start + value.start), message, hint)
 
 
 def _construct_prefix(construct: Construct) -> str:

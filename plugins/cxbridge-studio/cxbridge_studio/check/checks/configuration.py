@@ -15,14 +15,14 @@ from cxbridge_studio.check.agent import Agent, place_of
 from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace, make_error_finding
 from cxbridge_studio.check.keys import find_unknown_name, split_path
 
-STRANGE: Final = Code(
+MISLEADING_VALUE: Final = Code(
     "CX111",
     Severity.WARNING,
     "a misleading configuration value",
     "YAML reads some words as values of another type, two files disagree, or the entry has a key that is "
     "never read. A run does not report that.",
 )
-NO_TIME: Final = Code(
+NO_TIME_FACTS: Final = Code(
     "CX112",
     Severity.WARNING,
     "no time facts",
@@ -30,7 +30,7 @@ NO_TIME: Final = Code(
     "interface after the first loop, time-outs never pass, and an agent with skills waits without end. "
     "The default is true in a scenario.yaml, and false in Fawkes' own configuration.",
 )
-TIME: Final = Code(
+DEFAULT_TIME_FACTS: Final = Code(
     "CX113",
     Severity.NOTE,
     "time facts by default",
@@ -44,7 +44,7 @@ UNKNOWN_KEY: Final = Code(
     "The program reads no key of this name in this place, and no CLIPS file of the agent names the key. "
     "Often the key is misspelt, or a level too high or too low.",
 )
-SPEC_NAME: Final = Code(
+WRONG_SPEC_NAME: Final = Code(
     "CX115",
     Severity.ERROR,
     "the name of the spec is not a text",
@@ -67,7 +67,15 @@ MISTAKEN_KEY: Final = Code(
     "or a mapping is empty. A run does not start; with --lenient it starts without the key.",
 )
 
-CODES: Final = (STRANGE, NO_TIME, TIME, UNKNOWN_KEY, SPEC_NAME, OLD_FORMAT, MISTAKEN_KEY)
+CODES: Final = (
+    MISLEADING_VALUE,
+    NO_TIME_FACTS,
+    DEFAULT_TIME_FACTS,
+    UNKNOWN_KEY,
+    WRONG_SPEC_NAME,
+    OLD_FORMAT,
+    MISTAKEN_KEY,
+)
 
 # A warning of the configuration's reader that begins with a position.
 _LOCATED_WARNING = re.compile(
@@ -95,7 +103,7 @@ def check(agent: Agent) -> Iterator[Finding]:
             place = SourcePlace(match["file"], int(match["line"]), int(match["column"] or 0))
         # A second warning at the same position is a consequence of the first.
         if not match or place not in reported_places:
-            yield Finding(STRANGE, place, match["text"] if match else text)
+            yield Finding(MISLEADING_VALUE, place, match["text"] if match else text)
         reported_places.add(place)
     if agent.context.source.has_fawkes_configuration:
         yield from _check_time(agent)
@@ -115,11 +123,15 @@ def _check_time(agent: Agent) -> Iterator[Finding]:
     if not config.get_bool(_TIME_PATH, default=False):
         state = "absent" if value is None else "false"
         message = f"assert-time-each-loop is {state}: nothing is read, no time passes"
-        yield Finding(NO_TIME, place, message, "set assert-time-each-loop: true below clips-executive")
+        yield Finding(NO_TIME_FACTS, place, message, "set assert-time-each-loop: true below clips-executive")
     # A value without a line is the default of scenarios. A CLIPS program without a scenario never runs in
     # Fawkes.
     elif not place.line and not place.file.endswith(CLIPS_SUFFIX):
-        yield Finding(TIME, place, "assert-time-each-loop is absent: here that means true, in Fawkes false")
+        yield Finding(
+            DEFAULT_TIME_FACTS,
+            place,
+            "assert-time-each-loop is absent: here that means true, in Fawkes false",
+        )
 
 
 def _check_spec_name(agent: Agent) -> Iterator[Finding]:
@@ -127,7 +139,7 @@ def _check_spec_name(agent: Agent) -> Iterator[Finding]:
     if agent.config.exists(key) and (value := agent.config.get(key)).type is not ConfigType.STRING:
         kind = {ConfigType.BOOL: "a Boolean", ConfigType.FLOAT: "a number"}.get(value.type, "an integer")
         message = f"the name of the spec, '{value.text}', is not a text but {kind}"
-        yield Finding(SPEC_NAME, place_of(value), message, "choose another name, such as my-spec")
+        yield Finding(WRONG_SPEC_NAME, place_of(value), message, "choose another name, such as my-spec")
 
 
 # ---- keys

@@ -23,71 +23,80 @@ from cxbridge_studio.check.agent import Agent, ClipsFile
 from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace
 from cxbridge_studio.check.losses import LossFinder
 
-UNCLOSED: Final = Code(
+UNCLOSED_CONSTRUCT: Final = Code(
     "CX201",
     Severity.ERROR,
     "a parenthesis never closes",
     "CLIPS reads the rest of the file as a part of this construct, and drops the construct: the constructs "
     "after it do not exist.",
 )
-TEMPLATE: Final = Code(
+UNKNOWN_TEMPLATE: Final = Code(
     "CX202",
     Severity.ERROR,
     "unknown deftemplate",
     "No file that is loaded before this construct defines the deftemplate. CLIPS drops the construct.",
 )
-SLOT: Final = Code(
+UNKNOWN_SLOT: Final = Code(
     "CX203",
     Severity.ERROR,
     "unknown slot",
     "The deftemplate has no slot of this name. CLIPS drops the construct.",
 )
-FUNCTION: Final = Code(
+UNKNOWN_FUNCTION: Final = Code(
     "CX204",
     Severity.ERROR,
     "unknown function",
     "Neither CLIPS, nor a feature that the agent asks for, nor a file that is loaded before defines the "
     "function. CLIPS drops the construct.",
 )
-GLOBAL: Final = Code(
+UNKNOWN_GLOBAL: Final = Code(
     "CX205",
     Severity.ERROR,
     "unknown global variable",
     "No file that is loaded before this construct has a defglobal of this name. CLIPS drops the construct.",
 )
-ARGUMENTS: Final = Code(
+WRONG_ARGUMENTS: Final = Code(
     "CX206",
     Severity.ERROR,
     "wrong number or type of arguments",
     "The function takes another number, or other types, of arguments. CLIPS drops the construct.",
 )
-VARIABLE: Final = Code(
+UNBOUND_VARIABLE: Final = Code(
     "CX207",
     Severity.ERROR,
     "a variable has no value",
     "Nothing binds the variable before its first use: often the variable is misspelt. CLIPS drops the "
     "construct.",
 )
-CONSTRUCT: Final = Code(
+UNREADABLE_CONSTRUCT: Final = Code(
     "CX209",
     Severity.ERROR,
     "CLIPS cannot read this",
     "CLIPS drops the construct, or does not read the file at all; the message is that of CLIPS.",
 )
 
-CODES: Final = (UNCLOSED, TEMPLATE, SLOT, FUNCTION, GLOBAL, ARGUMENTS, VARIABLE, CONSTRUCT)
+CODES: Final = (
+    UNCLOSED_CONSTRUCT,
+    UNKNOWN_TEMPLATE,
+    UNKNOWN_SLOT,
+    UNKNOWN_FUNCTION,
+    UNKNOWN_GLOBAL,
+    WRONG_ARGUMENTS,
+    UNBOUND_VARIABLE,
+    UNREADABLE_CONSTRUCT,
+)
 
 # The codes of findings by CLIPS' error code. All other errors have the code CONSTRUCT.
 _CODES_BY_CLIPS_CODE: Final = {
-    "TMPLTDEF1": SLOT,
-    "EXPRNPSR3": FUNCTION,
-    "GLOBLPSR1": GLOBAL,
-    "ARGACCES1": ARGUMENTS,
-    "ARGACCES2": ARGUMENTS,
-    "TMPLTDEF2": ARGUMENTS,
-    "PRCCODE3": VARIABLE,
-    "ANALYSIS4": VARIABLE,
-    UNCLOSED_CODE: UNCLOSED,
+    "TMPLTDEF1": UNKNOWN_SLOT,
+    "EXPRNPSR3": UNKNOWN_FUNCTION,
+    "GLOBLPSR1": UNKNOWN_GLOBAL,
+    "ARGACCES1": WRONG_ARGUMENTS,
+    "ARGACCES2": WRONG_ARGUMENTS,
+    "TMPLTDEF2": WRONG_ARGUMENTS,
+    "PRCCODE3": UNBOUND_VARIABLE,
+    "ANALYSIS4": UNBOUND_VARIABLE,
+    UNCLOSED_CODE: UNCLOSED_CONSTRUCT,
 }
 
 _FORBIDDEN_LITERAL = "CSTRNCHK1"  # CLIPS' error code for a literal that its slot does not allow
@@ -137,31 +146,35 @@ def _add_losses(
 def _make_finding(agent: Agent, file: ClipsFile, diagnostic: Diagnostic) -> Finding:
     """Return the finding for a diagnostic, at the wrong word if the word can be found."""
     construct = _find_construct(file, diagnostic)
-    code = _CODES_BY_CLIPS_CODE.get(diagnostic.code, CONSTRUCT)
+    code = _CODES_BY_CLIPS_CODE.get(diagnostic.code, UNREADABLE_CONSTRUCT)
     prefix = f"{diagnostic.construct}: " if diagnostic.construct else ""
     unknown = _find_unknown_template(agent, construct) if construct is not None else None
     if unknown is not None:
         hint = did_you_mean(unknown.head, _defined_names(agent, "deftemplate"))
         message = f"{prefix}there is no deftemplate '{unknown.head}'"
-        return Finding(TEMPLATE, file.place(unknown), message, hint)
-    if construct is not None and code is CONSTRUCT:
+        return Finding(UNKNOWN_TEMPLATE, file.place(unknown), message, hint)
+    if construct is not None and code is UNREADABLE_CONSTRUCT:
         explain_mistake = (
             _explain_forbidden_literal if diagnostic.code == _FORBIDDEN_LITERAL else _explain_missing_slots
         )
         finding = explain_mistake(agent, file, construct, prefix)
         if finding is not None:
             return finding
-    word = _find_unknown_global(agent, construct) if code is GLOBAL else _find_word(construct, diagnostic)
+    word = (
+        _find_unknown_global(agent, construct)
+        if code is UNKNOWN_GLOBAL
+        else _find_word(construct, diagnostic)
+    )
     # CLIPS reports an undefined global variable in a condition as a variable without a value.
-    if code is VARIABLE and word is not None and word.text.startswith("?*"):
-        code = GLOBAL
+    if code is UNBOUND_VARIABLE and word is not None and word.text.startswith("?*"):
+        code = UNKNOWN_GLOBAL
     place = SourcePlace(str(file.path), diagnostic.line or 0) if word is None else file.place(word)
     text = "" if word is None else word.text
-    if code is FUNCTION:
+    if code is UNKNOWN_FUNCTION:
         return Finding(code, place, f"{prefix}there is no function '{text}'", _function_hint(agent, text))
-    if code is GLOBAL:
+    if code is UNKNOWN_GLOBAL:
         return Finding(code, place, f"{prefix}there is no global variable {text}", _global_hint(agent, text))
-    if code is SLOT:
+    if code is UNKNOWN_SLOT:
         # Padding with empty names serves messages that quote fewer names.
         slot, template = [*_QUOTED_NAME.findall(diagnostic.message), "", ""][:2]
         names = agent.eval_words(f"(deftemplate-slot-names {template})") if template else []
@@ -183,7 +196,7 @@ def _explain_forbidden_literal(
                 if (word := literal(value)) and word not in allowed:
                     hint = f"{did_you_mean(word, allowed)} it can be: {', '.join(sorted(allowed))}"
                     message = f"{prefix}the slot '{slot.head}' of '{template}' cannot be {word}"
-                    return Finding(CONSTRUCT, file.place(value), message, hint.strip())
+                    return Finding(UNREADABLE_CONSTRUCT, file.place(value), message, hint.strip())
     return None
 
 
@@ -210,7 +223,7 @@ def _explain_missing_slots(
             if any(source.is_core and _defines_template(source, name) for source in agent.files):
                 hint = "it is a deftemplate of the CX core: use another name"
             message = f"{prefix}the deftemplate '{name}' has slots, and here are fields without one"
-            return Finding(CONSTRUCT, file.place(fact), message, hint)
+            return Finding(UNREADABLE_CONSTRUCT, file.place(fact), message, hint)
     return None
 
 
@@ -258,7 +271,7 @@ def _find_unclosed(
         is_first = file.lines.at(top_list.start) == diagnostic.line
         losses = loss_finder.find_swallowed_losses(str(file.path), top_list.start) if is_first else None
         message = description.message + (f"; {losses}" if losses else "")
-        yield Finding(UNCLOSED, file.offset_place(description.start), message, description.hint)
+        yield Finding(UNCLOSED_CONSTRUCT, file.offset_place(description.start), message, description.hint)
 
 
 def _find_unclosed_line(file: ClipsFile) -> int | None:

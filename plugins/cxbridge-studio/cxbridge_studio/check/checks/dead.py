@@ -17,33 +17,33 @@ from cxbridge_studio.check.agent import Agent
 from cxbridge_studio.check.findings import Code, Finding, Severity
 from cxbridge_studio.check.usage import PROGRAM_TEMPLATES, Construct, FactUse, Usage
 
-RULE: Final = Code(
+UNMATCHED_RULE: Final = Code(
     "CX501",
     Severity.WARNING,
     "a rule that nothing can match",
     "The rule needs a fact that nothing asserts: no rule, function or deffacts has a fact of this template, "
     "and neither the program nor an interface does. The rule never fires.",
 )
-FACT: Final = Code(
+UNREAD_FACT: Final = Code(
     "CX502",
     Severity.WARNING,
     "a fact that no rule matches",
     "Rules assert facts of this template, and no pattern or query in any file reads the facts.",
 )
-NOT_FORMULATED: Final = Code(
+UNFORMULATED_GOAL: Final = Code(
     "CX503",
     Severity.WARNING,
     "a goal class that nothing formulates",
     "Rules wait for goals of this class, and no action of a rule or function names the class: no goal ever "
     "has this class.",
 )
-NOT_SELECTED: Final = Code(
+UNSELECTED_GOAL: Final = Code(
     "CX504",
     Severity.WARNING,
     "a goal class that nothing selects",
     "No rule that matches goals of this class selects the goals: they stay FORMULATED.",
 )
-NOT_EXPANDED: Final = Code(
+UNEXPANDED_GOAL: Final = Code(
     "CX505",
     Severity.WARNING,
     "a goal class that nothing expands",
@@ -51,13 +51,13 @@ NOT_EXPANDED: Final = Code(
     "the goal a plan or another mode, calls a planner, or calls a function. The goal stays SELECTED without "
     "end.",
 )
-FUNCTION: Final = Code(
+UNCALLED_FUNCTION: Final = Code(
     "CX506",
     Severity.WARNING,
     "a function that is never called",
     "No file calls the function, and no text or list of words contains its name.",
 )
-SUB_TYPE: Final = Code(
+UNHANDLED_SUB_TYPE: Final = Code(
     "CX508",
     Severity.WARNING,
     "a sub-type that no rule handles",
@@ -66,7 +66,15 @@ SUB_TYPE: Final = Code(
     "stays EXPANDED.",
 )
 
-CODES: Final = (RULE, FACT, NOT_FORMULATED, NOT_SELECTED, NOT_EXPANDED, FUNCTION, SUB_TYPE)
+CODES: Final = (
+    UNMATCHED_RULE,
+    UNREAD_FACT,
+    UNFORMULATED_GOAL,
+    UNSELECTED_GOAL,
+    UNEXPANDED_GOAL,
+    UNCALLED_FUNCTION,
+    UNHANDLED_SUB_TYPE,
+)
 
 # The facts that CLIPS 6.30 asserts at the start, and CLIPS 6.4 does not.
 _INITIAL_FACTS: Final = ("initial-fact", "initial-object")
@@ -111,7 +119,7 @@ def _check_rules(agent: Agent, usage: Usage, own_constructs: list[Construct]) ->
             if problem is not None:
                 reason, hint = problem
                 message = f"defrule {construct.name} can never match: {reason}"
-                yield Finding(RULE, construct.place(pattern.start), message, hint)
+                yield Finding(UNMATCHED_RULE, construct.place(pattern.start), message, hint)
                 break  # a single unmatched pattern disables the rule
 
 
@@ -179,7 +187,7 @@ def _check_facts(agent: Agent, usage: Usage, own_constructs: list[Construct]) ->
             reported_names.add(name)
             message = f"no rule matches the fact '{name}'"
             yield Finding(
-                FACT, construct.place(fact.start), message, did_you_mean(name, read_templates - {name})
+                UNREAD_FACT, construct.place(fact.start), message, did_you_mean(name, read_templates - {name})
             )
 
 
@@ -207,7 +215,7 @@ def _check_goals(agent: Agent, usage: Usage, own_constructs: list[Construct]) ->
                         f"nothing formulates a goal of class {name}, which defrule {construct.name} needs"
                     )
                     place = construct.place(pattern.start)
-                    yield Finding(NOT_FORMULATED, place, message, did_you_mean(name, classes))
+                    yield Finding(UNFORMULATED_GOAL, place, message, did_you_mean(name, classes))
         for fact in construct.facts:
             name = next(iter(fact.slots.get(_CLASS_SLOT, ())), "")
             if fact.template == _GOAL_TEMPLATE and name and name not in reported_names:
@@ -227,9 +235,9 @@ def _check_life_cycle(
     if not any(
         _can_advance(rule, fact, "FORMULATED", "SELECTED", setter_functions) for rule in usage.constructs
     ):
-        yield Finding(NOT_SELECTED, construct.place(fact.start), f"nothing selects goals of class {name}")
+        yield Finding(UNSELECTED_GOAL, construct.place(fact.start), f"nothing selects goals of class {name}")
     elif not any(_can_expand(agent, rule, fact, name) for rule in usage.constructs):
-        yield Finding(NOT_EXPANDED, construct.place(fact.start), f"nothing expands goals of class {name}")
+        yield Finding(UNEXPANDED_GOAL, construct.place(fact.start), f"nothing expands goals of class {name}")
 
 
 def _can_expand(agent: Agent, construct: Construct, goal: FactUse, name: str) -> bool:
@@ -313,7 +321,7 @@ def _find_unhandled_sub_types(
             )
             if not is_handled:
                 message = f"no rule handles goals of the sub-type {name}"
-                yield (construct, start), Finding(SUB_TYPE, construct.place(start), message, hint)
+                yield (construct, start), Finding(UNHANDLED_SUB_TYPE, construct.place(start), message, hint)
 
 
 def _find_sub_type_uses(
@@ -374,4 +382,4 @@ def _check_functions(usage: Usage, own_constructs: list[Construct]) -> Iterator[
         occurrences_elsewhere = usage.literal_counts[name] - (name in construct.action_literals)
         if not occurrences_elsewhere and name not in usage.templates_in_strings:
             place = construct.place(construct.node.arguments[0].start)
-            yield Finding(FUNCTION, place, f"nothing calls the function '{name}'")
+            yield Finding(UNCALLED_FUNCTION, place, f"nothing calls the function '{name}'")

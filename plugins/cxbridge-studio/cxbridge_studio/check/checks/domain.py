@@ -17,25 +17,25 @@ from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace,
 from cxbridge_studio.check.plan_actions import find_source_actions
 from cxbridge_studio.check.usage import Construct, Usage
 
-DOMAIN: Final = Code(
+WRONG_DOMAIN: Final = Code(
     "CX301",
     Severity.ERROR,
     "the PDDL domain is wrong",
     "The domain does not parse, or uses names that it does not declare. No plan-action can be executed.",
 )
-DUBIOUS: Final = Code(
+DUBIOUS_DOMAIN: Final = Code(
     "CX310",
     Severity.WARNING,
     "the PDDL domain is read in spite of a mistake",
     "Other planners and Fawkes refuse the domain, or read the domain in another way.",
 )
-NO_DOMAIN: Final = Code(
+MISSING_DOMAIN: Final = Code(
     "CX302",
     Severity.ERROR,
     "there is no PDDL domain",
     "The file that is parsed as a domain does not exist. No plan-action can be executed.",
 )
-ACTION: Final = Code(
+UNKNOWN_ACTION: Final = Code(
     "CX303",
     Severity.WARNING,
     "a plan-action has no operator",
@@ -43,26 +43,34 @@ ACTION: Final = Code(
     "of a rule, and no rule executes the plan-action without matching (executable TRUE). The plan-action "
     "never becomes executable: its goal waits without end.",
 )
-MAPPED: Final = Code(
+UNUSED_MAPPING: Final = Code(
     "CX401",
     Severity.WARNING,
     "a mapping of an action that does not exist",
     "The action mapping has an entry for a name that no domain and no rule knows: the entry is never used.",
 )
-PARAMETER: Final = Code(
+UNKNOWN_PARAMETER: Final = Code(
     "CX402",
     Severity.ERROR,
     "a mapping uses a parameter that the action lacks",
     "The skill string cannot be formed: the action fails.",
 )
-DOUBT: Final = Code(
+DOUBTFUL_PLACEHOLDER: Final = Code(
     "CX403",
     Severity.WARNING,
     "a text that looks like a placeholder but is not",
     "The text is copied into the skill string unchanged.",
 )
 
-CODES: Final = (DOMAIN, DUBIOUS, NO_DOMAIN, ACTION, MAPPED, PARAMETER, DOUBT)
+CODES: Final = (
+    WRONG_DOMAIN,
+    DUBIOUS_DOMAIN,
+    MISSING_DOMAIN,
+    UNKNOWN_ACTION,
+    UNUSED_MAPPING,
+    UNKNOWN_PARAMETER,
+    DOUBTFUL_PLACEHOLDER,
+)
 
 _OPERATOR_TEMPLATE: Final = "domain-operator"
 _ACTION_TEMPLATE: Final = "plan-action"
@@ -97,12 +105,12 @@ def _check_domain(call: DomainCall, actions: _KnownActions) -> Iterator[Finding]
     if call.domain is None:
         actions.is_complete = False
         if call.error is not None:
-            yield make_error_finding(call.error, DOMAIN)
+            yield make_error_finding(call.error, WRONG_DOMAIN)
         elif call.name:
-            yield Finding(NO_DOMAIN, call.file.place(call.node), f"there is no file {call.name}")
+            yield Finding(MISSING_DOMAIN, call.file.place(call.node), f"there is no file {call.name}")
         return
     for warning in call.warnings:
-        yield make_error_finding(warning, DUBIOUS)
+        yield make_error_finding(warning, DUBIOUS_DOMAIN)
     for action in call.domain.actions:
         actions.parameters[action.name] = tuple(
             name.removeprefix("?") for name in names_of(action.parameters)
@@ -149,7 +157,9 @@ def _check_plan_actions(files: list[ClipsFile], actions: _KnownActions) -> Itera
         name = literal(action.name)
         if name not in actions.parameters:
             hint = did_you_mean(name, actions.parameters)
-            yield Finding(ACTION, action.file.place(action.name), f"no domain has an action '{name}'", hint)
+            yield Finding(
+                UNKNOWN_ACTION, action.file.place(action.name), f"no domain has an action '{name}'", hint
+            )
 
 
 def _check_mapping(agent: Agent, actions: _KnownActions) -> Iterator[Finding]:
@@ -158,13 +168,13 @@ def _check_mapping(agent: Agent, actions: _KnownActions) -> Iterator[Finding]:
         if action not in actions.parameters:
             if actions.parameters and actions.is_complete:
                 hint = did_you_mean(action, actions.parameters)
-                yield Finding(MAPPED, place, f"no domain has an action '{action}'", hint)
+                yield Finding(UNUSED_MAPPING, place, f"no domain has an action '{action}'", hint)
             continue
         parameters = actions.parameters[action]
         for placeholder in parse_template(template) if parameters is not None else ():
             if isinstance(placeholder, Placeholder) and placeholder.name not in (parameters or ()):
                 name, names = placeholder.name, parameters or ()
                 hint = did_you_mean(name, names) or f"it has: {', '.join(names) or 'none'}"
-                yield Finding(PARAMETER, place, f"'{action}' has no parameter '{name}'", hint)
+                yield Finding(UNKNOWN_PARAMETER, place, f"'{action}' has no parameter '{name}'", hint)
         for doubt in find_doubts(template):
-            yield Finding(DOUBT, place, f"'{doubt.text}' is not a placeholder: {doubt.reason}")
+            yield Finding(DOUBTFUL_PLACEHOLDER, place, f"'{doubt.text}' is not a placeholder: {doubt.reason}")

@@ -11,7 +11,7 @@ from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.check.agent import Agent
 from cxbridge_studio.check.findings import Code, Finding, Severity
 
-MISSING: Final = Code(
+MISSING_FILE: Final = Code(
     "CX102",
     Severity.ERROR,
     "a file is missing",
@@ -19,7 +19,7 @@ MISSING: Final = Code(
     "The executive continues without the file: its rules do not exist, and goals wait forever.",
 )
 
-SHADOWED: Final = Code(
+SHADOWED_FILE: Final = Code(
     "CX103",
     Severity.WARNING,
     "a file of the core hides one of the agent",
@@ -27,7 +27,7 @@ SHADOWED: Final = Code(
     "loaded.",
 )
 
-CODES: Final = (MISSING, SHADOWED)
+CODES: Final = (MISSING_FILE, SHADOWED_FILE)
 
 
 def check(agent: Agent) -> Iterator[Finding]:
@@ -44,14 +44,16 @@ def check(agent: Agent) -> Iterator[Finding]:
         hint = unreadable or did_you_mean(
             missing_file.name, _find_clips_files(folders), f"searched: {searched_folders}"
         )
-        yield Finding(MISSING, missing_file.place, f"there is no file {missing_file.name}", hint)
+        yield Finding(MISSING_FILE, missing_file.place, f"there is no file {missing_file.name}", hint)
     for requested_file in agent.requested_files:
         core_file = agent.context.paths.cx / requested_file.name
         candidates = (folder / requested_file.name for folder in agent.context.paths.clips_dirs)
         hidden_file = next((path for path in candidates if path.is_file()), None)
         if hidden_file is not None and core_file.is_file() and not hidden_file.samefile(core_file):
             message = f"{requested_file.name} is the core's file, not {hidden_file}"
-            yield Finding(SHADOWED, requested_file.place, message, "give the file of the agent another name")
+            yield Finding(
+                SHADOWED_FILE, requested_file.place, message, "give the file of the agent another name"
+            )
 
 
 def _find_clips_files(folders: tuple[Path, ...]) -> set[str]:

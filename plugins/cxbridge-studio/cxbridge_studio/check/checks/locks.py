@@ -9,7 +9,7 @@ from cxbridge_studio.agent.names import Name, NameKind, Use
 from cxbridge_studio.check.agent import Agent
 from cxbridge_studio.check.findings import Code, Finding, Severity
 
-IDENTITY: Final = Code(
+MISSING_IDENTITY: Final = Code(
     "CX507",
     Severity.WARNING,
     "a lock without an identity",
@@ -17,7 +17,7 @@ IDENTITY: Final = Code(
     "no name for the holder of the lock. The lock is never acquired, and the goal waits without end.",
 )
 
-CODES: Final = (IDENTITY,)
+CODES: Final = (MISSING_IDENTITY,)
 
 _SET_IDENTITY: Final = "cx-identity-set"
 _IDENTITY_FACT: Final = "/cx/identity"  # the id of the fact that `cx-identity-set` asserts
@@ -44,4 +44,4 @@ def check(agent: Agent) -> Iterator[Finding]:
             reported_files.add(construct.file.path)
             hint = f'call ({_SET_IDENTITY} "NAME") in a rule for (executive-init)'
             message = f"no rule calls {_SET_IDENTITY}: no lock is ever acquired"
-            yield Finding(IDENTITY, construct.place(lock_starts[0]), message, hint)
+            yield Finding(MISSING_IDENTITY, construct.place(lock_starts[0]), message, hint)

@@ -17,35 +17,35 @@ from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace
 from cxbridge_studio.check.plan_actions import SourceAction, find_source_actions, literal_count
 from cxbridge_studio.check.usage import Construct
 
-PREDICATE: Final = Code(
+UNKNOWN_PREDICATE: Final = Code(
     "CX304",
     Severity.WARNING,
     "a predicate that the domain lacks",
     "A rule matches a fact of the domain, (wm-fact (key domain fact NAME ...)) or (domain-fact (name "
     "NAME)), but no domain declares the predicate, and no rule makes such a fact: its name may be wrong.",
 )
-PARAMETERS: Final = Code(
+WRONG_PARAMETERS: Final = Code(
     "CX305",
     Severity.WARNING,
     "a plan-action with wrong parameters",
     "The names or the number of the parameters are not those of the action. The precondition is never "
     "grounded, or the skill string lacks a value.",
 )
-INEXPRESSIBLE: Final = Code(
+INEXPRESSIBLE_DOMAIN: Final = Code(
     "CX306",
     Severity.ERROR,
     "the executive cannot take this part of the domain",
     "Facts cannot express this precondition or effect, such as a quantifier. Planners accept the domain, "
     "but the executive cannot load it.",
 )
-TYPE: Final = Code(
+UNKNOWN_TYPE: Final = Code(
     "CX308",
     Severity.WARNING,
     "a domain object of a type that the domain lacks",
     "Neither the domain nor a rule declares the type: no parameter of an action takes the object, and "
     "formulas ignore the object.",
 )
-NOT_EXECUTED: Final = Code(
+UNEXECUTED_ACTION: Final = Code(
     "CX404",
     Severity.WARNING,
     "an action without an executor",
@@ -53,7 +53,7 @@ NOT_EXECUTED: Final = Code(
     "it: the plan waits forever.",
 )
 
-FORMULA: Final = Code(
+UNKNOWN_GOAL_NAME: Final = Code(
     "CX309",
     Severity.WARNING,
     "a planner's goal names something unknown",
@@ -65,7 +65,14 @@ _CONNECTIVES: Final = frozenset(
     {"and", "or", "not", "imply", "forall", "exists", "when", "=", ">", "<", ">=", "<=", "+", "-", "*", "/"}
 )
 
-CODES: Final = (FORMULA, PREDICATE, PARAMETERS, INEXPRESSIBLE, TYPE, NOT_EXECUTED)
+CODES: Final = (
+    UNKNOWN_GOAL_NAME,
+    UNKNOWN_PREDICATE,
+    WRONG_PARAMETERS,
+    INEXPRESSIBLE_DOMAIN,
+    UNKNOWN_TYPE,
+    UNEXECUTED_ACTION,
+)
 
 
 def check(agent: Agent) -> Iterator[Finding]:
@@ -89,7 +96,7 @@ def _check_expressible(domain: Domain) -> Iterator[Finding]:
         domain_facts(domain)
     except PddlError as error:
         place = SourcePlace(domain.file, error.line or 0, error.column or 0)
-        yield Finding(INEXPRESSIBLE, place, error.message, error.hint or "")
+        yield Finding(INEXPRESSIBLE_DOMAIN, place, error.message, error.hint or "")
 
 
 def _find_predicates(agent: Agent, domains: list[Domain]) -> set[str]:
@@ -121,7 +128,7 @@ def _check_predicates(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
             if any(f"domain/fact/{name}" in file.text for file in agent.files):
                 continue  # a rule makes the fact of the world model by its id
             message, hint = f"no domain has a predicate '{name}'", did_you_mean(name, predicates)
-            yield Finding(PREDICATE, construct.place(mention.start), message, hint)
+            yield Finding(UNKNOWN_PREDICATE, construct.place(mention.start), message, hint)
 
 
 def _check_formulas(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
@@ -140,11 +147,13 @@ def _check_formulas(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
                 continue
             if node.head not in predicates:
                 hint = did_you_mean(node.head, predicates)
-                yield Finding(FORMULA, place, f"the planner's goal: no predicate '{node.head}'", hint)
+                yield Finding(
+                    UNKNOWN_GOAL_NAME, place, f"the planner's goal: no predicate '{node.head}'", hint
+                )
             for item in map(literal, node.arguments) if are_objects_known else ():
                 if item and item not in objects:
                     hint = did_you_mean(item, objects)
-                    yield Finding(FORMULA, place, f"the planner's goal: no object '{item}'", hint)
+                    yield Finding(UNKNOWN_GOAL_NAME, place, f"the planner's goal: no object '{item}'", hint)
 
 
 def _check_types(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
@@ -160,7 +169,7 @@ def _check_types(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
         name = next(iter(fact.slots.get("type", ())), "")
         if name and name not in types and not agent.is_core_path(construct.file.path):
             place = construct.place(fact.start)
-            yield Finding(TYPE, place, f"no domain has a type '{name}'", did_you_mean(name, types))
+            yield Finding(UNKNOWN_TYPE, place, f"no domain has a type '{name}'", did_you_mean(name, types))
 
 
 # ---- plan-actions
@@ -187,7 +196,7 @@ def _check_plan_action(action: SourceAction, parameter_names: list[str]) -> Iter
         if parameter and parameter not in parameter_names:
             message = f"the action '{name}' has no parameter '{parameter}'"
             hint = did_you_mean(parameter, parameter_names, parameters_text)
-            yield Finding(PARAMETERS, file.place(node), message, hint)
+            yield Finding(WRONG_PARAMETERS, file.place(node), message, hint)
             return
     for slot, values in (("param-names", action.names), ("param-values", action.values)):
         number = None if values is None else literal_count(values)
@@ -196,7 +205,7 @@ def _check_plan_action(action: SourceAction, parameter_names: list[str]) -> Iter
                 f"the action '{name}' has {len(parameter_names)} parameters, and here are {number} in {slot}"
             )
             yield Finding(
-                PARAMETERS, file.place(values[0] if values else action.node), message, parameters_text
+                WRONG_PARAMETERS, file.place(values[0] if values else action.node), message, parameters_text
             )
             return
 
@@ -234,14 +243,14 @@ def _check_executors(agent: Agent, calls: list[DomainCall]) -> Iterator[Finding]
                     f"the action '{name}' has no executor",
                     did_you_mean(name, mapped_actions - operators),
                 )
-                yield Finding(NOT_EXECUTED, construct.place(mention.start), message, hint)
+                yield Finding(UNEXECUTED_ACTION, construct.place(mention.start), message, hint)
     has_planner = next(planner_goals(agent), None) is not None
     for call, name in domain_actions if has_planner else ():
         if name not in reported_names:
             reported_names.add(name)
             message = f"the action '{name}', which a planner may plan, has no executor"
             hint = did_you_mean(name, mapped_actions - operators)
-            yield Finding(NOT_EXECUTED, call.file.place(call.node), message, hint)
+            yield Finding(UNEXECUTED_ACTION, call.file.place(call.node), message, hint)
 
 
 def _executes_any_action(construct: Construct) -> bool:

@@ -20,53 +20,53 @@ from cxbridge_studio.check.agent import Agent, ClipsFile
 from cxbridge_studio.check.domain_calls import domain_calls
 from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace, make_error_finding
 
-REFUSED: Final = Code(
+REFUSED_CALL: Final = Code(
     "CX601",
     Severity.WARNING,
     "not in Fawkes: a call that CLIPS 6.30 refuses",
     "CLIPS 6.30 takes a variable as the first argument of modify and duplicate, and two numbers or more for "
     "max and min. It drops a construct with another call.",
 )
-FUNCTION: Final = Code(
+ADDED_FUNCTION: Final = Code(
     "CX602",
     Severity.WARNING,
     "not in Fawkes: a function",
     "Neither CLIPS 6.30 nor a feature of Fawkes has the function: a construct that calls it is dropped.",
 )
-DEFINED: Final = Code(
+REDEFINED_FUNCTION: Final = Code(
     "CX603",
     Severity.WARNING,
     "not in Fawkes: an agent's function with the name of a built-in function",
     "CLIPS 6.30 has a function of this name, and drops a deffunction that would replace the function.",
 )
-BOTH_WAYS: Final = Code(
+READ_AND_WRITTEN_TYPE: Final = Code(
     "CX604",
     Severity.WARNING,
     "not in Fawkes: an interface type that is read and written",
     "One environment opens interfaces of one type for reading and for writing. Fawkes builds the type's "
     "deftemplate for both, and CLIPS refuses the second deftemplate.",
 )
-NOT_AN_INTERFACE: Final = Code(
+WRONG_INTERFACE_NAME: Final = Code(
     "CX605",
     Severity.WARNING,
     "not in Fawkes: a wrong name of an interface",
     "The name is not TYPE::ID. In cxbridge, the function has no effect; in Fawkes, an exception ends the "
     "process.",
 )
-IN_SEC: Final = Code(
+LUA_SECONDS: Final = Code(
     "CX606",
     Severity.WARNING,
     "not in Fawkes: seconds with decimals of a Lua time",
     "Time:in_sec() returns a 32-bit float in Fawkes: the time of day is off by up to 64 seconds, and "
     "differences of two such numbers are 0 or multiples of 128 seconds.",
 )
-ARGUMENT: Final = Code(
+FUNCTION_ARGUMENT: Final = Code(
     "CX607",
     Severity.WARNING,
     "not in Fawkes: a function as an argument of a skill",
     "Fawkes converts the arguments of a skill to texts; a function has no text.",
 )
-PDDL: Final = Code(
+REFUSED_DOMAIN: Final = Code(
     "CX608",
     Severity.WARNING,
     "not in Fawkes: a PDDL domain",
@@ -74,7 +74,16 @@ PDDL: Final = Code(
     "order. docs/evidence/planning.md lists the differences.",
 )
 
-CODES: Final = (REFUSED, FUNCTION, DEFINED, BOTH_WAYS, NOT_AN_INTERFACE, IN_SEC, ARGUMENT, PDDL)
+CODES: Final = (
+    REFUSED_CALL,
+    ADDED_FUNCTION,
+    REDEFINED_FUNCTION,
+    READ_AND_WRITTEN_TYPE,
+    WRONG_INTERFACE_NAME,
+    LUA_SECONDS,
+    FUNCTION_ARGUMENT,
+    REFUSED_DOMAIN,
+)
 
 _ADDED_FEATURES: Final = ("planner", "problem-expert", "skill-board")  # features that Fawkes lacks
 _CHANGE_FUNCTIONS: Final = ("modify", "duplicate")
@@ -85,9 +94,9 @@ _UID_FUNCTIONS: Final = ("blackboard-write", "blackboard-set", "blackboard-set-m
 _UID: Final = re.compile(r"[a-zA-Z0-9]+::[a-zA-Z0-9 _/.-]+")
 # The code, the pattern and the hint of each mistake in Lua files.
 _LUA_MISTAKES: Final = (
-    (IN_SEC, re.compile(r":\s*in_sec\s*\("), "use in_msec()"),
+    (LUA_SECONDS, re.compile(r":\s*in_sec\s*\("), "use in_msec()"),
     (
-        ARGUMENT,
+        FUNCTION_ARGUMENT,
         re.compile(r"\b(?:args|skills)\s*=\s*\{[^\n]*?=\s*function\b"),
         "give the skill a value, and choose in the skill",
     ),
@@ -122,11 +131,11 @@ def _check_expressions(file: ClipsFile) -> Iterator[Finding]:
             argument = fact.text if fact.items is None else "(...)"
             message = f"CLIPS 6.30 refuses ({call.head} {argument} ...)"
             hint = f"bind the fact to a variable before: (bind ?fact {argument}) ({call.head} ?fact ...)"
-            yield Finding(REFUSED, file.place(fact), message, hint)
+            yield Finding(REFUSED_CALL, file.place(fact), message, hint)
     for call in file.calls(*_MULTI_ARGUMENT_FUNCTIONS):
         if len(call.arguments) == 1:
             message = f"CLIPS 6.30 refuses ({call.head} ...) with one argument"
-            yield Finding(REFUSED, file.place(call), message, "give it two numbers or more")
+            yield Finding(REFUSED_CALL, file.place(call), message, "give it two numbers or more")
 
 
 def _check_names(file: ClipsFile) -> Iterator[Finding]:
@@ -134,12 +143,14 @@ def _check_names(file: ClipsFile) -> Iterator[Finding]:
     for construct in file.constructs:
         if construct.kind == "deffunction" and construct.name in CLIPS630_NAMES:
             place = file.place(construct.node.arguments[0])
-            yield Finding(DEFINED, place, f"CLIPS 6.30 has a function '{construct.name}'", "rename it")
+            yield Finding(
+                REDEFINED_FUNCTION, place, f"CLIPS 6.30 has a function '{construct.name}'", "rename it"
+            )
     for call in file.calls(*_UID_FUNCTIONS):
         uid = literal(call.arguments[0]) if call.arguments else ""
         if uid and not _UID.fullmatch(uid):
             message = f"'{uid}' is not the name of an interface"
-            yield Finding(NOT_AN_INTERFACE, file.place(call.arguments[0]), message, 'write "TYPE::ID"')
+            yield Finding(WRONG_INTERFACE_NAME, file.place(call.arguments[0]), message, 'write "TYPE::ID"')
 
 
 def _check_functions(agent: Agent) -> Iterator[Finding]:
@@ -153,7 +164,7 @@ def _check_functions(agent: Agent) -> Iterator[Finding]:
                 continue
             place = SourcePlace.at(call.file.path, call.file.lines, call.mention.start)
             reason = f"the feature {features[name]} is ours" if name in features else "CLIPS 6.30 lacks it"
-            yield Finding(FUNCTION, place, f"Fawkes has no function '{name}': {reason}")
+            yield Finding(ADDED_FUNCTION, place, f"Fawkes has no function '{name}': {reason}")
 
 
 def _check_opened_types(files: list[ClipsFile]) -> Iterator[Finding]:
@@ -164,7 +175,7 @@ def _check_opened_types(files: list[ClipsFile]) -> Iterator[Finding]:
             if name in read_types:
                 message = f"interfaces of type {name} are opened for reading and for writing"
                 hint = "write it in another environment, or another program"
-                yield Finding(BOTH_WAYS, file.place(node), message, hint)
+                yield Finding(READ_AND_WRITTEN_TYPE, file.place(node), message, hint)
 
 
 def _find_opened_types(file: ClipsFile, functions: tuple[str, ...]) -> Iterator[tuple[str, SyntaxNode]]:
@@ -183,7 +194,7 @@ def _check_domains(agent: Agent) -> Iterator[Finding]:
             try:
                 load_domain(path, fawkes_compat=True)
             except PddlError as error:
-                yield make_error_finding(error, PDDL)
+                yield make_error_finding(error, REFUSED_DOMAIN)
 
 
 def _check_lua(path: str, text: str) -> Iterator[Finding]:

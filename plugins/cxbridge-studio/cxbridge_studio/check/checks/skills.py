@@ -23,21 +23,21 @@ from cxbridge_studio.check.executor_text import read_executor_skills
 from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace, make_error_finding
 from cxbridge_studio.check.skill_spaces import find_space_skills
 
-BROKEN: Final = Code(
+BROKEN_SKILL: Final = Code(
     "CX411",
     Severity.ERROR,
     "a skill does not load",
     "A Lua file of the skill space has a mistake, or an executor in Python does not load: the "
     "Skiller does not start.",
 )
-UNKNOWN: Final = Code(
+UNKNOWN_SKILL: Final = Code(
     "CX412",
     Severity.ERROR,
     "a mapping names a skill that does not exist",
     "Neither the skill space nor an executor provides the skill: the action fails.",
 )
 
-ARGUMENT: Final = Code(
+UNKNOWN_ARGUMENT: Final = Code(
     "CX413",
     Severity.WARNING,
     "a skill does not know the argument",
@@ -45,14 +45,14 @@ ARGUMENT: Final = Code(
     "its text: the skill never reads the argument.",
 )
 
-ROS: Final = Code(
+UNKNOWN_ROS_NAME: Final = Code(
     "CX415",
     Severity.ERROR,
     "a skill of ROS 2 names an unknown type or field",
     "There is no such action or service, or its messages have no such field: the executor does not start, or "
     "reports no progress and no reason.",
 )
-COMPILES: Final = Code(
+UNCOMPILED_FILE: Final = Code(
     "CX414",
     Severity.WARNING,
     "a Lua file does not compile",
@@ -60,7 +60,7 @@ COMPILES: Final = Code(
     "will not start.",
 )
 
-CODES: Final = (ROS, BROKEN, UNKNOWN, ARGUMENT, COMPILES)
+CODES: Final = (UNKNOWN_ROS_NAME, BROKEN_SKILL, UNKNOWN_SKILL, UNKNOWN_ARGUMENT, UNCOMPILED_FILE)
 
 # The parts of a skill string such as goto{place="?(to)S"}: the arguments and the name.
 _SKILL_ARGUMENT = re.compile(r"[{,]\s*([A-Za-z_]\w*)\s*=")
@@ -72,7 +72,7 @@ def check(agent: Agent) -> Iterator[Finding]:
     try:
         skills = _find_skills(agent)
     except CxbridgeError as error:
-        yield make_error_finding(error, BROKEN)
+        yield make_error_finding(error, BROKEN_SKILL)
         yield from _check_files(agent, error.file or "")
         return  # mappings cannot be checked without the skills
     if skills is None:
@@ -85,7 +85,7 @@ def check(agent: Agent) -> Iterator[Finding]:
         if match is not None and match[1] not in skills and place is not None:
             hint = did_you_mean(match[1], skills, f"there are: {', '.join(sorted(skills))}")
             message = f"'{action}' is mapped to the skill '{match[1]}', which does not exist"
-            yield Finding(UNKNOWN, place, message, hint)
+            yield Finding(UNKNOWN_SKILL, place, message, hint)
 
 
 def _check_files(agent: Agent, reported_file: str = "") -> Iterator[Finding]:
@@ -99,7 +99,7 @@ def _check_files(agent: Agent, reported_file: str = "") -> Iterator[Finding]:
             problem = None if str(path) == reported_file else compiler.find_file_error(path.read_bytes())
             if problem is not None:
                 line, message = problem
-                yield Finding(COMPILES, SourcePlace(str(path), line), message)
+                yield Finding(UNCOMPILED_FILE, SourcePlace(str(path), line), message)
 
 
 def _check_executors(agent: Agent) -> Iterator[Finding]:
@@ -109,7 +109,7 @@ def _check_executors(agent: Agent) -> Iterator[Finding]:
         for executor in member.executors:
             place = SourcePlace("") if executor.place is None else place_of(executor.place)
             for error in executor.mistakes():
-                yield Finding(ROS, place, error.message, error.hint or "")
+                yield Finding(UNKNOWN_ROS_NAME, place, error.message, error.hint or "")
 
 
 def _check_arguments(agent: Agent, skills: Mapping[str, Path | None]) -> Iterator[Finding]:
@@ -125,7 +125,9 @@ def _check_arguments(agent: Agent, skills: Mapping[str, Path | None]) -> Iterato
             if name not in documented_arguments and not re.search(rf"\b{name}\b", text):
                 arguments_text = f"it has: {', '.join(sorted(documented_arguments)) or 'none'}"
                 hint = did_you_mean(name, documented_arguments, arguments_text)
-                yield Finding(ARGUMENT, place, f"the skill '{match[1]}' has no argument '{name}'", hint)
+                yield Finding(
+                    UNKNOWN_ARGUMENT, place, f"the skill '{match[1]}' has no argument '{name}'", hint
+                )
 
 
 def _read_skill(path: Path) -> tuple[set[str], str]:

@@ -12,7 +12,7 @@ from cxbridge_studio.check.findings import Code, Finding, Severity
 from cxbridge_studio.check.losses import LossFinder
 from cxbridge_studio.check.usage import Construct
 
-TWICE: Final = Code(
+DUPLICATE_CONSTRUCT: Final = Code(
     "CX208",
     Severity.WARNING,
     "a construct is defined twice",
@@ -20,7 +20,7 @@ TWICE: Final = Code(
     "two rules with one name exists.",
 )
 
-CODES: Final = (TWICE,)
+CODES: Final = (DUPLICATE_CONSTRUCT,)
 
 _KEYWORDS: Final = frozenset({"defrule", "deftemplate", "deffacts", "deffunction", "defgeneric", "defclass"})
 
@@ -54,4 +54,4 @@ def check(agent: Agent) -> Iterator[Finding]:
         line = earlier_construct.place().line
         message = f"{construct.keyword} {construct.name} replaces the one in {earlier_place} {line}"
         message += f"; {losses}" if losses else ""
-        yield Finding(TWICE, construct.place(), message, "rename or remove one")
+        yield Finding(DUPLICATE_CONSTRUCT, construct.place(), message, "rename or remove one")

@@ -36,12 +36,20 @@ def test_a_domain_that_means_what_it_says() -> None:
 def test_a_predicate_that_nothing_makes_and_the_actions_that_wait_for_it() -> None:
     assert found(DOMAIN) == [
         (
-            doubts.PREDICATE,
+            doubts.FALSE_PREDICATE,
             3,
             "(ripe) is never true: no action has it as an effect, nothing else makes it",
         ),
-        (doubts.ACTION, 5, "the action pick can never be done: nothing makes (ripe) true before it"),
-        (doubts.ACTION, 8, "the action empty can never be done: nothing makes (full) true before it"),
+        (
+            doubts.IMPOSSIBLE_ACTION,
+            5,
+            "the action pick can never be done: nothing makes (ripe) true before it",
+        ),
+        (
+            doubts.IMPOSSIBLE_ACTION,
+            8,
+            "the action empty can never be done: nothing makes (full) true before it",
+        ),
     ]
 
 
@@ -57,19 +65,19 @@ def test_a_predicate_that_nothing_makes_and_the_actions_that_wait_for_it() -> No
 def test_an_action_that_takes_its_effect_back(old: str, new: str, is_doubtful: bool) -> None:
     text = DOMAIN.replace("(full ?b - basket)", "(full ?b - object)").replace(old, new)
     assert text != DOMAIN
-    assert [kind for kind, _, _ in found(text, "ripe")] == [doubts.EFFECT] * is_doubtful
+    assert [kind for kind, _, _ in found(text, "ripe")] == [doubts.UNDONE_EFFECT] * is_doubtful
 
 
 def test_at_different_times_an_effect_may_be_taken_back() -> None:
     timed = """(define (domain d) (:predicates (free)) (:durative-action go :parameters ()
       :duration (= ?duration 2) :effect (and (at start (not (free))) (at end (free)))))"""
     assert found(timed) == []
-    assert [kind for kind, _, _ in found(timed.replace("at end", "at start"))] == [doubts.EFFECT]
+    assert [kind for kind, _, _ in found(timed.replace("at end", "at start"))] == [doubts.UNDONE_EFFECT]
 
 
 def test_an_object_of_no_type() -> None:
     text = DOMAIN.replace("(:constants old - tree)", "(:constants old - tree young)")
-    assert found(text, "ripe") == [(doubts.OBJECT, 2, "young has no type: no action takes it")]
+    assert found(text, "ripe") == [(doubts.UNTYPED_OBJECT, 2, "young has no type: no action takes it")]
     assert found(text.replace("(?b - basket) :effect", "(?b) :effect"), "ripe") == []
 
 
