@@ -104,7 +104,10 @@ class GoalForest:
     """All goals of a run, and the statuses of its Skillers.
 
     :param events: the events of the run, read once by the constructor.
-    :param missing: the details that are not compared.
+    :param missing: details that are not compared.
+    :ivar count: the number of compared events.
+    :ivar start_us: the time of the first event in microseconds, 0 without events.
+    :ivar roots: the goals without a known parent.
     """
 
     def __init__(self, events: Iterable[Event], missing: MissingDetails | None = None) -> None:

@@ -168,22 +168,23 @@ class Token(NamedTuple):
     """An event as a comparison sees it.
 
     :param names: the names in the parts of the key, in order.
-    :param thread_names: the number of names in the parts that identify the thread.
-    :param msgid: the message id, compared by its distance to earlier ones of the thread.
-    :param number: the number of the event among the compared ones, from 0.
+    :param thread_name_count: the number of names in the parts that identify the thread.
+    :param msgid: the message id, which is compared by its distance to earlier ids of the Skiller or
+        interface.
+    :param number: the number of the event among the compared events, from 0.
     """
 
     key: Key
     names: Names
-    thread_names: int
+    thread_name_count: int
     msgid: int | None
     event: Event
     number: int
 
     @property
     def thread(self) -> tuple[Key, Names]:
-        """The thread of the event: a goal, plan or Skiller of the run."""
-        return thread_key(self.key), self.names[: self.thread_names]
+        """The thread of the event: goal, plan, Skiller, interface, or the rules or facts of an agent."""
+        return thread_key(self.key), self.names[: self.thread_name_count]
 
 
 class TokenReader:
@@ -264,18 +265,18 @@ class _KeyMaker:
         """Return the key, its names, and the number of names in the thread."""
         values = list(self._values(event))
         names: Names = ()
-        thread_names = 0
+        thread_name_count = 0
         # other attributes are not searched for names: a class or a mode may look like an id of gensym
         for index in self._named_indices:
             values[index], part_names = self._namer.split(values[index])
             names += part_names
             if index < self._thread_length:
-                thread_names = len(names)
+                thread_name_count = len(names)
         for index, is_missing in self._details:
             detail = "" if is_missing else replace_times_of_day(values[index], event.time_us)
             values[index], part_names = self._namer.split(detail, is_fact=True)
             names += part_names
-        return (self._kind, *values), names, thread_names
+        return (self._kind, *values), names, thread_name_count
 
 
 class SkillerBacklog:

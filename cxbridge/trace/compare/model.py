@@ -21,7 +21,7 @@ class Order(Enum):
 
 
 class DifferenceKind(Enum):
-    """The kinds of differences."""
+    """The kinds of differences; docs/comparing.md describes them."""
 
     CHANGED = "changed"
     ONLY_A = "only-a"

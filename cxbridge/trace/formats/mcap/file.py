@@ -75,7 +75,7 @@ class McapFile:
         self._message_index: dict[
             int, list[int]
         ] = {}  # of the chunk, by channel: times and offsets alternate
-        self._earliest, self._latest = _MAX_TIME_NS, 0
+        self._first_time_ns, self._last_time_ns = _MAX_TIME_NS, 0
         self._message_counts: dict[int, int] = {}
         self._chunk_index: list[bytes] = []
         self._attachment_index: list[bytes] = []
@@ -160,14 +160,17 @@ class McapFile:
         times = [time for index in indexes.values() for time in (min(index[::2]), max(index[::2]))]
         start, end = (min(times), max(times)) if times else (0, 0)
         head = struct.pack("<QQQI", start, end, len(chunk), zlib.crc32(chunk))
-        head += _pack_text("") + struct.pack("<Q", len(chunk))
+        head += _pack_text("") + struct.pack("<Q", len(chunk))  # mcap: an empty text for no compression
         size = len(head) + len(chunk)
         self._chunk = bytearray()
         for channel, index in indexes.items():
             self._message_index[channel] = []
             self._message_counts[channel] += len(index) // 2
         if times:
-            self._earliest, self._latest = min(self._earliest, start), max(self._latest, end)
+            self._first_time_ns, self._last_time_ns = (
+                min(self._first_time_ns, start),
+                max(self._last_time_ns, end),
+            )
         chunk_offset = self._append(mcap.HEAD.pack(mcap.CHUNK, size), head, chunk)
         index_offset = self._offset
         index_positions = [
@@ -192,7 +195,7 @@ class McapFile:
     def finish(self) -> None:
         """Write the last chunk, and the summary with the indexes."""
         self.finish_chunk()
-        self._append(pack_record(_DATA_END, struct.pack("<I", 0)))
+        self._append(pack_record(_DATA_END, struct.pack("<I", 0)))  # mcap: 0 stands for no checksum
         start, summary, offsets = self._offset, bytearray(), bytearray()
         # the order of the groups is free, but readers expect schemas before channels
         for kind, records in (
@@ -209,26 +212,26 @@ class McapFile:
                 offsets += pack_record(_SUMMARY_OFFSET, position)
                 summary += group
         footer = struct.pack("<QQ", start, start + len(summary))
-        head = mcap.HEAD.pack(mcap.FOOTER, len(footer) + 4)
+        head = mcap.HEAD.pack(mcap.FOOTER, len(footer) + 4)  # with the checksum
         # mcap: the checksum covers the summary, and the footer up to the checksum
         crc = zlib.crc32(footer, zlib.crc32(head, zlib.crc32(offsets, zlib.crc32(summary))))
         self._append(summary, offsets, head, footer, struct.pack("<I", crc), mcap.MAGIC)
 
     def _pack_statistics(self) -> bytes:
-        messages = sum(self._message_counts.values())
+        message_count = sum(self._message_counts.values())
         counts = [struct.pack("<HQ", *item) for item in self._message_counts.items()]
         return pack_record(
             _STATISTICS,
             struct.pack(
                 "<QHIIIIQQ",
-                messages,
+                message_count,
                 len(self._schemas) - 1,
                 len(self._channels),
                 len(self._attachment_index),
                 len(self._metadata_index),
                 len(self._chunk_index),
-                self._earliest if messages else 0,
-                self._latest,
+                self._first_time_ns if message_count else 0,
+                self._last_time_ns,
             ),
             _pack_block(b"".join(counts)),
         )
