@@ -13,7 +13,6 @@
     │    ├── PddlError           a PDDL text does not parse or does not make sense
     │    └── ProtobufError       a protobuf message, frame or type is wrong, or the package for it is missing
     ├── SkillerError
-    │    ├── ActionMappingError  an action cannot be mapped to a skill string
     │    └── SkillError          a skill cannot be loaded or run
     ├── TransformError           the transform between two frames is unknown (tf.errors refines it)
     ├── NavGraphError            a navigation graph cannot be read, or lacks a node or an edge
@@ -136,10 +135,6 @@ class PddlError(ExecutiveError):
 
 class SkillerError(CxbridgeError):
     """The Skiller cannot be set up or cannot continue."""
-
-
-class ActionMappingError(SkillerError):
-    """An action cannot be mapped to a skill string."""
 
 
 class SkillError(SkillerError):

@@ -1,4 +1,4 @@
-"""Rules for the addresses of all servers, and for pages of browsers that may use them.
+"""Rules for the addresses of all servers.
 
 A server that can be reached from outside of this user's machine needs keys, a token, a list of peers, or an
 explicit option (docs/security.md).
@@ -7,7 +7,6 @@ explicit option (docs/security.md).
 from __future__ import annotations
 
 import ipaddress
-from collections.abc import Collection
 from typing import Final
 from urllib.parse import urlsplit
 
@@ -15,9 +14,6 @@ from cxbridge.errors import ConfigError, CxbridgeError
 
 LOOPBACK: Final = "127.0.0.1"
 """The default host of servers."""
-
-LOCAL_NAMES: Final = frozenset({"localhost", LOOPBACK, "::1"})
-"""The names of this machine in the header ``Host``."""
 
 
 def is_loopback(host: str) -> bool:
@@ -70,31 +66,3 @@ def check_server_address(
     if not (is_local or is_restricted):
         reach = "by all users of" if is_abstract_socket(address) else "from beyond"
         raise error(f"{server} at {address} could be reached {reach} this machine", hint=hint)
-
-
-def has_host_name(host: str, names: Collection[str]) -> bool:
-    """Return whether the header ``Host``, with or without port, has one of these names."""
-    name = host[1:].partition("]")[0] if host.startswith("[") else host.partition(":")[0]
-    return name.lower() in names
-
-
-def is_permitted_request(origin: str, scheme: str, host: str, allowed_origins: Collection[str]) -> bool:
-    """Return whether a request comes from the server's own page or from an allowed page.
-
-    Requests of other programs than browsers have no origin, and are permitted, too.
-
-    :param origin: the header ``Origin``, empty without one.
-    :param scheme: the scheme of the request, ``http`` or ``https``.
-    :param host: the header ``Host``.
-    :param allowed_origins: the origins of other permitted pages; ``*`` allows all.
-    """
-    return (
-        not origin
-        or is_allowed_origin(origin, allowed_origins)
-        or origin.lower() == f"{scheme}://{host}".lower()
-    )
-
-
-def is_allowed_origin(origin: str, allowed_origins: Collection[str]) -> bool:
-    """Return whether an origin is allowed; ``*`` allows all."""
-    return bool(origin) and ("*" in allowed_origins or origin in allowed_origins)

@@ -18,7 +18,7 @@ from itertools import chain
 from typing import Final
 
 from cxbridge.clipstext.goal_slots import GOAL_SLOTS
-from cxbridge.clipstext.values import FactRef, Symbol, Value, show
+from cxbridge.clipstext.values import Value, show
 
 LAYOUTS: Final[Mapping[str, tuple[str, ...]]] = {
     "SkillerInterface": ("id", "time", "skill_string", "error", "exclusive_controller", "msgid", "status"),
@@ -37,11 +37,6 @@ _OMITTED = " ..."
 _PLAIN_SLOT = re.compile(r" \(([^\s()\";&|~?<][^\s()\";&|~<]*)([^()\"]*)\)")
 _PARENTHESIS_OR_QUOTE = re.compile(r"[()\"]")
 _NAME = re.compile(r"[^\s()\";&|~?<][^\s()\";&|~<]*")
-_INTEGER = re.compile(r"[+-]?[0-9]+")
-_FLOAT = re.compile(r"[+-]?(?:[0-9]+\.[0-9]*|\.?[0-9]+)(?:[eE][+-]?[0-9]+)?")
-_FACT_ADDRESS = re.compile(r"<Fact-([0-9]{1,18})>")
-_INTEGER_LIMIT = 2**63  # the integers of CLIPS have 64 bits
-_MAX_DIGITS = 100  # of an integer; more digits take quadratic time, and never fit 64 bits
 
 IMPLIED: Final = "implied"
 """The only slot of an ordered fact, which is not printed."""
@@ -212,7 +207,7 @@ def _string_end(text: str, start: int) -> int:
     """Return the position of the quote that ends the string starting at ``start``."""
     position = start
     while (position := text.find('"', position + 1)) >= 0:
-        if _ends_slot(text, position + 1) or _starts_field(text, position + 1):
+        if _ends_slot(text, position + 1) or starts_field(text, position + 1):
             return position
     raise FactSyntaxError("cut off within a string")
 
@@ -222,7 +217,7 @@ def _ends_slot(text: str, position: int) -> bool:
     return text.startswith((") (", "))", ") ... (", ") ...)"), position)
 
 
-def _starts_field(text: str, position: int) -> bool:
+def starts_field(text: str, position: int) -> bool:
     """Return whether another field of the multislot starts: a string, or a symbol without quote."""
     if not text.startswith(" ", position):
         return False
@@ -230,39 +225,6 @@ def _starts_field(text: str, position: int) -> bool:
         return True
     symbol = _SYMBOL.match(text, position + 1)
     return symbol is not None and not text.startswith('"', symbol.end())
-
-
-def parse_values(text: str) -> tuple[Value, ...]:
-    """Return the values in a slot of a printed fact, separated by blanks, with unescaped quotes."""
-    values: list[Value] = []
-    position = 0
-    while position < len(text):
-        if text[position] == " ":
-            position += 1
-        elif text[position] == '"':
-            end = position
-            while (end := text.find('"', end + 1)) >= 0:
-                if end + 1 == len(text) or _starts_field(text, end + 1):
-                    break
-            end = len(text) if end < 0 else end
-            values.append(text[position + 1 : end])
-            position = end + 1
-        else:
-            end = text.find(" ", position)
-            end = len(text) if end < 0 else end
-            values.append(_atom(text[position:end]))
-            position = end
-    return tuple(values)
-
-
-def _atom(text: str) -> Value:
-    """Return a value printed without quotes: a number, a fact address or a symbol."""
-    if len(text) <= _MAX_DIGITS and _INTEGER.fullmatch(text) and abs(int(text)) < _INTEGER_LIMIT:
-        return int(text)
-    if _FLOAT.fullmatch(text):
-        return float(text)
-    address = _FACT_ADDRESS.fullmatch(text)
-    return FactRef(int(address[1])) if address else Symbol(text)
 
 
 def fact_text(template: str, slots: Mapping[str, Value]) -> str:

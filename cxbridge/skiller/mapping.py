@@ -12,7 +12,6 @@ from typing import Literal
 
 from msgspec import Struct
 
-from cxbridge.errors import ActionMappingError
 from cxbridge.events import Level
 from cxbridge.skiller import ecma, numbers, quoting
 from cxbridge.skiller.templates import Doubt, Misfit, Placeholder, Replacement, find_doubts, parse_template
@@ -56,21 +55,6 @@ class ActionSkillMapping:
 
     def has_template(self, action: str) -> bool:
         return action in self._templates
-
-    def require(self, action: str) -> str:
-        """Return the template of an action.
-
-        :raises ActionMappingError: if there is none; the hint lists the mapped actions.
-        """
-        try:
-            return self._templates[action]
-        except KeyError:
-            mapped_actions = ", ".join(sorted(self._templates)) or "none"
-            raise ActionMappingError(
-                f"action '{action}' has no action mapping",
-                hint=f"add '{action}: SKILL-STRING' under action-mapping in the configuration of the spec; "
-                f"mapped actions: {mapped_actions}",
-            ) from None
 
     def map(self, action: str, params: Mapping[str, str]) -> MappedSkill:
         """Return the skill string of an action."""

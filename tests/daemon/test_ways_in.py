@@ -11,7 +11,7 @@ from cxbridge.blackboard.kit.errors import InsecureEndpointError
 from cxbridge.blackboard.zmq.security import check_endpoint
 from cxbridge.daemon.table import DAEMON_COMPONENTS
 from cxbridge.errors import ConfigError
-from cxbridge.listening import has_host_name, is_loopback, is_permitted_request, is_private_endpoint
+from cxbridge.listening import is_loopback, is_private_endpoint
 from cxbridge.rights import FRAME_RIGHTS, Right, right_of_frame
 from cxbridge.run.components.table import COMPONENTS
 from tests.support import module_files, needs_all_plugins, needs_plugin
@@ -188,26 +188,3 @@ def test_an_endpoint_is_private_or_needs_keys(endpoint: str, expected: bool):
     else:
         with pytest.raises(InsecureEndpointError):
             check_endpoint(endpoint, keys=False, insecure=False)
-
-
-@pytest.mark.parametrize(
-    ("origin", "expected"),
-    [
-        *((each, True) for each in ("", "http://localhost:1", "HTTP://LOCALHOST:1", "https://ours.example")),
-        *(
-            (each, False)
-            for each in ("null", "http://localhost", "https://localhost:1", "http://evil.example")
-        ),
-    ],
-)
-def test_pages_of_other_origins_are_strangers(origin: str, expected: bool):
-    assert is_permitted_request(origin, "http", "localhost:1", ("https://ours.example",)) is expected
-    assert is_permitted_request(origin, "http", "localhost:1", ("*",))
-
-
-def test_a_name_counts_without_its_port():
-    names = {"localhost", "::1"}
-    assert all(has_host_name(host, names) for host in ("localhost", "LocalHost:80", "[::1]:80", "[::1]"))
-    assert not any(
-        has_host_name(host, names) for host in ("", "evil.example", "localhost.evil.example:80", "[::2]")
-    )

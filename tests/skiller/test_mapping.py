@@ -8,7 +8,6 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from cxbridge.errors import ActionMappingError
 from cxbridge.events import Level
 from cxbridge.skiller.mapping import ActionSkillMapping, MappedSkill, Mode
 from tests.support import many
@@ -153,9 +152,6 @@ def test_an_action_without_a_mapping():
     mapping = ActionSkillMapping({"say": "say{}"})
     assert mapping.map("sing", {}) == MappedSkill("")
     assert (mapping.has_template("say"), mapping.has_template("sing")) == (True, False)
-    with pytest.raises(ActionMappingError, match="action 'sing' has no action mapping") as caught:
-        mapping.require("sing")
-    assert "mapped actions: say" in str(caught.value)
 
 
 INJECTION = 'x"} os.exit() say{text="y'

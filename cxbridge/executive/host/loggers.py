@@ -8,9 +8,9 @@ other loggers pass their lines on.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Annotated, Final
+from typing import Final
 
-from msgspec import Meta, Struct
+from msgspec import Struct
 from msgspec.structs import replace
 
 from cxbridge.errors import ClipsError
@@ -36,9 +36,6 @@ MAX_PRIORITY: Final = 2000
 
 LEVELS: Final = tuple(Level)
 """The levels in ascending order."""
-
-LevelName = Annotated[str, Meta(extra_json_schema={"enum": ["debug", "info", "warn", "error"]})]
-"""The name of a level in requests and answers of operations (:mod:`cxbridge.daemon.operations`)."""
 
 
 class ClipsLogger(Struct, frozen=True):
@@ -140,14 +137,3 @@ class LoggerStack:
                 return logger
         names = ", ".join(logger.name for logger in self.loggers)
         raise ClipsError(f"there is no logger '{name}'", hint=f"there are: {names}")
-
-
-def find_level(text: str) -> Level:
-    """Return the level with a lower-case name, e.g. ``warn``.
-
-    :raises ClipsError: if the name is unknown.
-    """
-    levels = {level.name.lower(): level for level in Level}
-    if text not in levels:
-        raise ClipsError(f"there is no log level '{text}'", hint=f"use one of: {', '.join(levels)}")
-    return levels[text]

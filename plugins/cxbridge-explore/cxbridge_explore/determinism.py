@@ -21,9 +21,9 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, LogLine, RuleFired
 from cxbridge.file_access import file_errors
 from cxbridge.history.transitions import TRANSITION_TYPES
-from cxbridge.spawning import safe_spawn_context
 from cxbridge_explore.graph import ROOT_EDGE, Edge, Graph
 from cxbridge_explore.playing import MakeRun
+from cxbridge_explore.spawning import safe_spawn_context
 from cxbridge_explore.worlds.points import USUAL, ChoicePoint, DivergedError
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 from starlette.datastructures import Headers
 from starlette.responses import PlainTextResponse, Response
 
-from cxbridge.listening import LOCAL_NAMES, has_host_name, is_allowed_origin, is_permitted_request
+from cxbridge_web.origins import LOCAL_NAMES, has_host_name, is_allowed_origin, is_permitted_request
 from cxbridge_web.settings import WebSettings
 
 if TYPE_CHECKING:

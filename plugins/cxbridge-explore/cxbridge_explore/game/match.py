@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.spawning import safe_process_pool
 from cxbridge_explore.game.kinds import Game
 from cxbridge_explore.game.score import GameResult
+from cxbridge_explore.spawning import safe_process_pool
 from cxbridge_explore.sweep.statistics import CONFIDENCE, Interval, mean_interval, summarize_sample
 from cxbridge_explore.sweep.summary import rank_differences
 

@@ -18,8 +18,6 @@ from cxbridge.executive.host.loggers import (
     ADDED_LOGGER_PRIORITY,
     DEFAULT_LOGGER,
     ClipsLogger,
-    LevelName,
-    find_level,
 )
 from cxbridge.executive.host.values import FALSE
 from cxbridge.file_access import why_unreadable
@@ -27,6 +25,7 @@ from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.debugger.agenda import activation_count
 from cxbridge_studio.debugger.evaluating import Evaluation, evaluate
 from cxbridge_studio.debugger.fact_editing import count_facts
+from cxbridge_studio.debugger.levels import LevelName, find_level
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment

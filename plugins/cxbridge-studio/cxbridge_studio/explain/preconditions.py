@@ -10,12 +10,12 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import cached_property
 from typing import Any, Final
 
-from cxbridge.clipstext.facts import parse_values
 from cxbridge.clipstext.values import constants_of, show_alone
 from cxbridge.executive.pddl.ast import BlamedPart, TermComparison, Variable
 from cxbridge.executive.problem.conditions import Conditions
 from cxbridge.executive.problem.truth import KnownState, blamed_parts
 from cxbridge.suggestions import MIN_LIKENESS, likeness
+from cxbridge_studio.explain.slot_values import parse_values
 
 # A function that returns the slots of a deftemplate's facts, as CLIPS prints the values.
 FactLookup = Callable[[str], Sequence[Mapping[str, str]]]

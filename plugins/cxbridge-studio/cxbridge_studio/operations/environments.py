@@ -17,10 +17,10 @@ from cxbridge.daemon.operations.operation import (
     UnavailableError,
 )
 from cxbridge.errors import CxbridgeError
-from cxbridge.executive.host.loggers import LevelName
 from cxbridge.rights import Right
 from cxbridge_studio.debugger.environments import EnvironmentInfo, EnvironmentService
 from cxbridge_studio.debugger.evaluating import Evaluation
+from cxbridge_studio.debugger.levels import LevelName
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment

@@ -9,9 +9,10 @@ from msgspec import Meta
 from msgspec.structs import asdict
 
 from cxbridge.daemon.operations.operation import OperationContext, Operations
-from cxbridge.executive.host.loggers import ADDED_LOGGER_PRIORITY, LevelName
+from cxbridge.executive.host.loggers import ADDED_LOGGER_PRIORITY
 from cxbridge.rights import Right
 from cxbridge_studio.debugger.environments import LoggerInfo
+from cxbridge_studio.debugger.levels import LevelName
 from cxbridge_studio.operations.environments import (
     Identifier,
     NamedEnvironment,

@@ -16,8 +16,9 @@ from typing import Any, Final
 
 from cxbridge.blackboard.kit.event_loop import LoopThread
 from cxbridge.closing import Closing
-from cxbridge.listening import LOCAL_NAMES, LOOPBACK, has_host_name, is_loopback, is_permitted_request
+from cxbridge.listening import LOOPBACK, is_loopback
 from cxbridge_web.foxglove.settings import FoxgloveSettings
+from cxbridge_web.origins import LOCAL_NAMES, has_host_name, is_permitted_request
 
 MAX_CONNECTIONS: Final = 64  # limit of simultaneous connections
 

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from cxbridge.clipstext.facts import FactSyntaxError, parse_fact, parse_values
+from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
 from cxbridge.clipstext.values import NIL, Value
 from cxbridge.events import FactChange
 from cxbridge.history.transitions import unquote
 from cxbridge_studio.explain.rules.snapshot import FactRow, FactTemplate
+from cxbridge_studio.explain.slot_values import parse_values
 
 _ORDERED_FIELDS = ""  # the key for the fields of an ordered fact, in place of the name of a slot
 

@@ -464,5 +464,5 @@ STARTS = {
 }
 """Where Python is named as a program."""
 
-SPAWNS = {"spawning.py": 1, "cxbridge_explore/determinism.py": 1}
+SPAWNS = {"cxbridge_explore/spawning.py": 1, "cxbridge_explore/determinism.py": 1}
 """Where processes of multiprocessing come from; those of determinism are forked."""

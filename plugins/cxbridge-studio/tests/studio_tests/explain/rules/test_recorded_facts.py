@@ -5,12 +5,13 @@ from __future__ import annotations
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cxbridge.clipstext.facts import parse_values
+from cxbridge.clipstext.facts import parse_fact
 from cxbridge.events import FactChange
 from cxbridge.executive.host.values import Symbol
 from cxbridge_studio.explain.rules.environment import take_snapshot
 from cxbridge_studio.explain.rules.recorded_facts import parse_rows
 from cxbridge_studio.explain.rules.snapshot import FactRef, FactTemplate
+from cxbridge_studio.explain.slot_values import parse_values
 from studio_tests.explain.worlds import world
 from tests.support import many
 
@@ -83,3 +84,8 @@ def test_a_fact_address():
 def test_a_fact_that_is_cut_off_is_left_out():
     known = {"t": FactTemplate("t", (("a", False),))}
     assert parse_rows([change(1, "(t (a 1"), change(2, "(t (a 2))")], known)[1][0].index == 2
+
+
+def test_slots_and_values_have_one_rule_for_the_end_of_a_string():
+    text = parse_fact('(s (text "x" (y z") (n 1))')[1]["text"]
+    assert parse_values(text) == ('x" (y z',)
