@@ -79,7 +79,7 @@ class Breakpoints:
         line_breakpoints: list[_LineBreakpoint] = []
         for requested in arguments.requested_breakpoints:
             number = self._new_number()
-            position = lines.at(requested.line) if requested.line > 0 else None
+            position = lines.find_position(requested.line) if requested.line > 0 else None
             problem = _find_problem(requested, position)
             if position is None or problem:
                 line = requested.line if position is None else position.line

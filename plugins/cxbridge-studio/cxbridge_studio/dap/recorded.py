@@ -222,14 +222,14 @@ class RecordedRun(Target):
             return self._stop_at_entry()
         events, direction = self._scrubber.events, -1 if self._is_backwards else 1
         # At a stop, the scrubber is behind the event of the stop: its number is one less.
-        number = self._scrubber.at - 1 + direction
+        number = self._scrubber.position - 1 + direction
         while 0 <= number < len(events) and not self._is_over.is_set():
             if self._is_stop_event(events[number]) and (stop := self._stop_at(number, client)):
                 return stop
             number += direction
         if self._is_backwards:
             return self._stop_at_entry()
-        if self._scrubber.at == len(events):
+        if self._scrubber.position == len(events):
             return None
         self._scrubber.go_to(len(events))
         return self._stop_here("step", "at the end of the recording", None)
@@ -339,7 +339,7 @@ class RecordedRun(Target):
     def _retracted_facts(self) -> dict[int, FactChange]:
         """Return the facts that the current rule has retracted so far."""
         retracted_facts: dict[int, FactChange] = {}
-        for number in range(self._scrubber.at - 1, -1, -1):
+        for number in range(self._scrubber.position - 1, -1, -1):
             event = self._scrubber.events[number]
             if isinstance(event, RuleFired) and event.env == self._env:
                 break

@@ -160,7 +160,7 @@ class BreakpointLines:
         self._first_lines = [rule.first_line for rule in self._rules]
         self._actions = actions
 
-    def at(self, line: int) -> RulePosition | None:
+    def find_position(self, line: int) -> RulePosition | None:
         """Return the position for a line: within its rule or at the next rule; None after the last rule."""
         number = bisect_right(self._first_lines, line) - 1
         if number < 0 or line > self._rules[number].last_line:

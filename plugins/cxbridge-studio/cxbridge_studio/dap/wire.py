@@ -55,14 +55,14 @@ class Wire:
 
     def _read_exactly(self, length: int) -> bytes | None:
         """Return the next ``length`` bytes; None if the stream ends before."""
-        parts: list[bytes] = []
+        chunks: list[bytes] = []
         while length > 0:
-            part = self._source.read(length)
-            if not part:
+            chunk = self._source.read(length)
+            if not chunk:
                 return None
-            parts.append(part)
-            length -= len(part)
-        return b"".join(parts)
+            chunks.append(chunk)
+            length -= len(chunk)
+        return b"".join(chunks)
 
     def _read_length(self) -> int | None:
         """Read a header, and return the length of the message; None at the end of the stream."""

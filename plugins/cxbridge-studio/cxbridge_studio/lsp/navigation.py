@@ -35,17 +35,17 @@ def definitions(session: Session, file: SourceFile, mention: Mention) -> list[Fi
     name = mention.name
     if name.kind is NameKind.FILE:
         return _find_files(session, file, name)
-    found = session.model.definitions(name)
+    found_mentions = session.model.definitions(name)
     # in a CLIPS file the action of a parameter may be unknown: then the parameters of all actions count
-    if not found and name.kind is NameKind.PARAMETER and not name.owner:
-        found = [
+    if not found_mentions and name.kind is NameKind.PARAMETER and not name.owner:
+        found_mentions = [
             definition
             for definition in session.model.definitions_of_kind(NameKind.PARAMETER)
             if definition.mention.name.text == name.text
         ]
-    if not found and name.kind in (NameKind.GOAL_CLASS, NameKind.ACTION):
-        found = list(session.model.mentions(name, Use.ASSERTED))
-    return session.filter_visible(found, file.path)
+    if not found_mentions and name.kind in (NameKind.GOAL_CLASS, NameKind.ACTION):
+        found_mentions = list(session.model.mentions(name, Use.ASSERTED))
+    return session.filter_visible(found_mentions, file.path)
 
 
 def _find_files(session: Session, file: SourceFile, name: Name) -> list[FileMention]:

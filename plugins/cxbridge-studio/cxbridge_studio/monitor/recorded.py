@@ -74,7 +74,7 @@ class RecordedSource:
         self._last_story: tuple[int, Sequence[str]] = (-1, ())
         self._commands: dict[str, Callable[[str], str]] = {
             "event": lambda count: self._move(
-                lambda scrubber: scrubber.go_to(scrubber.at + _parse_integer(count))
+                lambda scrubber: scrubber.go_to(scrubber.position + _parse_integer(count))
             ),
             "transition": lambda count: self._move(
                 lambda scrubber: scrubber.move_transitions(_parse_integer(count))
@@ -114,7 +114,7 @@ class RecordedSource:
 
     def _play(self) -> str:
         """Play from the current position, at the end from the start; if the recording plays, stop."""
-        if self._play_start is None and self._scrubber.at >= len(self._scrubber.events):
+        if self._play_start is None and self._scrubber.position >= len(self._scrubber.events):
             self._scrubber.go_to(0)
         is_playing, self._follows_end = self._play_start is not None, False
         self._play_start = None if is_playing else (self._now(), self._scrubber.now_us)
@@ -137,7 +137,7 @@ class RecordedSource:
         if self._play_start is not None:
             start_s, start_us = self._play_start
             scrubber.go_to_time(start_us + round((self._now() - start_s) * self._speed * MICROSECONDS))
-            if scrubber.at >= len(scrubber.events) and not scrubber.is_loading:
+            if scrubber.position >= len(scrubber.events) and not scrubber.is_loading:
                 self._play_start = None
         elif self._follows_end:
             scrubber.go_to(scrubber.transitions[-1] if scrubber.transitions else len(scrubber.events))
@@ -147,7 +147,7 @@ class RecordedSource:
             # in a recording without times, the number of events counts
             progress=scrubber.now_us / scrubber.end_us
             if scrubber.end_us
-            else scrubber.at / len(scrubber.events),
+            else scrubber.position / len(scrubber.events),
             goals=filter_goals(self._goal_rows(), query.filter_text),
             actions=make_page(self._action_rows(), query.filter_text, "plan-actions"),
             skills=make_page(self._skill_rows(), query.filter_text, "Skillers"),
@@ -164,12 +164,12 @@ class RecordedSource:
     def _current_story(self) -> Sequence[str]:
         """Return the explanation of the run up to the position; while playing, the last explanation."""
         scrubber = self._scrubber
-        moment, story = self._last_story
-        if moment != scrubber.at and (self._play_start is None or not story):
-            is_at_end = scrubber.at == len(scrubber.events) and not scrubber.is_loading
+        position, story = self._last_story
+        if position != scrubber.position and (self._play_start is None or not story):
+            is_at_end = scrubber.position == len(scrubber.events) and not scrubber.is_loading
             at_s = None if is_at_end else scrubber.now_us / MICROSECONDS
             story = _explain_run(LoadedRun(scrubber.run, scrubber.events), at_s)
-            self._last_story = scrubber.at, story
+            self._last_story = scrubber.position, story
         return story
 
     def _describe_position(self) -> str:
@@ -177,7 +177,7 @@ class RecordedSource:
         now_s, end_s = scrubber.now_us / MICROSECONDS, scrubber.end_us / MICROSECONDS
         parts = [
             f"{format_duration(now_s)} of {format_duration(end_s)}",
-            f"event {scrubber.at:,} of {len(scrubber.events):,}",
+            f"event {scrubber.position:,} of {len(scrubber.events):,}",
         ]
         if scrubber.is_loading:
             parts.append("reading")
@@ -188,9 +188,9 @@ class RecordedSource:
     def _last_event_text(self) -> str:
         """Return the last transition before the current position; if there is none, the last event."""
         scrubber = self._scrubber
-        if not scrubber.at:
+        if not scrubber.position:
             return "the begin"
-        recent = scrubber.events[max(0, scrubber.at - _EVENTS_EACH_SIDE) : scrubber.at]
+        recent = scrubber.events[max(0, scrubber.position - _EVENTS_EACH_SIDE) : scrubber.position]
         last = next((event for event in reversed(recent) if isinstance(event, TRANSITION_TYPES)), recent[-1])
         return f"{last.KIND.name} {describe_event(last)}"
 
@@ -252,16 +252,16 @@ class RecordedSource:
 
     def _events(self) -> Table:
         scrubber = self._scrubber
-        first = max(0, scrubber.at - _EVENTS_EACH_SIDE)
+        first = max(0, scrubber.position - _EVENTS_EACH_SIDE)
         rows = [
             (f"{scrubber.times[number] / MICROSECONDS:.3f}", event.KIND.name, describe_event(event))
-            for number, event in enumerate(scrubber.events[first : scrubber.at + _EVENTS_EACH_SIDE], first)
+            for number, event in enumerate(scrubber.events[first : scrubber.position + _EVENTS_EACH_SIDE], first)
         ]
-        return Table(rows, selected=scrubber.at - first - 1 if scrubber.at else None)
+        return Table(rows, selected=scrubber.position - first - 1 if scrubber.position else None)
 
     def _log_rows(self) -> list[LogRow]:
         scrubber = self._scrubber
-        last = bisect_left(scrubber.log_lines, scrubber.at)
+        last = bisect_left(scrubber.log_lines, scrubber.position)
         rows = []
         for number in scrubber.log_lines[max(0, last - MAX_LINES) : last]:
             event = scrubber.events[number]

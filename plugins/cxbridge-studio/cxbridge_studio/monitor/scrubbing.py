@@ -28,7 +28,7 @@ _BATCH: Final = 500  # events that are read between two checks of the time
 
 
 class Scrubber:
-    """A run and its state after ``at`` events, loaded step by step.
+    """A run that is loaded step by step, and its state at a position.
 
     :param run: the recording.
     :param stride: the number of events between two stored states.
@@ -48,7 +48,7 @@ class Scrubber:
         # the positions at which the last event is a transition
         self.transitions = array("q")
         self.log_lines = array("q")  # the indices of the events that are log lines
-        self.at = 0
+        self.position = 0
         self.state = RunState()
         self.notes: list[str] = []
 
@@ -70,7 +70,7 @@ class Scrubber:
     @property
     def now_us(self) -> int:
         """The time of the last event before the current position."""
-        return self.times[self.at - 1] if self.at else 0
+        return self.times[self.position - 1] if self.position else 0
 
     def load(self, seconds: float, now: Callable[[], float] = time.monotonic) -> None:
         """Read further events for some seconds, or to the end of the run.
@@ -124,29 +124,29 @@ class Scrubber:
         self._statuses[key] = status
         return status != previous
 
-    def go_to(self, at: int) -> None:
-        """Go to the position after ``at`` events, or to the nearest end of the run."""
-        at = max(0, min(at, len(self.events)))
-        nearest = at // self._stride
+    def go_to(self, position: int) -> None:
+        """Go to the position after a number of events, or to the nearest end of the run."""
+        position = max(0, min(position, len(self.events)))
+        nearest = position // self._stride
         # not on the way forward within a stride, where the current state is nearer than the stored state
-        if at < self.at or nearest > self.at // self._stride:
+        if position < self.position or nearest > self.position // self._stride:
             self.state = self._stored_states[nearest].copy()
-            self.at = nearest * self._stride
+            self.position = nearest * self._stride
         take = self.state.add_event
-        for event in self.events[self.at : at]:
+        for event in self.events[self.position : position]:
             take(event)
-        self.at = at
+        self.position = position
 
     def move_transitions(self, count: int) -> None:
         """Go forward or back by a number of transitions, or of events in a run without transitions."""
         steps = self.transitions
         if not steps:
-            self.go_to(self.at + count)
+            self.go_to(self.position + count)
             return
-        passed = bisect_right(steps, self.at)
-        if count < 0 and passed and steps[passed - 1] < self.at:
+        passed_count = bisect_right(steps, self.position)
+        if count < 0 and passed_count and steps[passed_count - 1] < self.position:
             count += 1  # the first step back is to the last transition before the current position
-        target = passed + count - 1
+        target = passed_count + count - 1
         end = len(self.events)
         self.go_to(0 if target < 0 else steps[target] if target < len(steps) else end)
 

@@ -99,11 +99,11 @@ def _path_lines(machine: StateMachine, names: Mapping[str, str]) -> list[Rendera
     """Return a line with the last steps of each machine's path."""
     lines: list[RenderableType] = []
     for _, inner in machine.walk():
-        taken = inner.taken_transitions()
-        if taken:
-            shown = taken[-_MAX_PATH:]
-            nodes = [shown[0].source, *(item.target for item in shown)]
-            ellipsis = "... " if len(taken) > _MAX_PATH else ""
+        path_transitions = inner.taken_transitions()
+        if path_transitions:
+            shown_transitions = path_transitions[-_MAX_PATH:]
+            nodes = [shown_transitions[0].source, *(item.target for item in shown_transitions)]
+            ellipsis = "... " if len(path_transitions) > _MAX_PATH else ""
             path = f" {_ARROW} ".join(names.get(node, node) for node in nodes)
             lines.append(Text(f"way: {ellipsis}{path}", style="yellow"))
     return lines

@@ -61,18 +61,18 @@ def lines():
     ],
 )
 def test_what_a_line_stands_for(line, rule, moved, action):
-    rule_position = lines().at(line)
+    rule_position = lines().find_position(line)
     assert rule_position is not None
     assert (rule_position.rule, rule_position.line, rule_position.action) == (rule, moved, action)
 
 
 def test_behind_the_last_rule_is_nothing():
-    assert lines().at(20) is None
-    assert BreakpointLines("(deffunction f () 3)\n", actions=True).at(1) is None
+    assert lines().find_position(20) is None
+    assert BreakpointLines("(deffunction f () 3)\n", actions=True).find_position(1) is None
 
 
 def test_without_actions_a_line_is_its_rule():
-    rule_position = BreakpointLines(TEXT, actions=False).at(11)
+    rule_position = BreakpointLines(TEXT, actions=False).find_position(11)
     assert rule_position is not None
     assert (rule_position.rule, rule_position.line, rule_position.action) == ("first", 4, False)
 

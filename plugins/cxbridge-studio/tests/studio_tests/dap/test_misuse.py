@@ -32,8 +32,8 @@ def test_backwards_at_the_beginning_of_a_recording(client, recording):
     client.begin()
     first = client.stopped()
     for command in ("reverseContinue", "stepBack", "reverseContinue"):
-        assert client.go_to(command)["threadId"] == first["threadId"]
-    client.go_to("stepIn")
+        assert client.go(command)["threadId"] == first["threadId"]
+    client.go("stepIn")
 
 
 @pytest.mark.parametrize("when", ["before launch", "before it begins", "stopped", "running"])

@@ -26,22 +26,22 @@ def test_forwards_and_backwards(client, recording):
     assert client.stopped()["reason"] == "entry"
     modes, places = [], []
     for _ in range(3):
-        stopped = client.go_to()
+        stopped = client.go()
         assert stopped["hitBreakpointIds"] == [at["id"]]
         places.append(stopped["description"])
         modes.append(client.evaluate("?mode"))
     assert modes == ["FORMULATED", "SELECTED", "FINISHED"]
-    assert client.go_to("reverseContinue")["description"] == places[1]
+    assert client.go("reverseContinue")["description"] == places[1]
     assert client.evaluate("?root:mode") == "SELECTED"
-    assert client.go_to("stepIn")["reason"] == "step"
+    assert client.go("stepIn")["reason"] == "step"
     after = client.stack()[0]["name"]
-    client.go_to("stepIn")
+    client.go("stepIn")
     client.break_at(GOALS)
-    client.go_to("stepBack")
+    client.go("stepBack")
     assert client.stack()[0]["name"] == after
-    assert client.go_to("stepBack")["description"] == places[1]
+    assert client.go("stepBack")["description"] == places[1]
     assert client.evaluate("(goal (class TESTGOAL-PARENT) (mode ?m))") == "1 of 20 facts match"
-    assert client.go_to("reverseContinue")["reason"] == "entry"
+    assert client.go("reverseContinue")["reason"] == "entry"
 
 
 def test_the_same_variables_as_in_the_run(client, recording):
@@ -49,7 +49,7 @@ def test_the_same_variables_as_in_the_run(client, recording):
     client.break_at(GOALS, GOES_ON)
     client.begin()
     client.stopped()
-    client.go_to()
+    client.go()
     recorded = client.below(client.scope("Variables"))
     stack = [(frame["name"], frame["line"]) for frame in client.stack()]
     with Client(ROOT) as live:
@@ -75,14 +75,14 @@ def test_transitions_skills_and_loops(client, recording):
     client.break_on("skill:say*:S_FINAL", "goal:TALK:FINISHED:COMPLETED")
     client.begin()
     client.stopped()
-    first = client.go_to()
+    first = client.go()
     assert "skill say{" in first["description"]
-    transition = client.go_to("next")
+    transition = client.go("next")
     assert transition["reason"] in ("step", "function breakpoint")
     client.break_on()
-    assert client.go_to("stepOut")["reason"] == "step"
+    assert client.go("stepOut")["reason"] == "step"
     client.break_on("goal:TALK:FINISHED:COMPLETED", hitCondition=">=1")
-    assert "TALK" in client.go_to("reverseContinue")["description"]
+    assert "TALK" in client.go("reverseContinue")["description"]
     # the goal's fact may follow its transition; its parents exist
     assert any("TESTGOAL-PARENT" in frame["name"] for frame in client.stack())
 
@@ -92,7 +92,7 @@ def test_nothing_can_be_changed(client, recording):
     client.break_at(GOALS, GOES_ON)
     client.begin()
     client.stopped()
-    client.go_to()
+    client.go()
     root = client.below(client.scope("Variables"))["?root"]["variablesReference"]
     client.below(root)
     answer = client.answer("setVariable", variablesReference=root, name="mode", value="SELECTED")
@@ -114,21 +114,21 @@ def test_log_points_and_conditions(client, recording):
     client.ask("setBreakpoints", source={"path": str(GOALS)}, breakpoints=wanted)
     client.begin()
     client.stopped()
-    client.go_to()
+    client.go()
     assert client.evaluate("?mode") == "FINISHED"
     said = [e["body"]["output"] for e in client.log if e.get("event") == "output"]
     assert sum("the root is SELECTED {(nope): CLIPS" in line for line in said) == 1
-    assert "the condition fails" in client.go_to()["description"]
+    assert "the condition fails" in client.go()["description"]
 
 
 def test_its_end(client, recording):
     client.launch(recording=str(recording))
     client.begin()
     client.stopped()
-    assert client.go_to()["description"].startswith("Stopped at the end of the recording")
+    assert client.go()["description"].startswith("Stopped at the end of the recording")
     client.ask("stepBack", threadId=1)
     client.stopped()
-    client.go_to()
+    client.go()
     client.ask("continue", threadId=1)
     assert client.event("exited")["exitCode"] == 0
     client.event("terminated")
@@ -147,13 +147,13 @@ def test_the_files_as_they_were(client, tmp_path):
     client.break_on("rule:talk-begin")
     client.begin()
     client.stopped()
-    client.go_to()
+    client.go()
     source = client.stack()[0]["source"]
     assert "path" not in source
     assert client.ask("source", sourceReference=source["sourceReference"])["content"] == before
     found = client.ask("setBreakpoints", source=source, breakpoints=[{"line": GOES_ON}])["breakpoints"]
     assert found[0]["verified"]
-    assert client.go_to()["hitBreakpointIds"] == [found[0]["id"]]
+    assert client.go()["hitBreakpointIds"] == [found[0]["id"]]
 
 
 def test_without_rules_there_are_transitions(client, tmp_path):
@@ -167,10 +167,10 @@ def test_without_rules_there_are_transitions(client, tmp_path):
     )
     client.begin()
     first = client.stopped()["description"]
-    assert client.go_to("stepIn")["description"] != first
+    assert client.go("stepIn")["description"] != first
     assert client.stack()[0]["name"].startswith("goal ")
-    assert client.go_to("stepBack")["description"] == first
-    client.go_to("stepOut")
+    assert client.go("stepBack")["description"] == first
+    client.go("stepOut")
 
 
 def test_of_an_environment_that_is_not_there(client, recording):

@@ -66,7 +66,7 @@ def test_a_breakpoint_in_a_right_hand_side(client):
     assert all("goes-on" not in item["value"] for item in client.below(client.scope("Agenda")).values())
     assert client.evaluate("?root:mode") == "FORMULATED"
     client.break_at(GOALS)
-    assert client.go_to("stepIn")["reason"] == "step"  # to the end of the rule
+    assert client.go("stepIn")["reason"] == "step"  # to the end of the rule
     assert client.evaluate("(goal (class TESTGOAL-PARENT) (mode SELECTED))") == "1 of 20 facts match"
 
 
@@ -87,13 +87,13 @@ def test_steps(client):
     client.begin()
     assert client.stopped()["reason"] == "entry"
     first = client.stack()[0]["name"]
-    assert client.go_to("stepIn")["description"] == f"Stopped after rule {first}"
-    client.go_to()
+    assert client.go("stepIn")["description"] == f"Stopped after rule {first}"
+    client.go()
     client.break_at(GOALS)
-    following = client.go_to("next")
+    following = client.go("next")
     assert following["reason"] == "step"
     assert following["description"].startswith("Stopped at goal ")
-    assert client.go_to("stepOut")["description"] == "Stopped at the end of the loop"
+    assert client.go("stepOut")["description"] == "Stopped at the end of the loop"
 
 
 def test_breakpoints_on_goals_actions_and_skills(client):
@@ -111,10 +111,10 @@ def test_breakpoints_on_goals_actions_and_skills(client):
     assert slots["action-name"]["value"] == "say-hello"
     plan = client.below(client.scope("Plan", 3))
     assert next(item["value"] for item in plan.values()) == "RUNNING"
-    assert "skill say{" in client.go_to()["description"]
-    at_goal = client.go_to()
+    assert "skill say{" in client.go()["description"]
+    at_goal = client.go()
     while made[0]["id"] not in at_goal["hitBreakpointIds"]:
-        at_goal = client.go_to()
+        at_goal = client.go()
     assert at_goal["reason"] == "function breakpoint"
     # the match of the rule is still known, though it has modified the goal
     variables = client.below(client.scope("Variables"))
@@ -143,7 +143,7 @@ def test_conditions_hits_and_log_points(client):
     spoken_lines = [line for line in said if "the root" in line]
     assert len(spoken_lines) == 2
     assert "is FORMULATED, 2 {(nope): CLIPS cannot evaluate" in spoken_lines[0]
-    assert client.go_to()["hitBreakpointIds"] == [found[1]["id"]]
+    assert client.go()["hitBreakpointIds"] == [found[1]["id"]]
     assert client.evaluate("?mode") == "FINISHED"
 
 
@@ -311,7 +311,7 @@ def test_the_lines_and_files_to_stop_at(client):
     client.break_at(GOALS, GOES_ON)
     client.begin()
     client.stopped()
-    client.go_to()
+    client.go()
     paths = {source["path"] for source in client.ask("loadedSources")["sources"]}
     assert str(GOALS) in paths
     text = client.ask("source", source={"path": str(GOALS)}, sourceReference=0)["content"]

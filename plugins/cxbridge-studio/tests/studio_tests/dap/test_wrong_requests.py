@@ -273,7 +273,7 @@ def test_breakpoints_with_names_that_there_are_not(client):
     client.break_at(GOALS, GOES_ON)
     client.begin()
     client.stopped()
-    client.go_to()
+    client.go()
     told = [event["body"]["breakpoint"] for event in client.log if event.get("event") == "breakpoint"]
     late = {each["id"]: each for each in told}
     for first, (name, hint) in zip(before, NAMES.items(), strict=True):

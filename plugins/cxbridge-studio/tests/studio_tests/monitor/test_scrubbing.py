@@ -37,9 +37,9 @@ def test_however_it_is_reached_a_moment_is_the_same(numbers, path, stride):
     for at in path:
         it.go_to(at)
         fresh = RunState()
-        for event in events[: it.at]:
+        for event in events[: it.position]:
             fresh.add_event(event)
-        assert it.at == max(0, min(at, len(events)))
+        assert it.position == max(0, min(at, len(events)))
         assert it.state.facts.by_env.get("e", {}) == fresh.facts.by_env.get("e", {})
 
 
@@ -55,20 +55,20 @@ def test_transitions_forth_and_back():
     seen = []
     for step in (1, 1, 1, 1, 1, -1, -1, -1, -1, -1, 2, -1):
         it.move_transitions(step)
-        seen.append(it.at)
+        seen.append(it.position)
     assert seen == [1, 3, 4, 6, 6, 4, 3, 1, 0, 0, 3, 1]
     it.go_to(2)
     it.move_transitions(-1)
-    assert it.at == 1
+    assert it.position == 1
     assert list(it.log_lines) == [1, 5]
 
 
 def test_without_transitions_events_are_stepped():
     it = loaded([LogLine(0, Level.INFO, "x", "y")] * 3)
     it.move_transitions(2)
-    assert it.at == 2
+    assert it.position == 2
     it.move_transitions(-1)
-    assert it.at == 1
+    assert it.position == 1
 
 
 def test_times():
@@ -80,7 +80,7 @@ def test_times():
     assert it.end_us == 30
     for time_us, at in ((-1, 0), (0, 1), (9, 1), (10, 3), (29, 3), (30, 4), (10**9, 4)):
         it.go_to_time(time_us)
-        assert it.at == at
+        assert it.position == at
     assert it.now_us == 30
 
 
