@@ -255,7 +255,9 @@ class RecordedSource:
         first = max(0, scrubber.position - _EVENTS_EACH_SIDE)
         rows = [
             (f"{scrubber.times[number] / MICROSECONDS:.3f}", event.KIND.name, describe_event(event))
-            for number, event in enumerate(scrubber.events[first : scrubber.position + _EVENTS_EACH_SIDE], first)
+            for number, event in enumerate(
+                scrubber.events[first : scrubber.position + _EVENTS_EACH_SIDE], first
+            )
         ]
         return Table(rows, selected=scrubber.position - first - 1 if scrubber.position else None)
 
