@@ -56,10 +56,10 @@ def say_unmatched(board: BlackBoard, globs: Sequence[str]) -> None:
     """Print to stderr the patterns that match no interface, with similar names."""
     for glob in globs:
         if not list(board.list(*split_glob(glob))):
-            say(f"nothing matches {glob} yet{or_similar_interface(board, glob)}", err=True)
+            say(f"nothing matches {glob} yet{suggest_interface(board, glob)}", err=True)
 
 
-def or_similar_interface(board: BlackBoard, glob: str) -> str:
+def suggest_interface(board: BlackBoard, glob: str) -> str:
     """Return a suggestion for a pattern without matching interfaces, or an empty text."""
     from cxbridge.suggestions import or_similar
 

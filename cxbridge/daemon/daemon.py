@@ -94,7 +94,7 @@ class Daemon(Run):
             self.bus,
             self.node,
             settings.rights,
-            self.status_of_components,
+            self.component_statuses,
             self.change_component,
             self.loop,
         )
@@ -290,7 +290,7 @@ class Daemon(Run):
         """The name of the daemon's ``DaemonState``."""
         return "DEGRADED" if self.stalls.text and self._state == "RUNNING" else self._state
 
-    def status_of_components(self) -> list[ComponentStatus]:
+    def component_statuses(self) -> list[ComponentStatus]:
         """Return the states of the components."""
         stall = self.stalls.current
         return [
@@ -322,7 +322,7 @@ class Daemon(Run):
         self._publish()
 
     def _publish(self) -> None:
-        components = self.status_of_components()
+        components = self.component_statuses()
         errors = [f"{status.name}: {status.reason}" for status in components if status.reason]
         error = errors[0] if errors else self.stalls.text
         self.status.set_fields(error="" if self._state == "PAUSED" else error)

@@ -25,9 +25,9 @@ REPLY_TIMEOUT_S = 30.0
 class _Request:
     """A client's request to load or unload a component."""
 
-    def __init__(self, name: str, *, load: bool) -> None:
+    def __init__(self, name: str, *, is_load: bool) -> None:
         self.name = name
-        self.load = load
+        self.is_load = is_load
         self.processed = threading.Event()
         self.error: CxbridgeError | None = None
         self._claimed = threading.Lock()  # never released: Python has no other atomic test-and-set
@@ -51,16 +51,16 @@ class DaemonPlugins:
         self._manager = manager
         self._may_change = allowed
         self._requests: deque[_Request] = deque()
-        self._closed = False
-        self._notified: list[str] = []
+        self._is_closed = False
+        self._notified_names: list[str] = []
         self.watchers: PluginManager | None = None
         """Notifies the connected tools of loaded and unloaded plugins."""
 
-    def available(self) -> Sequence[FawkesPlugin]:
+    def list_available(self) -> Sequence[FawkesPlugin]:
         """Return the components that can be loaded and unloaded."""
         return [FawkesPlugin(node.name, node.description) for node in self._manager.nodes if not node.steady]
 
-    def loaded(self) -> Sequence[str]:
+    def list_loaded(self) -> Sequence[str]:
         """Return the names of the active components in the order of the start."""
         return [node.name for node in self._manager.nodes if not node.steady and node.state is State.ACTIVE]
 
@@ -70,21 +70,21 @@ class DaemonPlugins:
         :raises CxbridgeError: if a component cannot be started.
         """
         for component in name.split(","):
-            self._request(_Request(component.strip(), load=True))
+            self._request(_Request(component.strip(), is_load=True))
 
     def unload(self, name: str) -> None:
         """Stop a component.
 
         :raises CxbridgeError: if the component cannot be stopped.
         """
-        self._request(_Request(name.strip(), load=False))
+        self._request(_Request(name.strip(), is_load=False))
 
     def _request(self, request: _Request) -> None:
         if not self._may_change:
             raise LifecycleError("clients may not load or unload anything: cxbridge/remote-control is off")
         # appended before the check: a concurrent close() either refuses the request or is noticed here
         self._requests.append(request)
-        if self._closed:
+        if self._is_closed:
             raise LifecycleError("the daemon is stopping")
         if not request.processed.wait(REPLY_TIMEOUT_S):
             state = "the request is withdrawn" if request.claim() else "the request is being processed"
@@ -101,7 +101,7 @@ class DaemonPlugins:
                 continue
             has_processed = True
             try:
-                (self._manager.start_one if request.load else self._manager.stop_one)(request.name)
+                (self._manager.start_one if request.is_load else self._manager.stop_one)(request.name)
             except CxbridgeError as error:
                 request.error = error
             request.processed.set()
@@ -109,19 +109,19 @@ class DaemonPlugins:
 
     def notify_watchers(self) -> None:
         """Notify the watchers of plugins that were loaded or unloaded since the last call."""
-        previous, loaded = self._notified, list(self.loaded())
-        self._notified = loaded
+        previous_names, names = self._notified_names, list(self.list_loaded())
+        self._notified_names = names
         if self.watchers is not None:
-            for name in previous:
-                if name not in loaded:
+            for name in previous_names:
+                if name not in names:
                     self.watchers.notify_unloaded(name)
-            for name in loaded:
-                if name not in previous:
+            for name in names:
+                if name not in previous_names:
                     self.watchers.notify_loaded(name)
 
     def close(self) -> None:
         """Refuse the waiting and all further requests."""
-        self._closed = True
+        self._is_closed = True
         while self._requests:
             request = self._requests.popleft()
             request.error = LifecycleError("the daemon is stopping")

@@ -67,16 +67,16 @@ class Ask(threading.Thread):
 
 def test_those_that_serve_clients_are_no_plugins(manager):
     plugins = DaemonPlugins(manager, allowed=True)
-    assert [plugin.name for plugin in plugins.available()] == ["skiller", "executive"]
-    assert plugins.loaded() == ["skiller", "executive"]
+    assert [plugin.name for plugin in plugins.list_available()] == ["skiller", "executive"]
+    assert plugins.list_loaded() == ["skiller", "executive"]
 
 
 def test_unloading_and_loading(manager):
     plugins = DaemonPlugins(manager, allowed=True)
     assert Ask(plugins.unload, "skiller").served_by(plugins) is None
-    assert plugins.loaded() == ["executive"]
+    assert plugins.list_loaded() == ["executive"]
     assert Ask(plugins.load, "skiller,executive").served_by(plugins) is None
-    assert plugins.loaded() == ["skiller", "executive"]
+    assert plugins.list_loaded() == ["skiller", "executive"]
 
 
 @pytest.mark.parametrize("name", ["navgraph", "board", ""])
@@ -94,7 +94,7 @@ def test_a_request_that_was_given_up_is_not_carried_out_later(manager, monkeypat
     with pytest.raises(LifecycleError, match="skiller: no answer"):
         plugins.unload("skiller")
     assert plugins.poll() is False
-    assert plugins.loaded() == ["skiller", "executive"]
+    assert plugins.list_loaded() == ["skiller", "executive"]
 
 
 def test_a_load_that_fails_is_an_error_for_the_client_and_not_the_end():

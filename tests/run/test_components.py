@@ -41,7 +41,7 @@ def plugin(tmp_path, monkeypatch):
 
 
 def components(daemon):
-    return {status.name: status.state for status in daemon.status_of_components()}
+    return {status.name: status.state for status in daemon.component_statuses()}
 
 
 def test_a_daemon_manages_it(plugin):
@@ -95,7 +95,7 @@ def test_a_daemon_plans_for_its_agent_by_the_blackboard(tmp_path):
     file.write_text(text.replace("pddl-parser", "robot_memory") + CONFIG.replace("{planner}", "pyperplan"))
     daemon = Daemon(DaemonOptions(config=folder, settings=SILENT))
     daemon.lifecycle.startup()
-    assert components(daemon)["planning"] is State.ACTIVE, daemon.status_of_components()
+    assert components(daemon)["planning"] is State.ACTIVE, daemon.component_statuses()
     document = {"relation": "domain-object", "name": "EVE", "type": "name"}
     store = daemon.memory.store
     store.insert("robmem.clipswm", document)

@@ -15,9 +15,9 @@ from cxbridge.cli.connect import (
     InterfaceDirs,
     Uid,
     connect,
-    or_similar_interface,
     say_unmatched,
     split_glob,
+    suggest_interface,
 )
 from cxbridge.cli.console import local_time, say, say_json
 from cxbridge.cli.discovery import group_rows, make_group_class
@@ -73,7 +73,7 @@ def list_interfaces(
         infos = list(board.list(type_glob, id_glob))
         if not infos and glob != _ANY_INTERFACE:
             raise BlackBoardError(
-                f"no interface matches '{glob}'{or_similar_interface(board, glob)}",
+                f"no interface matches '{glob}'{suggest_interface(board, glob)}",
                 hint="see 'cxbridge bb list'",
             )
     if as_json:

@@ -23,11 +23,11 @@ def operations() -> Mapping[str, Operation[Any]]:
 
     :raises PluginError: if two operations have the same name.
     """
-    return _loaded(OPERATION_MODULES.rows)
+    return _load_operations(OPERATION_MODULES.rows)
 
 
 @lru_cache(maxsize=4)
-def _loaded(rows: tuple[Row, ...]) -> Mapping[str, Operation[Any]]:
+def _load_operations(rows: tuple[Row, ...]) -> Mapping[str, Operation[Any]]:
     loaded: dict[str, Operation[Any]] = {}
     origins: dict[str, Row] = {}
     for row in rows:

@@ -41,11 +41,11 @@ class Process:
         self.components: list[Any] = [NetworkLogger(self.bus), PluginManager(self, lambda text: None)]
         self.server = FawkesServer(self.board, port=0, components=self.components)
 
-    def available(self) -> list[FawkesPlugin]:
+    def list_available(self) -> list[FawkesPlugin]:
         return [FawkesPlugin("flite", "speech"), FawkesPlugin("skiller", "skills")]
 
-    def loaded(self) -> list[str]:
-        return [plugin.name for plugin in self.available()]
+    def list_loaded(self) -> list[str]:
+        return [plugin.name for plugin in self.list_available()]
 
     def load(self, name: str) -> None: ...
 

@@ -33,9 +33,9 @@ class FawkesPlugin:
 class PluginHost(Protocol):
     """The owner of the plugins, called in threads of the server."""
 
-    def available(self) -> Sequence[FawkesPlugin]: ...
+    def list_available(self) -> Sequence[FawkesPlugin]: ...
 
-    def loaded(self) -> Sequence[str]:
+    def list_loaded(self) -> Sequence[str]:
         """Return the loaded plugins in order of loading."""
 
     def load(self, name: str) -> None:
@@ -71,11 +71,11 @@ class PluginManager(NetworkHandler):
         message = PluginMessage.unpack(frame.kind, frame.payload)
         match message.kind:
             case PluginKind.LIST_AVAIL:
-                plugins = self._host.available()
+                plugins = self._host.list_available()
                 texts = tuple(text for plugin in plugins for text in (plugin.name, plugin.description))
                 _send(session, PluginMessage(PluginKind.AVAIL_LIST, items=texts))
             case PluginKind.LIST_LOADED:
-                _send(session, PluginMessage(PluginKind.LOADED_LIST, items=tuple(self._host.loaded())))
+                _send(session, PluginMessage(PluginKind.LOADED_LIST, items=tuple(self._host.list_loaded())))
             case PluginKind.LOAD | PluginKind.UNLOAD:
                 self._run_in_worker(partial(self._load_or_unload, session, message))
             case PluginKind.SUBSCRIBE_WATCH:

@@ -79,7 +79,7 @@ class DaemonHost(WebHost):
 
     def status(self) -> dict[str, Any]:
         daemon = self._daemon
-        components = daemon.status_of_components()
+        components = daemon.component_statuses()
         return self._make_status(
             daemon.state,
             [component.plain() for component in components],

@@ -15,10 +15,10 @@ class Host:
     def __init__(self) -> None:
         self.names = ["skiller"]
 
-    def available(self) -> list[FawkesPlugin]:
+    def list_available(self) -> list[FawkesPlugin]:
         return [FawkesPlugin("skiller", "runs skills"), FawkesPlugin("broken", "")]
 
-    def loaded(self) -> list[str]:
+    def list_loaded(self) -> list[str]:
         return self.names
 
     def load(self, name: str) -> None:
