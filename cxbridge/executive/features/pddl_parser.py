@@ -110,15 +110,14 @@ class PddlParserFeature(Feature):
 def _assert_rows(env: ClipsEnvironment, rows: Iterable[FactToAssert]) -> None:
     """Assert facts in order. Log the facts that CLIPS refuses, and continue."""
     for row in rows:
-        slots = {slot: _slot_value(value) for slot, value in row.slots.items()}
+        slots = {
+            slot: _clips_name(value) if isinstance(value, str) else tuple(map(_clips_name, value))
+            for slot, value in row.slots.items()
+        }
         try:
             env.assert_fact(row.template, slots)
         except CxbridgeError as error:
             env.log.error(str(error))
-
-
-def _slot_value(value: str | tuple[str, ...]) -> Value:
-    return _clips_name(value) if isinstance(value, str) else tuple(map(_clips_name, value))
 
 
 def _clips_name(name: str) -> Value:

@@ -61,9 +61,6 @@ class Handles:
         self._log = log
         self._warn_at = _MANY_HANDLES
 
-    def __len__(self) -> int:
-        return len(self._objects)
-
     def add(self, value: object) -> ExternalAddress:
         """Return a new handle of an object."""
         number = next(self._numbers)

@@ -51,7 +51,7 @@ def _query_edits(query: SyntaxNode) -> Iterator[Edit]:
     for variable in variables:
         retraction_end = _retraction_end(variable, body)
         slots: dict[str, str] = {}
-        for node in _leaf_nodes(body):
+        for node in (node for action in body for node in action.walk() if node.items is None):
             name, colon, slot = node.text.partition(":")
             follows_retraction = retraction_end is not None and node.start > retraction_end
             if follows_retraction and name == variable and colon and slot:
@@ -68,8 +68,3 @@ def _retraction_end(variable: str, body: tuple[SyntaxNode, ...]) -> int | None:
     return next(
         (call.end for call in calls if any(argument.text == variable for argument in call.arguments)), None
     )
-
-
-def _leaf_nodes(body: tuple[SyntaxNode, ...]) -> Iterator[SyntaxNode]:
-    for action in body:
-        yield from (node for node in action.walk() if node.items is None)

@@ -327,18 +327,13 @@ def make_room(env: CData, udfs: UdfTable) -> None:
 def free_names(env: CData, names: Iterable[str]) -> None:
     """Rename functions that only one CLIPS version has, so that an agent can define functions of these names.
 
-    Existing constructs keep calling the renamed functions.
+    Existing constructs keep calling the renamed functions: unlike ``RemoveUDF``, a new name frees no memory,
+    so that their pointers stay valid.
     """
-    for name in names:
-        if name in ADDED or name in _DROPPED:
-            _rename(env, name, f"cx-6.4-{name}")
-
-
-def _rename(env: CData, name: str, other: str) -> None:
-    """Rename a built-in. Unlike ``RemoveUDF``, this frees nothing, so pointers stay valid."""
-    function = EXTRA_FUNCTIONS.FindFunction(env, encode(name))
-    if function != NULL:
-        _set_name(env, function, name, other)
+    for name in ADDED.union(_DROPPED).intersection(names):
+        function = EXTRA_FUNCTIONS.FindFunction(env, encode(name))
+        if function != NULL:
+            _set_name(env, function, name, f"cx-6.4-{name}")
 
 
 def _set_name(env: CData, function: CData, name: str, other: str) -> None:
