@@ -253,9 +253,9 @@ class FawkesBlackBoard(RemoteBlackBoard):
         reply = self._opener.open(port.request, restore_port)
         if port.serial is None:
             self._requests.send(Close(reply.serial).to_bytes())
-        elif port.written is not None:
+        elif port.last_written_block is not None:
             self._requests.send(
-                pack_data_frame(port.serial.bytes, port.written, changed=True), must_arrive=True
+                pack_data_frame(port.serial.bytes, port.last_written_block, changed=True), must_arrive=True
             )
 
     def invalidate_port(self, port: RemotePort, error: BlackBoardError) -> None:

@@ -62,16 +62,16 @@ class RemotePort(BoardPort):
         self._emitter: Final = emitter
         self.request: Final = request
         self.serial: UUID | None = opened.serial
-        self.written: bytes | None = None
+        self.last_written_block: bytes | None = None
         """The last written block, to be repeated after a reconnection."""
-        self.events_waiting = 0
+        self.waiting_event_count = 0
         """The number of queued data events, counted by the receiver."""
         self._changed_may_follow = False  # the last frame was REFRESHED, whose CHANGED may follow
         self._last_id = 0  # the last id that the instance has assigned
         self._unsent_count = 0  # the number of assigned ids that the server has not counted
         self._has_writer = opened.has_writer
         self._num_readers = opened.num_readers
-        if any(opened.block):
+        if any(opened.block):  # a block of zeros is that of an interface without a write
             self._store_received(opened.block, changed=True)
         self.instance: Final = request.make_instance(self, opened.serial)
 
@@ -143,7 +143,7 @@ class RemotePort(BoardPort):
 
         Without room, the event is dropped: listeners read the newest data at the queued events.
         """
-        return self.events_waiting < _MAX_PENDING
+        return self.waiting_event_count < _MAX_PENDING
 
     def _store_received(self, block: bytes, *, changed: bool) -> None:
         """Store a received block; the caller holds the lock or is the constructor."""
@@ -165,7 +165,7 @@ class RemotePort(BoardPort):
         data = bytes(block)
         frame = pack_data_frame(self._open_serial().bytes, data, changed=changed)
         self._requests.send(frame, must_arrive=True)
-        self.written = data
+        self.last_written_block = data
         with self._lock:
             version = self._replace_snapshot(data, stamped, changed).version
             # listeners that register later read the data and are not notified

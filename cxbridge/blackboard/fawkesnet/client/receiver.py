@@ -88,7 +88,7 @@ class FrameReceiver:
         if any(kind is EventKind.DATA_REFRESHED for kind, _ in events):
             self._emitter.emit_write(port, block)
         if any(audience for _, audience in events) and port.accepts_event:
-            port.events_waiting += 1
+            port.waiting_event_count += 1
             self._dispatcher.put(_notify_data, port, events)
 
     def _handle_message(self, message: codec.Message) -> None:
@@ -144,6 +144,6 @@ class FrameReceiver:
 
 
 def _notify_data(port: RemotePort, events: DataEvents) -> None:
-    port.events_waiting -= 1
+    port.waiting_event_count -= 1
     for kind, audience in events:
         port.listeners.notify_audience(audience, kind)
