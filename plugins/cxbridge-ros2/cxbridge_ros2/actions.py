@@ -135,7 +135,7 @@ class ActionClient(Closing):
                 f"{name}/_action/feedback",
                 str(type_name.derive("FeedbackMessage")),
                 self._receive_feedback,
-                right=Right.LOOK,  # events of our own goals require no further right
+                right=Right.LOOK,  # events of this client's goals require no further right
             ),
             node.subscribe(
                 f"{name}/_action/status",

@@ -273,7 +273,7 @@ def _find_definition_files(folder: Path) -> dict[str, Path]:
         for file in sorted(files):
             path = directory / file
             if path.suffix in (f".{directory.name}", ".idl"):
-                # an installed package has an .idl beside each .msg, but only the .msg has default values
+                # an installed package has an .idl for each .msg, but only the .msg has default values
                 name = f"{package}/{directory.name}/{path.stem}"
                 if path.suffix != ".idl" or name not in definition_files:
                     definition_files[name] = path

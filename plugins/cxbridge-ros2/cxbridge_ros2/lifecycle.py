@@ -137,11 +137,11 @@ class Lifecycle(Closing):
         self._close_functions = [
             node.serve(
                 f"/{name}/{service}",
-                f"{_PACKAGE}/srv/{kind}",
+                f"{_PACKAGE}/srv/{service_type}",
                 handler,
                 right=right_of_frame("ros2-lifecycle", service),
             )
-            for service, (kind, handler) in services.items()
+            for service, (service_type, handler) in services.items()
         ]
         self._event_publisher = node.create_publisher(
             f"/{name}/transition_event", f"{_PACKAGE}/msg/TransitionEvent", PROFILES["default"]

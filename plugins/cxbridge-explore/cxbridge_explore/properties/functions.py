@@ -13,15 +13,14 @@ from cxbridge_explore.properties.monitor import Monitor, Property, RunEnd, Scene
 EventFunction = Callable[[Sequence[Event]], str | None]
 
 
-def make_property(function: EventFunction, *event_types: type[Event], name: str = "") -> Property:
+def make_property(function: EventFunction, *event_types: type[Event]) -> Property:
     """Make a property that a function checks. Runs with such a property are never merged.
 
     :param event_types: the types of events to collect; by default transitions and log lines.
-    :param name: the name of the property; by default the name of the function.
     """
     types = event_types or (*TRANSITION_TYPES, LogLine)
     text = (function.__doc__ or "").strip().partition("\n")[0]
-    name = name or getattr(function, "__name__", "function")
+    name = getattr(function, "__name__", "function")
     return Property(name, partial(_EventMonitor, function=function, types=types), text)
 
 

@@ -58,16 +58,15 @@ class Interval:
         low, high = (round(bound, 6) if math.isfinite(bound) else None for bound in (self.low, self.high))
         return {"estimate": round(self.estimate, 6), "low": low, "high": high}
 
-    def format_bounds(self, number_format: str, *, scale: float = 1.0, unit: str = "") -> str:
+    def format_bounds(self, number_format: str, *, scale: float = 1.0) -> str:
         """Return the bounds as text, such as ``+2.0 to +13.0``.
 
         :param number_format: the format of a bound for :func:`format`.
         :param scale: the factor of the bounds.
-        :param unit: follows the second bound.
         """
         if not (math.isfinite(self.low) and math.isfinite(self.high)):
             return "too few for an interval"
-        return f"{self.low * scale:{number_format}} to {self.high * scale:{number_format}}{unit}"
+        return f"{self.low * scale:{number_format}} to {self.high * scale:{number_format}}"
 
     @property
     def excludes_zero(self) -> bool:

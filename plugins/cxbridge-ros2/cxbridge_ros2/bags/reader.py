@@ -75,7 +75,7 @@ class BagRun(Run):
                 if message is not None:
                     converter = converters[connection.topic, connection.msgtype]
                     yield from self._convert(converter, connection, message, time_ns)
-            if omitted_counts and not has_events:  # beside the events, no topic has more to tell
+            if omitted_counts and not has_events:  # in a bag with events, they repeat the events
                 counts = (f"{topic}: {count}" for topic, count in sorted(omitted_counts.items()))
                 self.note(f"left out: {', '.join(counts)}")
 

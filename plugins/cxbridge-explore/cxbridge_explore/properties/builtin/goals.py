@@ -9,8 +9,8 @@ from typing import Final
 from cxbridge_explore.properties.monitor import Ending, Monitor, RunEnd, Scene
 from cxbridge_explore.properties.tables import FactTables, Slots
 
-# Default limit in seconds for a goal that stays in a mode without waiting for anything.
-DEFAULT_REST_S: Final = 60.0
+# The limit in seconds for a goal that stays in a mode without waiting for anything.
+REST_LIMIT_S: Final = 60.0
 
 _RETRACTED: Final = "RETRACTED"
 _GOAL, _ACTION, _CALL = "goal", "plan-action", "planner-call"
@@ -98,16 +98,12 @@ class GoalRetractionMonitor(Monitor):
 
 
 class IdleGoalMonitor(Monitor):
-    """Checks that no goal stays in a mode for long without waiting for something.
-
-    :param limit_s: the limit in seconds.
-    """
+    """Checks that no goal stays in a mode for long without waiting for something."""
 
     templates = (_GOAL, _ACTION, _CALL, "mutex")
 
-    def __init__(self, scene: Scene, limit_s: float = DEFAULT_REST_S) -> None:
+    def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
-        self._limit_s = limit_s
         # By agent and id of a goal that waits for nothing: its mode, and the second since which it rests.
         self._rests: dict[tuple[str, str], tuple[str, float]] = {}
 
@@ -125,9 +121,9 @@ class IdleGoalMonitor(Monitor):
                     self._rests[tables.name, name] = rest if rest and rest[0] == mode else (mode, now)
             self.is_evaluated |= bool(self._rests)
         for (_, name), (mode, since) in self._rests.items():
-            if now - since > self._limit_s:
+            if now - since > REST_LIMIT_S:
                 self.scene.report(
-                    f"goal {name} has been {mode} for {self._limit_s:g} s and waits for nothing", goal=name
+                    f"goal {name} has been {mode} for {REST_LIMIT_S:g} s and waits for nothing", goal=name
                 )
 
     def _find_resting_goals(self, tables: FactTables) -> Iterator[tuple[str, str]]:

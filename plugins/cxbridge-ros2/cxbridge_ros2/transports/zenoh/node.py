@@ -128,7 +128,7 @@ class ZenohNode(Node):
         type_name = parse_type(message_type)
         endpoint = self._make_endpoint("MS", topic, type_name, qos)
 
-        def handle(sample: zenoh.Sample) -> None:
+        def handle_sample(sample: zenoh.Sample) -> None:
             if sample.kind == zenoh.SampleKind.PUT:
                 message = self._try_decode(
                     topic, lambda: self._codec.decode(type_name, sample.payload.to_bytes())
@@ -136,9 +136,11 @@ class ZenohNode(Node):
                 if message is not None:
                     callback(message)
 
-        source = InboxSource(handle, max(1, qos.depth))
-        put = _make_direct_callback(partial(self._inbox.put, source))
-        zenoh_subscriber = _declare_subscriber(self._session, endpoint.topic.key(self._domain), put, qos)
+        source = InboxSource(handle_sample, max(1, qos.depth))
+        queue_sample = _make_direct_callback(partial(self._inbox.put, source))
+        zenoh_subscriber = _declare_subscriber(
+            self._session, endpoint.topic.key(self._domain), queue_sample, qos
+        )
         return self._announce(endpoint, type_name, zenoh_subscriber, source)
 
     def create_client(self, service: str, service_type: str) -> Client:
@@ -163,7 +165,7 @@ class ZenohNode(Node):
         key = endpoint.topic.key(self._domain)
         encode = partial(self._codec.encode, type_name.derive("Response"))
 
-        def handle(query: zenoh.Query) -> None:
+        def handle_query(query: zenoh.Query) -> None:
             try:
                 request = self._codec.decode(type_name.derive("Request"), _read_bytes(query.payload))
             except Ros2Error as error:  # a client may send any bytes
@@ -173,7 +175,7 @@ class ZenohNode(Node):
                 return
             handler(request, lambda response: _send_reply(query, key, encode(response)))
 
-        source = InboxSource(handle, _SERVICE_QOS.depth)
+        source = InboxSource(handle_query, _SERVICE_QOS.depth)
         # complete, since the server responds to each request with its key
         return self._announce(
             endpoint,
@@ -360,16 +362,16 @@ def _declare_publisher(
 
 
 def _declare_subscriber(
-    session: zenoh.Session, key: str, put: Callback[zenoh.Sample], qos: QosProfile
+    session: zenoh.Session, key: str, queue_sample: Callback[zenoh.Sample], qos: QosProfile
 ) -> zenoh.Subscriber[None] | ext.AdvancedSubscriber[None]:
     if qos.durability != "transient_local":
-        return session.declare_subscriber(key, put)
+        return session.declare_subscriber(key, queue_sample)
     history = ext.HistoryConfig(detect_late_publishers=True, max_samples=max(1, qos.depth))
     recovery = ext.RecoveryConfig(periodic_queries=None, heartbeat=True)
     return ext.declare_advanced_subscriber(
         session,
         key,
-        put,
+        queue_sample,
         history=history,
         recovery=recovery if qos.reliability == "reliable" else None,
         subscriber_detection=True,
