@@ -77,10 +77,10 @@ class BoardPort:
         """The present data."""
         return self._snapshot
 
-    def fetch(self, into: bytearray) -> tuple[int, int, int]:
+    def fetch(self, target: bytearray) -> tuple[int, int, int]:
         """Copy the block, see :class:`~cxbridge.interfaces.message.Port`."""
         snapshot = self._snapshot  # read once, because another thread may replace the snapshot
-        into[:] = snapshot.block
+        target[:] = snapshot.block
         return snapshot.version, snapshot.last_stamped, snapshot.last_changed
 
     def _replace_snapshot(self, block: bytes, stamped: bool | None, changed: bool) -> Snapshot:
@@ -107,11 +107,11 @@ class BoardPort:
         writer.msgq_append(message)
         return True
 
-    def next_id(self, last: int) -> int:
-        """Return the id that follows ``last``, skipping the id that the interface shows at present."""
-        return next_id(last, read_id(self._snapshot.block, self._id_offset))
+    def next_id(self, last_id: int) -> int:
+        """Return the id that follows ``last_id``, skipping the id that the interface shows at present."""
+        return next_id(last_id, read_id(self._snapshot.block, self._id_offset))
 
-    def next_id_is_stale(self, last: int) -> bool:  # noqa: ARG002 - only a Fawkes server's ids depend on it
+    def next_id_is_stale(self, last_id: int) -> bool:  # noqa: ARG002 - only a Fawkes server's ids depend on it
         """Return False, because `next_id` skips the id that the interface shows."""
         return False
 

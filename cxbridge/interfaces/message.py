@@ -50,7 +50,7 @@ class Port(Protocol[InstanceT_contra]):
     def now_us(self) -> int:
         """Return the time of the blackboard's clock in microseconds since the epoch."""
 
-    def fetch(self, into: bytearray) -> tuple[int, int, int]:
+    def fetch(self, target: bytearray) -> tuple[int, int, int]:
         """Copy the shared block.
 
         :returns: the versions of the last write, of the last time stamp and of the last changed data.
@@ -66,16 +66,16 @@ class Port(Protocol[InstanceT_contra]):
         :returns: the new version.
         """
 
-    def next_id(self, last: int) -> int:
+    def next_id(self, last_id: int) -> int:
         """Return the id of the next message of an instance.
 
-        :param last: the id of the instance's last message, 0 before the first message.
+        :param last_id: the id of the instance's last message, 0 before the first message.
         """
 
-    def next_id_is_stale(self, last: int) -> bool:
+    def next_id_is_stale(self, last_id: int) -> bool:
         """Return whether the next message gets the id 0, or that of an earlier message.
 
-        :param last: the id of the instance's last message, 0 before the first message.
+        :param last_id: the id of the instance's last message, 0 before the first message.
         """
 
     def transmit(self, sender: InstanceT_contra, message: Message) -> None:

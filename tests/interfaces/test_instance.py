@@ -47,9 +47,9 @@ class CountingPort:
     def now_us(self) -> int:
         return self.time_us
 
-    def fetch(self, into: bytearray) -> tuple[int, int, int]:
+    def fetch(self, target: bytearray) -> tuple[int, int, int]:
         self.fetches += 1
-        into[:] = self.data
+        target[:] = self.data
         return self.version, self.version, self.version
 
     def publish(
@@ -60,10 +60,10 @@ class CountingPort:
         self.version += 1
         return self.version
 
-    def next_id(self, last: int) -> int:
-        return next_id(last)
+    def next_id(self, last_id: int) -> int:
+        return next_id(last_id)
 
-    def next_id_is_stale(self, last: int) -> bool:
+    def next_id_is_stale(self, last_id: int) -> bool:
         return False
 
     def transmit(self, sender: Interface, message: Message) -> None:

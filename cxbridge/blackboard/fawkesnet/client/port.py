@@ -175,15 +175,15 @@ class RemotePort(BoardPort):
             self.listeners.notify_data(audience, changed)
         return version
 
-    def next_id(self, last: int) -> int:
+    def next_id(self, last_id: int) -> int:
         """Return the next id, see :class:`~cxbridge.interfaces.message.Port`."""
         # the server counts the received messages, so the client cannot skip an id that the interface shows; a
         # caller that needs a different id sends messages without effect first, see exclusive_control
-        return (last + 1) & MESSAGE_ID_MASK
+        return (last_id + 1) & MESSAGE_ID_MASK
 
-    def next_id_is_stale(self, last: int) -> bool:
+    def next_id_is_stale(self, last_id: int) -> bool:
         """Return whether the server's next id is 0, or the id that the interface shows."""
-        server_id = (last + 1 - self._unsent_count) & MESSAGE_ID_MASK
+        server_id = (last_id + 1 - self._unsent_count) & MESSAGE_ID_MASK
         return server_id in (NO_MESSAGE, read_id(self._snapshot.block, self._id_offset))
 
     def transmit(self, sender: Interface, message: Message) -> None:

@@ -202,11 +202,11 @@ class InterfaceCopy(BoardPort):
         """The number of the write that :meth:`fetch` would return."""
         return self._readable_snapshot.version
 
-    def fetch(self, into: bytearray) -> tuple[int, int, int]:
+    def fetch(self, target: bytearray) -> tuple[int, int, int]:
         with self._lock:
             snapshot = self._readable_snapshot
             self._fetched_version = snapshot.version
-        into[:] = snapshot.block
+        target[:] = snapshot.block
         return snapshot.version, snapshot.last_stamped, snapshot.last_changed
 
     def publish(
