@@ -1,4 +1,4 @@
-"""Parsing and printing of CLIPS text: source files, printed facts, values. It needs no CLIPS.
+"""Parsing and printing of CLIPS text: source files, printed facts, values. The parsers need no CLIPS.
 
 :mod:`.syntax` parses source text, :mod:`.facts` parses printed facts, in which strings are not escaped, and
 :mod:`.values` has the values of both and their printer.

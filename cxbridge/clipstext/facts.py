@@ -30,13 +30,13 @@ LAYOUTS: Final[Mapping[str, tuple[str, ...]]] = {
 }
 """The slots of deftemplates in the order in which CLIPS prints them; a fact may lack some."""
 
-# words, or fields with at least one string, which may itself contain quotes
+# a value: words without quotes, or fields with at least one string, which may contain quotes
 _VALUE = re.compile(r'(?:[^()"]*|(?: [^\s()"]+)* ".*"(?: [^\s()"]+)*)', re.DOTALL)
 _SYMBOL = re.compile(r"[^\s()\"]+")
-_OMITTED = " ..."
-_PLAIN_SLOT = re.compile(r" \(([^\s()\";&|~?<][^\s()\";&|~<]*)([^()\"]*)\)")
+_OMISSION = " ..."  # printed by CLIPS 6.4 in place of unchanged slots of a modified fact
+_SLOT_WITHOUT_STRINGS = re.compile(r" \(([^\s()\";&|~?<][^\s()\";&|~<]*)([^()\"]*)\)")
 _PARENTHESIS_OR_QUOTE = re.compile(r"[()\"]")
-_NAME = re.compile(r"[^\s()\";&|~?<][^\s()\";&|~<]*")
+_SLOT_NAME = re.compile(r"[^\s()\";&|~?<][^\s()\";&|~<]*")
 
 IMPLIED: Final = "implied"
 """The only slot of an ordered fact, which is not printed."""
@@ -48,7 +48,7 @@ class FactSyntaxError(ValueError):
 
 def template_of(text: str) -> str:
     """Return the deftemplate of a printed fact, empty if there is none."""
-    match = _NAME.match(text, 1) if text.startswith("(") else None
+    match = _SLOT_NAME.match(text, 1) if text.startswith("(") else None
     return match.group() if match else ""
 
 
@@ -76,44 +76,48 @@ def parse_slots(text: str) -> tuple[str, dict[str, str], bool]:
     template = template_of(text)
     if not template:
         raise FactSyntaxError("no fact")
-    if '"' not in text and (plain := _plain_slots(template, text)) is not None:
-        return template, plain, True
+    if (
+        '"' not in text
+        and (slots_without_strings := _parse_slots_without_strings(template, text)) is not None
+    ):
+        return template, slots_without_strings, True
     # without a layout a quote ends a string where a field or a slot may end
     if template not in LAYOUTS:
-        return template, *_by_quotes(text, template)
+        return template, *_parse_by_quotes(text, template)
     names = LAYOUTS[template]
     try:
-        slots, is_complete = _by_quotes(text, template)
+        slots, is_complete = _parse_by_quotes(text, template)
     except FactSyntaxError:
+        # a quote within a string may have ended the string too early
         slots = _LayoutParser(text, names).read(1 + len(template)) or {}
         if not slots:
             raise
         return template, slots, True
     if is_complete and len(slots) < len(names):
         # a string may contain the start of slots, or the fact has unknown slots
-        by_layout = _LayoutParser(text, names).read(1 + len(template))
-        if by_layout is not None and len(by_layout) > len(slots):
-            slots = by_layout
+        layout_slots = _LayoutParser(text, names).read(1 + len(template))
+        if layout_slots is not None and len(layout_slots) > len(slots):
+            slots = layout_slots
     return template, slots, is_complete
 
 
-def _by_quotes(text: str, template: str) -> tuple[dict[str, str], bool]:
+def _parse_by_quotes(text: str, template: str) -> tuple[dict[str, str], bool]:
     """Return the slots of a fact, found by the quotes of its strings, and whether none is omitted."""
     position = 1 + len(template)
     slots: dict[str, str] = {}
     is_complete = True
     while True:
-        if text.startswith(_OMITTED, position):
+        if text.startswith(_OMISSION, position):
             is_complete = False
-            position += len(_OMITTED)
+            position += len(_OMISSION)
             continue
         if not text.startswith(" (", position):
             break
-        name = _NAME.match(text, position + 2)
+        name = _SLOT_NAME.match(text, position + 2)
         if name is None:
             raise FactSyntaxError("a slot without a name")
         start = name.end()
-        end = _slot_end(text, start)
+        end = _find_slot_end(text, start)
         slots[name.group()] = text[start:end].strip()
         position = end + 1
     if text[position:] != ")":
@@ -121,9 +125,9 @@ def _by_quotes(text: str, template: str) -> tuple[dict[str, str], bool]:
     return slots, is_complete
 
 
-def _plain_slots(template: str, text: str) -> dict[str, str] | None:
+def _parse_slots_without_strings(template: str, text: str) -> dict[str, str] | None:
     """Return the slots of a fact without strings, found by one search, or None for other facts."""
-    slots = _PLAIN_SLOT.findall(text, 1 + len(template))
+    slots = _SLOT_WITHOUT_STRINGS.findall(text, 1 + len(template))
     size = sum(map(len, chain.from_iterable(slots))) + len(" ()") * len(slots)
     if size + len(template) + len("()") != len(text) or not text.endswith(")"):
         return None
@@ -146,53 +150,54 @@ class _LayoutParser:
 
     def read(self, position: int) -> dict[str, str] | None:
         """Return the slots, or None if the fact has unknown slots or another order."""
-        slots = self._reversed_slots(0, position)
+        slots = self._parse_reversed_slots(0, position)
         return None if slots is None else dict(reversed(slots))
 
-    def _reversed_slots(self, first: int, position: int) -> list[tuple[str, str]] | None:
+    def _parse_reversed_slots(self, first: int, position: int) -> list[tuple[str, str]] | None:
         """Return the slots from a position on, in reverse order."""
         if self._is_end(position):
             return []
-        number = self._slot_at(first, position)
+        number = self._slot_number_at(first, position)
         if number is None or (number, position) in self._dead_ends:
             return None
         start = position + len(self._slot_starts[number])
         end = start - 1
         # the shortest value first: a slot rarely contains the start of the next one
         while (end := self._text.find(")", end + 1)) >= 0:
-            can_continue = self._is_end(end + 1) or self._slot_at(number + 1, end + 1) is not None
+            can_continue = self._is_end(end + 1) or self._slot_number_at(number + 1, end + 1) is not None
             if can_continue and _VALUE.fullmatch(self._text, start, end):
-                later_slots = self._reversed_slots(number + 1, end + 1)
+                later_slots = self._parse_reversed_slots(number + 1, end + 1)
                 if later_slots is not None:
                     later_slots.append((self._names[number], self._text[start:end].strip(" ")))
                     return later_slots
         self._dead_ends.add((number, position))
         return None
 
-    def _slot_at(self, first: int, position: int) -> int | None:
+    def _slot_number_at(self, first: int, position: int) -> int | None:
         """Return the number of the slot that starts at a position."""
         if not self._text.startswith(" (", position):
             return None
         for number in range(first, len(self._names)):
-            after = position + len(self._slot_starts[number])
+            name_end = position + len(self._slot_starts[number])
             if self._text.startswith(self._slot_starts[number], position) and self._text.startswith(
-                (" ", ")"), after
+                (" ", ")"), name_end
             ):
                 return number
         return None
 
     def _is_end(self, position: int) -> bool:
+        """Return whether only the last parenthesis of the fact follows."""
         return position + 1 == len(self._text) and self._text.endswith(")")
 
 
-def _slot_end(text: str, position: int) -> int:
+def _find_slot_end(text: str, position: int) -> int:
     """Return the position of the parenthesis that closes the slot whose value starts at ``position``."""
     depth = 0
     while (mark := _PARENTHESIS_OR_QUOTE.search(text, position)) is not None:
         position = mark.start()
         char = text[position]
         if char == '"':
-            position = _string_end(text, position)
+            position = _find_string_end(text, position)
         elif char == "(":
             depth += 1
         elif depth == 0:
@@ -203,7 +208,7 @@ def _slot_end(text: str, position: int) -> int:
     raise FactSyntaxError("cut off within a slot")
 
 
-def _string_end(text: str, start: int) -> int:
+def _find_string_end(text: str, start: int) -> int:
     """Return the position of the quote that ends the string starting at ``start``."""
     position = start
     while (position := text.find('"', position + 1)) >= 0:

@@ -10,11 +10,12 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 DECLARATION: Final = Path(__file__).parent.parent / "executive" / "clips" / "cx" / "goal.clp"
+"""The file of the core with the deftemplate ``goal``."""
 
 _COMMENT: Final = re.compile(r";[^\n]*")
-_SLOT: Final = re.compile(r"\((multi)?slot\s+([\w-]+)((?:\s*\([^()]*\))*)\s*\)")
+_SLOT_DECLARATION: Final = re.compile(r"\((multi)?slot\s+([\w-]+)((?:\s*\([^()]*\))*)\s*\)")
 _ATTRIBUTE: Final = re.compile(r"\(([\w-]+)\s*([^()]*)\)")
-_DEFAULTS: Final = {"STRING": '""', "INTEGER": "0", "FLOAT": "0.0"}
+_DEFAULT_BY_TYPE: Final = {"STRING": '""', "INTEGER": "0", "FLOAT": "0.0"}
 
 
 class GoalSlot(NamedTuple):
@@ -37,15 +38,19 @@ def read_slots(text: str) -> tuple[GoalSlot, ...]:
     # up to the next construct, so that slots of other deftemplates of the file are not found
     declaration = _COMMENT.sub("", text[begin : text.find("\n(def", begin)])
     return tuple(
-        _slot(bool(multi), name, attributes) for multi, name, attributes in _SLOT.findall(declaration)
+        _make_slot(bool(multi), name, attributes)
+        for multi, name, attributes in _SLOT_DECLARATION.findall(declaration)
     )
 
 
-def _slot(is_multi: bool, name: str, attribute_text: str) -> GoalSlot:
+def _make_slot(is_multi: bool, name: str, attribute_text: str) -> GoalSlot:
+    """Return a slot; without the attribute ``default``, CLIPS derives the default from the type."""
     attributes = {key: value.strip() for key, value in _ATTRIBUTE.findall(attribute_text)}
-    kind, allowed = attributes.get("type", ""), attributes.get("allowed-values", "").split()
-    implicit = "" if is_multi else allowed[0] if allowed else _DEFAULTS.get(kind, "nil")
-    return GoalSlot(name, is_multi, kind, attributes.get("default", implicit))
+    kind, allowed_values = attributes.get("type", ""), attributes.get("allowed-values", "").split()
+    implicit_default = (
+        "" if is_multi else allowed_values[0] if allowed_values else _DEFAULT_BY_TYPE.get(kind, "nil")
+    )
+    return GoalSlot(name, is_multi, kind, attributes.get("default", implicit_default))
 
 
 GOAL_SLOTS: Final = read_slots(DECLARATION.read_text("utf-8"))

@@ -15,13 +15,13 @@ from typing import Final
 from msgspec import Struct
 
 _STRING: Final = r'"[^"\\]*(?:\\.[^"\\]*)*"'
-_UNCLOSED: Final = r'".*'
+_UNCLOSED_STRING: Final = r'".*'
 _COMMENT: Final = r";[^\n]*"
 
 TOKEN: Final = re.compile(
     rf"""(?P<blank>\s+|{_COMMENT})"""
     r"""|(?P<word><[^\s()"&|~;<]*|[^\s()"&|~;<]+)|(?P<mark>[()&|~])"""
-    rf"""|(?P<string>{_STRING})|(?P<unclosed>{_UNCLOSED})""",
+    rf"""|(?P<string>{_STRING})|(?P<unclosed>{_UNCLOSED_STRING})""",
     re.DOTALL,
 )
 """A token of CLIPS' scanner, with its kind as ``lastgroup``; comments are blank.
@@ -32,7 +32,7 @@ The tokens cover every character of a text.
 PARENTHESIS: Final = re.compile(r"[()]")
 """A parenthesis, for texts with blank strings and comments (:func:`blank`)."""
 
-HIDDEN: Final = re.compile(rf"{_STRING}|(?P<unclosed>{_UNCLOSED})|{_COMMENT}", re.DOTALL)
+HIDDEN: Final = re.compile(rf"{_STRING}|(?P<unclosed>{_UNCLOSED_STRING})|{_COMMENT}", re.DOTALL)
 """A string or a comment, which is not code; the group ``unclosed`` is a string without end."""
 
 CONSTRUCT: Final = re.compile(r"\(\s*(def[a-z]+)\s+([^\s()\";]+)")
@@ -42,7 +42,7 @@ _DEFINITION: Final = re.compile(r"\(\s*def[a-z-]+\s")
 
 _DECLARATION: Final = re.compile(r"\(\s*deffunction\s[^()]*\([^()]*\)\s*\)")
 
-_NOT_A_LINE_END: Final = re.compile(r"[^\n]")
+_CHARACTER_IN_LINE: Final = re.compile(r"[^\n]")
 
 
 class SyntaxNode(Struct, frozen=True):
@@ -109,7 +109,7 @@ class Lines(Struct, frozen=True, dict=True):
 def read(text: str, *, close: bool = False) -> list[SyntaxNode]:
     """Return the top-level nodes of ``text``.
 
-    :param close: let lists without end extend to the end of the text, instead of leaving out their content.
+    :param close: whether lists without end extend to the end of the text; otherwise they are left out.
     """
     stack: list[tuple[int, list[SyntaxNode]]] = [(0, [])]
     for match in TOKEN.finditer(text):
@@ -148,18 +148,18 @@ def blank(text: str) -> str:
 
     Positions and line ends are unchanged.
     """
-    return HIDDEN.sub(_blank, text)
+    return HIDDEN.sub(_blank_match, text)
 
 
-def _blank(match: re.Match[str]) -> str:
+def _blank_match(match: re.Match[str]) -> str:
     hidden = match.group()
-    return _NOT_A_LINE_END.sub(" ", hidden) if "\n" in hidden else " " * len(hidden)
+    return _CHARACTER_IN_LINE.sub(" ", hidden) if "\n" in hidden else " " * len(hidden)
 
 
 def top_level(code: str) -> Iterator[tuple[int, int | None]]:
     """Yield start and end of each top-level list; None is the end of a list without end.
 
-    It is much faster than :func:`read`.
+    The function is much faster than :func:`read`, because it makes no nodes.
 
     :param code: a text with blank strings and comments.
     """
@@ -177,7 +177,7 @@ def top_level(code: str) -> Iterator[tuple[int, int | None]]:
         yield start, None
 
 
-def has_commands(text: str) -> bool:
+def has_top_level_calls(text: str) -> bool:
     """Return whether a file has calls at the top level, so that CLIPS executes it with ``batch``."""
     code = blank(text)
     return any(not _DEFINITION.match(code, start) for start, _ in top_level(code))

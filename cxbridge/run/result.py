@@ -1,4 +1,4 @@
-"""The result of a run."""
+"""The result of a run, as text for users and as JSON values for programs."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 COMPLETED, UNSUCCESSFUL, BAD_INPUT, TIMED_OUT, FAULT = range(5)
 """The exit statuses of ``cxbridge run``."""
 
-_WORDS = {
+_RESULT_WORDS = {
     COMPLETED: "completed",
     UNSUCCESSFUL: "unsuccessful",
     BAD_INPUT: "bad input",
@@ -23,7 +23,7 @@ _WORDS = {
     FAULT: "fault",
 }
 
-_REPLAY_WORDS = _WORDS | {COMPLETED: "the same", UNSUCCESSFUL: "different"}
+_REPLAY_RESULT_WORDS = _RESULT_WORDS | {COMPLETED: "the same", UNSUCCESSFUL: "different"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +32,7 @@ class ReplayOutcome:
 
     :param compared: the path of the compared recording.
     :param divergence: the first differing command; None if there is none.
+    :param same: whether the transitions are equal, in the compared order.
     :param is_complete: whether the recording reaches the end of its run; otherwise only its time span is
         compared.
     :param lines: the comparison as text.
@@ -122,8 +123,8 @@ class RunResult:
         if self.is_stuck:
             return "stuck"
         if self.replay is None:
-            return _WORDS[self.status]
-        return _REPLAY_WORDS[self.status]
+            return _RESULT_WORDS[self.status]
+        return _REPLAY_RESULT_WORDS[self.status]
 
     def summary(self) -> str:
         """Return the goal tree with outcomes, and a line about the run."""
@@ -166,9 +167,12 @@ def sum_up(agents: Mapping[str, RunResult]) -> RunResult:
         return results[0]
     # the statuses are ordered by severity, except bad input, which raises an error instead
     status = max(result.status for result in results)
-    worst = {name: result.reason for name, result in agents.items() if result.status == status}
-    is_shared = len(set(worst.values())) == 1 and len(worst) == len(agents)
-    reasons = [results[0].reason] if is_shared else [f"{name}: {reason}" for name, reason in worst.items()]
+    worst_reasons = {name: result.reason for name, result in agents.items() if result.status == status}
+    is_shared = len(set(worst_reasons.values())) == 1 and len(worst_reasons) == len(agents)
+    # a reason that all agents share, such as a lost blackboard, is said once
+    reasons = (
+        [results[0].reason] if is_shared else [f"{name}: {reason}" for name, reason in worst_reasons.items()]
+    )
     return replace(
         results[0],
         status=status,

@@ -10,8 +10,8 @@ from cxbridge.rights import Rights
 from cxbridge.run.plugin_settings import PluginSettings, plugin_settings
 from cxbridge.skiller.backend import INSTANCES
 
-_CONTROL: Final = "/cxbridge/remote-control"
-_PROGRAMS: Final = "/cxbridge/remote-programs"
+_CONTROL_KEY: Final = "/cxbridge/remote-control"
+_PROGRAMS_KEY: Final = "/cxbridge/remote-programs"
 # Fawkes' own Skiller evaluates skill strings as Lua, independently of this configuration.
 _FAWKES_URL: Final = "fawkes://"
 
@@ -30,19 +30,19 @@ def read_rights(
     :param local: whether cxbridge's servers accept only clients of this machine.
     :raises ConfigError: if the settings contradict each other.
     """
-    control = config.get_bool(_CONTROL, default=True)
+    control = config.get_bool(_CONTROL_KEY, default=True)
     if settings is None:
         settings = plugin_settings(config, of_daemon=False).values()
-    by_default = control and local and all(setting.is_local for setting in settings)
-    programs = config.get_bool(_PROGRAMS, default=by_default)
+    programs_by_default = control and local and all(setting.is_local for setting in settings)
+    programs = config.get_bool(_PROGRAMS_KEY, default=programs_by_default)
     if programs and not control:
         message = "clients that may change nothing may run no programs: remote-programs needs remote-control"
-        raise config.error(_PROGRAMS, message)
+        raise config.error(_PROGRAMS_KEY, message)
     modes = ["/skiller/mode", *(f"{INSTANCES}/{name}/mode" for name in config.keys(INSTANCES))]
-    evaluates = skiller.startswith(_FAWKES_URL) or any(
+    evaluates_lua = skiller.startswith(_FAWKES_URL) or any(
         config.get_str(mode, default="") == "fawkes" for mode in modes
     )
-    return Rights(control, programs, skills_are_programs=evaluates)
+    return Rights(control, programs, skills_are_programs=evaluates_lua)
 
 
 def data_may_be_programs(config: Configuration) -> bool:
@@ -50,4 +50,4 @@ def data_may_be_programs(config: Configuration) -> bool:
 
     :raises ConfigError: if the value is not a boolean.
     """
-    return config.get_bool(_PROGRAMS, default=False)
+    return config.get_bool(_PROGRAMS_KEY, default=False)

@@ -1,4 +1,4 @@
-"""A scenario run to its end: :func:`run_scenario` makes the run, watches its loop and sums up the result.
+"""Runs of scenarios, from start to end. :func:`run_scenario` makes a run, watches it and sums up the result.
 
 The order of clean-up matters: servers and the watchdog end first, then the rules finalize, then the recording
 closes, which includes the finalization.
@@ -53,8 +53,9 @@ def run_scenario(
     :param console: receives the log lines.
     :param attach: called with each agent before its start.
     :param additions: features, skills and writers of a program.
-    :param interactive: whether a user may stop the rules; loops may then take any time.
-    :param stay: called with the result if servers continue after the end; returns a test for their end.
+    :param interactive: whether a user may stop the rules, so that a cycle may take any time.
+    :param stay: called with the result if servers continue after the end; returns a function that returns
+        whether the user has ended the servers.
     :raises CxbridgeError: if the input is wrong.
     """
     if not options.replay:
@@ -94,11 +95,11 @@ def _run(
         stack.enter_context(assembly)
         if console is not None:
             assembly.bus.subscribe(console, LogLine)
-        # not in the table of components: a run records before it makes any of them
+        # not in the table of components, because the recording begins before the first component is made
         recorder = RecorderComponent(assembly, additions.writers)
         stack.callback(recorder.close)
         if replay is not None:
-            stack.enter_context(replay.comparing(assembly.bus))
+            stack.enter_context(replay.compare_decisions(assembly.bus))
         # before the recorder closes: the recording includes the finalization
         stack.callback(assembly.finalize)
         stack.callback(interrupt.give_time, GOODBYE_S)
@@ -138,7 +139,7 @@ def _run(
             nonlocal over, loss
             checks.check_new_files()
             over = assembly.is_over
-            loss = assembly.loss  # goals may have failed because of the loss
+            loss = assembly.loss  # read in the same cycle: goals may have failed because of the loss
             if interrupt.is_signalled or over or assembly.clock.now_us() >= deadline_us:
                 return True
             return bool(loss) or (may_be_stuck and watch.check())
@@ -171,7 +172,7 @@ def _finish_servers(
     is_interrupted: Callable[[], bool],
     tick: Callable[[], None],
 ) -> None:
-    """Report the result to the servers, and serve clients until the user ends the staying servers.
+    """Report the result to the servers; serve clients until the user ends the servers that stay.
 
     :param is_interrupted: whether a signal has been received.
     :param tick: called after each round.
@@ -214,14 +215,14 @@ def sum_up_run(
     """Return the result of a run.
 
     :param loss: the lost component that ended the run; else empty.
-    :param verdict: status and reason from the watchdog, if it ended the run.
+    :param verdict: status and reason if the limit of a cycle ended the run; else None.
     :param seconds: the duration by the run's clock, and the duration in real time.
     :param watch: has the missing events if the run is stuck.
     :param over: whether the run reached its end.
     """
-    several = len(assembly.agents) > 1
+    is_team = len(assembly.agents) > 1
     verdicts = {
-        agent.name: verdict or _verdict(agent, options, loss, watch, over=over or (several and agent.is_over))
+        agent.name: verdict or _verdict(agent, options, loss, watch, over=over or (is_team and agent.is_over))
         for agent in assembly.agents
     }
     return sum_up(
@@ -245,7 +246,7 @@ def sum_up_run(
 class _LoopLimit:
     """Ends a run whose rules take more real time in one cycle than the timeout of the run."""
 
-    # the virtual clock stands still within a cycle, so only real time can limit it
+    # the virtual clock stands still within a cycle, so only real time can limit the duration of a cycle
     def __init__(self, run: Run | Team, timeout_s: float) -> None:
         self.verdict: tuple[int, str] | None = None
         """Status and reason if the limit ended the run; else None."""
@@ -337,7 +338,9 @@ def _shortcomings(goals: GoalWatch, *, quit_early: bool) -> list[str]:
         ]
         shortcomings = shortcomings or ["some root goals did not end COMPLETED"]
     if goals.open_roots and quit_early:
-        shortcomings.append(f"the agent quit before its root goals were over: {_modes(goals.open_roots)}")
+        shortcomings.append(
+            f"the agent quit before its root goals were over: {_describe_modes(goals.open_roots)}"
+        )
     return shortcomings
 
 
@@ -349,11 +352,12 @@ def _timeout_reason(assembly: Run, timeout_s: float, watch: StuckWatch) -> str:
     if not assembly.executive.initialized:
         open_work = "the initialisation has not ended"
     elif goals.open_roots:
-        open_work = f"not over: {_modes(goals.open_roots)}"
+        open_work = f"not over: {_describe_modes(goals.open_roots)}"
     else:
         open_work = "no goal has appeared" if not goals.outcome_counts else "a skill or a rule had not ended"
     return f"{open_work} after {timeout_s:g} s" + (f"; {watch.hint}" if watch.hint else "")
 
 
-def _modes(goals: Iterable[GoalState]) -> str:
+def _describe_modes(goals: Iterable[GoalState]) -> str:
+    """Return goals with their modes, e.g. ``G is DISPATCHED, H is EXPANDED``."""
     return ", ".join(f"{goal.goal} is {goal.mode}" for goal in goals)

@@ -16,8 +16,8 @@ from cxbridge.skiller.simulation.recorded import Sample
 from cxbridge.skiller.status import Status
 from cxbridge.trace.formats.registry import open_run
 
-_TYPE = "SkillerInterface"
-_ENDS = {"S_FINAL": Status.S_FINAL, "S_FAILED": Status.S_FAILED}
+_INTERFACE_TYPE = "SkillerInterface"
+_END_STATUSES = {"S_FINAL": Status.S_FINAL, "S_FAILED": Status.S_FAILED}
 _ENV = ""  # all environments of a run see the same Skiller
 
 
@@ -40,7 +40,7 @@ def read_samples(path: Path) -> list[Sample]:
         if isinstance(event, InterfaceWrite):
             histories[InterfaceWrite].record_event(event)
             continue
-        status = _status(event)
+        status = _read_status(event)
         if status is not None:
             history = histories[type(event)]
             if isinstance(event, FactChange):
@@ -52,18 +52,19 @@ def read_samples(path: Path) -> list[Sample]:
         Sample(
             call.skill_string,
             (call.end.time - call.begin.time) / MICROSECONDS,
-            _ENDS[call.status],
+            _END_STATUSES[call.status],
             call.error,
         )
         for call in history.calls
-        if call.end is not None and call.end != call.begin and call.status in _ENDS
+        if call.end is not None and call.end != call.begin and call.status in _END_STATUSES
     ]
 
 
-def _status(event: Event) -> Transition | None:
+def _read_status(event: Event) -> Transition | None:
+    """Return the status of a Skiller that an event of the executive shows; None for other events."""
     if isinstance(event, SkillStatus):
         return replace(event, env=_ENV)
-    if isinstance(event, FactChange) and event.asserted and event.template == _TYPE:
+    if isinstance(event, FactChange) and event.asserted and event.template == _INTERFACE_TYPE:
         try:
             return TransitionTracker(_ENV).track_assertion(event.time_us, *parse_fact(event.text))
         except FactSyntaxError:

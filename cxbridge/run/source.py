@@ -45,8 +45,8 @@ SOURCES: Final[Table[Callable[[RunOptions], Source]]] = Table(
 CLIPS_SUFFIX = ".clp"
 """The suffix of a scenario in a single CLIPS file."""
 
-_EXECUTIVE = "/clips-executive"
-_TIME = f"{_EXECUTIVE}/assert-time-each-loop"
+_EXECUTIVE_KEY = "/clips-executive"
+_TIME_KEY = f"{_EXECUTIVE_KEY}/assert-time-each-loop"
 _SHOWN_FOLDERS = 3  # limit of folders in a hint
 
 _FAWKES_LIBRARY = "src/plugins/clips/clips"
@@ -56,7 +56,7 @@ _FAWKES_LUA = "src/lua"
 _SCENARIO_INTERFACES = "interfaces"  # subfolder of the scenario's folder
 
 
-_PERIOD: Final = "/fawkes/mainapp/desired_loop_time"
+_PERIOD_KEY: Final = "/fawkes/mainapp/desired_loop_time"
 _MIN_PERIOD_US: Final = 100
 
 
@@ -101,6 +101,7 @@ class Source:
 
     @property
     def is_named(self) -> bool:
+        """Whether the options name a scenario or a checkout."""
         return self.options.scenario is not None or bool(self.folders)
 
     @property
@@ -150,7 +151,7 @@ class Source:
         if not path.exists() and len(path.parts) == 1 and (shipped_dir("scenarios") / path).is_dir():
             path = shipped_dir("scenarios") / path
         if path.is_dir():
-            return _file_in(path)
+            return _find_file_in(path)
         if not path.is_file():
             shipped = ", ".join(shipped_scenarios())
             raise CxbridgeError(
@@ -167,8 +168,9 @@ class Source:
         file = self.config_file()
         config = self.read_configuration(file)
         config.overlay_files(self.find_overlays())
-        if file.name == SCENARIO_FILE and config.keys(_EXECUTIVE) and not config.exists(_TIME):
-            config.set(_TIME, True)  # no rule would run without it; Fawkes' own configuration sets it
+        if file.name == SCENARIO_FILE and config.keys(_EXECUTIVE_KEY) and not config.exists(_TIME_KEY):
+            # Fawkes' own configuration sets the key, and without time facts no rule would run
+            config.set(_TIME_KEY, True)
         return config, file
 
     def read_configuration(self, file: Path) -> Configuration:
@@ -177,7 +179,7 @@ class Source:
         :raises CxbridgeError: if the file is wrong.
         """
         if file.suffix == CLIPS_SUFFIX:
-            return _of_program(file)
+            return _make_program_configuration(file)
         return Configuration.load(file, confdir=self.checkouts.confdir(file))
 
     def find_overlays(self) -> Sequence[Path]:
@@ -292,7 +294,7 @@ class Source:
         return Executive(manager, context.config, mapper, files, context.name or ENVIRONMENT)
 
     def calls(self, function: str) -> bool:  # noqa: ARG002
-        """Return whether Python code calls a deffunction of this name."""
+        """Return whether Python code of the source calls a deffunction of this name."""
         return False
 
     def loaded_files(self, manager: EnvironmentManager) -> list[LoadedFile] | None:  # noqa: ARG002
@@ -304,7 +306,7 @@ class Source:
         return CoreFiles(paths.cx, paths.clips_dirs, paths.substitutions, paths.override_dirs)
 
     def start_thinking(self, clock: Clock, config: Configuration) -> None:
-        """Note the end of the initialisation: rules run from now on."""
+        """Prepare :meth:`think`: the initialisation has ended, and rules run from now on."""
 
     def think(self, executive: Executive) -> int:
         """Run the rules of one loop; return the number of firings."""
@@ -316,13 +318,13 @@ def loop_period_us(config: Configuration) -> int:
 
     :raises ConfigError: if the period is too short.
     """
-    period_us = config.get_uint(_PERIOD, default=DEFAULT_PERIOD_US)
+    period_us = config.get_uint(_PERIOD_KEY, default=DEFAULT_PERIOD_US)
     # with a shorter period, a virtual clock would hardly advance
     if period_us >= _MIN_PERIOD_US:
         return period_us
     raise config.error(
-        _PERIOD,
-        f"{_PERIOD} cannot be {period_us}",
+        _PERIOD_KEY,
+        f"{_PERIOD_KEY} cannot be {period_us}",
         f"microseconds, {_MIN_PERIOD_US} at least; Fawkes has {DEFAULT_PERIOD_US}",
     )
 
@@ -345,7 +347,7 @@ def skill_board_settings(
     return settings
 
 
-def _file_in(folder: Path) -> Path:
+def _find_file_in(folder: Path) -> Path:
     for name in (SCENARIO_FILE, "config.yaml"):
         if (folder / name).is_file():
             return folder / name
@@ -359,13 +361,13 @@ def _file_in(folder: Path) -> Path:
     )
 
 
-def _of_program(file: Path) -> Configuration:
+def _make_program_configuration(file: Path) -> Configuration:
     """Return the configuration of an agent in a single CLIPS file."""
     config = Configuration()
-    stage = f"{_EXECUTIVE}/specs/program/init/stage-3/0"
-    config.set(f"{_EXECUTIVE}/spec", "program")
-    config.set(f"{_EXECUTIVE}/clips-dirs", [str(file.parent.absolute())])
+    stage = f"{_EXECUTIVE_KEY}/specs/program/init/stage-3/0"
+    config.set(f"{_EXECUTIVE_KEY}/spec", "program")
+    config.set(f"{_EXECUTIVE_KEY}/clips-dirs", [str(file.parent.absolute())])
     config.set(f"{stage}/name", "program")
     config.set(f"{stage}/files", [file.name])
-    config.set(_TIME, True)
+    config.set(_TIME_KEY, True)
     return config

@@ -156,9 +156,11 @@ class ClipsLoader:
         try:
             # a core file without commands is loaded, because a batch is slow, but succeeds like a batch,
             # which continues after a broken construct
-            has_commands = batch and not (is_native and _COMMAND.search(text) is None)
-            load = (self._batch_core_file if is_native else lib.BatchStar) if has_commands else lib.Load
-            is_loaded = self._read_source(file, source, load) or batch != has_commands
+            has_top_level_calls = batch and not (is_native and _COMMAND.search(text) is None)
+            load = (
+                (self._batch_core_file if is_native else lib.BatchStar) if has_top_level_calls else lib.Load
+            )
+            is_loaded = self._read_source(file, source, load) or batch != has_top_level_calls
         finally:
             self._loading.pop()
         if source.unclosed_line is not None:

@@ -48,7 +48,7 @@ class Component:
         """Do one step of the main loop."""
 
     def check(self) -> None:
-        """Raise if the component is broken. A daemon calls this about once a second."""
+        """Raise an error if the component is broken. A daemon calls this method about once a second."""
 
     def close(self) -> None:
         """Release all resources."""
@@ -60,12 +60,12 @@ class Component:
 
     @property
     def is_quiet(self) -> bool:
-        """Whether only rules can make the component change anything. A stuck run may end only then."""
+        """Whether the component changes state only on request of rules; only such runs can be stuck."""
         return False
 
     @property
     def loss(self) -> str:
-        """The lost part that a run needs, with the reason; empty if none is lost."""
+        """The lost connection or object that the run needs, with the reason; empty if none is lost."""
         return ""
 
 
@@ -89,8 +89,9 @@ class ThinkingComponent(Component):
 
     @abstractmethod
     def forgo_finalization(self) -> None:
-        """Turn :meth:`finalize` into a no-op."""
+        """Let :meth:`finalize` do nothing, as in a killed process."""
 
 
 def is_component(loaded: object) -> bool:
+    """Return whether a loaded object is a class of components."""
     return isinstance(loaded, type) and issubclass(loaded, Component)

@@ -21,8 +21,8 @@ from cxbridge.run.specs import check_features, init_mentions, needs_memory
 from cxbridge.skiller.mapping import ActionSkillMapping
 
 # The rules and facts of each cycle, which would fill most of a recording.
-_EVERY_TICK_RULES = ("time-retract", "blackboard-read")
-_EVERY_TICK_FACTS = ("time",)
+_CYCLE_RULES = ("time-retract", "blackboard-read")
+_CYCLE_FACTS = ("time",)
 
 
 class ExecutiveComponent(ThinkingComponent):
@@ -37,7 +37,7 @@ class ExecutiveComponent(ThinkingComponent):
     def __init__(self, context: Run) -> None:
         self.context = context
         self.firings = 0
-        self._begun = False
+        self._has_begun = False
         if needs_memory(context.config, context.spec):
             context.memory.open()
         self.manager, self.executive = make_executive(context)
@@ -51,7 +51,7 @@ class ExecutiveComponent(ThinkingComponent):
 
     def configure(self) -> None:
         """Load the core and the agent."""
-        self._begun = True
+        self._has_begun = True
         for name in unasked_features(self.context):
             self.manager.request(self.executive.env.name, name)
         self.executive.init()
@@ -71,12 +71,12 @@ class ExecutiveComponent(ThinkingComponent):
             raise ExecutiveError("the agent has quit")
 
     def finalize(self) -> None:
-        begun, self._begun = self._begun, False
+        begun, self._has_begun = self._has_begun, False
         if begun:
             self.executive.finalize()
 
     def forgo_finalization(self) -> None:
-        self._begun = False
+        self._has_begun = False
 
     @property
     def is_quiet(self) -> bool:
@@ -115,6 +115,7 @@ def make_executive(
         for feature in context.additions.features:
             manager.add_feature(feature)
         check_features(config, spec, manager.features)
+        # in the mode `fawkes`, values of plan-actions are pasted into Lua, and could be programs
         mode = skiller_mode(config) if data_may_be_programs(config) else "strict"
         mapping = ActionSkillMapping(action_mapping(config, spec), mode=mode)
         files = source.core_files(context.paths, config)
@@ -127,12 +128,13 @@ def make_executive(
 
 
 def _watch_for_recording(executive: Executive, config: Configuration, level: str) -> None:
+    """Watch the rules and facts of a recording's level, except those of each cycle."""
     # with debugging on, the core's own configuration has chosen the watches
     if level == "transitions" or config.get_bool("/clips-executive/debug/enable", default=False):
         return
     watcher = executive.env.watcher
     watcher.rules.set((), on=True)
-    watcher.rules.set(_EVERY_TICK_RULES, on=False)
+    watcher.rules.set(_CYCLE_RULES, on=False)
     if level == "facts":
         watcher.facts.set((), on=True)
-        watcher.facts.set(_EVERY_TICK_FACTS, on=False)
+        watcher.facts.set(_CYCLE_FACTS, on=False)

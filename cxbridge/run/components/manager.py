@@ -47,14 +47,14 @@ class Transition(StrEnum):
 
 
 # The state before and after each transition except shutdown, which any state permits.
-_STATES: Final = {
+_STATES_BY_TRANSITION: Final = {
     Transition.CONFIGURE: (State.UNCONFIGURED, State.INACTIVE),
     Transition.ACTIVATE: (State.INACTIVE, State.ACTIVE),
     Transition.DEACTIVATE: (State.ACTIVE, State.INACTIVE),
     Transition.CLEANUP: (State.INACTIVE, State.UNCONFIGURED),
 }
-_START: Final = (Transition.CONFIGURE, Transition.ACTIVATE)
-_STOP: Final = (Transition.DEACTIVATE, Transition.CLEANUP)
+_START_TRANSITIONS: Final = (Transition.CONFIGURE, Transition.ACTIVATE)
+_STOP_TRANSITIONS: Final = (Transition.DEACTIVATE, Transition.CLEANUP)
 
 
 class Policy(Enum):
@@ -128,16 +128,16 @@ class ManagedNode(Generic[ComponentType]):
         self._make = make
 
     @property
-    def _made(self) -> ComponentType:
+    def _existing_component(self) -> ComponentType:
         assert self.component is not None  # from configure to cleanup
         return self.component
 
     def step(self) -> None:
-        self._made.loop()
+        self._existing_component.loop()
 
     def check(self) -> None:
         """Raise if the component is broken."""
-        self._made.check()
+        self._existing_component.check()
 
     def configure_component(self, component: ComponentType) -> None:
         component.configure()
@@ -147,14 +147,14 @@ class ManagedNode(Generic[ComponentType]):
         self.configure_component(self.component)
 
     def on_activate(self) -> None:
-        self._made.activate()
+        self._existing_component.activate()
 
     def on_deactivate(self) -> None:
-        self._made.deactivate()
+        self._existing_component.deactivate()
 
     def on_cleanup(self) -> None:
         try:
-            self._made.close()
+            self._existing_component.close()
         finally:
             self.component = None
 
@@ -175,25 +175,27 @@ class ManagedNode(Generic[ComponentType]):
         if transition is Transition.SHUTDOWN:
             self._shut_down()
             return
-        before, after = _STATES[transition]
-        if self.state is not before:
-            raise LifecycleError(f"{self.name} is {self.state.name.lower()}, expected {before.name.lower()}")
+        state_before, state_after = _STATES_BY_TRANSITION[transition]
+        if self.state is not state_before:
+            raise LifecycleError(
+                f"{self.name} is {self.state.name.lower()}, expected {state_before.name.lower()}"
+            )
         try:
             getattr(self, f"on_{transition}")()
         except Exception:
-            # a component that fails to stop counts as stopped: there is nothing left to try
-            if transition in _STOP:
-                self.state = after
+            # a component that fails to stop counts as stopped: another attempt would fail, too
+            if transition in _STOP_TRANSITIONS:
+                self.state = state_after
             raise
-        self.state = after
+        self.state = state_after
 
     def _shut_down(self) -> None:
         failures: list[Exception] = []
-        for transition in _STOP:
-            if self.state is _STATES[transition][0]:
-                _attempt(partial(self.take, transition), failures)
+        for transition in _STOP_TRANSITIONS:
+            if self.state is _STATES_BY_TRANSITION[transition][0]:
+                _collect_failure(partial(self.take, transition), failures)
         if self.component is not None:  # the executive of a run exists before it is configured
-            _attempt(self.on_cleanup, failures)
+            _collect_failure(self.on_cleanup, failures)
         self.state = State.FINALIZED
         if failures:
             raise failures[0]
@@ -231,12 +233,12 @@ class ComponentManager:
         self.on_change = on_change
         self._clock = clock
         self._log = log
-        self._since = dict.fromkeys((node.name for node in self.nodes), clock.now_us())
+        self._changed_us = dict.fromkeys((node.name for node in self.nodes), clock.now_us())
 
     def add(self, node: ManagedNode[Any]) -> None:
         """Add a component at the end: it starts last and stops first."""
         self.nodes = (*self.nodes, node)
-        self._since[node.name] = self._clock.now_us()
+        self._changed_us[node.name] = self._clock.now_us()
 
     def _log_change(self, level: Level, text: str) -> None:
         if self._log is not None:
@@ -245,7 +247,8 @@ class ComponentManager:
     def status(self) -> list[ComponentStatus]:
         """Return the status of each component, in start order."""
         return [
-            ComponentStatus(node.name, node.state, node.reason, self._since[node.name]) for node in self.nodes
+            ComponentStatus(node.name, node.state, node.reason, self._changed_us[node.name])
+            for node in self.nodes
         ]
 
     def startup(self, interrupt: Interrupt | None = None) -> bool:
@@ -257,8 +260,8 @@ class ComponentManager:
         """
         self.failure = ""
         self.paused = False
-        # two rounds: a component may call all others once it is active
-        for transition in _START:
+        # two rounds: an active component may call all others, which therefore must be configured
+        for transition in _START_TRANSITIONS:
             for node in self.nodes:
                 if interrupt is not None and interrupt.is_signalled:
                     return False
@@ -266,7 +269,7 @@ class ComponentManager:
         return all(node.state is State.ACTIVE for node in self.nodes)
 
     def _start_if_due(self, node: ManagedNode[Any], transition: Transition) -> None:
-        if node.state is _STATES[transition][0] and not self.failure:
+        if node.state is _STATES_BY_TRANSITION[transition][0] and not self.failure:
             self._try(node, transition)
 
     def pause(self) -> None:
@@ -299,7 +302,7 @@ class ComponentManager:
         for node in reversed(self.nodes):
             if node.state is not State.FINALIZED:
                 reason = node.reason or "shut down"
-                _attempt(partial(self._try, node, Transition.SHUTDOWN, reason), failures)
+                _collect_failure(partial(self._try, node, Transition.SHUTDOWN, reason), failures)
         if failures:
             raise failures[0]
 
@@ -310,15 +313,15 @@ class ComponentManager:
 
         :raises LifecycleError: if the component is unknown or fails to start.
         """
-        self.start(self._changeable(name))
+        self.start(self._find_changeable_node(name))
 
     def start(self, node: ManagedNode[Any]) -> None:
         """Activate the component of a node, see :meth:`start_one`."""
         name = node.name
         if node.state is State.FINALIZED:
             raise LifecycleError(f"{name} was shut down", hint="restart the daemon to start it again")
-        for transition in _START:
-            if node.state is _STATES[transition][0] and not self._take(node, transition):
+        for transition in _START_TRANSITIONS:
+            if node.state is _STATES_BY_TRANSITION[transition][0] and not self._take(node, transition):
                 raise LifecycleError(f"{name} cannot {transition}: {node.reason}")
 
     def stop_one(self, name: str) -> None:
@@ -326,7 +329,7 @@ class ComponentManager:
 
         :raises LifecycleError: if the component is unknown.
         """
-        node = self._changeable(name)
+        node = self._find_changeable_node(name)
         if node.state not in (State.UNCONFIGURED, State.FINALIZED):
             self._wind_down(node, "unloaded")
 
@@ -338,13 +341,17 @@ class ComponentManager:
         :param transition: the value of a :class:`Transition`.
         :raises LifecycleError: if the component or transition is unknown, not permitted, or fails.
         """
-        node = self._changeable(name)
+        node = self._find_changeable_node(name)
         if transition not in list(Transition):
             raise LifecycleError(
                 f"there is no transition '{transition}'", hint=f"use one of: {', '.join(Transition)}"
             )
         not_finalized = (State.UNCONFIGURED, State.INACTIVE, State.ACTIVE)
-        permitted = _STATES[Transition(transition)][:1] if transition in _STATES else not_finalized
+        permitted = (
+            _STATES_BY_TRANSITION[Transition(transition)][:1]
+            if transition in _STATES_BY_TRANSITION
+            else not_finalized
+        )
         if node.state not in permitted:
             states = " or ".join(state.name.lower() for state in permitted)
             raise LifecycleError(
@@ -354,7 +361,11 @@ class ComponentManager:
         if not self._take(node, Transition(transition), reason):
             raise LifecycleError(f"{name} cannot {transition}: {node.reason}")
 
-    def _changeable(self, name: str) -> ManagedNode[Any]:
+    def _find_changeable_node(self, name: str) -> ManagedNode[Any]:
+        """Return a node that clients may start and stop; steady components are none.
+
+        :raises LifecycleError: if there is no such node.
+        """
         nodes = {node.name: node for node in self.nodes if not node.steady}
         if name not in nodes:
             hint = f"there are: {', '.join(nodes)}"
@@ -384,15 +395,15 @@ class ComponentManager:
 
     def fail(self, node: ManagedNode[Any], error: Exception) -> None:
         """Stop a failed component; under :attr:`Policy.STOP`, set :attr:`failure`."""
-        reason = _one_line(error)
+        reason = _describe_error(error)
         self._log_change(Level.ERROR, f"{node.name} failed: {reason}")
         self._wind_down(node, reason)
         if self.policy is Policy.STOP and not self.failure:
             self.failure, self.failure_error = f"{node.name}: {reason}", error
 
     def _wind_down(self, node: ManagedNode[Any], reason: str) -> None:
-        for transition in _STOP:
-            if node.state is _STATES[transition][0]:
+        for transition in _STOP_TRANSITIONS:
+            if node.state is _STATES_BY_TRANSITION[transition][0]:
                 self._try(node, transition, reason)
         node.reason = reason
         self.on_change()
@@ -407,7 +418,7 @@ class ComponentManager:
 
         :param reason: why the component will be inactive; replaced by the error of a failure.
         """
-        before, succeeded = node.state, True
+        state_before, succeeded = node.state, True
         try:
             node.take(transition)
         except Exception as error:
@@ -415,25 +426,26 @@ class ComponentManager:
                 raise  # the caller's close() closes the component
             if node.state is State.UNCONFIGURED:
                 node.abort()
-            text = _one_line(error)
+            text = _describe_error(error)
             self._log_change(Level.ERROR, f"{node.name} cannot {transition}: {text}")
             node.error, reason, succeeded = error, text, False
-        if node.state is not before:
-            self._since[node.name] = self._clock.now_us()
+        if node.state is not state_before:
+            self._changed_us[node.name] = self._clock.now_us()
             self._log_change(Level.DEBUG, f"{node.name} is {node.state.name.lower()}")
         node.reason = reason
         self.on_change()
         return succeeded
 
 
-def _attempt(step: Callable[[], object], failures: list[Exception]) -> None:
+def _collect_failure(step: Callable[[], object], failures: list[Exception]) -> None:
+    """Call a step, and append its error, so that the following steps are still called."""
     try:
         step()
     except Exception as error:  # noqa: BLE001 - the caller raises the failure
         failures.append(error)
 
 
-def _one_line(error: Exception) -> str:
+def _describe_error(error: Exception) -> str:
     """Return the text of an error in one line, with the class of an unexpected error."""
     if isinstance(error, BrokenAgentError):
         return error.message  # the client that starts the agent gets each mistake separately

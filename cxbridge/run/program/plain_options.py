@@ -46,7 +46,7 @@ def make_options(
     if unknown:
         raise CxbridgeError(f"a run has no option '{unknown[0]}'", hint=f"it has: {', '.join(sorted(names))}")
     for name in values.keys() & {*_PATHS}:
-        values[name] = _paths(name, values[name], find)
+        values[name] = _convert_paths(name, values[name], find)
     for name in values.keys() & {*_PATH}:
         values[name] = find(values[name])
     return RunOptions(**values)
@@ -64,7 +64,7 @@ def take_plugin_options(values: dict[str, Any], find: Callable[[str | Path], Pat
             yield group(**options)
 
 
-def _paths(name: str, value: object, find: Callable[[str | Path], Path]) -> tuple[Path, ...]:
+def _convert_paths(name: str, value: object, find: Callable[[str | Path], Path]) -> tuple[Path, ...]:
     """Return the paths of an option's value, which is one path or several.
 
     :raises CxbridgeError: if a value is not a path.
@@ -98,25 +98,27 @@ def plain_options(values: Mapping[str, Any]) -> RunOptions:
 
 
 @cache
-def _kinds() -> dict[str, tuple[type, ...]]:
+def _accepted_types() -> dict[str, tuple[type, ...]]:
     """Return the accepted types of each option."""
     return {
-        name: tuple(dict.fromkeys(plain for member in _members(hint) for plain in _PLAIN.get(member, ())))
+        name: tuple(
+            dict.fromkeys(plain for member in _union_members(hint) for plain in _PLAIN.get(member, ()))
+        )
         for group in (RunOptions, *RunOptions.added_groups())
         for name, hint in get_type_hints(group).items()
     }
 
 
-def _members(hint: Any) -> list[Any]:
+def _union_members(hint: Any) -> list[Any]:
     """Return the members of a union type; of ``tuple[...]`` just ``tuple``."""
     if get_origin(hint) in (Union, types.UnionType):
-        return [member for arg in get_args(hint) for member in _members(arg)]
+        return [member for arg in get_args(hint) for member in _union_members(arg)]
     return [get_origin(hint) or hint]
 
 
 def _check_type(name: str, value: object) -> None:
     """Check the type of an option's value. Unknown options pass: :func:`make_options` refuses them."""
-    kinds = _kinds().get(name)
+    kinds = _accepted_types().get(name)
     if kinds is None:
         return
     texts = not isinstance(value, list) or all(isinstance(item, str) for item in value)

@@ -58,7 +58,7 @@ def function_skill(function: SkillFunction, name: str = "") -> type[SkillExecuto
         skills = (skill,)
 
         def execute(self, call: SkillCall) -> Steps:
-            arguments = _arguments(signature, call)
+            arguments = _bind_arguments(signature, call)
             if not inspect.isgeneratorfunction(function):
                 yield None  # one loop as RUNNING: the rules must see this state of each skill
             result = function(*arguments)
@@ -70,7 +70,7 @@ def function_skill(function: SkillFunction, name: str = "") -> type[SkillExecuto
     return FunctionSkill
 
 
-def _arguments(signature: inspect.Signature, call: SkillCall) -> list[Any]:
+def _bind_arguments(signature: inspect.Signature, call: SkillCall) -> list[Any]:
     """Return the arguments of a call in the order of the function's parameters."""
     # unnamed arguments of a skill string have their positions as names: 1, 2, ... 10
     positions = sorted(filter(str.isdigit, call.parameters), key=int)

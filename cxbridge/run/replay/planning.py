@@ -58,7 +58,7 @@ def plan_divergence(expected: RecordedPlan, event: PlannerCall, start_us: int) -
     )
 
 
-def plans_of(scans: Iterable[Scan], env: str) -> dict[str, RecordedPlan]:
+def collect_plans(scans: Iterable[Scan], env: str) -> dict[str, RecordedPlan]:
     """Return the calls of an environment by id, from the first recording that has calls."""
     by_scan = (recorded_plans(scan.plans, env) for scan in scans)
     return next(filter(None, by_scan), {})
@@ -72,14 +72,14 @@ def recorded_plans(events: Sequence[PlannerCall], env: str) -> dict[str, Recorde
         if event.env == env and event.call and event.status == STARTED:
             begun[event.call] = event
         elif event.env == env and event.call in begun and event.status in _STATUS:
-            result = _result(event)
+            result = _read_result(event)
             if result is not None:
                 start_us = begun[event.call].time_us
                 plans[event.call] = RecordedPlan(event.problem, start_us, event.time_us - start_us, result)
     return plans
 
 
-def _result(event: PlannerCall) -> PlanResult | None:
+def _read_result(event: PlannerCall) -> PlanResult | None:
     """Return the result of a call; None if the plan is missing in the recording."""
     try:
         actions = parse_plan_text(event.plan)

@@ -59,7 +59,7 @@ class Recordings:
         :raises TraceError: if a recording cannot be read or lacks data for a replay.
         """
         scans = tuple(scan_recording(open_run(path, registry)) for path in paths)
-        decisions = _decisions(scans)
+        decisions = _find_decisions(scans)
         if decisions is None:
             raise TraceError(
                 "there is nothing to compare with: neither transitions of goals nor states of Skillers",
@@ -161,7 +161,7 @@ class Recordings:
         for scan in self.scans:
             uids = scan.samples.keys() & waiting
             waiting -= uids
-            streams.append(_writes(scan, frozenset(uids)))
+            streams.append(_interface_writes(scan, frozenset(uids)))
         return heapq.merge(*streams, key=lambda write: write.time_us)
 
 
@@ -173,13 +173,13 @@ def _is_shipped(scenario: str) -> bool:
     return file.is_relative_to(shipped_dir("scenarios").resolve())
 
 
-def _decisions(scans: Sequence[Scan]) -> Scan | None:
+def _find_decisions(scans: Sequence[Scan]) -> Scan | None:
     """Return the first scan with transitions of goals, otherwise the first with states of Skillers."""
     with_goals = next((scan for scan in scans if scan.goals), None)
     return with_goals or next((scan for scan in scans if scan.statuses), None)
 
 
-def _writes(scan: Scan, uids: frozenset[str]) -> Iterator[InterfaceWrite]:
+def _interface_writes(scan: Scan, uids: frozenset[str]) -> Iterator[InterfaceWrite]:
     for event in scan.run if uids else ():
         if isinstance(event, InterfaceWrite) and event.uid in uids:
             yield event
@@ -193,12 +193,14 @@ def _align(scans: Sequence[Scan]) -> None:
         return
     for log in scans:
         if log.is_log:
-            distances = (distance for scan in dated if (distance := _distance(log, scan)) is not None)
+            distances = (
+                distance for scan in dated if (distance := _clock_distance_us(log, scan)) is not None
+            )
             distance_us = next(distances, (dated[0].begin_us or 0) - (log.begin_us or 0))
             log.shift_us = round(distance_us / _QUARTER_US) * _QUARTER_US
 
 
-def _distance(log: Scan, dated: Scan) -> int | None:
+def _clock_distance_us(log: Scan, dated: Scan) -> int | None:
     """Return the time between the first common Skiller states in microseconds; None if there are none."""
     for name, statuses in log.statuses.items():
         times = {
@@ -244,7 +246,7 @@ class RecordedAgentRun(Run):
                 yield event
 
 
-def recordings_of(team: Recordings, agent: str) -> Recordings:
+def agent_recordings(team: Recordings, agent: str) -> Recordings:
     """Return the recording of one agent of a team.
 
     :raises TraceError: if the recording has no events of the agent.
@@ -261,4 +263,4 @@ def recordings_of(team: Recordings, agent: str) -> Recordings:
             file=team.scans[0].run.path,
             hint="the recording must be of all agents in one run; one alone is replayed with --agent",
         )
-    return Recordings(tuple(scans), _decisions(scans) or scans[0], team.start_us)
+    return Recordings(tuple(scans), _find_decisions(scans) or scans[0], team.start_us)

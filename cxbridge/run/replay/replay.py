@@ -24,8 +24,14 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.paths import fawkes_interface_dirs
 from cxbridge.run.replay.divergence import PATIENCE_US, Divergence, Expectation
 from cxbridge.run.replay.executors import RecordedExecutor
-from cxbridge.run.replay.planning import STARTED, RecordedPlan, RecordedPlanning, plan_divergence, plans_of
-from cxbridge.run.replay.recordings import Recordings, recordings_of
+from cxbridge.run.replay.planning import (
+    STARTED,
+    RecordedPlan,
+    RecordedPlanning,
+    collect_plans,
+    plan_divergence,
+)
+from cxbridge.run.replay.recordings import Recordings, agent_recordings
 from cxbridge.run.replay.scan import SKILLER, Scan
 from cxbridge.run.replay.script import Command, Execution, ExecutorScript, SkillerScript
 from cxbridge.run.replay.sensors import SensorPlayer, YieldingBoard
@@ -69,7 +75,7 @@ def judge(
     view = View.TRANSITIONS if decisions.goals else View.SKILLS
     run, recorded = open_run(this_run), decisions.run
     if not is_complete:
-        run, recorded = _cut(run, recorded, view, order)
+        run, recorded = _cut_recordings(run, recorded, view, order)
     if not _count_events(run, view.event_types):
         nothing = ("It has come to nothing that can be compared.",)
         return ReplayOutcome(compared, order.value, None, same=False, is_complete=is_complete, lines=nothing)
@@ -84,7 +90,9 @@ def judge(
     return ReplayOutcome(compared, order.value, None, comparison.same, is_complete, tuple(lines), plain)
 
 
-def _cut(run: Recording, recorded: Recording, view: View, order: Order) -> tuple[Recording, Recording]:
+def _cut_recordings(
+    run: Recording, recorded: Recording, view: View, order: Order
+) -> tuple[Recording, Recording]:
     """Return the comparable parts of two runs if the recording is incomplete."""
     # in partial order, the last transitions of each goal may be missing; the states of Skillers have one
     # order
@@ -189,7 +197,7 @@ class Replay:
 
         :raises TraceError: if the recordings have no events of the agent.
         """
-        recordings = recordings_of(self.recordings, name)
+        recordings = agent_recordings(self.recordings, name)
         return Replay(recordings, self._order, self._tolerance, team=self, name=name)
 
     @property
@@ -198,7 +206,7 @@ class Replay:
         return max(0, self.recordings.end_us - self.recordings.start_us)
 
     @contextmanager
-    def comparing(self, bus: EventBus) -> Iterator[None]:
+    def compare_decisions(self, bus: EventBus) -> Iterator[None]:
         """Record the transitions of this run and compare them at the end."""
         with tempfile.TemporaryDirectory(prefix="cxbridge-replay-") as folder:
             file = Path(folder) / "this run"
@@ -216,7 +224,7 @@ class Replay:
 
     def make_planning(self, env: str) -> RecordedPlanning:
         """Make the PlanningService of an environment."""
-        plans = self._plans[env] = plans_of(self.recordings.scans, env)
+        plans = self._plans[env] = collect_plans(self.recordings.scans, env)
         return RecordedPlanning(plans, self._clock)
 
     def _check_plan(self, event: Event) -> None:
@@ -227,7 +235,7 @@ class Replay:
         if expected is not None:
             divergence = plan_divergence(expected, event, self.recordings.start_us)
             if divergence is not None:
-                self._diverge(divergence)
+                self._record_divergence(divergence)
 
     def components(self, context: Run) -> Iterator[Component]:
         """Make the players of Skillers, executors and sensors.
@@ -243,7 +251,7 @@ class Replay:
             skill_board = SkillBoardComponent(context, replace(settings, agents=on_board, in_process=False))
             yield skill_board
             for script in executors:
-                skill_board.service.add(self._executor(context, script))
+                skill_board.service.add(self._make_executor_host(context, script))
         sensors = self.recordings.sensors(executors=settings is not None)
         self._has_sensors = bool(sensors)
         assert isinstance(context.board, YieldingBoard)
@@ -261,10 +269,10 @@ class Replay:
         for uid, sample in self.recordings.samples().items():
             if uid.startswith(f"{SKILLER}::"):
                 maker.check_fields(sample.values, uid)
-        self._skillers = [self._skiller(context, *item) for item in scripts.items()]
+        self._skillers = [self._make_recorded_skiller(context, *item) for item in scripts.items()]
         return Skillers(context, self._skillers)
 
-    def _skiller(self, context: Run, name: str, script: SkillerScript) -> RecordedSkiller:
+    def _make_recorded_skiller(self, context: Run, name: str, script: SkillerScript) -> RecordedSkiller:
         player = RecordedSkiller(
             context.board,
             context.bus,
@@ -272,32 +280,32 @@ class Replay:
             script,
             start_us=self.recordings.start_us,
             is_complete=self.recordings.is_complete,
-            report=self._diverge,
+            report=self._record_divergence,
         )
         self._expected.append(player.expected)
         for command in script.commands:
-            self._note_time(command.time_us + (command.later[-1][0] if command.later else 0))
+            self._record_time(command.time_us + (command.later[-1][0] if command.later else 0))
         return player
 
-    def _executor(self, context: Run, script: ExecutorScript) -> ExecutorHost:
+    def _make_executor_host(self, context: Run, script: ExecutorScript) -> ExecutorHost:
         log = context.bus.logger(COMPONENT)
         executor = RecordedExecutor(
             ExecutorContext(script.agent, context.board, context.clock, log),
             script,
             start_us=self.recordings.start_us,
             is_complete=self.recordings.is_complete,
-            report=self._diverge,
+            report=self._record_divergence,
         )
         self._expected.append(executor.expected)
         for execution in script.executions:
-            self._note_time(execution.time_us + (execution.duration_us or 0))
+            self._record_time(execution.time_us + (execution.duration_us or 0))
         return ExecutorHost(executor, script.name)
 
-    def _note_time(self, time_us: int) -> None:
+    def _record_time(self, time_us: int) -> None:
         """Update the time of the last recorded action."""
         self._last_us = max(self._last_us, time_us)
 
-    def _diverge(self, divergence: Divergence) -> None:
+    def _record_divergence(self, divergence: Divergence) -> None:
         if self._team is not None:
             kind, separator, interface = divergence.uid.partition("::")
             if separator:

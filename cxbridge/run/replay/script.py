@@ -14,7 +14,7 @@ from cxbridge.trace.compare.names import replace_names
 
 Values = Mapping[str, Any]
 
-_ENDS: Final = ("S_FINAL", "S_FAILED")
+_END_STATUSES: Final = ("S_FINAL", "S_FAILED")
 _IDLE: Final = {
     "skill_string": "",
     "error": "",
@@ -96,10 +96,10 @@ def _command_of_write(previous: Values, values: Values, *, is_first: bool) -> Co
     """Return the command that caused a write; None if the Skiller wrote by itself or lost its controller."""
     skill, controller = values["skill_string"], values["exclusive_controller"]
     acquired = controller and controller != previous["exclusive_controller"]
-    leftover = is_first and values["status"] in _ENDS  # state of a skill from before the recording
+    leftover = is_first and values["status"] in _END_STATUSES  # state of a skill from before the recording
     if skill and values["msgid"] and not leftover:
         # senders number their messages, so that two commands of the same skill may have the same id
-        is_restarted = values["status"] == "S_RUNNING" and previous["status"] in _ENDS
+        is_restarted = values["status"] == "S_RUNNING" and previous["status"] in _END_STATUSES
         if values["msgid"] != previous["msgid"] or skill != previous["skill_string"] or is_restarted:
             return CommandKind.EXEC
     if not skill and previous["skill_string"]:
@@ -184,20 +184,20 @@ def executor_script(
         if busy and running is None:
             running = Execution(str(write.values.get("skill", "")), write.time_us)
             script.executions.append(running)
-            tickets[_ticket(write.values)] = running
+            tickets[_read_ticket(write.values)] = running
         elif not busy and running is not None:
             running.duration_us = write.time_us - running.time_us
             running = None
     uid = f"SkillExecutorInterface::{name}"
     for message in messages:
         if message.uid == uid or message.values.get("executor") == name:
-            execution = tickets.get(_ticket(message.values))
+            execution = tickets.get(_read_ticket(message.values))
             if execution is not None:
                 _add_message(execution, message)
     return script
 
 
-def _ticket(values: Values) -> tuple[Any, Any]:
+def _read_ticket(values: Values) -> tuple[Any, Any]:
     return values.get("epoch"), values.get("master")
 
 

@@ -53,7 +53,7 @@ class SensorPlayer(Component):
         for uid, sample in samples.items():
             self._open_writer(uid, sample)
         self._next = next(self._writes, None)
-        board.release = self._release
+        board.release = self._release_writer
 
     def _open_writer(self, uid: str, sample: InterfaceWrite) -> None:
         kind, interface_id = key = parse_uid(uid)
@@ -104,7 +104,7 @@ class SensorPlayer(Component):
             writer.mark_data_changed()
         writer.write()
 
-    def _release(self, key: tuple[str, str]) -> None:
+    def _release_writer(self, key: tuple[str, str]) -> None:
         """Release an interface to the run's writer."""
         opened = self._open.pop(key, None)
         if opened is not None:

@@ -82,7 +82,7 @@ class RecordedSkiller(SkillerBackend):
         command: Any = None
         while (message := self._interface.msgq_pop()) is not None:
             if message.type == "AcquireControlMessage":
-                self._acquire(message)
+                self._handle_acquisition(message)
             elif message.type == "ReleaseControlMessage":
                 if self._control.release(message):
                     self._interface.write()
@@ -93,9 +93,9 @@ class RecordedSkiller(SkillerBackend):
             ):
                 command = message  # the Skiller obeys the last command of a loop
         if command is not None:
-            self._obey(command, now_us)
+            self._handle_command(command, now_us)
 
-    def _acquire(self, message: Message) -> None:
+    def _handle_acquisition(self, message: Message) -> None:
         if not self._control.acquire(message):
             return
         recorded = self._controls.popleft() if self._controls else None
@@ -104,7 +104,7 @@ class RecordedSkiller(SkillerBackend):
             self._interface.msgid = message.id if recorded.values["msgid"] else 0
         self._interface.write()
 
-    def _obey(self, message: Any, now_us: int) -> None:
+    def _handle_command(self, message: Any, now_us: int) -> None:
         kind = CommandKind.EXEC if message.type == "ExecSkillMessage" else CommandKind.STOP
         text = message.skill_string if kind is CommandKind.EXEC else ""
         if kind is CommandKind.STOP and not self._interface.skill_string:

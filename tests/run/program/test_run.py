@@ -183,7 +183,7 @@ def test_all_names_are_there_and_typed():
     typed = {
         alias.asname or "" for node in stub.body if isinstance(node, ast.ImportFrom) for alias in node.names
     } - {""}
-    assert typed == {"run", *vars(cx)["_NAMES"]}
+    assert typed == {"run", *vars(cx)["_MODULE_BY_NAME"]}
     assert cx.Skill is cx.SkillExecutor
     for name in typed:
         assert getattr(cx, name) is not None

@@ -478,7 +478,7 @@ def search_folders(program: Path | None) -> tuple[Path, ...]:
 
 def needs_batch(file: Path) -> bool:
     """Return whether a file has commands outside of constructs, which CLIPS executes only with ``batch``."""
-    return is_readable_file(file) and syntax.has_commands(file.read_text("utf-8", "surrogateescape"))
+    return is_readable_file(file) and syntax.has_top_level_calls(file.read_text("utf-8", "surrogateescape"))
 
 
 def find_agent_names(options: RunOptions) -> list[str | None]:
