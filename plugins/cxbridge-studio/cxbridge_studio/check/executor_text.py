@@ -1,7 +1,7 @@
-"""The skills of an executor class, read from its text without executing it.
+"""Reads the skills of an executor, a Python class that executes skills, from its text without executing it.
 
-:mod:`cxbridge.skiller.board.executor` imports the class for a run. Both report the same errors, as far as the
-text shows them.
+For a run, :mod:`cxbridge.skiller.board.executor` imports the class. Both modules report the same errors, as
+far as the text shows them.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from cxbridge.skiller.board.executor import CLASS_FORM, split_target
 from cxbridge.skiller.board.settings import ExecutorSettings
 
 # The names of the base class of all executors: `cxbridge.Skill` is short for SkillExecutor.
-_BASES: Final = frozenset({"SkillExecutor", "Skill"})
+_EXECUTOR_BASES: Final = frozenset({"SkillExecutor", "Skill"})
 
 _EXECUTE_HINT: Final = "write: def execute(self, call)"
-_EXECUTE_ARGUMENTS: Final = 2  # self and the call
+_EXECUTE_ARGUMENTS: Final = 2  # `self` and the call
 
 
 def read_executor_skills(executor: ExecutorSettings) -> tuple[str, ...] | None:
@@ -47,9 +47,11 @@ def parse_skills(target: str, folder: Path) -> tuple[str, ...] | None:
     file = folder / module_name if module_name.endswith(".py") else _find_module_file(module_name)
     if file is None:
         return None
-    body = _read(file).body
+    body = _parse_file(file).body
     classes = {
-        statement.name: statement for statement in _statements(body) if isinstance(statement, ast.ClassDef)
+        statement.name: statement
+        for statement in _walk_statements(body)
+        if isinstance(statement, ast.ClassDef)
     }
     if name not in classes:
         if _may_bind(body, name):
@@ -58,10 +60,14 @@ def parse_skills(target: str, folder: Path) -> tuple[str, ...] | None:
         raise SkillError(
             f"{module_name} has no executor '{name}'", hint=f"it has: {names or 'no SkillExecutor'}"
         )
-    return _class_skills(classes[name], classes, file)
+    return _find_class_skills(classes[name], classes, file)
 
 
-def _read(file: Path) -> ast.Module:
+def _parse_file(file: Path) -> ast.Module:
+    """Return the syntax tree of a Python file.
+
+    :raises SkillError: if the file is missing, unreadable or not Python.
+    """
     if not file.is_file():
         raise SkillError("there is no such file", file=file)
     try:
@@ -89,21 +95,21 @@ def _find_module_file(name: str) -> Path | None:
     return Path(spec.origin) if spec.origin is not None and spec.origin.endswith(".py") else None
 
 
-def _statements(body: Iterable[ast.stmt]) -> Iterator[ast.stmt]:
+def _walk_statements(body: Iterable[ast.stmt]) -> Iterator[ast.stmt]:
     """Yield the statements of a module, including those below ``if``, ``try`` and ``with``."""
     for statement in body:
         yield statement
         if not isinstance(statement, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
-            yield from _statements(
+            yield from _walk_statements(
                 node for node in ast.iter_child_nodes(statement) if isinstance(node, ast.stmt)
             )
             for handler in getattr(statement, "handlers", ()):
-                yield from _statements(handler.body)
+                yield from _walk_statements(handler.body)
 
 
 def _may_bind(body: Iterable[ast.stmt], name: str) -> bool:
-    """Return whether an import or assignment may define a name."""
-    for statement in _statements(body):
+    """Return whether an import or another statement may define a name."""
+    for statement in _walk_statements(body):
         if isinstance(statement, ast.Import | ast.ImportFrom):
             if any(alias.asname == name or alias.name in (name, "*") for alias in statement.names):
                 return True
@@ -114,7 +120,7 @@ def _may_bind(body: Iterable[ast.stmt], name: str) -> bool:
     return False
 
 
-def _class_skills(
+def _find_class_skills(
     definition: ast.ClassDef, classes: dict[str, ast.ClassDef], file: Path, subclasses: tuple[str, ...] = ()
 ) -> tuple[str, ...] | None:
     """Return the skills of a class; None if they are computed or inherited from another file.
@@ -122,30 +128,30 @@ def _class_skills(
     :param subclasses: the names of the classes that led to this base class; empty for the executor's class.
     """
     bases = [ast.unparse(base).rpartition(".")[2] for base in definition.bases]
-    is_first = not subclasses
-    if is_first and not bases and not definition.keywords:
+    is_executor_class = not subclasses
+    if is_executor_class and not bases and not definition.keywords:
         raise SkillError(f"{definition.name} is no SkillExecutor", file=file, line=definition.lineno)
-    members = list(_statements(definition.body))
-    if is_first:
-        _check_execute(definition, members, file, is_direct=set(bases) <= _BASES)
+    members = list(_walk_statements(definition.body))
+    if is_executor_class:
+        _check_execute(definition, members, file, is_direct=set(bases) <= _EXECUTOR_BASES)
     if any(isinstance(member, ast.FunctionDef) and member.name == "skills_with" for member in members):
         return None
-    # the last assignment counts
+    # The last assignment counts, as when Python executes the class.
     for member in reversed(members):
         targets = member.targets if isinstance(member, ast.Assign) else [getattr(member, "target", None)]
         if any(isinstance(target, ast.Name) and target.id == "skills" for target in targets):
-            return _literal_names(getattr(member, "value", None))
+            return _parse_literal_names(getattr(member, "value", None))
     for base in bases:
         if base in classes and base not in (*subclasses, definition.name):
-            return _class_skills(classes[base], classes, file, (*subclasses, definition.name))
-    return () if set(bases) <= _BASES else None
+            return _find_class_skills(classes[base], classes, file, (*subclasses, definition.name))
+    return () if set(bases) <= _EXECUTOR_BASES else None
 
 
-def _literal_names(value: ast.expr | None) -> tuple[str, ...] | None:
+def _parse_literal_names(value: ast.expr | None) -> tuple[str, ...] | None:
     """Return the texts of a literal tuple or list; None if any element is computed."""
     if not isinstance(value, ast.Tuple | ast.List):
         return None
-    texts = [elt.value for elt in value.elts if isinstance(elt, ast.Constant)]
+    texts = [element.value for element in value.elts if isinstance(element, ast.Constant)]
     names = tuple(text for text in texts if isinstance(text, str))
     return names if len(names) == len(value.elts) else None
 
@@ -156,9 +162,12 @@ def _check_execute(definition: ast.ClassDef, members: list[ast.stmt], file: Path
     :param is_direct: whether all bases are base classes of executors, so that no class between can define
         ``execute``.
     """
-    execute = next((m for m in members if isinstance(m, ast.FunctionDef) and m.name == "execute"), None)
+    execute = next(
+        (member for member in members if isinstance(member, ast.FunctionDef) and member.name == "execute"),
+        None,
+    )
     if execute is None:
-        # e.g. `execute = other_function` also defines it
+        # Another statement may define it, too, such as `execute = other_function`.
         if is_direct and not any("execute" in ast.unparse(member) for member in members):
             hint = f"{_EXECUTE_HINT}: yield 0.5"
             raise SkillError(

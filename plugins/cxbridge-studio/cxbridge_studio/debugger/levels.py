@@ -10,11 +10,11 @@ from cxbridge.errors import ClipsError
 from cxbridge.events import Level
 
 LevelName = Annotated[str, Meta(extra_json_schema={"enum": ["debug", "info", "warn", "error"]})]
-"""The name of a level."""
+"""The name of a log level."""
 
 
 def find_level(text: str) -> Level:
-    """Return the level with a lower-case name, e.g. ``warn``.
+    """Return the level with a name in lower case, such as ``warn``.
 
     :raises ClipsError: if the name is unknown.
     """

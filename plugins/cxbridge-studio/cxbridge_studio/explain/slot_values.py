@@ -1,4 +1,4 @@
-"""Parsing of the values in a slot of a printed fact."""
+"""Parses the values in a slot of a printed fact."""
 
 from __future__ import annotations
 
@@ -10,12 +10,16 @@ from cxbridge.clipstext.values import FactRef, Symbol, Value
 _INTEGER = re.compile(r"[+-]?[0-9]+")
 _FLOAT = re.compile(r"[+-]?(?:[0-9]+\.[0-9]*|\.?[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _FACT_ADDRESS = re.compile(r"<Fact-([0-9]{1,18})>")
-_INTEGER_LIMIT = 2**63  # the integers of CLIPS have 64 bits
-_MAX_DIGITS = 100  # of an integer; more digits take quadratic time, and never fit 64 bits
+_FIRST_EXCESS_INTEGER = 2**63  # the first integer beyond the 64 bits of CLIPS
+_MAX_DIGITS = 100  # of an integer: parsing more digits takes quadratic time, and they never fit into 64 bits
 
 
 def parse_values(text: str) -> tuple[Value, ...]:
-    """Return the values in a slot of a printed fact, separated by blanks, with unescaped quotes."""
+    """Return the values in a slot of a printed fact, which blanks separate.
+
+    A string may contain quotes without escapes: it ends at a quote before the end of the text or before a new
+    value.
+    """
     values: list[Value] = []
     position = 0
     while position < len(text):
@@ -32,14 +36,14 @@ def parse_values(text: str) -> tuple[Value, ...]:
         else:
             end = text.find(" ", position)
             end = len(text) if end < 0 else end
-            values.append(_atom(text[position:end]))
+            values.append(_parse_unquoted_value(text[position:end]))
             position = end
     return tuple(values)
 
 
-def _atom(text: str) -> Value:
-    """Return a value printed without quotes: a number, a fact address or a symbol."""
-    if len(text) <= _MAX_DIGITS and _INTEGER.fullmatch(text) and abs(int(text)) < _INTEGER_LIMIT:
+def _parse_unquoted_value(text: str) -> Value:
+    """Return the value of a text without quotes: a number, a fact address or a symbol."""
+    if len(text) <= _MAX_DIGITS and _INTEGER.fullmatch(text) and abs(int(text)) < _FIRST_EXCESS_INTEGER:
         return int(text)
     if _FLOAT.fullmatch(text):
         return float(text)
