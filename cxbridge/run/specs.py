@@ -146,7 +146,7 @@ def check_features(config: Configuration, spec: str, available: Collection[str])
         is_requested = config.get_bool(f"{path}/feature-request", default=stage == STAGES[0])
         if is_requested and name not in available:
             raise _error(
-                f"{stage} is_requested for the feature '{name}', which is not available",
+                f"{stage} asks for the feature '{name}', which is not available",
                 config.get(f"{path}/name"),
                 package_hint(name)
                 or f"there are: {', '.join(sorted(available))}; an entry that just loads files says "
