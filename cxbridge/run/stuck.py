@@ -106,7 +106,18 @@ def _is_idle(agent: Run) -> bool:
         return False
     if any(slots["status"] == "RUNNING" for _, _, slots in env.facts("planner-call")):
         return False
+    if _has_running_timeout(agent):
+        return False
     return not any(_has_foreign_writer(agent, kind, name) for kind, name in read_interfaces(env))
+
+
+def _has_running_timeout(agent: Run) -> bool:
+    """Return whether the time of a goal with a timeout is running, so that the goal ends by itself."""
+    # the rules of timeout.clp store the start time; they need the time fact of each cycle
+    return agent.config.get_bool("/clips-executive/assert-time-each-loop", default=False) and any(
+        slots.get("mode") == "DISPATCHED" and "start-time" in map(str, slots.get("meta", ()))
+        for _, _, slots in agent.executive.env.facts("goal")
+    )
 
 
 def read_interfaces(env: ClipsEnvironment) -> Iterator[tuple[str, str]]:

@@ -176,9 +176,9 @@ class AgentRun(Closing):
         executive = self._assembly.executive
         # a resting MAINTAIN goal never ends, so it is no failure of the run either
         if not self.is_over and not executive.maintaining_goals:
-            raise AssertionError(self._with_goals(f"the run was not over within {timeout:g} s"))
+            raise AssertionError(self._add_goals(f"the run was not over within {timeout:g} s"))
         if executive.env.quit_requested and executive.goals.open_roots and not executive.maintaining_goals:
-            raise AssertionError(self._with_goals("the agent quit before its root goals were over"))
+            raise AssertionError(self._add_goals("the agent quit before its root goals were over"))
 
     def wait_for(self, condition: Callable[[], object], timeout: float = 60.0) -> bool:
         """Run until the condition is true after a cycle, or the time limit is reached.
