@@ -22,7 +22,7 @@ TOKEN: Final = re.compile(
     rf"""(?P<blank>\s+|{_COMMENT})"""
     r"""|(?P<word><[^\s()"&|~;<]*|[^\s()"&|~;<]+)|(?P<mark>[()&|~])"""
     rf"""|(?P<string>{_STRING})|(?P<unclosed>{_UNCLOSED_STRING})""",
-    re.DOTALL,
+    re.DOTALL | re.ASCII,  # CLIPS' blanks are ASCII: a no-break space belongs to a word
 )
 """A token of CLIPS' scanner, with its kind as ``lastgroup``; comments are blank.
 
@@ -35,7 +35,7 @@ PARENTHESIS: Final = re.compile(r"[()]")
 HIDDEN: Final = re.compile(rf"{_STRING}|(?P<unclosed>{_UNCLOSED_STRING})|{_COMMENT}", re.DOTALL)
 """A string or a comment, which is not code; the group ``unclosed`` is a string without end."""
 
-CONSTRUCT: Final = re.compile(r"\(\s*(def[a-z]+)\s+([^\s()\";]+)")
+CONSTRUCT: Final = re.compile(r"\(\s*(def[a-z]+)\s+([^\s()\";]+)", re.ASCII)
 """The start of a construct with kind and name, for texts with blank strings and comments."""
 
 _DEFINITION: Final = re.compile(r"\(\s*def[a-z-]+\s")
