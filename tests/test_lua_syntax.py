@@ -20,7 +20,7 @@ def test_a_message_that_cuts_a_character_in_two_is_readable(length: int):
     """Lua quotes the first part of a text, and counts bytes."""
     for text in ("é" * length, f"a{'é' * length}", f"say{{text='{'é' * length}"):
         told = find_syntax_error(text)
-        assert told.startswith("the skill string is not Lua: ")
+        assert told.startswith("the skill string is not valid Lua: ")
         told.encode()
 
 
@@ -35,7 +35,9 @@ def test_every_text_is_lua_or_has_a_reason(text: str):
 
 
 def test_precompiled_lua_is_not_read():
-    assert find_syntax_error("\x1bLua") == "the skill string is not Lua: precompiled Lua is not accepted"
+    assert (
+        find_syntax_error("\x1bLua") == "the skill string is not valid Lua: precompiled Lua is not accepted"
+    )
 
 
 def test_the_first_line_of_a_file_may_name_an_interpreter():

@@ -97,8 +97,8 @@ class VersionMismatchError(BlackBoardError):
     def __init__(self, uid: str, open_hash: bytes, requested_hash: bytes) -> None:
         super().__init__(
             "Interface versions do not match, need to update and recompile interfaces?",
-            hint=f"{uid} is open with hash {open_hash.hex().upper()}, "
-            f"wanted is {requested_hash.hex().upper()}",
+            hint=f"{uid} is open with hash {open_hash.hex().upper()} "
+            f"but was requested with hash {requested_hash.hex().upper()}",
         )
         self.open_hash = open_hash
 

@@ -237,13 +237,13 @@ class LocalBlackBoard(BlackBoard):
             self._observers.notify_destroyed(*key)
 
     def _write_final_block(self, writer: Interface) -> None:
-        """Write the last block of a writer.
+        """Write the final block of a writer that is being closed.
 
         :raises ForeignInstanceError: if the writer belongs to another blackboard.
         """
         self.find_memory(writer)  # a writer of another blackboard would write the block there
         with suppress(InvalidInstanceError):  # another thread has closed the writer
-            write_final_block(writer, f"{writer.owner} does not write {writer.uid} any more")
+            write_final_block(writer, f"{writer.owner} no longer writes {writer.uid}")
 
     def shutdown(self) -> None:
         with self._lock:
@@ -295,5 +295,5 @@ class LocalTransport(Transport):
         :raises BlackBoardError: if the URL has more than its scheme.
         """
         if url.partition(":")[2].strip("/"):  # local: and local:// are the same
-            raise BadUrlError(f"'{url}' has more than a local blackboard needs", hint="write local:")
+            raise BadUrlError(f"'{url}' must end after the scheme", hint="write local:")
         return LocalBlackBoard(registry, clock, bus, **options)

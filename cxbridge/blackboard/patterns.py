@@ -34,7 +34,7 @@ class Pattern:
             raise InvalidNameError(f"'{text}' selects no interface: {error.message}", hint=_HINT) from error
         if not _TYPE_GLOB.fullmatch(type_glob):
             raise InvalidNameError(
-                f"'{text}' selects no interface: no type has such a name as '{type_glob}'", hint=_HINT
+                f"'{text}' selects no interface: '{type_glob}' cannot match a type's name", hint=_HINT
             )
         # fnmatch takes an unclosed bracket literally, and no type has a bracket in its name
         if _OPEN_BRACKET.search(type_glob):

@@ -42,7 +42,7 @@ class ErrorTracker:
 def find_syntax_error(chunk: str) -> str:
     """Return the error of compiling a Lua chunk; empty if the chunk is valid."""
     problem = _get_compiler().find_error(chunk.encode("utf-8", "surrogateescape"))
-    return "" if problem is None else f"the skill string is not Lua: {problem[1]}"
+    return "" if problem is None else f"the skill string is not valid Lua: {problem[1]}"
 
 
 @cache

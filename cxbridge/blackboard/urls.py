@@ -45,7 +45,9 @@ def find_transport(url: str) -> Transport:
     row = next((row for row in TRANSPORTS.rows if row.name == scheme.lower()), None)
     if not colon or row is None:
         prefixes = ", ".join("local:" if row.name == "local" else f"{row.name}://" for row in TRANSPORTS.rows)
-        raise BadUrlError(f"'{url}' names no blackboard", hint=f"it starts with one of {prefixes}")
+        raise BadUrlError(
+            f"'{url}' is not a blackboard's URL", hint=f"a URL must start with one of {prefixes}"
+        )
     return TRANSPORTS.load(row)()
 
 
@@ -61,7 +63,7 @@ def open_blackboard(
     :param options: further arguments of the transport's blackboard class, see e.g.
         :class:`cxbridge.blackboard.zmq.ZmqBlackBoard`.
     :raises BadUrlError: if no transport has the scheme.
-    :raises BlackBoardError: if the URL is invalid, or no server answers.
+    :raises BlackBoardError: if the URL is invalid, or no server replies.
     """
     address, separator, query = url.partition("?")
     transport = find_transport(address)

@@ -27,5 +27,5 @@ def test_own_definitions_come_first(tmp_path):
 
 
 def test_an_address_of_nothing_is_one_error():
-    with pytest.raises(cx.CxbridgeError, match="'http://robot' names no blackboard"):
+    with pytest.raises(cx.CxbridgeError, match="'http://robot' is not a blackboard's URL"):
         cx.connect("http://robot")

@@ -128,7 +128,7 @@ def test_a_plug_in_adds_a_transport(package):
 
 
 def test_without_the_plug_in_the_transport_is_gone():
-    with pytest.raises(BadUrlError, match="names no blackboard"):
+    with pytest.raises(BadUrlError, match="is not a blackboard's URL"):
         open_blackboard("shelf://one", SampleRegistry(), VirtualClock())
 
 

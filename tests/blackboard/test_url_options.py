@@ -17,11 +17,11 @@ from cxbridge.interfaces import InterfaceRegistry, SkillerInterface
 @pytest.mark.parametrize(
     ("url", "message"),
     [
-        ("nonsense", "names no blackboard"),
-        ("http://robot", "names no blackboard"),
-        ("ipc:///tmp/x?insecure=yes", "takes no '?insecure=yes'"),
-        ("tcp://127.0.0.1:1?key=a", "needs both keys"),
-        ("tcp://127.0.0.1:1?key=a&server-key=b&more=c", "needs both keys"),
+        ("nonsense", "is not a blackboard's URL"),
+        ("http://robot", "is not a blackboard's URL"),
+        ("ipc:///tmp/x?insecure=yes", "does not support the query '?insecure=yes'"),
+        ("tcp://127.0.0.1:1?key=a", "must have both keys"),
+        ("tcp://127.0.0.1:1?key=a&server-key=b&more=c", "must have both keys"),
         ("tcp://192.0.2.1:1911", "could be reached from beyond this machine"),
         ("fawkes://robot?insecure=yes", "has an invalid query"),
         ("fawkes://robot?silence=inf", "has an invalid query"),

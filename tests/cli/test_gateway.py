@@ -12,7 +12,7 @@ from cxbridge.cli.main import invoke
     [
         (["ipc:///x", "ipc:///y"], "--interface"),
         (["ipc:///x", "ipc:///x", "-i", "*"], "both sides are ipc:///x"),
-        (["nonsense", "ipc:///y", "-i", "*"], "'nonsense' names no blackboard"),
+        (["nonsense", "ipc:///y", "-i", "*"], "'nonsense' is not a blackboard's URL"),
         (["local:", "ipc:///y", "-i", ""], "Interface type may not be empty"),
     ],
 )

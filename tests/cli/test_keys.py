@@ -14,7 +14,7 @@ def test_keys(tmp_path, capsys):
 def test_keys_that_are_there_are_an_error(tmp_path, capsys):
     assert invoke(["keys", "robot", "-o", str(tmp_path)]) == 0
     assert invoke(["keys", "robot", "-o", str(tmp_path)]) == 2
-    assert "such keys already" in capsys.readouterr().err
+    assert "the key file exists already" in capsys.readouterr().err
 
 
 def test_a_folder_that_cannot_be_made(tmp_path, capsys):

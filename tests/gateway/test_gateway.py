@@ -456,7 +456,7 @@ def test_another_layout_is_refused_in_words(rig):
     rig.right.registry.add(other)
     rig.mirrored()
     assert rig.gateway.mirrors() == []
-    assert any("has another layout on the other blackboard" in text for text in rig.log)
+    assert any("on the two blackboards differ" in text for text in rig.log)
 
 
 def test_a_board_that_is_gone_is_told_once(rig):

@@ -28,7 +28,7 @@ STRANGERS = {
     "insecure": ("?insecure=yes", "wants CURVE keys"),
     "unknown-client-key": (
         "?key={keys}/stranger.key_secret&server-key={keys}/robot.key",
-        "does not know our key",
+        "our key is unknown to it",
     ),
     "wrong-server-key": ("?key={keys}/laptop.key_secret&server-key={keys}/stranger.key", "its key is not"),
 }

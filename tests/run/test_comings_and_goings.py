@@ -52,7 +52,9 @@ def test_an_action_fails_when_the_skiller_is_lost_and_the_agent_goes_on_when_it_
         lost = fate != "stopped for a moment"
         if way == "daemon":
             if fate == "killed":
-                until(lambda: client.has_logged("SkillerInterface::Skiller is not mirrored"), "the loss")
+                until(
+                    lambda: client.has_logged("SkillerInterface::Skiller is no longer mirrored"), "the loss"
+                )
                 if state == "running":
                     until(
                         lambda: client.has_logged("Execution of act FAILED"), "the failure, before it is back"

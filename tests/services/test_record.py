@@ -135,7 +135,7 @@ def test_when_nothing_can_be_written_any_more_it_ends(tmp_path):
         (["-i", "*"], "--output"),
         (["-i", "A:b", "-o", "x"], "'A:b' selects no interface"),
         (["-i", "*", "-o", "x", "-o", "./x"], "named twice"),
-        (["-i", "*", "-o", "x", "--connect", "nonsense"], "'nonsense' names no blackboard"),
+        (["-i", "*", "-o", "x", "--connect", "nonsense"], "'nonsense' is not a blackboard's URL"),
         (["-i", "*", "-o", "x", "--connect", "fawkes://127.0.0.1:1"], "127.0.0.1:1"),
     ],
 )

@@ -20,7 +20,12 @@ from cxbridge.blackboard.fawkesnet.allowed_peers import AllowedPeers, resolve_li
 from cxbridge.blackboard.fawkesnet.components.blackboard import BlackBoardNetworkHandler
 from cxbridge.blackboard.fawkesnet.messages.frames import FawkesFrame
 from cxbridge.blackboard.fawkesnet.session import FawkesSession, NetworkHandler
-from cxbridge.blackboard.fawkesnet.sockets import DEFAULT_PORT, GONE_S, acknowledge_at_once, configure_socket
+from cxbridge.blackboard.fawkesnet.sockets import (
+    DEFAULT_PORT,
+    GONE_TIMEOUT_S,
+    acknowledge_at_once,
+    configure_socket,
+)
 from cxbridge.blackboard.kit.complaints import Complaints
 from cxbridge.blackboard.kit.errors import ProtocolError
 from cxbridge.blackboard.kit.server import BoardServer
@@ -34,8 +39,8 @@ HANDLER_COMPONENT: Final = "BlackBoardNetworkHandler"
 """The component of the log lines about the blackboard's clients, as in Fawkes."""
 
 _READ_BYTES: Final = 64 * 1024  # the maximal size of one read
-_BACKLOG: Final = 512  # clients that connect at once, and connections accepted in a row
-_STOP_S: Final = 5.0  # a handler that does not return must not block the end of the process
+_MAX_BACKLOG: Final = 512  # clients that connect at once, and connections accepted in a row
+_STOP_TIMEOUT_S: Final = 5.0  # a handler that does not return must not block the end of the process
 _ACCEPT_PAUSE_S: Final = 0.5  # the pause of accepting while the process has no free file descriptor
 
 
@@ -48,9 +53,9 @@ class ServerLimits:
     :param gone_s: the seconds in which a client's machine must send a packet; the kernel uses whole seconds.
     """
 
-    stall_s: float = GONE_S
+    stall_s: float = GONE_TIMEOUT_S
     max_clients: int = 2048
-    gone_s: float = GONE_S
+    gone_s: float = GONE_TIMEOUT_S
 
 
 DEFAULT_LIMITS: Final = ServerLimits()
@@ -108,12 +113,12 @@ class FawkesServer(BoardServer):
         try:
             listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             listener.bind(address)
-            listener.listen(_BACKLOG)
+            listener.listen(_MAX_BACKLOG)
         except OSError as error:
             listener.close()
             raise BlackBoardError(
                 f"cannot listen on {host}:{port}: {error.strerror}",
-                hint="does Fawkes, or another cxbridge, run there already?",
+                hint="is Fawkes or another cxbridge running there already?",
             ) from None
         listener.setblocking(False)
         return listener
@@ -124,7 +129,7 @@ class FawkesServer(BoardServer):
         for component in self._components.values():
             component.start(self)
 
-    def stop(self, timeout: float | None = _STOP_S) -> None:
+    def stop(self, timeout: float | None = _STOP_TIMEOUT_S) -> None:
         """Close all connections and their instances, and stop."""
         super().stop(timeout)
 
@@ -191,14 +196,16 @@ class FawkesServer(BoardServer):
                 self._receive(session)
 
     def _accept(self) -> None:
-        for _ in range(_BACKLOG):
+        for _ in range(_MAX_BACKLOG):
             try:
                 sock, address = self._listener.accept()
             except (BlockingIOError, ConnectionAbortedError):
                 return
             except OSError as error:  # no free file descriptor: the connection waits in the kernel's queue
                 # the listener stays readable during the pause, which would keep the thread busy
-                self._complaints.add("accept", f"cannot accept connections: {error.strerror}; they wait")
+                self._complaints.add(
+                    "accept", f"cannot accept connections: {error.strerror}; new clients must wait"
+                )
                 self._selector.unregister(self._listener)
                 self._resume_accepting_s = time.monotonic() + _ACCEPT_PAUSE_S
                 return

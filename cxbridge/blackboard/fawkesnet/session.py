@@ -118,7 +118,7 @@ class FawkesSession:
                 self._hub.request_flush(self)
         if outbox.is_overfull:
             self._drop_reason = (
-                self._drop_reason or f"it reads too slowly, {MAX_QUEUED_BYTES} bytes wait for it"
+                self._drop_reason or f"it reads too slowly, with {MAX_QUEUED_BYTES} bytes queued"
             )
             self._hub.request_flush(self)
 

@@ -12,17 +12,17 @@ from cxbridge.errors import BlackBoardError
 DEFAULT_PORT: Final = 1910  # Fawkes' default
 SCHEME: Final = "fawkes"
 
-GONE_S: Final = 20.0
+GONE_TIMEOUT_S: Final = 20.0
 """Seconds without packets from the other machine after which the connection ends."""
 
 _KEEPALIVE_PROBES: Final = 4  # unanswered TCP keep-alive probes that end a connection; single ones get lost
 _QUICKACK: Final[int | None] = getattr(socket, "TCP_QUICKACK", None)
 
 
-def configure_socket(sock: socket.socket, gone_s: float = GONE_S) -> None:
+def configure_socket(sock: socket.socket, gone_s: float = GONE_TIMEOUT_S) -> None:
     """Disable Nagle's algorithm, and end the connection to a machine that vanished without a packet.
 
-    :param gone_s: see :data:`GONE_S`.
+    :param gone_s: see :data:`GONE_TIMEOUT_S`.
     """
     sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     sock.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
@@ -60,9 +60,9 @@ def parse_url(url: str) -> tuple[str, int]:
     if address.scheme != SCHEME:
         raise _make_url_error(url, f"it does not begin with {SCHEME}://")
     if not host:
-        raise _make_url_error(url, "it names no host")
+        raise _make_url_error(url, "the host is missing")
     if address.path not in ("", "/") or address.query or address.fragment or address.username:
-        raise _make_url_error(url, "it has more than a host and a port")
+        raise _make_url_error(url, "only a host and a port may follow the scheme")
     return host, DEFAULT_PORT if port is None else port
 
 

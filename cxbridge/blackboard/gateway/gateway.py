@@ -33,7 +33,7 @@ SWEEP_PERIOD_S: Final = 0.25
 RIVAL_PAUSE_S: Final = 1.0
 """The seconds between the end of a rival writer on the other board and the mirroring of the remaining one."""
 
-_STOP_S: Final = 10.0  # the thread may wait for a request to a lost board
+_STOP_TIMEOUT_S: Final = 10.0  # the thread may wait for a request to a lost board
 
 Key = tuple[str, str]
 Listing = dict[Key, InterfaceInfo]
@@ -125,7 +125,7 @@ class Gateway(Observer, Closing):
         self._stopping.set()
         self._has_work.set()
         if self._thread is not None:
-            self._thread.join(_STOP_S)
+            self._thread.join(_STOP_TIMEOUT_S)
         for board in self._boards:
             board.unregister_observer(self)
         if self._thread is None or not self._thread.is_alive():
@@ -191,21 +191,21 @@ class Gateway(Observer, Closing):
         mirror = self._mirrors.pop(key)
         self._on_end(uid, reason)
         mirror.close(f"{uid} of {self._board_names[mirror.side]} is lost: {reason}")
-        self._info(f"{uid} is not mirrored any more: {reason}")
+        self._info(f"{uid} is no longer mirrored: {reason}")
 
     def _list_interfaces(self, side: int) -> Listing | None:
         """Return the matching interfaces of a board; None if the board is unreachable."""
         listing: Listing = {}
         # a request to a lost board would wait for its return, and delay the mirrors
         if not self._boards[side].connected:
-            self._warn_once(side, f"{self._board_names[side]} is away")
+            self._warn_once(side, f"{self._board_names[side]} is not connected")
             return None
         try:
             for pattern in self._patterns:
                 for info in self._boards[side].list(pattern.type_glob, pattern.id_glob):
                     listing[info.type, info.id] = info
         except BlackBoardError as error:
-            self._warn_once(side, f"{self._board_names[side]} cannot be asked: {error.message}")
+            self._warn_once(side, f"{self._board_names[side]} cannot list its interfaces: {error.message}")
             return None
         self._last_warnings.pop(side, None)
         return listing
@@ -218,7 +218,7 @@ class Gateway(Observer, Closing):
         for side, writer in ((mirror.side, "its writer"), (1 - mirror.side, "the mirrored writer")):
             listing = listings[side]
             if listing is None:
-                return f"the blackboard of {writer} does not answer"
+                return f"the blackboard of {writer} does not reply"
             if key not in listing or not listing[key].has_writer:
                 return f"{writer} is gone"
         return ""
@@ -233,7 +233,7 @@ class Gateway(Observer, Closing):
             return
         if len(writers) > 1:
             self._rival_times_s[key] = time.monotonic()
-            self._warn_once(key, "there are writers on both sides, it is not mirrored")
+            self._warn_once(key, "not mirrored, because both blackboards have a writer")
             return
         if time.monotonic() - self._rival_times_s.get(key, -inf) < RIVAL_PAUSE_S:
             # the remaining writer may be another gateway's mirror of the lost writer, which will end soon: a

@@ -302,7 +302,7 @@ def _check_layouts(reader: Interface, writer: Interface) -> None:
     )
     if source_layout != target_layout:
         raise BlackBoardError(
-            f"{reader.uid} has another layout on the other blackboard",
-            hint="both sides need the same definition; hashes are "
+            f"the layouts of {reader.uid} on the two blackboards differ",
+            hint="both sides must use the same definition; the hashes are "
             f"{reader.SCHEMA.hash_printable} and {writer.SCHEMA.hash_printable}",
         )

@@ -12,7 +12,7 @@ from cxbridge.closing import Closing
 
 ResultT = TypeVar("ResultT")
 
-_STOP_S: Final = 5.0  # a callback that does not return must not block the end of the process
+_STOP_TIMEOUT_S: Final = 5.0  # a callback that does not return must not block the end of the process
 
 
 class LoopThread(Closing):
@@ -55,7 +55,7 @@ class LoopThread(Closing):
     def close(self) -> None:
         """Cancel the coroutines, close the loop and join the thread; further calls do nothing."""
         if self.call(self._close_requested.set):
-            self._thread.join(_STOP_S)
+            self._thread.join(_STOP_TIMEOUT_S)
 
     def _run_loop(self) -> None:
         with self._runner:

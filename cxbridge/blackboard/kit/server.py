@@ -34,7 +34,9 @@ def check_client_limits(instances: Iterable[Interface], schema: InterfaceSchema)
     if len(sizes) >= MAX_INSTANCES:
         raise RemoteRefusalError(f"a client may have at most {MAX_INSTANCES} interfaces open")
     if sum(sizes) + schema.datasize > MAX_BLOCK_BYTES:
-        raise RemoteRefusalError(f"the interfaces of a client may have {MAX_BLOCK_BYTES} bytes together")
+        raise RemoteRefusalError(
+            f"the interfaces of a client may have at most {MAX_BLOCK_BYTES} bytes in total"
+        )
 
 
 class BoardServer(ABC):
@@ -70,7 +72,7 @@ class BoardServer(ABC):
 
         :raises BlackBoardError: if the server cannot listen.
         """
-        assert not self._started, "a server starts only once"
+        assert not self._started, "a server can be started only once"
         self._started = True
         self._wakeup = SocketWakeup()
         try:

@@ -12,13 +12,13 @@ from cxbridge.events import EventBus
 
 
 class BadUrlError(BlackBoardError):
-    """A URL is not that of a blackboard."""
+    """A URL does not denote a blackboard."""
 
 
 class Transport(ABC):
     """Opens the blackboards of some URL schemes, see :data:`cxbridge.blackboard.urls.TRANSPORTS`."""
 
-    QUERY_HINT: ClassVar[str] = "leave out the '?' and the text after it"
+    QUERY_HINT: ClassVar[str] = "omit the '?' and the text after it"
     """The hint for an invalid query."""
 
     @abstractmethod
@@ -28,7 +28,7 @@ class Transport(ABC):
         """Return the blackboard at ``url``, connected.
 
         :param url: a URL without query.
-        :raises BlackBoardError: if the URL is invalid, or no server answers.
+        :raises BlackBoardError: if the URL is invalid, or no server replies.
         """
 
     def read_query(self, url: str, query: str) -> dict[str, Any]:
@@ -38,4 +38,4 @@ class Transport(ABC):
 
         :raises BlackBoardError: if the query is invalid.
         """
-        raise BlackBoardError(f"'{url}' takes no '?{query}'", hint=self.QUERY_HINT)
+        raise BlackBoardError(f"'{url}' does not support the query '?{query}'", hint=self.QUERY_HINT)

@@ -25,13 +25,17 @@ def create_keys(folder: Path, name: str) -> tuple[Path, Path]:
     :raises OSError: if the folder cannot be written.
     """
     if not _KEY_NAME.fullmatch(name):
-        raise EndpointError(f"'{name}' cannot name a key", hint="use letters, digits, '_', '-' and '.'")
+        raise EndpointError(
+            f"'{name}' is not a valid name of a key", hint="use letters, digits, '_', '-' and '.'"
+        )
     folder.mkdir(parents=True, exist_ok=True)
     public_file, secret_file = folder / f"{name}.key", folder / f"{name}.key_secret"
     # both checks precede the first write, so that no half of a pair remains
     for file in (public_file, secret_file):
         if file.exists():
-            raise EndpointError("there are such keys already", file=file, hint="take another name or folder")
+            raise EndpointError(
+                "the key file exists already", file=file, hint="choose another name or folder"
+            )
     public, secret = (key.decode() for key in zmq.curve_keypair())
     body = f'metadata\n    name = "{name}"\ncurve\n    public-key = "{public}"\n'
     _write_new(secret_file, f'# Secret: never leaves its host.\n{body}    secret-key = "{secret}"\n', 0o600)

@@ -36,7 +36,7 @@ class CurveServer:
         :raises EndpointError: if the folder or a file is missing or invalid.
         """
         if not self.clients.is_dir():
-            raise EndpointError("no folder with the clients' public keys", file=self.clients)
+            raise EndpointError("the folder with the clients' public keys does not exist", file=self.clients)
         socket.curve_publickey, socket.curve_secretkey = load_keys(self.secret_key)
         socket.curve_server = True
 
@@ -71,9 +71,9 @@ def load_keys(path: Path, *, secret: bool = True) -> tuple[bytes, bytes]:
     try:
         public_key, secret_key = load_certificate(path)
     except (OSError, ValueError) as error:
-        raise EndpointError(f"no usable key file: {error}", file=path) from error
+        raise EndpointError(f"the key file is unusable: {error}", file=path) from error
     if secret and secret_key is None:
-        raise EndpointError("the key file has no secret key", file=path, hint="give the .key_secret file")
+        raise EndpointError("the key file has no secret key", file=path, hint="use the .key_secret file")
     return public_key, secret_key or b""
 
 

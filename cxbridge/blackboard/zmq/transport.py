@@ -41,7 +41,7 @@ class ZmqTransport(Transport):
         parameters = dict(parse_qsl(query, keep_blank_values=True))
         insecure = parameters.pop("insecure", "no").lower() in _YES
         if parameters and sorted(parameters) != sorted(_KEY_PARAMETERS):
-            raise BlackBoardError(f"'{url}' needs both keys, and nothing else", hint=self.QUERY_HINT)
+            raise BlackBoardError(f"'{url}' must have both keys and no other parameter", hint=self.QUERY_HINT)
         if not parameters:
             return {"insecure": insecure}
         key, server_key = (Path(parameters[name]) for name in _KEY_PARAMETERS)

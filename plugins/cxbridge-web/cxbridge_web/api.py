@@ -125,7 +125,7 @@ class Api:
     async def _run_in_thread(self, handler: Handler, call: ApiCall) -> Any:
         """Run a handler that may wait in a thread."""
         if self._waiting_count >= MAX_WAITING:
-            raise ApiError(503, "Too many requests wait already")
+            raise ApiError(503, "Too many requests are waiting already")
         self._waiting_count += 1
         try:
             loop = asyncio.get_running_loop()
@@ -150,7 +150,7 @@ class Api:
             # several clients may wait for the same result: one disconnect must not cancel it
             return await asyncio.wait_for(asyncio.shield(result), limit_s)
         except RequestQueueFullError as error:
-            raise ApiError(503, "Too many requests wait for the main loop") from error
+            raise ApiError(503, "Too many requests are waiting for the main loop") from error
         except QueueClosedError as error:
             raise ApiError(503, "The daemon is stopping") from error
         except TimeoutError as error:

@@ -17,13 +17,13 @@ from cxbridge.clipstext.syntax import definitions
 from cxbridge.printing import short_path
 from cxbridge_web.models import Model
 
-_CORE = Path(cxbridge.executive.__file__).parent / "clips"
+_CORE_FOLDER = Path(cxbridge.executive.__file__).parent / "clips"
 
 
 class Construct(Model, kw_only=True):
     """A construct of a loaded file."""
 
-    construct: str  # `defrule`, `deftemplate` ...
+    construct: str  # the kind, under its name in the API: `defrule`, `deftemplate` ...
     name: str
     file: str  # relative to the working directory if the file is below it
     line: int
@@ -57,13 +57,13 @@ class SourceConstructs:
 
 
 def _parse_file(file: Path) -> Iterator[Construct]:
-    core = file.resolve().is_relative_to(_CORE)
+    is_core = file.resolve().is_relative_to(_CORE_FOLDER)
     for definition in definitions(file.read_bytes().decode("utf-8", "replace")):
         yield Construct(
             construct=definition.kind,
             name=definition.name,
             file=short_path(file),
             line=definition.line,
-            core=core,
+            core=is_core,
             text=definition.node.text,
         )

@@ -71,7 +71,7 @@ class ApiCall:
         """
         value = self.body.get(name)
         if not isinstance(value, str) or not value:
-            raise ApiError(400, f"The body lacks '{name}', a text")
+            raise ApiError(400, f"The body lacks '{name}', which must be a text")
         return value
 
 

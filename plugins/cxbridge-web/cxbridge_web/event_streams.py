@@ -85,7 +85,8 @@ class EventStreams:
             await PlainTextResponse(str(error), 400)(scope, receive, send)
             return
         if self.client_count >= MAX_CLIENTS:
-            await PlainTextResponse("Too many clients follow the events already", 503)(scope, receive, send)
+            refusal = PlainTextResponse("Too many clients are following the events already", 503)
+            await refusal(scope, receive, send)
             return
         self.client_count += 1
         self._collector.change_requests(selection.kinds, add=True)
@@ -118,7 +119,7 @@ class EventStreams:
             return self._buffer.begin
         match = _EVENT_ID.fullmatch(text)
         if match is None:
-            raise ValueError(f"'{text[:40]}' is not an id of an event")
+            raise ValueError(f"'{text[:40]}' is not the id of an event")
         epoch, *counts = match.groups()
         if epoch != self._epoch:  # an id of an earlier server process: send all buffered events
             return self._buffer.begin
@@ -229,5 +230,7 @@ def _parse_selection(request: Request) -> EventSelection:
     text = request.query_params.get("kinds", "")
     kinds = frozenset(kind.strip() for kind in text.split(",") if kind.strip())
     if unknown := kinds - EVENT_TYPES.keys():
-        raise ValueError(f"There is no kind '{min(unknown)}'; there are: {', '.join(EVENT_TYPES)}")
+        raise ValueError(
+            f"The kind '{min(unknown)}' is unknown; the known kinds are: {', '.join(EVENT_TYPES)}"
+        )
     return EventSelection(kinds or default_kinds(), request.query_params.get("env", ""))

@@ -136,6 +136,6 @@ def _events_operation() -> dict[str, Any]:
         "responses": {
             "200": {"description": "A stream of events", "content": _make_content("text/event-stream", str)},
             "400": {"description": "A kind is unknown, or the id is invalid"},
-            "503": {"description": "Too many clients follow the events already"},
+            "503": {"description": "Too many clients are following the events already"},
         },
     }

@@ -90,7 +90,7 @@ def _read_arguments(operation: Operation[Any], route: Route[Any], call: ApiCall)
             arguments[name] = call.body[member]
         # A path may have an empty segment, and a form sends an empty text for an empty field.
         if parameter.required and _bare_type(parameter) is str and not arguments.get(name):
-            raise ParameterError(name, "it is empty")
+            raise ParameterError(name, "it must not be empty")
     return arguments
 
 
@@ -99,7 +99,7 @@ def _error_text(operation: Operation[Any], route: Route[Any], name: str) -> str:
     parameter = {field.name: field for field in fields(operation.parameters)}[name]
     member, kind = route.names.get(name, name), _bare_type(parameter)
     if parameter.required and kind is str and name not in route.defaults:
-        return f"The body lacks '{member}', a text"
+        return f"The body lacks '{member}', which must be a text"
     expected = _TYPE_NAMES.get(kind) or _get_metadata(parameter).description
     return f"'{member}' must be {expected}"
 

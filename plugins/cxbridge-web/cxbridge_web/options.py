@@ -76,7 +76,8 @@ class WatchOptions(PluginOptions):
             return None
         if not (text.isascii() and text.isdecimal() and int(text) <= _MAX_PORT):
             raise CxbridgeError(
-                f"{self.name} cannot be at port '{text}'", hint="use a port from 0 to 65535; 0: any free port"
+                f"{self.name} cannot use the port '{text}'",
+                hint="use a port from 0 to 65535; 0: any free port",
             )
         return int(text)
 
@@ -94,8 +95,8 @@ class WatchOptions(PluginOptions):
         """Raise :class:`CxbridgeError` if the port is invalid or the run is a replay."""
         if self.is_on and options.replay:
             raise CxbridgeError(
-                f"{self.name} cannot go with --replay",
-                hint="record the replay with --trace, and look at the recording",
+                f"{self.name} cannot be used with --replay",
+                hint="record the replay with --trace, and open the recording",
             )
         _ = self.port  # raises CxbridgeError for an invalid port
 

@@ -79,7 +79,7 @@ def _parse_count(query: Mapping[str, str], name: str) -> int | None:
     if not text:
         return None
     if not (text.isascii() and text.isdecimal()) or len(text) > _MAX_DIGITS:
-        raise PagingError(f"'{name}' must be a number, 0 or more")
+        raise PagingError(f"'{name}' must be a whole number, 0 or more")
     return int(text)
 
 

@@ -69,7 +69,7 @@ class WebSettings(PluginSettings):
     def check(self) -> None:
         """Raise :class:`ConfigError` if settings are invalid, conflict or are unsafe."""
         if self.port > 65535:  # noqa: PLR2004 - ports have 16 bits
-            raise ConfigError(f"cxbridge/web/port cannot be {self.port}", hint="use a port from 0 to 65535")
+            raise ConfigError(f"cxbridge/web/port must not be {self.port}", hint="use a port from 0 to 65535")
         if self.token and len(self.token) < MIN_TOKEN_LENGTH:
             raise ConfigError(
                 "cxbridge/web/token is too short",
@@ -78,7 +78,7 @@ class WebSettings(PluginSettings):
         if not self.token.isascii() or not self.token.isprintable():
             raise ConfigError("cxbridge/web/token must consist of printable ASCII characters")
         if (self.tls_cert is None) != (self.tls_key is None):
-            raise ConfigError("TLS needs both: cxbridge/web/tls-cert and cxbridge/web/tls-key")
+            raise ConfigError("TLS needs both cxbridge/web/tls-cert and cxbridge/web/tls-key")
         if self.tls_cert is not None and self.tls_key is not None:
             check_pair(self.tls_cert, self.tls_key)
         check_server_address(
@@ -86,5 +86,5 @@ class WebSettings(PluginSettings):
             self.host,
             is_local=self.is_local,
             is_restricted=bool(self.token and self.tls_cert),
-            hint="cxbridge/web needs token, tls-cert and tls-key there; or host: 127.0.0.1",
+            hint="set token, tls-cert and tls-key in cxbridge/web, or set host: 127.0.0.1",
         )

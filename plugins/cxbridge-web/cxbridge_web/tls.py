@@ -31,7 +31,7 @@ def check_pair(cert: Path, key: Path, now: Callable[[], float] = time.time) -> N
     text = _read_text(cert)
     match = _CERTIFICATE.search(text)
     if match is None:
-        raise ConfigError("there is no certificate in this file", file=cert, hint=_HINT)
+        raise ConfigError("this file contains no certificate", file=cert, hint=_HINT)
     try:
         expiry = _read_expiry(ssl.PEM_cert_to_DER_cert(match[0]))
     except (ValueError, IndexError) as error:
@@ -43,7 +43,7 @@ def check_pair(cert: Path, key: Path, now: Callable[[], float] = time.time) -> N
             hint="make a new certificate; docs/security.md shows how",
         )
     if "PRIVATE KEY-----" not in _read_text(key):
-        raise ConfigError("there is no private key in this file", file=key, hint=_HINT)
+        raise ConfigError("this file contains no private key", file=key, hint=_HINT)
 
     def password() -> str:
         raise ConfigError(
@@ -57,7 +57,7 @@ def check_pair(cert: Path, key: Path, now: Callable[[], float] = time.time) -> N
     except ssl.SSLError as error:
         if error.reason == "KEY_VALUES_MISMATCH":
             raise ConfigError(
-                f"this key is not that of the certificate {cert}", file=key, hint=_HINT
+                f"this key does not belong to the certificate {cert}", file=key, hint=_HINT
             ) from error
         raise ConfigError(f"this key cannot be used with {cert}: {error}", file=key, hint=_HINT) from error
 
@@ -70,7 +70,7 @@ def _read_text(file: Path) -> str:
     try:
         return file.read_bytes().decode("latin-1")
     except OSError as error:
-        text = "there is no such file" if isinstance(error, FileNotFoundError) else f"{error.strerror}"
+        text = "the file does not exist" if isinstance(error, FileNotFoundError) else f"{error.strerror}"
         raise ConfigError(text, file=file, hint="cxbridge/web/tls-cert and tls-key") from error
 
 

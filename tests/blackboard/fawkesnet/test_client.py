@@ -260,7 +260,8 @@ def test_a_block_of_another_size_is_refused_and_closed():
 
     with scripted(answer) as (script, board):
         with pytest.raises(
-            RemoteRefusalError, match=f"has {len(BLOCK) + 1} bytes at the other end, here {len(BLOCK)}"
+            RemoteRefusalError,
+            match=f"has {len(BLOCK) + 1} bytes at the other end, but {len(BLOCK)} bytes here",
         ):
             board.open_for_reading(SampleInterface, "a")
         board.shutdown()
@@ -271,7 +272,7 @@ def test_a_remote_that_does_not_answer():
     answers: Iterator[list[codec.Message | bytes]] = iter([[]])
     with scripted(lambda question: next(answers, [bb.InterfaceList(())]), timeout=0.2) as (_, board):
         changed = connection_changes(board)
-        with pytest.raises(ConnectionLostError, match=r"no answer within 0\.2 s"):
+        with pytest.raises(ConnectionLostError, match=r"no reply within 0\.2 s"):
             board.list_all()
         assert changed() is False
         assert changed() is True

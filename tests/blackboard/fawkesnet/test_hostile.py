@@ -175,7 +175,7 @@ def test_a_stopped_server_is_gone_until_it_goes_on(server):
         assert server.ask("write 5") == 5
         eventually(lambda: reader.read() and reader.test_int == 5)
     told = [line.partition(f":{server.port}")[2] for line in lines if "connection" in line]
-    assert told[:2] == [": no answer within 1 s", " is back"]  # more, if it stood still again by itself
+    assert told[:2] == [": no reply within 1 s", " is back"]  # more, if it stood still again by itself
 
 
 def test_a_gateway_goes_on_when_a_stopped_server_does(server):

@@ -15,7 +15,7 @@ from urllib.parse import urlsplit
 import pytest
 import zmq
 
-from cxbridge.blackboard.zmq.wire.frames import MAX_FRAME, Hello, List, Open, encode
+from cxbridge.blackboard.zmq.wire.frames import MAX_FRAME_BYTES, Hello, List, Open, encode
 from tests.blackboard.samples import SampleInterface
 from tests.blackboard.zmq.support import LONG, bench, eventually
 from tests.blackboard.zmq.test_hostile import serves
@@ -75,7 +75,7 @@ def test_who_never_reads_costs_little_and_is_given_up(transport, tmp_path):
         finally:
             context.destroy(linger=0)
         assert serves(made)
-        assert [line.text for line in lines if "deaf" in line.text] == ["client deaf is given up: TOO_SLOW"]
+        assert [line.text for line in lines if "deaf" in line.text] == ["dropped client deaf: TOO_SLOW"]
 
 
 # -- who stands still, or vanishes
@@ -187,7 +187,7 @@ def test_a_connection_that_is_half_open_is_noticed_at_both_ends(made):
 GREETING = b"\xff" + bytes(8) + b"\x7f\x03\x00" + b"NULL".ljust(20, b"\0") + bytes(32)
 _READY = b"\x05READY\x0bSocket-Type\x00\x00\x00\x06DEALER"
 READY = b"\x04" + bytes([len(_READY)]) + _READY
-SIZES = [MAX_FRAME + 1, (1 << 32) - 1, 1 << 32, (1 << 63) - 1, (1 << 64) - 1]
+SIZES = [MAX_FRAME_BYTES + 1, (1 << 32) - 1, 1 << 32, (1 << 63) - 1, (1 << 64) - 1]
 
 
 @pytest.mark.parametrize("size", SIZES)

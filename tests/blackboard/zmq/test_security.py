@@ -87,7 +87,7 @@ def test_only_known_keys_get_in(keys):
             if in_:
                 assert list(made.client(keys=client).list_all()) == []
             else:
-                with pytest.raises(DisconnectedError, match="no blackboard answers"):
+                with pytest.raises(DisconnectedError, match="no blackboard replies"):
                     made.client(keys=client, connect_timeout=patience)
         assert made.server.session_count == 1
 
@@ -106,7 +106,7 @@ def test_a_handshake_that_is_refused_before_hello_hangs_nobody(monkeypatch):
         return context.socket(zmq.DEALER)
 
     monkeypatch.setattr(session, "connect", connect_to_nobody)
-    with pytest.raises(DisconnectedError, match="no blackboard answers"):
+    with pytest.raises(DisconnectedError, match="no blackboard replies"):
         ZmqBlackBoard("tcp://127.0.0.1:1", SampleRegistry(), VirtualClock(), connect_timeout=0.3)
 
 

@@ -44,7 +44,7 @@ DEFAULT_TIMEOUT: Final = 5.0
 DEFAULT_SILENCE: Final = 5.0
 """The seconds without received data before the client probes the server."""
 
-_CONFIRM_S: Final = 1.0  # the time for the server to receive the last messages at shutdown
+_CONFIRM_TIMEOUT_S: Final = 1.0  # the time for the server to receive the last messages at shutdown
 
 
 class FawkesBlackBoard(RemoteBlackBoard):
@@ -158,7 +158,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
         if connection is not None and self._requests.must_confirm and self._reconnector.is_settled:
             # Fawkes drops the unprocessed messages of a disconnected client; a reply shows that none is left
             with contextlib.suppress(BlackBoardError):
-                self._requests.request(EMPTY_LIST_REQUEST, timeout=min(self._timeout, _CONFIRM_S))
+                self._requests.request(EMPTY_LIST_REQUEST, timeout=min(self._timeout, _CONFIRM_TIMEOUT_S))
         self._requests.shut_down()
         self._reconnector.stop(self._timeout)
         if connection is not None:

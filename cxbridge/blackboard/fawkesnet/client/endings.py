@@ -1,4 +1,4 @@
-"""The order of ends: observers learn of an interface's end after listeners learn of its last instance's end.
+"""Delayed events, so that observers learn of an interface's end after listeners learn of its last instance's.
 
 A local blackboard reports the ends in this order. Here, the closing thread reports the end of the instance,
 and the thread of events reports the end of the interface, which the server may send first.

@@ -96,14 +96,15 @@ class Opener:
         if len(reply.block) != schema.datasize:
             self._requests.send(Close(reply.serial).to_bytes())
             raise RemoteRefusalError(
-                f"{schema.name} has {len(reply.block)} bytes at the other end, here {schema.datasize}",
+                f"{schema.name} has {len(reply.block)} bytes at the other end, "
+                f"but {schema.datasize} bytes here",
                 hint="both sides must use the same definition of the interface",
             )
 
     def _refusal_error(self, error: int, interface_type: str, interface_id: str) -> BlackBoardError:
         server_name = f"the Fawkes at {self._server_name}"
         if error == OpenError.UNKNOWN_TYPE:
-            return UnknownTypeError(interface_type, hint=f"{server_name} does not know it")
+            return UnknownTypeError(interface_type, hint=f"it is unknown to {server_name}")
         if error == OpenError.WRITER_EXISTS:
             return WriterActiveError(interface_type, interface_id, "")
         return RemoteRefusalError(

@@ -30,7 +30,7 @@ UNKNOWN_SERIAL: Final = UUID(int=0)
 """The serial of a writer that opened the interface before this client connected, and of such a sender."""
 
 # more events than the fastest writer causes in a second, so that only a listener that hangs misses updates
-_MAX_PENDING: Final = 20_000  # waiting events of listeners, above which updates are conflated
+_MAX_PENDING_EVENTS: Final = 20_000  # waiting events of listeners, above which updates are conflated
 _STAMP_SIZE: Final = STAMP.size  # a block begins with the time stamp
 
 DataEvents = tuple[tuple[EventKind, Audience], ...]
@@ -143,7 +143,7 @@ class RemotePort(BoardPort):
 
         Without room, the event is dropped: listeners read the newest data at the queued events.
         """
-        return self.waiting_event_count < _MAX_PENDING
+        return self.waiting_event_count < _MAX_PENDING_EVENTS
 
     def _store_received(self, block: bytes, *, changed: bool) -> None:
         """Store a received block; the caller holds the lock or is the constructor."""

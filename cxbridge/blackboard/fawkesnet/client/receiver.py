@@ -29,7 +29,7 @@ from cxbridge.blackboard.publications import HANDLED, QUEUED, REFUSED
 from cxbridge.errors import InterfaceError
 from cxbridge.interfaces.instance import Interface
 
-_DATA: Final = frozenset((int(BoardKind.DATA_REFRESHED), int(BoardKind.DATA_CHANGED)))
+_DATA_KINDS: Final = frozenset((int(BoardKind.DATA_REFRESHED), int(BoardKind.DATA_CHANGED)))
 
 
 class FrameReceiver:
@@ -64,12 +64,14 @@ class FrameReceiver:
         if frame.component != ComponentId.BLACKBOARD:
             return  # this client sends no requests to other components
         try:
-            if frame.kind in _DATA:
+            if frame.kind in _DATA_KINDS:
                 self._handle_data(frame)
             else:
                 self._handle_message(codec.decode(frame))
         except ProtocolError as error:
-            self._complaints.add(f"malformed {frame.kind}", f"ignored what the Fawkes sent: {error.message}")
+            self._complaints.add(
+                f"malformed {frame.kind}", f"ignored an invalid message of the Fawkes server: {error.message}"
+            )
 
     def _handle_data(self, frame: FawkesFrame) -> None:
         serial, block = unpack_data(frame.payload)
@@ -78,7 +80,7 @@ class FrameReceiver:
             return  # the instance has been closed
         if len(block) != port.interface_class.SCHEMA.datasize:
             self._complaints.add(
-                f"size {port.uid}", f"ignored data of {port.uid}: {len(block)} bytes is not its size"
+                f"size {port.uid}", f"ignored data of {port.uid}: {len(block)} bytes instead of {port.size}"
             )
             return
         self.deliver(port, port.receive(block, changed=frame.kind == BoardKind.DATA_CHANGED), block)
@@ -95,7 +97,7 @@ class FrameReceiver:
         match message:
             case InterfaceList() | OpenSuccess() | OpenFailure():
                 if not self._requests.handle_reply(message):
-                    self._complaints.add("answer", "ignored an answer that nobody waits for")
+                    self._complaints.add("answer", "ignored a reply without a request")
             case InstanceEvent():
                 self._handle_instance_event(message)
             case InterfaceEvent():
@@ -117,7 +119,9 @@ class FrameReceiver:
         if port is None:
             return
         if not port.instance.is_writer:
-            self._complaints.add("reader", f"ignored a message to {port.uid}, which is open for reading")
+            self._complaints.add(
+                "reader", f"ignored a message to {port.uid}, which this client has open only for reading"
+            )
             return
         self._dispatcher.put(self._enqueue, port, port.instance, message)
 

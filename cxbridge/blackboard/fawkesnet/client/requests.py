@@ -134,7 +134,7 @@ class RequestSender:
                     break
             if not request.done.is_set():
                 # a late reply would be taken for the reply to the next request
-                request.failure_reason = f"no answer within {timeout:g} s"
+                request.failure_reason = f"no reply within {timeout:g} s"
                 connection.abort(request.failure_reason)
         if request.reply is None:
             raise ConnectionLostError(self._address, request.failure_reason)

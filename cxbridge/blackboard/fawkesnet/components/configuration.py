@@ -18,7 +18,7 @@ from cxbridge.blackboard.fawkesnet.messages.configuration import (
     Scalar,
     unpack_config,
 )
-from cxbridge.blackboard.fawkesnet.messages.fields import MAX_ELEMENT
+from cxbridge.blackboard.fawkesnet.messages.fields import MAX_ELEMENT_BYTES
 from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame
 from cxbridge.blackboard.fawkesnet.session import FawkesSession, NetworkHandler
 from cxbridge.config import Configuration, ConfigValue
@@ -117,7 +117,7 @@ class ConfigurationComponent(NetworkHandler):
         for value in self._config.search("/"):
             message = _make_value_message(value.path, mask_value(value))
             try:
-                fits = len(message.pack_entry()) <= MAX_ELEMENT and len(value.path.encode()) < PATH_SIZE
+                fits = len(message.pack_entry()) <= MAX_ELEMENT_BYTES and len(value.path.encode()) < PATH_SIZE
             except MalformedMessageError:
                 continue  # a value that the protocol cannot express must not hide the other values
             if fits:

@@ -15,7 +15,7 @@ from cxbridge.blackboard.kit.complaints import Complaints
 from cxbridge.blackboard.kit.dispatcher import Dispatcher
 from cxbridge.errors import BlackBoardError, CxbridgeError
 
-_STOP_S: Final = 5.0  # a plugin that does not finish loading must not block the end of the process
+_STOP_TIMEOUT_S: Final = 5.0  # a plugin that does not finish loading must not block the end of the process
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +93,7 @@ class PluginManager(NetworkHandler):
         with self._lock:
             worker, self._worker = self._worker, None
         if worker is not None:
-            worker.stop(_STOP_S)
+            worker.stop(_STOP_TIMEOUT_S)
 
     def notify_loaded(self, name: str) -> None:
         """Notify all watchers of a loaded plugin."""

@@ -26,8 +26,8 @@ PATH_SIZE: Final = 128  # bytes of Fawkes' C struct
 _DESCRIPTOR: Final = Struct(f"={PATH_SIZE}sHH")
 _ENTRY_KIND: Final = Struct("=I")
 _STRING_HEAD: Final = Struct("=HH")  # the length, and two unused bytes
-_IS_DEFAULT: Final = 1  # the only flag that Fawkes uses
-_MAX_STRING: Final = 0xFFFF  # the length of a string has 16 bits
+_DEFAULT_FLAG: Final = 1  # the only flag that Fawkes uses
+_MAX_STRING_BYTES: Final = 0xFFFF  # the length of a string has 16 bits
 
 Scalar = bool | int | float | str
 
@@ -148,7 +148,7 @@ class ConfigMessage(WireValue):
         value_type = _VALUE_TYPES_BY_KIND.get(kind)
         check_min_size(payload, start, kind.name)
         raw_path, flags, count = _DESCRIPTOR.unpack_from(payload)
-        path, is_default = unpack_text(raw_path), bool(flags & _IS_DEFAULT)
+        path, is_default = unpack_text(raw_path), bool(flags & _DEFAULT_FLAG)
         if value_type is None:
             check_size(payload, start, kind.name)
             return cls(kind, path, is_default=is_default)  # Fawkes leaves the count undefined without values
@@ -158,7 +158,7 @@ class ConfigMessage(WireValue):
 
     def _pack_descriptor(self) -> bytes:
         count = len(self.values) if self.is_list else 0
-        flags = _IS_DEFAULT if self.is_default else 0
+        flags = _DEFAULT_FLAG if self.is_default else 0
         return _DESCRIPTOR.pack(pack_text(self.path, PATH_SIZE), flags, count)
 
     def _pack_values(self) -> bytes:
@@ -205,8 +205,8 @@ def unpack_config(kind: int, payload: bytes) -> ConfigMessage | ConfigList:
 
 def _pack_string(text: str, *, terminated: bool) -> bytes:
     raw = text.encode(errors="replace")
-    if len(raw) > _MAX_STRING:
-        raise MalformedMessageError(f"a text of {len(raw)} bytes does not fit, {_MAX_STRING} do")
+    if len(raw) > _MAX_STRING_BYTES:
+        raise MalformedMessageError(f"a text of {len(raw)} bytes is longer than {_MAX_STRING_BYTES} bytes")
     return _STRING_HEAD.pack(len(raw), 0) + raw + (b"\0" if terminated else b"")
 
 

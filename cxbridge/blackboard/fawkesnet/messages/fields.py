@@ -13,11 +13,11 @@ from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFra
 LIST_HEAD: Final = Struct(">II")
 """The total size of the following elements, and their number."""
 
-_LENGTH: Final = Struct(">H")  # before each element
+_LENGTH: Final = Struct(">H")  # the length before each element, in bytes
 
 # in Fawkes, an element and its two bytes of length have at most 65535 bytes
-MAX_ELEMENT: Final = 65533
-"""The maximum size of a list element in bytes."""
+MAX_ELEMENT_BYTES: Final = 65533
+"""The maximum size of a list element in bytes; callers of `pack_list` drop or cut longer elements."""
 
 
 class WireValue(ABC):
@@ -61,7 +61,7 @@ def check_min_size(payload: bytes, size: int, subject: str) -> None:
     :raises MalformedMessageError: if the payload is shorter than ``size``.
     """
     if len(payload) < size:
-        raise MalformedMessageError(f"{subject} has {len(payload)} bytes, at least {size} are needed")
+        raise MalformedMessageError(f"{subject} has {len(payload)} bytes, but needs at least {size}")
 
 
 def pack_text(text: str, size: int, *, terminated: bool = True) -> bytes:
@@ -99,7 +99,7 @@ def unpack_list(payload: bytes, subject: str) -> tuple[bytes, ...]:
     size, count = LIST_HEAD.unpack_from(payload)
     end = len(payload)
     if size != end - LIST_HEAD.size:
-        raise MalformedMessageError(f"{subject} announces {size} bytes and has {end - LIST_HEAD.size}")
+        raise MalformedMessageError(f"{subject} announces {size} bytes, but has {end - LIST_HEAD.size}")
     elements = []
     start = LIST_HEAD.size
     while start < end:
@@ -111,5 +111,5 @@ def unpack_list(payload: bytes, subject: str) -> tuple[bytes, ...]:
         elements.append(payload[start + _LENGTH.size : element_end])
         start = element_end
     if len(elements) & 0xFFFF != count & 0xFFFF:  # Fawkes' counter has 16 bits
-        raise MalformedMessageError(f"{subject} announces {count} elements and has {len(elements)}")
+        raise MalformedMessageError(f"{subject} announces {count} elements, but has {len(elements)}")
     return tuple(elements)

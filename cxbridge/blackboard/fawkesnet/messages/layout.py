@@ -43,14 +43,16 @@ WORD: Final = WireType("I", _return_unchanged, _as_tuple)
 SERIAL: Final = WireType("16s", lambda serial: serial.bytes, lambda raw: (UUID(bytes=raw),))
 """The serial of an instance."""
 
-_HAS_WRITER: Final = 1 << 31  # the highest bit of the number of readers
+_HAS_WRITER_BIT: Final = 1 << 31  # the highest bit of the number of readers
 
 
 def _pack_presence(has_writer: bool, num_readers: int) -> int:
-    return (_HAS_WRITER if has_writer else 0) | min(num_readers, _HAS_WRITER - 1)
+    return (_HAS_WRITER_BIT if has_writer else 0) | min(num_readers, _HAS_WRITER_BIT - 1)
 
 
-PRESENCE: Final = WireType("I", _pack_presence, lambda word: (bool(word & _HAS_WRITER), word & ~_HAS_WRITER))
+PRESENCE: Final = WireType(
+    "I", _pack_presence, lambda word: (bool(word & _HAS_WRITER_BIT), word & ~_HAS_WRITER_BIT)
+)
 """The presence of a writer and the number of readers, in one word."""
 
 # in the byte order of the sender, unlike all other numbers, because Fawkes copies its C struct

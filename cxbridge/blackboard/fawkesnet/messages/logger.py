@@ -90,7 +90,7 @@ class LogMessage(WireValue):
         number = word & _LEVEL_MASK
         level = _LEVELS_BY_NUMBER.get(number)
         if level is None:
-            raise MalformedMessageError(f"LOGMESSAGE has the level {number}, which does not exist")
+            raise MalformedMessageError(f"LOGMESSAGE has the unknown level {number}")
         return cls(join_us(seconds, microseconds), level, component, text, bool(word & _EXCEPTION_FLAG))
 
 

@@ -8,7 +8,7 @@ from typing import ClassVar, Final, Self
 
 from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
 from cxbridge.blackboard.fawkesnet.messages.fields import (
-    MAX_ELEMENT,
+    MAX_ELEMENT_BYTES,
     WireValue,
     check_size,
     pack_list,
@@ -70,7 +70,7 @@ class PluginMessage(WireValue):
         if self.kind in NAMED_KINDS:
             return pack_text(self.name, NAME_SIZE)
         if self.kind in LIST_KINDS:
-            return pack_list(text.encode(errors="replace")[:MAX_ELEMENT] for text in self.items)
+            return pack_list(text.encode(errors="replace")[:MAX_ELEMENT_BYTES] for text in self.items)
         return b""
 
     @classmethod

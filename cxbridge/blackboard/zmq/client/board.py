@@ -47,7 +47,7 @@ class ZmqBlackBoard(RemoteBlackBoard):
     :param insecure: whether servers on other machines are allowed without keys.
     :param context: the ZeroMQ context; by default a new context, and for inproc the context of the process.
     :raises InsecureEndpointError: if the URL needs keys.
-    :raises DisconnectedError: if no server answers.
+    :raises DisconnectedError: if no server replies.
     """
 
     reports_writes = False  # the server's blackboard emits the writes, on its bus
@@ -94,7 +94,7 @@ class ZmqBlackBoard(RemoteBlackBoard):
             reason = self._interfaces.end_reason
             self.shutdown()
             hint = _make_silence_hint(reason, url, keys)
-            raise DisconnectedError(f"no blackboard answers at {url}", hint=hint)
+            raise DisconnectedError(f"no blackboard replies at {url}", hint=hint)
 
     def _open(self, request: OpenRequest) -> Interface:
         self._check_open()
@@ -175,15 +175,15 @@ class ZmqBlackBoard(RemoteBlackBoard):
 
 
 def _make_silence_hint(reason: str, url: str, keys: CurveClient | None) -> str:
-    """Return the hint of the error for a server that does not answer.
+    """Return the hint of the error for a server that does not reply.
 
     :param reason: the reason for the end of the last session; empty without a session.
     """
     reason = reason or "is the daemon running, and at this address?"
     # a server with CURVE keys ignores clients whose keys it does not know, without sending a reason
     if keys is not None:
-        mismatch = f"it does not know our key, or its key is not {keys.server_key}"
-        return f"{reason}; it does not answer either when {mismatch}"
+        mismatch = f"our key is unknown to it, or its key is not {keys.server_key}"
+        return f"{reason}; it also stays silent if {mismatch}"
     if not is_private_endpoint(url):
-        return f"{reason}; it does not answer either when it wants CURVE keys"
+        return f"{reason}; it also stays silent if it requires CURVE keys"
     return reason

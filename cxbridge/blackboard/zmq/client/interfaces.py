@@ -1,6 +1,6 @@
 """The open interfaces of a client, and the effect of the server's frames on them.
 
-The thread that has the turn to receive handles frames; any thread may write and send requests. The lock
+The receiving thread handles frames; any thread may write and send requests. The lock
 guards the tables; the sender's lock guards ``_unsent_blocks`` and ``needs_flush``.
 """
 
@@ -20,7 +20,7 @@ from cxbridge.blackboard.zmq.client.port import InterfaceCopy
 from cxbridge.blackboard.zmq.client.receiving import EventReceiver
 from cxbridge.blackboard.zmq.client.sending import CommandSender, PendingRequest
 from cxbridge.blackboard.zmq.wire.frames import (
-    MAX_TEXT,
+    MAX_TEXT_LENGTH,
     Change,
     Close,
     Deliver,
@@ -59,7 +59,7 @@ class OpenInterfaces:
         url: str,
         timeout: float,
         sender: CommandSender,
-        dispatcher: EventReceiver,
+        receiver: EventReceiver,
         observers: ObserverTable,
         wake_session: Callable[[], None],
     ) -> None:
@@ -67,7 +67,7 @@ class OpenInterfaces:
         self._url: Final = url
         self._timeout: Final = timeout
         self._sender: Final = sender
-        self._dispatcher: Final = dispatcher
+        self._receiver: Final = receiver
         self._wake_session: Final = wake_session
         self._lock: Final = threading.RLock()
         self._copies: dict[tuple[str, str], InterfaceCopy] = {}  # by type and id
@@ -92,7 +92,7 @@ class OpenInterfaces:
     def open(self, request: OpenRequest) -> Interface:
         """Open an interface at the server.
 
-        :raises BlackBoardError: if the server refuses, or does not answer in time.
+        :raises BlackBoardError: if the server refuses, or does not reply in time.
         """
         opened: list[Interface] = []
 
@@ -113,7 +113,7 @@ class OpenInterfaces:
             copy = self._copies.get(request.key)
             if copy is None:
                 copy = self._copies[request.key] = InterfaceCopy(
-                    self._board, request.interface_class, request.id, self, self._dispatcher
+                    self._board, request.interface_class, request.id, self, self._receiver
                 )
                 copy.set_members(opened.members, quietly=True)
             self._assign_channel(copy, opened.channel)
@@ -127,9 +127,9 @@ class OpenInterfaces:
             self._instances[opened.instance] = instance
             return instance
 
-    def _assign_channel(self, copy: InterfaceCopy, channel: int) -> None:
-        copy.mem_serial = channel
-        self._channels[channel] = copy
+    def _assign_channel(self, copy: InterfaceCopy, channel_number: int) -> None:
+        copy.mem_serial = channel_number
+        self._channels[channel_number] = copy
 
     def has_instance(self, instance: Interface) -> bool:
         """Return whether an instance is open at this client."""
@@ -180,20 +180,20 @@ class OpenInterfaces:
             self._channels.clear()
 
     def write(
-        self, port: InterfaceCopy, serial: UUID, stamped: bool | None, changed: bool, block: bytes
+        self, copy: InterfaceCopy, serial: UUID, stamped: bool | None, changed: bool, block: bytes
     ) -> None:
         """Send a write; without room or session, keep the block for `flush`."""
         with self._sender.lock:
-            replaces_block = port in self._unsent_blocks
+            replaces_block = copy in self._unsent_blocks
             was_sent = self._sender.write(
                 Write(serial.bytes, stamped, changed, block), wait=not replaces_block
             )
             self.skipped += replaces_block  # the client never sends the replaced block
             if was_sent:
-                port.seq += 1
-                self._unsent_blocks.pop(port, None)
+                copy.seq += 1
+                self._unsent_blocks.pop(copy, None)
                 return
-            self._unsent_blocks[port] = block
+            self._unsent_blocks[copy] = block
             if self.needs_flush:
                 return
             self.needs_flush = True
@@ -202,8 +202,8 @@ class OpenInterfaces:
     def flush(self) -> None:
         """Send the waiting blocks until the socket has no room."""
         with self._sender.lock:
-            for port, block in tuple(self._unsent_blocks.items()):
-                writers = (instance for instance in port.instances if instance.is_writer and instance.valid)
+            for copy, block in tuple(self._unsent_blocks.items()):
+                writers = (instance for instance in copy.instances if instance.is_writer and instance.valid)
                 writer = next(writers, None)
                 if writer is not None:
                     # the frame replaces several writes, any of which may have changed the data
@@ -211,8 +211,8 @@ class OpenInterfaces:
                     if not self._sender.write(frame, wait=False):
                         self.needs_flush = True
                         return
-                    port.seq += 1
-                self._unsent_blocks.pop(port, None)
+                    copy.seq += 1
+                self._unsent_blocks.pop(copy, None)
             self.needs_flush = False
 
     def count_skipped(self) -> None:
@@ -224,7 +224,7 @@ class OpenInterfaces:
 
         :raises NoWriterError: if the interface has no writer.
         :raises QueueFullError: if the queue is bounded and full.
-        :raises RequestTimeoutError: if the writer or the server does not answer in time.
+        :raises RequestTimeoutError: if the writer or the server does not reply in time.
         :raises DisconnectedError: if the session is missing or lost; the message may have been delivered.
         """
         frame = Send(
@@ -232,7 +232,7 @@ class OpenInterfaces:
             (message.source_id or sender.serial).bytes,
             message.type,
             message.id,
-            message.sender_thread_name[:MAX_TEXT],
+            message.sender_thread_name[:MAX_TEXT_LENGTH],
             message.hops,
             message.to_bytes(),
         )
@@ -242,7 +242,7 @@ class OpenInterfaces:
             case ResultCode.OK:
                 message.mark_enqueued(self._board.clock.now_us())
             case ResultCode.DECLINED:
-                pass
+                pass  # a listener of the writer has handled the message
             case ResultCode.NO_WRITER:
                 self._board.refuse_message(sender, message)
             case _:
@@ -327,7 +327,7 @@ class OpenInterfaces:
     def _invalidate_refused(self, copy: InterfaceCopy | None, instance: Interface, code: ResultCode) -> None:
         """Invalidate an instance that the server refuses to reopen."""
         self._board.warn(
-            f"{instance.uid} of {instance.owner or 'no owner'} could not be opened again: {code.name}"
+            f"{instance.uid} of {instance.owner or 'an unnamed owner'} could not be opened again: {code.name}"
         )
         instance.invalidate()
         if copy is not None:
@@ -359,7 +359,7 @@ class OpenInterfaces:
         """Report the loss of the session, and remove the instances of other clients."""
         if self._epoch and not self._loss_announced:
             self._loss_announced = True
-            text = f"lost the blackboard at {self._url}: {end_reason}; trying to connect again"
+            text = f"lost the blackboard at {self._url}: {end_reason}; reconnecting"
             self._board.report_connection(False, text)
         self.end_reason = end_reason
         with self._lock:
@@ -391,7 +391,7 @@ class OpenInterfaces:
                 if copy is not None:
                     copy.change_member(frame.kind, UUID(bytes=frame.serial), frame.owner)
             case Deliver():
-                self._dispatcher.put(self._deliver, frame, urgent=True)
+                self._receiver.put(self._deliver, frame, urgent=True)
             case Existence():
                 if self.is_watching:
                     self._handle_existence((frame.type, frame.id), frame.created)
@@ -413,10 +413,10 @@ class OpenInterfaces:
     def _handle_existence(self, key: tuple[str, str], created: bool) -> None:
         if created and key not in self._known_interfaces:
             self._known_interfaces.add(key)
-            self._dispatcher.put(self._observers.notify_created, *key)
+            self._receiver.put(self._observers.notify_created, *key)
         elif not created and key in self._known_interfaces:
             self._known_interfaces.discard(key)
-            self._dispatcher.put(self._observers.notify_destroyed, *key)
+            self._receiver.put(self._observers.notify_destroyed, *key)
 
     def _deliver(self, frame: Deliver) -> None:
         """Queue a message for a writer and report the outcome; in the dispatcher's thread."""
@@ -429,4 +429,4 @@ class OpenInterfaces:
 
 
 def _make_open_frame(schema: InterfaceSchema, interface_id: str, owner: str, writer: bool) -> Open:
-    return Open(schema.name, interface_id, schema.hash, schema.datasize, owner[:MAX_TEXT], writer)
+    return Open(schema.name, interface_id, schema.hash, schema.datasize, owner[:MAX_TEXT_LENGTH], writer)

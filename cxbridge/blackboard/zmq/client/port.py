@@ -28,7 +28,7 @@ class ZmqUplink(Protocol):
     """Sends the writes and messages of a copy to the server."""
 
     def write(
-        self, port: InterfaceCopy, serial: UUID, stamped: bool | None, changed: bool, block: bytes
+        self, copy: InterfaceCopy, serial: UUID, stamped: bool | None, changed: bool, block: bytes
     ) -> None:
         """Send a write, or keep the block for later."""
 

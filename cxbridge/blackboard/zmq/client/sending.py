@@ -235,7 +235,9 @@ class CommandSender:
             if pending.reply is not None:
                 return pending.reply
             if not pending.is_lost:
-                raise RequestTimeoutError(f"the blackboard's server did not answer in {timeout:g} s ({kind})")
+                raise RequestTimeoutError(
+                    f"the blackboard's server did not reply within {timeout:g} s ({kind})"
+                )
             if not repeat:
                 raise DisconnectedError(
                     f"the connection to the blackboard's server was lost ({kind})",

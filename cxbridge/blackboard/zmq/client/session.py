@@ -33,8 +33,8 @@ from cxbridge.blackboard.zmq.wire.frames import (
 )
 from cxbridge.blackboard.zmq.wire.sockets import LINGER_MS, Socket, connect
 
-HELLO_S: Final = 2.0
-"""The seconds in which the server must answer the Hello."""
+HELLO_TIMEOUT_S: Final = 2.0
+"""The seconds within which the server must reply to the Hello."""
 
 # the pause spares a server that refuses the client, for example because it has too many clients
 RETRY_PAUSE_S: Final = 0.1
@@ -101,7 +101,7 @@ class SessionThread:
                 reason = self._run_session()
             # for example without a free descriptor, which another attempt may get
             except (TransportError, zmq.ZMQError, OSError) as error:
-                reason = f"no session can begin: {error}"
+                reason = f"cannot begin a session: {error}"
             if not self._stopping:
                 self._interfaces.handle_loss(reason)
                 self._sleep(RETRY_PAUSE_S)
@@ -222,13 +222,13 @@ class SessionThread:
         if gap_s > self._heartbeat_s:  # the process was suspended and could not receive
             receiver.last_received_s = max(receiver.last_received_s, now_s - self._heartbeat_s)
         if receiver.welcome is None:
-            if now_s - receiver.last_received_s > HELLO_S:
-                receiver.fail("the server does not answer")
+            if now_s - receiver.last_received_s > HELLO_TIMEOUT_S:
+                receiver.fail("the server does not reply")
             return
         if now_s - receiver.last_received_s > DEATH_HEARTBEATS * self._heartbeat_s:
             receiver.fail("the server is silent")
         elif self._sender.is_blocked:
-            receiver.fail("the server does not accept frames any more")
+            receiver.fail("the server no longer accepts frames")
         elif now_s - self._sender.last_sent_s > BEAT_HEARTBEATS * self._heartbeat_s:
             self._sender.send(Beat(), wait_ms=0)
         if self._sender.is_ready:

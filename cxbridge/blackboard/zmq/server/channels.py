@@ -15,7 +15,7 @@ from cxbridge.blackboard.zmq.wire.frames import Change, Update, encode
 from cxbridge.interfaces.instance import Interface
 
 # a local writer in a loop must not fill the memory while the server's thread is busy
-MAX_QUEUED: Final = 256
+MAX_QUEUED_UPDATES: Final = 256
 """The maximal number of updates of an interface that wait for the server's thread; more are conflated."""
 
 
@@ -113,10 +113,13 @@ class Channel(MembershipListener):
     def data_refreshed(self, interface: Interface) -> None:  # noqa: ARG002 - a listener's signature
         if self._loop.is_current_thread():
             self._send_update(self.memory.snapshot)
-        elif self._queued_count < MAX_QUEUED:  # at the limit, the last queued call sends the newest data
+        elif (
+            self._queued_count < MAX_QUEUED_UPDATES
+        ):  # at the limit, the last queued call sends the newest data
             self._queued_count += 1
             self._loop.post(
-                self._send_queued_update, None if self._queued_count == MAX_QUEUED else self.memory.snapshot
+                self._send_queued_update,
+                None if self._queued_count == MAX_QUEUED_UPDATES else self.memory.snapshot,
             )
 
     def _send_queued_update(self, snapshot: Snapshot | None) -> None:

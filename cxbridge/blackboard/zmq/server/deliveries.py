@@ -23,7 +23,7 @@ from cxbridge.blackboard.zmq.wire.refusals import raise_refusal
 from cxbridge.interfaces.instance import Interface, Message, MessageQueue
 
 # the default limit of a writer's queue
-MAX_PENDING: Final = 1024
+MAX_PENDING_MESSAGES: Final = 1024
 """The maximal number of pending messages of a session."""
 
 OutcomeCallback = Callable[[ResultCode, int], None]
@@ -60,8 +60,8 @@ class Deliveries:
         if session.failed:
             on_outcome(ResultCode.NO_WRITER, 0)
             return
-        if session.pending_count >= MAX_PENDING:
-            on_outcome(ResultCode.QUEUE_FULL, MAX_PENDING)
+        if session.pending_count >= MAX_PENDING_MESSAGES:
+            on_outcome(ResultCode.QUEUE_FULL, MAX_PENDING_MESSAGES)
             return
         message.delivery = next(self._numbers)
         session.pending_count += 1

@@ -19,7 +19,7 @@ from cxbridge.blackboard.zmq.server.channels import Channel, RemoteWriter, Serve
 from cxbridge.blackboard.zmq.server.deliveries import Deliveries, ForwardedQueue, Forwarder, OutcomeCallback
 from cxbridge.blackboard.zmq.server.sessions import ZmqSession
 from cxbridge.blackboard.zmq.wire.frames import (
-    MAX_TEXT,
+    MAX_TEXT_LENGTH,
     Beat,
     ClientFrame,
     Close,
@@ -52,7 +52,7 @@ class RequestHandler:
 
     :param loop: the server's thread.
     :param delivery_timeout: the seconds in which a client must report the outcome of a message to its writer.
-    :param log: called with the text of a log line.
+    :param log: logs a line.
     """
 
     def __init__(
@@ -99,7 +99,7 @@ class RequestHandler:
             case Beat():
                 pass  # the server has recorded the time of this sign of life, as for each frame
             case _:
-                raise ProtocolError(f"{type(frame).__name__} within a session")
+                raise ProtocolError(f"{type(frame).__name__} is not allowed within a session")
 
     def _handle_open(self, session: ZmqSession, frame: Open) -> None:
         interface_class = self._find_class(frame.type, frame.id)
@@ -120,7 +120,7 @@ class RequestHandler:
         self._loop.run_posted_calls()
         serial = instance.serial.bytes
         session.instances[serial] = instance
-        channel = self._get_channel(instance)
+        channel = self._ensure_channel(instance)
         snapshot = channel.join(session, instance)
         session.send(
             Opened(
@@ -145,7 +145,7 @@ class RequestHandler:
         except InterfaceError as error:
             raise UnknownTypeError(interface_type, hint=error.hint) from error
 
-    def _get_channel(self, instance: Interface) -> Channel:
+    def _ensure_channel(self, instance: Interface) -> Channel:
         memory = self._board.find_memory(instance)
         channel = self._channels.get(memory.mem_serial)
         if channel is None:
@@ -256,7 +256,7 @@ class RequestHandler:
             message.sender_id.bytes,
             message.type,
             message.id,
-            message.sender_thread_name[:MAX_TEXT],
+            message.sender_thread_name[:MAX_TEXT_LENGTH],
             hops,
             message.to_bytes(),
         )

@@ -260,10 +260,10 @@ class ZmqBlackBoardServer(BoardServer, Observer):
             except ProtocolError as error:
                 # the kind of the complaint is the start of the text, because the end may quote the client's
                 # bytes
-                self._complaints.add(str(error.message)[:40], f"a client was sent away: {error.message}")
+                self._complaints.add(str(error.message)[:40], f"dropped a client: {error.message}")
                 self._dismiss_client(socket, route, ResultCode.PROTOCOL, error.message)
             except Exception as error:  # noqa: BLE001 - a client's frame must not end the service of others
-                self._complaints.add(type(error).__name__, f"a client was sent away: {error!r}")
+                self._complaints.add(type(error).__name__, f"dropped a client: {error!r}")
                 self._dismiss_client(socket, route, ResultCode.REFUSED, "the server failed")
 
     def _handle_message(
@@ -277,13 +277,13 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         if session is not None and session.failed:
             return
         if surplus_parts:
-            raise ProtocolError(f"a message has one frame, not {1 + surplus_parts}")
+            raise ProtocolError(f"a message must have one frame, not {1 + surplus_parts}")
         frame = decode_client_frame(data)
         if session is None or route[:1] != COMMANDS_PREFIX:
             if isinstance(frame, Hello):
                 self._welcome(socket, route, frame)
             elif session is None:
-                self._dismiss_client(socket, route, ResultCode.UNKNOWN_SESSION, "there is no such session")
+                self._dismiss_client(socket, route, ResultCode.UNKNOWN_SESSION, "the session is unknown")
         elif self._accept_number(session, frame.number):
             if isinstance(frame, Bye):
                 self._end_session(session)
@@ -303,7 +303,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
     def _welcome(self, socket: zmq.Socket[bytes], route: bytes, hello: Hello) -> None:
         """Begin a session."""
         if route != EVENTS_PREFIX + hello.session:
-            raise ProtocolError("a Hello by another socket than the session's")
+            raise ProtocolError("a Hello came from a socket of another session")
         if hello.session in self._sessions:
             return
         # the writers of the previous session would block the client's new writers until the server notices
@@ -312,9 +312,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         if replaced is not None:
             self._end_session(replaced)
         if len(self._sessions) >= self._max_sessions:
-            self._complaints.add(
-                "too many", f"more than {self._max_sessions} clients, the next are sent away"
-            )
+            self._complaints.add("too many", f"refused a client: {self._max_sessions} clients are connected")
             self._dismiss_client(
                 socket, route, ResultCode.TOO_MANY, f"{self._max_sessions} clients are connected"
             )
@@ -353,7 +351,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         while self._failed_sessions:
             session, code = self._failed_sessions.popleft()
             if self._sessions.get(session.id) is session:
-                self._complaints.add(code.name, f"client {session} is given up: {code.name}")
+                self._complaints.add(code.name, f"dropped client {session}: {code.name}")
                 self._dismiss_client(
                     session.socket, EVENTS_PREFIX + session.id, code, "the session was ended"
                 )

@@ -41,22 +41,22 @@ DEATH_HEARTBEATS: Final = 2.5
 BEAT_HEARTBEATS: Final = 0.75
 """The number of heartbeats without a sent frame after which a peer sends a Beat."""
 
-MAX_FRAME: Final = 1 << 20
-"""The maximal bytes of a frame to the server."""
+MAX_FRAME_BYTES: Final = 1 << 20
+"""The maximum size of a frame to the server, in bytes."""
 
 # lists of interfaces can be long
-MAX_REPLY: Final = 64 << 20
-"""The maximal bytes of a frame to a client."""
+MAX_REPLY_BYTES: Final = 64 << 20
+"""The maximum size of a frame to a client, in bytes."""
 
-MAX_TEXT: Final = 256
-"""The maximal characters of names of owners, threads and clients, and of patterns."""
+MAX_TEXT_LENGTH: Final = 256
+"""The maximum length of a pattern, or of the name of an owner, a thread or a client, in characters."""
 
 # a UUID has 16 bytes, and so has the MD5 of a type
 SERIAL_SIZE: Final = 16
-"""The bytes of the ids of sessions, epochs, instances and types."""
+"""The size of the ids of sessions, epochs, instances and types, in bytes."""
 
 Serial = Annotated[bytes, Meta(min_length=SERIAL_SIZE, max_length=SERIAL_SIZE)]
-Text = Annotated[str, Meta(max_length=MAX_TEXT)]
+Text = Annotated[str, Meta(max_length=MAX_TEXT_LENGTH)]
 Uint32 = Annotated[int, Meta(ge=0, lt=1 << 32)]
 
 
@@ -401,12 +401,12 @@ def _decode(
         raise _invalid_error(error) from error
     if envelope.version != VERSION:
         raise ProtocolError(
-            f"version {envelope.version} of the blackboard's protocol, here is version {VERSION}",
+            f"version {envelope.version} of the blackboard's protocol instead of version {VERSION}",
             hint=_VERSION_HINT,
         )
     kind = envelope.WhichOneof("body")
     if kind not in kinds:
-        raise _invalid_error(f"{kind or 'an envelope without a frame'} in this direction")
+        raise _invalid_error(f"{kind or 'an envelope without a frame'} is not allowed in this direction")
     fields = _read_fields(getattr(envelope, kind))
     try:
         return convert({**fields, "number": envelope.number}, kinds[kind])
@@ -427,7 +427,7 @@ def _read_fields(body: Any) -> dict[str, Any]:
     return values
 
 
-_VERSION_HINT: Final = "let both sides run the same version of cxbridge"
+_VERSION_HINT: Final = "use the same version of cxbridge"
 
 
 def _invalid_error(reason: object) -> ProtocolError:

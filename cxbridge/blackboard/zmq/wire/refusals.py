@@ -37,7 +37,7 @@ def raise_refusal(
         case ResultCode.VERSION_MISMATCH:
             raise VersionMismatchError(uid, reply.hash, hash_)
         case ResultCode.UNKNOWN_TYPE:
-            hint = f"at the server: {reply.text}" if reply.text else None
+            hint = f"the server reports: {reply.text}" if reply.text else None
             raise UnknownTypeError(interface_type, hint=hint)
         case ResultCode.INVALID_NAME:
             raise InvalidNameError(f"the server refuses the name {uid}")
@@ -50,9 +50,9 @@ def raise_refusal(
         case ResultCode.UNKNOWN_MESSAGE:
             raise InvalidMessageError(message_type, interface_type)
         case ResultCode.TIMEOUT:
-            raise RequestTimeoutError(f"the writer of {uid} did not take the message in time")
+            raise RequestTimeoutError(f"the writer of {uid} did not accept the message in time")
         case _:
-            raise RemoteRefusalError(reply.text or f"the server refuses: {reply.code.name}")
+            raise RemoteRefusalError(reply.text or f"the server refuses the request: {reply.code.name}")
 
 
 def make_refusal(error: CxbridgeError, request: int) -> Reply:  # noqa: PLR0911 - one return per error

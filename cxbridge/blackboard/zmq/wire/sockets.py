@@ -17,20 +17,20 @@ import zmq
 
 from cxbridge.blackboard.kit.errors import EndpointError
 from cxbridge.blackboard.zmq.security import CurveClient, CurveServer, uses_curve
-from cxbridge.blackboard.zmq.wire.frames import MAX_FRAME, MAX_REPLY
+from cxbridge.blackboard.zmq.wire.frames import MAX_FRAME_BYTES, MAX_REPLY_BYTES
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
 # above the window of 1024 updates, so that updates alone never fill the queue
-SERVER_QUEUE = 4096
+MAX_SERVER_QUEUE = 4096
 """The maximal number of frames waiting for a client."""
 
-CLIENT_QUEUE = 1000
+MAX_CLIENT_QUEUE = 1000
 """The maximal number of frames waiting for the server, ZeroMQ's default."""
 
 # the operating system of a client beyond the limit retries only after a second
-SERVER_BACKLOG = 1024
+MAX_SERVER_BACKLOG = 1024
 """The maximal number of connections waiting to be accepted."""
 
 LINGER_MS = 300
@@ -59,8 +59,8 @@ def choose_context(context: Context | None, endpoints: Sequence[str]) -> tuple[C
     """
     if sys.platform == "win32":
         raise EndpointError(
-            "blackboards over ZeroMQ need descriptors that can be polled, which Windows lacks",
-            hint="use WSL, or fawkes:// URLs; a daemon does without them by zmq/endpoints: []",
+            "blackboards over ZeroMQ do not work on Windows, which cannot poll their descriptors",
+            hint="use WSL, or fawkes:// URLs; zmq/endpoints: [] turns them off in a daemon",
         )
     if context is not None:
         return context, False
@@ -77,17 +77,17 @@ def bind(context: Context, endpoint: str, keys: CurveServer | None) -> tuple[Soc
     _check_endpoint_free(endpoint)
     socket = context.socket(zmq.ROUTER)
     try:
-        _configure(socket, endpoint, MAX_FRAME, keys)
+        _configure(socket, endpoint, MAX_FRAME_BYTES, keys)
         socket.router_mandatory = True  # otherwise a ROUTER silently drops frames for a lost client
-        socket.sndhwm = SERVER_QUEUE
-        socket.rcvhwm = CLIENT_QUEUE
+        socket.sndhwm = MAX_SERVER_QUEUE
+        socket.rcvhwm = MAX_CLIENT_QUEUE
         socket.handshake_ivl = 5000  # milliseconds; ZeroMQ's default is 30 seconds
-        socket.backlog = SERVER_BACKLOG
+        socket.backlog = MAX_SERVER_BACKLOG
         _bind_with_retries(socket, endpoint)
         restrict_file(endpoint)
     except zmq.ZMQError as error:
         socket.close()
-        raise EndpointError(f"{endpoint} cannot be bound: {error.strerror}") from error
+        raise EndpointError(f"cannot listen on {endpoint}: {error.strerror}") from error
     except BaseException:
         socket.close()
         raise
@@ -119,7 +119,9 @@ def _check_endpoint_free(endpoint: str) -> None:
     deadline = time.monotonic() + ENDPOINT_WAIT_S
     while _is_served(str(path)):
         if time.monotonic() > deadline:
-            raise EndpointError(f"another process serves {endpoint} already", hint="does another daemon run?")
+            raise EndpointError(
+                f"another process serves {endpoint} already", hint="is another daemon running?"
+            )
         time.sleep(0.01)
 
 
@@ -223,15 +225,15 @@ def connect(context: Context, endpoint: str, route: bytes, keys: CurveClient | N
     """
     socket = context.socket(zmq.DEALER)
     try:
-        _configure(socket, endpoint, MAX_REPLY, keys)
+        _configure(socket, endpoint, MAX_REPLY_BYTES, keys)
         socket.routing_id = route
-        socket.sndhwm = CLIENT_QUEUE
-        socket.rcvhwm = SERVER_QUEUE
+        socket.sndhwm = MAX_CLIENT_QUEUE
+        socket.rcvhwm = MAX_SERVER_QUEUE
         socket.reconnect_ivl = RECONNECT_MS
         socket.connect(endpoint)
     except zmq.ZMQError as error:
         socket.close()
-        raise EndpointError(f"{endpoint} cannot be connected to: {error.strerror}") from error
+        raise EndpointError(f"cannot connect to {endpoint}: {error.strerror}") from error
     except BaseException:
         socket.close()
         raise

@@ -13,7 +13,7 @@ from cxbridge.cli.entry import handle_signals
 from cxbridge.cli.option_groups import option_groups
 from cxbridge_web.options import BrowserOptions
 
-_PERIOD_S: Final = 0.1  # time between two checks for Ctrl-C
+_CHECK_PERIOD_S: Final = 0.1  # time between two checks for Ctrl-C
 
 
 @option_groups
@@ -58,7 +58,7 @@ def view(
             server.start(Guard(recordings, settings))
             browser.announce(f"{server.url}{recordings.start_path}")
             while not interrupt.is_signalled:
-                time.sleep(_PERIOD_S)
+                time.sleep(_CHECK_PERIOD_S)
         finally:
             server.stop()
     return 0

@@ -61,11 +61,11 @@ def _list_interfaces(call: ApiCall) -> list[InterfaceData]:
 def _send_message(call: ApiCall) -> MessageId:
     name, fields = call.text("type"), call.body.get("fields", {})
     if not isinstance(fields, dict):
-        raise ApiError(400, "'fields' must be an object: the fields' values by name")
+        raise ApiError(400, "'fields' must be an object with the values of the fields by name")
     if find_interface(call) is None:
-        raise ApiError(404, f"There is no interface {call.path['type']}::{call.path['id']}")
+        raise ApiError(404, f"The interface {call.path['type']}::{call.path['id']} does not exist")
     board = call.host.board
-    # A client may leave out the suffix of a message's name.
+    # A client may omit the suffix of a message's name.
     call.host.rights.check_message(call.path["type"], name if name.endswith("Message") else f"{name}Message")
     with board.open_for_reading(call.path["type"], call.path["id"], owner=_OWNER) as instance:
         message = instance.create_message(name if name in instance.MESSAGES else f"{name}Message")
@@ -73,7 +73,9 @@ def _send_message(call: ApiCall) -> MessageId:
             try:
                 set_field(message, field, tuple(value) if isinstance(value, list) else value)
             except (TypeError, ValueError, OverflowError) as error:
-                raise ApiError(400, f"{name} cannot have this value in '{field}': {error}") from error
+                raise ApiError(
+                    400, f"The field '{field}' of {name} cannot have this value: {error}"
+                ) from error
         return MessageId(msgid=instance.msgq_enqueue(message))
 
 

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from cxbridge_web.constructs import Construct
 from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Query
-from cxbridge_web.fawkes.slots import ENVIRONMENT, find_environment
+from cxbridge_web.fawkes.slots import DEFAULT_ENVIRONMENT, find_environment
 from cxbridge_web.models import Model
 from cxbridge_web.paging import ListPart, matches
 from cxbridge_web.rules import Activation, Rule, list_activations, list_rules
@@ -28,8 +28,8 @@ _WHY_KINDS: Final = {
     "action": "The goal and the id of a plan-action: GOAL/ID.",
     "fact": "The index of a fact: f-12.",
 }
-_ENVIRONMENT: Final = Query("env", "The name of a CLIPS environment; by default executive.")
-_NO_ENVIRONMENT: Final = {404: "The environment does not exist"}
+_ENVIRONMENT_QUERY: Final = Query("env", "The name of a CLIPS environment; by default executive.")
+_ENVIRONMENT_ERRORS: Final = {404: "The environment does not exist"}
 
 
 class Answer(Model, kw_only=True):
@@ -44,8 +44,8 @@ def _find_environment(call: ApiCall) -> ClipsEnvironment:
 
     :raises ApiError: 503 if the executive does not run, 404 for another unknown environment.
     """
-    name = call.query.get("env") or ENVIRONMENT
-    return find_environment(call, name, 503 if name == ENVIRONMENT else 404)
+    name = call.query.get("env") or DEFAULT_ENVIRONMENT
+    return find_environment(call, name, 503 if name == DEFAULT_ENVIRONMENT else 404)
 
 
 def _list_activations(call: ApiCall) -> ListPart:
@@ -104,10 +104,10 @@ def _explain(call: ApiCall) -> Answer:
         raise ApiError(400, "Name one subject: ?rule=NAME, ?goal=NAME, ?action=GOAL/ID or ?fact=f-12")
     kind, name = subjects[0] if subjects else ("run", "")
     if "\0" in name or len(name.encode("utf-8", "replace")) > _MAX_NAME_BYTES:
-        raise ApiError(400, "There is nothing with this name")
+        raise ApiError(400, "No object has this name")
     explanation = call.host.explain(name, kind, _ANSWER_TIMEOUT_S)
     if explanation is None:
-        raise ApiError(503, f"There was no answer within {_ANSWER_TIMEOUT_S:g} s")
+        raise ApiError(503, f"The explanation did not arrive within {_ANSWER_TIMEOUT_S:g} s")
     return Answer(lines=explanation["lines"], data=explanation["data"])
 
 
@@ -121,9 +121,9 @@ def endpoints(state: ServerState) -> Sequence[Endpoint]:
             summary="All rules with their locations and the numbers of their activations.",
             reply=list[Rule],
             is_paged=True,
-            query=(_ENVIRONMENT, Query("name", "A pattern of the names.")),
+            query=(_ENVIRONMENT_QUERY, Query("name", "A pattern of the names.")),
             finish=partial(_describe_rules, state),
-            errors=_NO_ENVIRONMENT,
+            errors=_ENVIRONMENT_ERRORS,
         ),
         Endpoint(
             method="GET",
@@ -132,13 +132,13 @@ def endpoints(state: ServerState) -> Sequence[Endpoint]:
             summary="The constructs of the loaded files with their locations, owners and texts.",
             reply=list[Construct],
             query=(
-                _ENVIRONMENT,
+                _ENVIRONMENT_QUERY,
                 Query("construct", "A pattern of the kinds: defrule, deftemplate ..."),
                 Query("name", "A pattern of the names."),
                 Query("text", "Whether to include the texts of the constructs.", bool),
             ),
             finish=partial(_describe_constructs, state),
-            errors=_NO_ENVIRONMENT,
+            errors=_ENVIRONMENT_ERRORS,
         ),
         Endpoint(
             method="GET",
@@ -147,8 +147,8 @@ def endpoints(state: ServerState) -> Sequence[Endpoint]:
             summary="The activations, in the order of firing.",
             reply=list[Activation],
             is_paged=True,
-            query=(_ENVIRONMENT, Query("rule", "A pattern of the names of the rules.")),
-            errors=_NO_ENVIRONMENT,
+            query=(_ENVIRONMENT_QUERY, Query("rule", "A pattern of the names of the rules.")),
+            errors=_ENVIRONMENT_ERRORS,
         ),
         Endpoint(
             method="GET",

@@ -14,7 +14,7 @@ from cxbridge_web.fawkes.slots import copy_facts, read_texts
 from cxbridge_web.models import Model
 from cxbridge_web.paging import ListPart, matches
 
-_MAX_FORMATTED: Final = 16_382  # limit of characters of a formatted fact: the size of Fawkes' buffer
+_MAX_FORMATTED_LENGTH: Final = 16_382  # limit of characters of a formatted fact: the size of Fawkes' buffer
 
 
 class Environment(Model, kw_only=True):
@@ -60,7 +60,7 @@ def _list_facts(call: ApiCall) -> Any:
 def _make_fact(template: FactTemplate, row: FactRow, *, formatted: bool) -> Fact:
     fact = Fact(index=row.index, template_name=row.template)
     if formatted:
-        fact.formatted = fact_text(template.name, template.slots_of(row))[:_MAX_FORMATTED]
+        fact.formatted = fact_text(template.name, template.slots_of(row))[:_MAX_FORMATTED_LENGTH]
     else:
         # an ordered fact has a single multislot, which CLIPS calls implied
         slots = (("implied", True),) if template.slots is None else template.slots

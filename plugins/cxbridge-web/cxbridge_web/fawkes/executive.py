@@ -14,7 +14,15 @@ from cxbridge.executive.host.facts.copying import FactCopy
 from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint
 from cxbridge_web.fawkes import formulas
 from cxbridge_web.fawkes.formulas import GroundedFormula, GroundedPredicate, PDDLGrounding
-from cxbridge_web.fawkes.slots import ENVIRONMENT, SlotError, Slots, copy_facts, facts, read_model, read_text
+from cxbridge_web.fawkes.slots import (
+    DEFAULT_ENVIRONMENT,
+    SlotError,
+    Slots,
+    copy_facts,
+    facts,
+    read_model,
+    read_text,
+)
 from cxbridge_web.models import Model
 from cxbridge_web.paging import ListPart
 
@@ -264,7 +272,7 @@ def _make_list_endpoint(path: str, model: type[Model], template: str, noun: str)
     """Return an endpoint that lists the facts of a deftemplate."""
 
     def copy_part(call: ApiCall) -> Generator[None, None, FactCopy]:
-        return copy_facts(call, ENVIRONMENT, template.__eq__, window=call.window)
+        return copy_facts(call, DEFAULT_ENVIRONMENT, template.__eq__, window=call.window)
 
     def handler(call: ApiCall) -> Any:
         models = _make_models(call, noun, facts(call, template), partial(read_model, model))
@@ -299,7 +307,9 @@ def _make_endpoint(
     **options: Any,
 ) -> Endpoint:
     """Return an endpoint whose handler gets copied facts of the given deftemplates."""
-    options.setdefault("copy_facts", lambda call: copy_facts(call, ENVIRONMENT, templates.__contains__))
+    options.setdefault(
+        "copy_facts", lambda call: copy_facts(call, DEFAULT_ENVIRONMENT, templates.__contains__)
+    )
     return Endpoint(
         method="GET",
         path=f"/clips-executive{path}",

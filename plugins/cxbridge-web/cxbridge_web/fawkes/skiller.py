@@ -90,7 +90,7 @@ def _open_interfaces(call: ApiCall, *types: str) -> Iterator[list[Any]]:
     if skiller != SKILLER and not any(
         info.type == "SkillerInterface" and info.id == skiller for info in board.list_all()
     ):
-        raise ApiError(404, f"There is no Skiller '{skiller}'")
+        raise ApiError(404, f"The Skiller '{skiller}' does not exist")
     # interface fields come from XML definitions, so they have no static type
     instances: list[Any] = []
     try:
@@ -194,7 +194,7 @@ def _call_skill(call: ApiCall) -> Skill:
     with _open_interfaces(call, "SkillerInterface") as (skiller,):
         max_bytes = skiller.maxlenof("skill_string") - 1  # the last byte is the NUL of a C string
         if len(text.encode("utf-8", "replace")) > max_bytes or "\0" in text:
-            raise ApiError(400, f"A skill string has {max_bytes} bytes at most")
+            raise ApiError(400, f"A skill string must have at most {max_bytes} bytes")
         _check_control(skiller)
         message = skiller.create_message("ExecSkillMessage")
         message.skill_string = text.encode("utf-8", "replace").decode()
@@ -214,12 +214,12 @@ def _stop_skill(call: ApiCall) -> Text:
 
 
 _SKILLER_QUERY: Final = (Query("skiller", "The id of a SkillerInterface; by default Skiller."),)
-_NO_SKILLER: Final = {404: "The Skiller does not exist", 503: "The Skiller is not running"}
-_GRAPH_ERRORS: Final = {408: "The Skiller did not show the graph in time", **_NO_SKILLER}
+_SKILLER_ERRORS: Final = {404: "The Skiller does not exist", 503: "The Skiller is not running"}
+_GRAPH_ERRORS: Final = {408: "The Skiller did not show the graph in time", **_SKILLER_ERRORS}
 _CONTROL_ERRORS: Final = {
     400: "The request is invalid",
     409: "Another client has exclusive control of the Skiller",
-    **_NO_SKILLER,
+    **_SKILLER_ERRORS,
 }
 
 ENDPOINTS: Final = (

@@ -20,14 +20,15 @@ if TYPE_CHECKING:
 
 Slots: TypeAlias = Mapping[str, Value]
 
-ENVIRONMENT: Final = "executive"  # name of the default CLIPS environment
+DEFAULT_ENVIRONMENT: Final = "executive"
+"""The name of the default CLIPS environment."""
 
 
 class SlotError(Exception):
     """A slot without a value, or with a value of another type."""
 
 
-def find_environment(call: ApiCall, name: str = ENVIRONMENT, status: int = 503) -> ClipsEnvironment:
+def find_environment(call: ApiCall, name: str = DEFAULT_ENVIRONMENT, status: int = 503) -> ClipsEnvironment:
     """Return a CLIPS environment.
 
     :raises ApiError: if the environment does not exist.

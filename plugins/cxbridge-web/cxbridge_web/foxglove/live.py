@@ -21,7 +21,7 @@ from cxbridge_web.foxglove.schemas import make_json_schema
 from cxbridge_web.foxglove.settings import FoxgloveSettings
 
 # The limit of messages per topic that are kept for later subscribers; older messages are dropped.
-MAX_STATES: Final = 1000
+MAX_STATES_PER_TOPIC: Final = 1000
 
 _COMPONENT: Final = "Foxglove"
 _Encoder: TypeAlias = Callable[[], bytes]  # encodes a message when it is sent, which may be never
@@ -73,7 +73,7 @@ class FoxgloveServer:
         except (OSError, RuntimeError) as error:
             self.stop()
             raise CxbridgeError(
-                f"the Foxglove server cannot be at {host}:{port}: {error}",
+                f"the Foxglove server cannot listen on {host}:{port}: {error}",
                 hint="choose another port; 0: any free port",
             ) from error
         shown_host = f"[{host}]" if ":" in host else host
@@ -140,7 +140,7 @@ class FoxgloveServer:
                 # the subject moves to the end, because the limit drops the first subject
                 states.pop(subject, None)
                 states[subject] = time_us, encode_message
-                if len(states) > MAX_STATES:
+                if len(states) > MAX_STATES_PER_TOPIC:
                     del states[next(iter(states))]
         if channel.has_sinks():
             channel.log(encode_message(), log_time=time_us * 1000)

@@ -41,7 +41,7 @@ def choose_hidden_host() -> str:
 
 
 class FoxgloveProxy(Closing):
-    """Listens at Foxglove's port in a thread.
+    """Listens on Foxglove's port in a thread.
 
     :param server_address: the host and the port of the server behind the proxy.
     :raises OSError: if the address or the port is unavailable.

@@ -8,14 +8,15 @@ from typing import Any, Final, TypeAlias, TypeGuard
 
 from cxbridge.events import NavGraphRead
 
-MAP_FRAME: Final = "map"  # frame of navigation graphs
+MAP_FRAME: Final = "map"
+"""The frame of navigation graphs."""
 
 _Point: TypeAlias = tuple[float, float]
 
-_NODE_DIAMETER_M: Final = 0.12  # diameter of a node
-_EDGE_WIDTH_M: Final = 0.03  # thickness of an edge
-_LABEL_HEIGHT_M: Final = 0.2  # height of a label above its node, and of its letters
-_MAX_HEAD_LENGTH_M: Final = 0.25  # limit of the length of an arrow's head
+_NODE_DIAMETER_M: Final = 0.12
+_EDGE_WIDTH_M: Final = 0.03
+_LABEL_HEIGHT_M: Final = 0.2  # of the letters, and of their place above the node
+_MAX_HEAD_LENGTH_M: Final = 0.25  # of an arrow
 _LINE_LIST: Final = 2  # Foxglove's number for a line for each pair of points
 _NODE_COLOUR: Final = {"r": 0.16, "g": 0.42, "b": 0.68, "a": 1.0}
 _EDGE_COLOUR: Final = {"r": 0.45, "g": 0.47, "b": 0.5, "a": 1.0}

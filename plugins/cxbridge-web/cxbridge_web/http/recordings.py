@@ -95,7 +95,7 @@ class RecordingsApp:
             )
             await response(scope, receive, send)
         elif path.startswith("/api"):
-            text = "These are recorded runs: there is no daemon to ask\n"
+            text = "The API is not available for recorded runs\n"
             await PlainTextResponse(text, 404)(scope, receive, send)
         else:
             await self._pages(scope, receive, send)
@@ -111,7 +111,7 @@ class RecordingsApp:
             return HTMLResponse(_LIST_PAGE.format(items=items), headers={"Cache-Control": "no-cache"})
         file = self._paths.get(path)
         if file is None:
-            return PlainTextResponse("There is no such run here\n", 404)
+            return PlainTextResponse("This run does not exist\n", 404)
         if query.startswith(_WHY_PREFIX):
             return self._explain(file, dict(parse_qsl(query.decode("ascii", "replace"))))
         return _make_recording_response(file, with_links=query == _LINKS_QUERY)

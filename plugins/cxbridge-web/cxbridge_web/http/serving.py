@@ -23,15 +23,16 @@ if TYPE_CHECKING:
     from cxbridge.events import Logger
     from cxbridge_web.settings import WebSettings
 
-MAX_CONNECTIONS: Final = 200  # limit of simultaneous connections
+MAX_CONNECTIONS: Final = 200
+"""The maximum number of simultaneous connections."""
 
-_START_TIMEOUT_S: Final = 10.0  # limit for the start of the server
-_STOP_TIMEOUT_S: Final = 5.0  # limit for the end of open answers
-_BACKLOG: Final = 64  # limit of connections that wait to be accepted
+_START_TIMEOUT_S: Final = 10.0
+_STOP_TIMEOUT_S: Final = 5.0  # the time for open responses to finish
+_MAX_BACKLOG: Final = 64  # connections that wait to be accepted
 
 
 class _Uvicorn(uvicorn.Server):
-    """A server that signals the end of its start."""
+    """A server that sets the event ``serving`` once it has started."""
 
     def __init__(self, config: uvicorn.Config) -> None:
         super().__init__(config)
@@ -55,7 +56,7 @@ class _LogHandler(logging.Handler):
         error = record.exc_info[1] if record.exc_info else None
         if error is None:
             self._complaints.add(text, text)
-        else:
+        else:  # a fault of the server, which clients cannot cause at will
             self._log.error(f"{text}: {type(error).__name__}: {error}")
 
 
@@ -101,23 +102,24 @@ class HttpThread:
         if not serving.wait(_START_TIMEOUT_S) or self._serving_result.done():
             self.stop()
             self._listening.close()
-            raise CxbridgeError("the web server does not start")
+            raise CxbridgeError("the web server did not start")
 
     def _make_configuration(self, app: ASGIApp) -> uvicorn.Config:
         settings = self._settings
         try:
             config = uvicorn.Config(
                 app,
+                # the application has no start-up code and no WebSockets
                 lifespan="off",
                 ws="none",
                 http=Connection,
                 loop="asyncio",
-                log_config=None,
+                log_config=None,  # `_LogHandler` forwards the warnings
                 access_log=False,
                 server_header=False,
-                proxy_headers=False,
+                proxy_headers=False,  # any client could pretend to be a proxy
                 limit_concurrency=MAX_CONNECTIONS,
-                timeout_graceful_shutdown=1,  # second
+                timeout_graceful_shutdown=1,  # in seconds
                 ssl_certfile=settings.tls_cert,
                 ssl_keyfile=settings.tls_key,
             )
@@ -136,7 +138,7 @@ class HttpThread:
     def stop(self, close_streams: Callable[[], None] = lambda: None) -> None:
         """Stop serving; repeated calls are harmless.
 
-        :param close_streams: ends the endless answers, such as event streams; called in the server's thread.
+        :param close_streams: ends the open streams of events; called in the server's thread.
         """
         thread, self._thread = self._thread, None
         if thread is not None and self._server is not None:
@@ -153,15 +155,15 @@ def _listen(host: str, port: int) -> socket.socket:
         family, _, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
         listening = socket.socket(family, socket.SOCK_STREAM)
     except OSError as error:
-        raise CxbridgeError(f"the web server cannot be at {host}: {error.strerror}") from error
+        raise CxbridgeError(f"the web server cannot listen on {host}: {error.strerror}") from error
     try:
         listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         listening.bind(address)
-        listening.listen(_BACKLOG)
+        listening.listen(_MAX_BACKLOG)
     except OSError as error:
         listening.close()
         hint = "choose another port with cxbridge/web/port; 0: any free port"
         raise CxbridgeError(
-            f"the web server cannot be at {host}:{port}: {error.strerror}", hint=hint
+            f"the web server cannot listen on {host}:{port}: {error.strerror}", hint=hint
         ) from error
     return listening

@@ -92,7 +92,7 @@ class RunHost(WebHost):
             if (control := self.executive.control) is not None:
                 control.go_on()
         else:
-            raise CxbridgeError("a run cannot be reset", hint="a daemon can: 'cxbridge daemon start --web'")
+            raise CxbridgeError("a run cannot be reset", hint="use a daemon: 'cxbridge daemon start --web'")
 
     @property
     def stall_reason(self) -> str:
@@ -113,7 +113,7 @@ class RunHost(WebHost):
         :raises CxbridgeError: always.
         """
         state = "loaded" if load else "unloaded"
-        raise CxbridgeError(f"{name} cannot be {state}: a run keeps its parts from its start to its end")
+        raise CxbridgeError(f"{name} cannot be {state}: the components of a run are fixed")
 
     def attend(self) -> None:
         """Answer requests between two loops."""

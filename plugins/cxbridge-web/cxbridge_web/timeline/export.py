@@ -94,7 +94,7 @@ def _add_rules(data: TimelineData, tracks: Tracks, events: TraceEvents, processe
     if data.facts:
         track = tracks.add_thread(next(iter(processes.values()), 0) or tracks.add_process("facts"), "facts")
         for moment, count in data.facts.values():
-            events.add_counter(track, "facts", moment, {"since the begin": count})
+            events.add_counter(track, "facts", moment, {"since the beginning": count})
 
 
 def _add_calls(data: TimelineData, tracks: Tracks, events: TraceEvents) -> dict[tuple[str, str], Track]:

@@ -8,9 +8,11 @@ from cxbridge.history.builder import RunHistory
 from cxbridge.history.model import DONE_STATES, ActionChange, GoalRecord, PlanActionRecord, goal_forest
 from cxbridge_web.timeline.events import Lanes, Moment, TraceEvents, Track, Tracks
 
-OPEN_NOTE: Final = "not over at the end of the recording"  # note of a slice that ends with the recording
+OPEN_NOTE: Final = "unfinished at the end of the recording"
+"""The note of a slice that ends with the recording."""
 
-DROPPED_NOTE: Final = "not over when its goal was retracted"  # note of a plan-action that ends with its goal
+DROPPED_NOTE: Final = "unfinished when its goal was retracted"
+"""The note of a plan-action that ends with its goal."""
 
 # The indentation of track names per level, since tracks cannot nest and blanks are trimmed.
 INDENT: Final = "· "

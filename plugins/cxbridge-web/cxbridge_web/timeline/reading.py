@@ -120,9 +120,9 @@ def _add_event(data: TimelineData, event: Event, moment: Moment) -> None:
 
 
 def _make_note(noun: str, lists_by_noun: TruncatedList[Any]) -> str:
-    """Return the warning about events that are left out."""
+    """Return the warning about omitted events."""
     return (
-        f"{lists_by_noun.lost} of {lists_by_noun.total} {noun} are left out, from the middle of the run: "
+        f"{lists_by_noun.lost} of {lists_by_noun.total} {noun} are omitted from the middle of the run: "
         "'cxbridge trace cat' has them."
     )
 

@@ -1,4 +1,4 @@
-"""Long sequences of which a page shows the start and the end, with the number of the omitted items."""
+"""Long sequences of which a page shows the start and the end, with the number of the lost items."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ class TruncatedList(Generic[Item]):
         self._head: list[Item] = []
         # with an odd limit, one more of the last items is kept: they show the end of a run
         self._tail: deque[Item] = deque(maxlen=limit - limit // 2)
-        self._room = limit // 2
+        self._head_limit = limit // 2
 
     def add(self, item: Item) -> None:
         self.total += 1
-        if len(self._head) < self._room:
+        if len(self._head) < self._head_limit:
             self._head.append(item)
         else:
             self._tail.append(item)
 
     @property
     def lost(self) -> int:
-        """The number of omitted items."""
+        """The number of lost items, which are those of the middle."""
         return self.total - len(self._head) - len(self._tail)
 
     @property
     def gap(self) -> int | None:
-        """The index in `items` at which items were omitted, or None."""
+        """The index in `items` of the first item after the lost items; None if no items were lost."""
         return len(self._head) if self.lost else None
 
     def items(self) -> list[Item]:

@@ -34,7 +34,7 @@ def test_parts(query, numbers, total):
 
 @pytest.mark.parametrize("query", [{"limit": "-1"}, {"offset": "x"}, {"limit": "1" * 30}, {"limit": "²"}])
 def test_numbers_that_are_none(query):
-    with pytest.raises(PagingError, match="must be a number"):
+    with pytest.raises(PagingError, match="must be a whole number"):
         Window.of(query)
 
 

@@ -183,7 +183,7 @@ def test_a_port_that_is_taken_is_told():
         options = DaemonOptions(settings=(*QUIET, ("executive", False), ("web/port", port)))
         with running(options) as (_d, _l, outcome):
             pass
-        assert f"the web server cannot be at 127.0.0.1:{port}" in str(outcome[0])
+        assert f"the web server cannot listen on 127.0.0.1:{port}" in str(outcome[0])
 
 
 def test_a_daemon_ends_though_somebody_follows():

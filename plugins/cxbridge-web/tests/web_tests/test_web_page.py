@@ -121,7 +121,7 @@ def test_foxglove_alone_is_announced_and_is_a_port(tmp_path, capsys):
         process.send_signal(signal.SIGINT)
         assert process.wait(WAIT_S) == 0
     assert invoke(["run", str(scenario), "--foxglove=70000"]) == 2
-    assert "--foxglove cannot be at port '70000'" in capsys.readouterr().err
+    assert "--foxglove cannot use the port '70000'" in capsys.readouterr().err
 
 
 def test_ctrl_c_before_the_end_is_130(tmp_path):
@@ -192,7 +192,7 @@ def test_what_is_no_recording_is_told_at_once(tmp_path, capsys):
 def test_a_page_and_a_replay_do_not_go_together(recordings, tmp_path, capsys):
     scenario = str(tmp_path / "s")
     assert invoke(["run", scenario, "--replay", str(recordings[0]), "--web", "0", "--no-browser"]) == 2
-    assert "--web cannot go with --replay" in capsys.readouterr().err
+    assert "--web cannot be used with --replay" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -229,7 +229,7 @@ def test_a_port_that_is_taken_is_one_clear_error():
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         made = make_foxglove_server(EventBus(RealClock()), FoxgloveSettings(port=port))
-        with pytest.raises(CxbridgeError, match=rf"cannot be at 127.0.0.1:{port}"):
+        with pytest.raises(CxbridgeError, match=rf"cannot listen on 127.0.0.1:{port}"):
             made.start()
         made.stop()
 
@@ -250,5 +250,5 @@ def test_the_option_may_go_without_a_number(given, port):
 
 @pytest.mark.parametrize("given", ["70000", "-1", "here"])
 def test_an_option_that_is_no_port_is_one_clear_error(given):
-    with pytest.raises(CxbridgeError, match="--foxglove cannot be at port"):
+    with pytest.raises(CxbridgeError, match="--foxglove cannot use the port"):
         dict(DaemonOptions(more=(FoxgloveOptions(foxglove=given),)).all_settings())
