@@ -146,5 +146,5 @@ def test_an_entry_holds_it_to_the_contract(package):
 
 
 def test_a_query_is_refused_unless_the_transport_reads_it(package):
-    with pytest.raises(Exception, match=r"takes no '\?key=a'"):
+    with pytest.raises(Exception, match=r"does not support the query '\?key=a'"):
         open_blackboard("shelf://one?key=a", SampleRegistry(), VirtualClock())

@@ -409,7 +409,7 @@ def test_two_writers_are_told_once_and_left_alone(rig, monkeypatch):
     for _ in range(3):
         rig.look_again()
     assert rig.gateway.mirrors() == []
-    assert sum("writers on both sides" in text for text in rig.log) == 1
+    assert sum("both blackboards have a writer" in text for text in rig.log) == 1
     monkeypatch.setattr("cxbridge.blackboard.gateway.gateway.RIVAL_PAUSE_S", 0.0)
     second.close()
     rig.look_again()

@@ -25,7 +25,7 @@ PATIENCE_S = 60.0
 
 STRANGERS = {
     "no-keys": ("", "needs CURVE keys"),
-    "insecure": ("?insecure=yes", "wants CURVE keys"),
+    "insecure": ("?insecure=yes", "requires CURVE keys"),
     "unknown-client-key": (
         "?key={keys}/stranger.key_secret&server-key={keys}/robot.key",
         "our key is unknown to it",

@@ -229,8 +229,8 @@ def test_a_thousand_clients_that_say_hello_and_nothing_more(tmp_path):
             one.routing_id = b"e" + session
             one.connect(made.url)
             one.send(encode(Hello(session, name=f"number {number}")))
-        eventually(lambda: any("given up" in line.text for line in lines))
+        eventually(lambda: any("dropped client" in line.text for line in lines))
         assert serves(made)
         eventually(lambda: made.server.session_count <= len(made.clients), timeout=60)
         assert memory() - before < 300e6
-        assert len([line for line in lines if "given up" in line.text]) <= 4
+        assert len([line for line in lines if "dropped client" in line.text]) <= 4

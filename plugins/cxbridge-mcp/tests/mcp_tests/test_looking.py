@@ -89,4 +89,4 @@ def test_what_changes_anything_is_refused_before_a_daemon_is_asked(looker):
 
 
 def test_a_daemon_that_is_not_there(looker):
-    assert "no blackboard answers" in looker.refusal("daemon_status")
+    assert "no blackboard replies" in looker.refusal("daemon_status")

@@ -159,8 +159,8 @@ def test_a_token_lets_in():
         ("{host: 192.0.2.1, token: 0123456789abcdef}", "could be reached from beyond this machine"),
         ("{token: short}", "too short"),
         ("{tls-cert: a.pem}", "TLS needs both"),
-        ("{tls-cert: a.pem, tls-key: b.pem}", "no such file"),
-        ("{port: 70000}", "cannot be 70000"),
+        ("{tls-cert: a.pem, tls-key: b.pem}", "the file does not exist"),
+        ("{port: 70000}", "must not be 70000"),
         ("{prot: 1}", "a daemon knows no /cxbridge/web/prot"),
     ],
 )

@@ -120,16 +120,16 @@ def test_what_cannot_be_used_is_told_with_its_file(tmp_path):
     cut.write_text("\n".join([lines[0], "MIIB", lines[-1]]))
     nothing = tmp_path / "nothing"
     for pair, file, text in (
-        ((nothing, key), nothing, "no such file"),
-        ((cert, nothing), nothing, "no such file"),
+        ((nothing, key), nothing, "the file does not exist"),
+        ((cert, nothing), nothing, "the file does not exist"),
         ((tmp_path, key), tmp_path, "directory"),
-        ((junk, key), junk, "no certificate in this file"),
-        ((key, key), key, "no certificate in this file"),
+        ((junk, key), junk, "this file contains no certificate"),
+        ((key, key), key, "this file contains no certificate"),
         ((cut, key), cut, "this is not a certificate"),
-        ((cert, junk), junk, "no private key in this file"),
-        ((cert, cert), cert, "no private key in this file"),
+        ((cert, junk), junk, "this file contains no private key"),
+        ((cert, cert), cert, "this file contains no private key"),
         ((old, old_key), old, f"has expired: it was valid until {NOW - DAY:%Y-%m-%d %H:%M} UTC"),
-        ((other, key), key, f"not that of the certificate {other}"),
+        ((other, key), key, f"does not belong to the certificate {other}"),
         ((locked, locked_key), locked_key, "is encrypted"),
     ):
         message, where = refusal(*pair)
