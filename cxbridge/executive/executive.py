@@ -77,7 +77,7 @@ class CoreFiles(Struct, frozen=True):
 
     :param cx: the folder of the CX core, with saliences.clp, init.clp ...
     :param clips_dirs: the agent's folders, searched after the core's.
-    :param before: folders that are searched before the core's folder.
+    :param override_dirs: folders that are searched before the core's folder.
     :param substitutions: values of ``@BASEDIR@`` and other placeholders.
     :param config_feature: the feature that provides the configuration to init.clp.
     :param redefine_feature: the feature that reports redefinitions.
@@ -87,7 +87,7 @@ class CoreFiles(Struct, frozen=True):
     cx: Path = BUILTIN_CX
     clips_dirs: tuple[Path, ...] = ()
     substitutions: Mapping[str, str] = field(default_factory=dict)
-    before: tuple[Path, ...] = ()
+    override_dirs: tuple[Path, ...] = ()
     config_feature: str = "config"
     redefine_feature: str = "redefine-warning"
     time_of: Callable[[int], tuple[float | int, ...]] = split_us
@@ -186,7 +186,7 @@ class Executive:
         env = self.env
         for placeholder, value in self._files.substitutions.items():
             env.call("path-add-subst", placeholder, value)
-        for folder in (*self._files.before, self._files.cx, *self._files.clips_dirs):
+        for folder in (*self._files.override_dirs, self._files.cx, *self._files.clips_dirs):
             env.call("path-add", f"{folder}/")
         self.manager.request(env.name, self._files.config_feature)
         env.define("map-action-skill", self._map_action_skill, 3, types="*;sy;m;m")
@@ -211,7 +211,7 @@ class Executive:
                 ]
                 raise ExecutiveError(
                     "CLIPS Executive initialization failed: " + ("; ".join(messages) or "see the log"),
-                    hint="a feature that a spec's init section asks for must be one of: "
+                    hint="a feature that a spec's init section requests must be one of: "
                     + ", ".join(self.manager.features),
                 )
 
@@ -311,7 +311,7 @@ class Executive:
         self.env.refresh_agenda()
         if self.env.run(MAX_FINAL_FIRINGS) >= MAX_FINAL_FIRINGS:
             self.log.warn(
-                f"{MAX_FINAL_FIRINGS} rules fired after (executive-finalize): they go round in circles, "
+                f"{MAX_FINAL_FIRINGS} rules fired after (executive-finalize): they fire in a cycle; "
                 "the environment is destroyed"
             )
         # the rules of the finalization may have changed the settings of the environment
@@ -379,18 +379,18 @@ def place_of_skill(config: Configuration, spec: str, skill_string: str) -> str:
 def action_mapping(config: Configuration, spec: str) -> dict[str, str]:
     """Return the mapping templates of a spec by action.
 
-    :raises ConfigError: if a template is not a text.
+    :raises ConfigError: if a template is not a string.
     """
     prefix = f"/clips-executive/specs/{spec}/action-mapping/"
     mapping = {}
     for item in config.search(prefix):
         action, slash, _ = item.path.removeprefix(prefix).partition("/")
         if item.is_list:
-            message = f"the mapping of action '{action}' is a list, not a text"
+            message = f"the mapping of action '{action}' must be a string, not a list"
             raise ConfigError(message, file=item.file, line=item.line)
         if slash:  # YAML reads say{...} without quotes as a map
             raise ConfigError(
-                f"the mapping of action '{action}' is a map, not a text",
+                f"the mapping of action '{action}' must be a string, not a map",
                 file=item.file,
                 line=item.line,
                 hint="a skill string with braces must be quoted: 'say{...}'",

@@ -84,4 +84,4 @@ def define_logged(
             log_error(error)
             return failure
 
-    env.define(name, call, function.__code__.co_argcount - 1, types=types)  # without self
+    env.define(name, call, function.__code__.co_argcount - 1, types=types)  # self is not an argument

@@ -128,7 +128,7 @@ class EnvironmentManager:
         :raises ClipsError: if the name exists.
         """
         if feature.name in self._known_names:
-            raise ClipsError(f"there is a CLIPS feature '{feature.name}' already")
+            raise ClipsError(f"a CLIPS feature '{feature.name}' already exists")
         if isinstance(feature, LazyFeature):
             self.log.info(f"Adding feature {feature.name}{feature.origin and f' ({feature.origin})'}")
             self._lazy[feature.name] = feature
@@ -172,7 +172,7 @@ class EnvironmentManager:
         users = self._feature_info(name).environments
         if users:
             raise ClipsError(
-                f"the CLIPS feature '{name}' cannot be withdrawn: {', '.join(users)} has it",
+                f"the CLIPS feature '{name}' cannot be withdrawn: it is in use by {', '.join(users)}",
                 hint="remove it from the environment first",
             )
 

@@ -203,7 +203,7 @@ class SharedMemory:
             self._store = EmbeddedStore(clock, shared.file)
         file = settings.file
         agent_file = None if file is None else file.with_name(f"{file.stem}-{agent}{file.suffix}")
-        return SplitStore(EmbeddedStore(clock, agent_file), self._store, settings.distributed)
+        return SplitStore(EmbeddedStore(clock, agent_file), self._store, settings.distributed_databases)
 
     def close(self) -> None:
         if self._store is not None:

@@ -183,7 +183,7 @@ def test_a_withdrawn_feature_cannot_be_requested_until_it_is_offered(manager, fe
         manager.add_feature(Answer())
     manager.offer("answer")
     assert env.eval('(ff-feature-request "answer")') == "TRUE"
-    with pytest.raises(ClipsError, match="agent has it"):
+    with pytest.raises(ClipsError, match="in use by agent"):
         manager.withdraw("answer")
     with pytest.raises(ClipsError, match="no CLIPS feature 'x'"):
         manager.check_unused("x")

@@ -97,4 +97,4 @@ def test_without_a_temporal_planner_the_goal_fails_and_says_why(tmp_path):
     result, lines = run(tmp_path, "planner: {planner: pyperplan}")
     assert result.status == 1
     assert result.goals[0].error == "PLANNING FAILED"
-    assert any("pyperplan knows nothing of durative actions" in line for line in lines)
+    assert any("pyperplan does not support durative actions" in line for line in lines)

@@ -185,7 +185,7 @@ def test_rules_that_fire_for_ever_fail_the_test(cx, tmp_path):
     agent = AGENT + "(defrule circle ?f <- (circle ?n) => (retract ?f) (assert (circle (+ ?n 1))))"
     agent += "(defrule circle-begin (begun) => (assert (circle 0)))"
     run = cx.run(write_scenario(tmp_path, agent=agent))
-    with pytest.raises(AssertionError, match=r"an error in a rule: rules fire without an end: circle "):
+    with pytest.raises(AssertionError, match=r"an error in a rule: rules fire endlessly: circle "):
         run.advance(1.0)
 
 

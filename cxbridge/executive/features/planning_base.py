@@ -101,8 +101,8 @@ class PlanningUser:
         :param planner: the name of the planner, by default that of the settings.
         :param timeout: the timeout in seconds; 0: the timeout of the settings.
         :param objects: the names of the problem's objects, by default all objects.
-        :raises PddlError: without a domain, or if the formula does not suit the domain. An event has the
-            reason, too.
+        :raises PddlError: without a domain, or if the formula does not suit the domain. An event also
+            has the reason.
         """
         from cxbridge.executive.pddl import parse_formula, problem_of_facts  # noqa: PLC0415
         from cxbridge.executive.planning import PlannerCallReporter, PlanRequest  # noqa: PLC0415

@@ -101,7 +101,7 @@ class RobotMemoryContext:
         # each event has another time, because rules handle the oldest event first
         self._last_event_us = max(received_us, self._last_event_us + 1)
         if self.env.assert_string(f"({name})") is None:
-            self.log.warn(f"Asserting ({name}) failed: is it a name?")
+            self.log.warn(f"Asserting ({name}) failed: is it a valid relation name?")
         slots: dict[str, Value] = {
             "name": name,
             "rcvd-at": split_us(self._last_event_us),

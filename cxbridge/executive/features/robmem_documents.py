@@ -159,7 +159,7 @@ class DocumentFunctions:
         items = _value_at(self._document(doc, "bson-get-array"), field)
         if not isinstance(items, list):
             raise ClipsError(f"bson-get-array: field {field} is not an array")
-        # first a check of all elements: _to_clips() makes a handle for each document, which rules must
+        # check all elements first: _to_clips() makes a handle for each document, which rules must
         # release
         return tuple(map(self._to_clips, items)) if all(map(_is_supported, items)) else (FALSE,)
 

@@ -24,7 +24,7 @@ class MutexFunctions:
     def __init__(self, env: ClipsEnvironment, context: RobotMemoryContext) -> None:
         self._context = context
         memory = context.memory
-        self._mutexes = mutexes = Mutexes(context.store, memory.settings.mutexes, memory.clock)
+        self._mutexes = mutexes = Mutexes(context.store, memory.settings.mutex_collection, memory.clock)
         operations: tuple[tuple[str, Callable[..., bool], int], ...] = (
             ("create", mutexes.create, 1),
             ("destroy", mutexes.destroy, 1),

@@ -189,7 +189,7 @@ class SkillBoardFeature(Feature):
         agent: str,
     ) -> int:
         if len(names) != len(values):
-            context.log.error(f"{skill} has {len(names)} names of parameters, but {len(values)} values")
+            context.log.error(f"{skill} has {len(names)} parameter names, but {len(values)} values")
             return 0
         parameters = {str(name): _json_value(value) for name, value in zip(names, values, strict=True)}
         return self._start_request(
@@ -205,7 +205,7 @@ class SkillBoardFeature(Feature):
         """Make a request; return the number of the action, 0 for a refused request."""
         board = self._board()
         if board is None:
-            context.log.error("there is no skill board now")
+            context.log.error("there is no skill board at present")
             return 0  # the numbers of actions start at 1
         try:
             action = ask(board)
@@ -284,7 +284,7 @@ class SkillBoardFeature(Feature):
 
 
 def _json_value(value: Value) -> Any:
-    """Return the JSON value of a CLIPS value: TRUE and FALSE become booleans, symbols texts."""
+    """Return the JSON value of a CLIPS value: TRUE and FALSE become booleans, symbols become strings."""
     if isinstance(value, tuple):
         return [_json_value(item) for item in value]
     if isinstance(value, Symbol) and value in (TRUE, FALSE):

@@ -140,7 +140,7 @@ class EndlessRules:
             names.append(rule if location is None else f"{rule} ({location[0]}:{location[1]})")
         if len(self.ring) > _MAX_NAMES:
             names.append(f"{len(self.ring) - _MAX_NAMES} more")
-        return f"rules fire without an end: {' -> '.join([*names, *self.ring[:1]])}"
+        return f"rules fire endlessly: {' -> '.join([*names, *self.ring[:1]])}"
 
     def _describe_length(self, now_s: float) -> str:
         return f"{self.firing_count:,} firings in {now_s - self._began_s:.1f} s"

@@ -171,7 +171,7 @@ class ClipsEnvironment:
         """Report a construct that recursed until the stack was nearly exhausted."""
         # CLIPS would report an error for each level of the recursion; the end of the run resets the router
         self.output.quiet = True
-        self.log.error(f"'{function}' calls itself without end: ended, the stack is used up")
+        self.log.error(f"'{function}' calls itself endlessly: ended because the stack is exhausted")
 
     def _load(self, file: str) -> Value:
         self._forget_templates()
@@ -284,7 +284,7 @@ class ClipsEnvironment:
         try:
             return self.maker.assert_fact(self.maker.make_fact(deftemplate, values))
         except KeyError as error:
-            raise ClipsError(f"deftemplate '{template}' takes no such value in slot {error}") from None
+            raise ClipsError(f"deftemplate '{template}' does not accept this value in slot {error}") from None
 
     def assert_ordered(self, relation: str, fields: tuple[Value, ...]) -> int | None:
         """Assert an ordered fact, e.g. ``(time 1 2)``, of a relation that a construct has named.

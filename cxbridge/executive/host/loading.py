@@ -2,7 +2,7 @@
 
 As in Fawkes, loading continues after a broken construct. CLIPS' message about the construct becomes a
 :class:`Diagnostic` with file and line. Users' files are rewritten before CLIPS reads them
-(:mod:`cxbridge.executive.host.source`); files of the built-in core, the native files, nearly not.
+(:mod:`cxbridge.executive.host.source`); files of the built-in core, the native files, almost never.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ _COMMAND = re.compile(r"^\((?!def)", re.MULTILINE)
 _FUNCTION_KINDS = ("deffunction", "defgeneric", "defmethod")
 
 UNCLOSED = "UNCLOSED"
-"""The code for a parenthesis without end."""
+"""The code for an unclosed parenthesis."""
 
 _FIND_CONSTRUCT: dict[str, Callable[[CData, bytes], CData]] = {
     "defrule": lib.FindDefrule,
@@ -164,7 +164,7 @@ class ClipsLoader:
         finally:
             self._loading.pop()
         if source.unclosed_line is not None:
-            text = "a parenthesis opens here that never closes: what follows it in the file is lost"
+            text = "a parenthesis that opens here is never closed: the rest of the file is not loaded"
             unclosed = [item for item in source.constructs if item.line == source.unclosed_line]
             construct = f"{unclosed[0].kind} {unclosed[0].name}" if unclosed else ""
             self._report(Diagnostic(file, source.unclosed_line, construct, UNCLOSED, text), Level.WARN)

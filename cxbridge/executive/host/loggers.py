@@ -91,7 +91,7 @@ class LoggerStack:
         :raises ClipsError: if the name exists, there are too many loggers or the priority is out of bounds.
         """
         if any(existing.name == logger.name for existing in self.loggers):
-            raise ClipsError(f"there is a logger '{logger.name}' already")
+            raise ClipsError(f"a logger '{logger.name}' already exists")
         if len(self.loggers) >= MAX_LOGGERS:
             raise ClipsError(f"an environment cannot have more than {MAX_LOGGERS} loggers")
         if abs(logger.priority) > MAX_PRIORITY:

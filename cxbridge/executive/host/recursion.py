@@ -24,10 +24,10 @@ GUARD_FUNCTION = "cx-guard-recursion"
 """The name of the guard function."""
 
 # Bytes of the stack that remain reserved for calls of a function on its last level.
-_RESERVE = 2 * 1024 * 1024
+_RESERVED_BYTES = 2 * 1024 * 1024
 
 # The maximum number of stack bytes for CLIPS.
-_MAX_STACK = 256 * 1024 * 1024
+_MAX_STACK_BYTES = 256 * 1024 * 1024
 
 _FUNCTION = re.compile(r"\(\s*(?:deffunction|defmethod)\s+([^\s()]+)(?:\s+\d+)?\s*")
 _HANDLER = re.compile(
@@ -133,7 +133,7 @@ def _stack_floor() -> int:
         library.pthread_attr_destroy(attributes)
     # the reserve is at most a quarter of a small stack, such as that of a thread
     top = (lowest_address.value or 0) + size.value
-    return max(top - size.value + min(_RESERVE, size.value // 4), top - _MAX_STACK)
+    return max(top - size.value + min(_RESERVED_BYTES, size.value // 4), top - _MAX_STACK_BYTES)
 
 
 def make_guard(report_recursion: Callable[[str], None]) -> CData:

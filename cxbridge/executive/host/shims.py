@@ -2,7 +2,7 @@
 
 :func:`make_room` removes changed built-ins, and keeps the originals under names that begin with ``cx-``.
 :data:`FUNCTIONS` are deffunctions that behave as in 6.30 and call the originals. docs/evidence/clips.md lists
-    the remaining differences. ``tests/executive/clips630`` compares every function with a real CLIPS 6.30.
+the remaining differences. ``tests/executive/clips630`` compares every function with a real CLIPS 6.30.
 """
 
 from __future__ import annotations

@@ -40,12 +40,12 @@ _SINGLE_SLOT = re.compile(r"(?<=\()(\s*)single-slot(?=\s)")
 _MAX_DEPTH = 500
 
 # The maximum length of a string or symbol: CLIPS reads it in quadratic time.
-_MAX_WORD = 128 * 1024
+_MAX_WORD_LENGTH = 128 * 1024
 
 # The maximum number of parts of a construct: CLIPS counts them in 16 bits, slowly.
 _MAX_PARTS = 4096
 
-_LONG_WORD = re.compile(rf"""[^\s()";]{{{_MAX_WORD + 1}}}""")
+_LONG_WORD = re.compile(rf"""[^\s()";]{{{_MAX_WORD_LENGTH + 1}}}""")
 _FORMAT = re.compile(r'\(\s*format\s+[^\s()";]+\s+"((?:[^"\\]|\\.)*)"')
 # A field of 200 characters or more, which overflows CLIPS' buffer.
 _WIDE_FIELD = re.compile(r"(?:^|[^%])(?:%%)*%-?(?:\d*\.)?(?:[2-9]\d\d|\d{4})")
@@ -212,10 +212,10 @@ def find_exceeded_limit(text: str) -> ExceededLimit | None:
     excesses: list[tuple[int, str]] = []
     word = _LONG_WORD.search(code)
     if word is not None:
-        excesses.append((word.start(), f"a word of more than {_MAX_WORD} characters"))
-    string = next((m for m in HIDDEN.finditer(text) if m[0][0] == '"' and len(m[0]) > _MAX_WORD), None)
+        excesses.append((word.start(), f"a word of more than {_MAX_WORD_LENGTH} characters"))
+    string = next((m for m in HIDDEN.finditer(text) if m[0][0] == '"' and len(m[0]) > _MAX_WORD_LENGTH), None)
     if string is not None:
-        excesses.append((string.start(), f"a string of more than {_MAX_WORD} characters"))
+        excesses.append((string.start(), f"a string of more than {_MAX_WORD_LENGTH} characters"))
     depth, part_count, is_limited = 0, 0, False
     for match in PARENTHESIS.finditer(code, 0, min(excesses)[0] if excesses else len(text)):
         offset = match.start()
@@ -245,7 +245,7 @@ def check_parser_limits(text: str) -> None:
     """
     excess = find_exceeded_limit(text)
     if excess is not None:
-        raise ClipsError(f"CLIPS cannot take this text: {excess.message}")
+        raise ClipsError(f"CLIPS cannot read this text: {excess.message}")
 
 
 def _add_modify_edits(

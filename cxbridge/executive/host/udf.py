@@ -134,7 +134,7 @@ class UdfTable:
     def _define_again(self, name: str, function: Function, arguments: tuple[int, int, str]) -> None:
         *signature, function_cell = self._functions[name]
         if tuple(signature) != arguments:
-            raise ClipsError(f"the function '{name}' took other arguments before it was revoked")
+            raise ClipsError(f"the function '{name}' had other parameters before it was revoked")
         function_cell[0] = function
         self._revoked.discard(name)
 

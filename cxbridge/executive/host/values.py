@@ -170,7 +170,7 @@ def value_pointer(env: CData, value: Value) -> CData:
     try:
         convert = _TO_CLIPS[type(value)]
     except KeyError:
-        raise ClipsError(f"CLIPS has no value like {value!r}") from None
+        raise ClipsError(f"CLIPS has no equivalent of {value!r}") from None
     return convert(env, value)
 
 

@@ -33,7 +33,7 @@ class WatchItem:
         self.exceptions: set[str] = set()
 
     def set(self, names: tuple[str, ...], *, on: bool) -> None:
-        """Watch the named constructs, or stop to watch them; without names, all constructs."""
+        """Watch the named constructs, or stop watching them; without names, all constructs."""
         if not names:
             self.default = on
             self.exceptions.clear()
@@ -125,7 +125,7 @@ class Watcher:
             self.rules.set(tuple(names), on=on)
 
     def unwatch_undefined(self, item: str, name: str) -> None:
-        """Stop to watch a deftemplate or rule that may not be defined yet, unlike :meth:`watch`.
+        """Stop watching a deftemplate or rule that may not be defined yet, unlike :meth:`watch`.
 
         :param item: ``facts`` or ``rules``.
         """

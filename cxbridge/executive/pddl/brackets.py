@@ -71,7 +71,7 @@ def parse_items(text: SourceText) -> tuple[Item, ...]:
             outer.append(Group(tuple(items), start, position))
             items = outer
         else:
-            raise syntax_error("there is a ')' too many", position, text.file)
+            raise syntax_error("there is one ')' too many", position, text.file)
     if opened:
         raise _unclosed_error(text)
     return tuple(items)

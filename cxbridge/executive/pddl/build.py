@@ -40,7 +40,7 @@ from cxbridge.executive.pddl.tokens import SourceText, Token
 from cxbridge.executive.pddl.unsupported import (
     OBJECT_FLUENTS,
     TIMED_INITIAL_LITERALS,
-    unsupported_head,
+    unsupported_formula,
     unsupported_texts,
 )
 
@@ -77,8 +77,8 @@ class SyntaxBuilder:
     def __init__(self, text: SourceText) -> None:
         self._position = text.position
         self._file = text.file
-        self.words_of_numbers: set[str] = set()
-        """Words in places of numbers: objects, or functions written without brackets."""
+        self.words_as_numbers: set[str] = set()
+        """Words used as numbers: objects, or functions written without brackets."""
 
     def _error(self, message: str, start: int, hint: str | None = None) -> PddlSyntaxError:
         return syntax_error(message, self._position(start), self._file, hint)
@@ -93,7 +93,7 @@ class SyntaxBuilder:
         for section in sections:
             if section.field in fields and owner:
                 message = f"{owner} has {section.keyword} twice"
-                raise self._error(message, section.start, "join them with (and ...)")
+                raise self._error(message, section.start, "combine them with (and ...)")
             if section.field in fields:
                 message = f"there is a second section {section.keyword}"
                 raise self._error(message, section.start, "join them")
@@ -178,7 +178,7 @@ class SyntaxBuilder:
         return Section("objects", ":objects", self._typed_list(children), start)
 
     def init(self, children: Children, start: int) -> Section:
-        """Return the initial state: several fields of the problem."""
+        """Return the section of the initial state: facts, explicitly false facts and numbers."""
         true: dict[Atom, None] = {}
         false: dict[Atom, None] = {}
         numbers: list[tuple[FunctionTerm, float]] = []
@@ -227,7 +227,7 @@ class SyntaxBuilder:
             first = atom.arguments[0]
             has_time = index == 1 and isinstance(first, Constant) and number_of(first.name) is not None
             is_timed = has_time and atom.predicate.lower() == "at"
-            name = TIMED_INITIAL_LITERALS if is_timed else unsupported_head(atom.predicate)
+            name = TIMED_INITIAL_LITERALS if is_timed else unsupported_formula(atom.predicate)
             if name:
                 message, hint = unsupported_texts(name)
                 raise syntax_error(message, atom.position, self._file, hint)
@@ -238,7 +238,7 @@ class SyntaxBuilder:
 
     def metric(self, children: Children, start: int) -> Section:
         direction, term = children
-        self._record_words_of_numbers([term])
+        self._record_words_as_numbers([term])
         return Section("metric", ":metric", (direction.text.lower(), term), start)
 
     def length(self, _children: Children, _start: int) -> None:
@@ -300,7 +300,7 @@ class SyntaxBuilder:
         return Quantified(quantifier, self._typed_list(variables), part, self._position(start))
 
     def comparison(self, children: Children, start: int) -> TermComparison:
-        self._record_words_of_numbers(children[1:])
+        self._record_words_as_numbers(children[1:])
         sign, left, right = children
         return TermComparison(sign.text, left, right, self._position(start))
 
@@ -312,13 +312,13 @@ class SyntaxBuilder:
         return When(children[0], children[1], self._position(start))
 
     def change(self, children: Children, start: int) -> NumericChange:
-        self._record_words_of_numbers(children[1:])
+        self._record_words_as_numbers(children[1:])
         sign, target, amount = children
         return NumericChange(sign.text.lower(), target, amount, self._position(start))
 
-    def _record_words_of_numbers(self, terms: Children) -> None:
-        """Record the words among the terms in places of numbers, for :mod:`.spelling`."""
-        self.words_of_numbers.update(term.name for term in terms if isinstance(term, Constant))
+    def _record_words_as_numbers(self, terms: Children) -> None:
+        """Record the terms that are words used as numbers, for :mod:`.spelling`."""
+        self.words_as_numbers.update(term.name for term in terms if isinstance(term, Constant))
 
     def variable(self, children: Children, start: int) -> Variable:
         name = children[0].text[1:]
@@ -330,7 +330,7 @@ class SyntaxBuilder:
         return Constant(children[0].text, self._position(start))
 
     def function(self, children: Children, start: int) -> FunctionTerm:
-        self._record_words_of_numbers(children[1:])
+        self._record_words_as_numbers(children[1:])
         name = children[0].text
         if name.lower() == TOTAL_TIME:  # predefined for metrics
             name = TOTAL_TIME

@@ -15,7 +15,7 @@ from cxbridge.executive.pddl.errors import PddlSyntaxError, syntax_error
 from cxbridge.executive.pddl.grammar import END_TERMINAL, load_tables
 from cxbridge.executive.pddl.reader import UnexpectedToken
 from cxbridge.executive.pddl.tokens import SourceText
-from cxbridge.executive.pddl.unsupported import unsupported_head, unsupported_section, unsupported_texts
+from cxbridge.executive.pddl.unsupported import unsupported_formula, unsupported_section, unsupported_texts
 
 # the kind of a text by start symbol of the grammar
 _TEXT_NOUNS: Final = {"domain": "domain", "problem": "problem", "condition": "formula"}
@@ -92,7 +92,10 @@ class _Explainer:
         """Explain a section or formula that cxbridge does not support."""
         groups = [*self._path, *([self._group] if isinstance(self._group, Group) else [])]
         parts = [
-            (unsupported_section(group.head) or (depth > 0 and unsupported_head(group.head)), group.position)
+            (
+                unsupported_section(group.head) or (depth > 0 and unsupported_formula(group.head)),
+                group.position,
+            )
             for depth, group in enumerate(groups)  # the outermost group is (define ...)
         ]
         parts.append((unsupported_section(self._word), self._position))  # :derived without its bracket

@@ -198,7 +198,7 @@ class _FactMaker:
                 yield from self._comparison_facts(formula, parent, id_, is_root=is_root)
             case Quantified(quantifier=quantifier):
                 raise self._error(
-                    f"'{quantifier}' in a condition cannot be made into facts",
+                    f"'{quantifier}' in a condition cannot be expressed as facts",
                     formula.position,
                     "the CLIPS Executive has no quantifiers: write the condition out",
                 )
@@ -255,9 +255,9 @@ class _FactMaker:
                 constants.append(NO_CONSTANT)
             elif isinstance(term, FunctionTerm):
                 raise self._error(
-                    "a number or nested predicate cannot be made into facts",
+                    "a number or nested predicate cannot be expressed as facts",
                     position,
-                    "Fawkes knows predicates of objects only: leave numbers to the planner",
+                    "Fawkes only supports predicates of objects: leave numbers to the planner",
                 )
             else:
                 names.append(CONSTANT_PARAMETER_NAME)
@@ -286,7 +286,7 @@ class _FactMaker:
                     self._warn_of_dropped_part(f"'{operator}' has no fact in Fawkes", formula.position)
             case Quantified(quantifier=quantifier):
                 raise self._error(
-                    f"'{quantifier}' in an effect cannot be made into facts",
+                    f"'{quantifier}' in an effect cannot be expressed as facts",
                     formula.position,
                     "the CLIPS Executive has no quantifiers: write the effects out",
                 )
@@ -297,7 +297,7 @@ class _FactMaker:
         """Refuse an effect without facts; drop it as Fawkes does."""
         names: dict[type, str] = {When: "a conditional effect (when)", Or: "'or'", Imply: "'imply'"}
         kind = names.get(type(formula), "a comparison")
-        message = f"{kind} in an effect cannot be made into facts"
+        message = f"{kind} in an effect cannot be expressed as facts"
         if not self._fawkes_compat:
-            raise self._error(message, formula.position, "make two actions of it")
+            raise self._error(message, formula.position, "split the action into two")
         self._warn_of_dropped_part(message, formula.position)

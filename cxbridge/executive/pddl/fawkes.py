@@ -67,7 +67,7 @@ def check_domain(text: SourceText) -> None:
     sections = [section for section in _filter_groups(define.items) if section.head.startswith(":")]
     for previous, section in pairwise(sections):
         if _section_rank(section.head) < _section_rank(previous.head):
-            raise _refusal_error(text, section.position, f"{section.head} comes too late")
+            raise _refusal_error(text, section.position, f"{section.head} must come earlier")
     for head, entries in _REQUIRED_SECTIONS.items():
         if not any(section.head == head and len(section.items) > entries for section in sections):
             raise _refusal_error(text, define.position, f"there are no {head[1:]}")
@@ -93,7 +93,7 @@ def _check_action(text: SourceText, action: Group) -> None:
             continue
         number = order.index(key.text)
         if number < latest:
-            raise _refusal_error(text, key.position, f"{key.text} comes too late")
+            raise _refusal_error(text, key.position, f"{key.text} must come earlier")
         latest = number
         present.add(_ACTION_PARTS[key.text])
         if key.text != ":parameters":
@@ -132,9 +132,9 @@ def _refusal_reason(formula: Group, *, is_effect: bool) -> str:
     if not head:
         return "a formula must start with a word"
     if head not in prefixes and head.startswith(prefixes):
-        return f"it takes '{head}' for a keyword"
+        return f"it mistakes '{head}' for a keyword"
     if head in _UNKNOWN_HEADS:
-        return f"it does not know '{head}'"
+        return f"it does not support '{head}'"
     if len(formula.items) == 1 and head in _CONNECTIVES:
         return f"Unknown predicate: {head}"
     if _is_timed(formula):

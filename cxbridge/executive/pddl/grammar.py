@@ -28,8 +28,8 @@ class Rule(msgspec.Struct, frozen=True, array_like=True):
     :param result: the nonterminal on the left.
     :param size: the number of symbols on the right.
     :param value_indices: the indices of the symbols on the right whose values the rule keeps.
-    :param list_indices: the indices of kept symbols whose value is a list, of which the rule keeps the
-        elements.
+    :param list_indices: the indices of kept symbols whose value is a list: the rule keeps its elements
+        rather than the list.
     :param build: the builder's method that makes the rule's value; empty: the value is the list of the kept
         values, or the single kept value.
     """

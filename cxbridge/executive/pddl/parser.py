@@ -57,11 +57,11 @@ def parse_domain(
     if fawkes_compat:
         fawkes.remove_text_after_actions(source)
     domain: Domain
-    domain, words_of_numbers = _parse(source, "domain")
+    domain, words_as_numbers = _parse(source, "domain")
     if fawkes_compat:
         fawkes.check_domain(source)
     else:
-        domain = spell_domain(domain, source.kinds, words_of_numbers)
+        domain = spell_domain(domain, source.kinds, words_as_numbers)
     DomainChecker(domain, fawkes_compat=fawkes_compat, warn=warn).check()
     return domain if fawkes_compat else replace(domain, text=text)
 
@@ -76,8 +76,8 @@ def parse_problem(text: str, domain: Domain, file: str | Path = "", *, warn: War
     """
     source = SourceText(text, str(file))
     problem: Problem
-    problem, words_of_numbers = _parse(source, "problem")
-    problem = spell_problem(problem, domain, source.kinds, words_of_numbers)
+    problem, words_as_numbers = _parse(source, "problem")
+    problem = spell_problem(problem, domain, source.kinds, words_as_numbers)
     check_problem(domain, problem, warn)
     return replace(problem, text=text)
 
@@ -96,13 +96,13 @@ def parse_formula(text: str, file: str | Path = "", *, fawkes_compat: bool = Fal
 
 
 def _parse(source: SourceText, symbol: str) -> tuple[Any, set[str]]:
-    """Return the syntax tree of a text, and its words in places of numbers.
+    """Return the syntax tree of a text, and the words that it uses as numbers.
 
     :param symbol: the start symbol of the grammar.
     """
     builder = SyntaxBuilder(source)
     try:
-        return _reader().read(source.tokens, symbol, builder), builder.words_of_numbers
+        return _reader().read(source.tokens, symbol, builder), builder.words_as_numbers
     except UnexpectedToken as error:
         raise unexpected_token_error(source, symbol, error) from None
 

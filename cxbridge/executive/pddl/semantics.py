@@ -39,7 +39,7 @@ from cxbridge.executive.pddl.ast import (
 )
 from cxbridge.executive.pddl.errors import PddlSemanticError, semantic_error
 from cxbridge.executive.pddl.types import TypeHierarchy
-from cxbridge.executive.pddl.unsupported import CONTINUOUS_EFFECTS, unsupported_head, unsupported_texts
+from cxbridge.executive.pddl.unsupported import CONTINUOUS_EFFECTS, unsupported_formula, unsupported_texts
 
 # Formulas whose parts Fawkes does not check.
 _UNCHECKED_BY_FAWKES: Final = (Timed, Imply, When, TermComparison, NumericChange)
@@ -180,8 +180,8 @@ class DomainChecker:
             cycle = set(error.args[1])
             for group in self._domain.types:
                 for name in sorted(cycle.intersection(group.names)):
-                    message = f"the type {name} is a type of itself"
-                    raise self._error(message, group.position, "types must not be in a circle") from None
+                    message = f"the type {name} is a subtype of itself"
+                    raise self._error(message, group.position, "remove the cycle of types") from None
 
     def _check_action(self, action: ActionSchema) -> None:
         if self._has_types:
@@ -229,7 +229,7 @@ class DomainChecker:
     def _check_atom(self, atom: Atom, scope: Scope) -> None:
         predicate = self._predicates.get(atom.predicate)
         if predicate is None:
-            self._refuse_unsupported(unsupported_head(atom.predicate), atom.position)
+            self._refuse_unsupported(unsupported_formula(atom.predicate), atom.position)
             raise self._error(
                 f"Unknown predicate: {atom.predicate}", atom.position, "declare it in (:predicates ...)"
             )
@@ -296,7 +296,7 @@ class DomainChecker:
         if isinstance(term, FunctionTerm):
             function = self._functions.get(term.function)
             if function is None and term.function not in ARITHMETIC:
-                self._refuse_unsupported(unsupported_head(term.function), term.position)
+                self._refuse_unsupported(unsupported_formula(term.function), term.position)
                 raise self._error(
                     f"Unknown function: {term.function}", term.position, "declare it in (:functions ...)"
                 )
@@ -327,8 +327,8 @@ def check_problem(domain: Domain, problem: Problem, warn: Warn | None = None) ->
     :raises PddlSemanticError: for the first mistake.
     """
     if problem.domain.lower() != domain.name.lower():
-        message = f"this problem is of the domain {problem.domain}, not of {domain.name}"
-        hint = "give the domain that the problem names"
+        message = f"this problem belongs to the domain {problem.domain}, not to {domain.name}"
+        hint = "use the domain that the problem names"
         if warn is not None:
             warn(semantic_error(message, Position(), problem.file, hint))
     # a domain with the problem's objects as constants, and with the problem's file for errors

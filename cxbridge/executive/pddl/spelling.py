@@ -36,33 +36,33 @@ Spellings = Mapping[str, str]
 """Declared forms by lower-case name."""
 
 
-def spell_domain(domain: Domain, words: Iterable[str], words_of_numbers: set[str]) -> Domain:
+def spell_domain(domain: Domain, words: Iterable[str], words_as_numbers: set[str]) -> Domain:
     """Return the domain with declared spellings.
 
     :param words: the words of the domain's text.
-    :param words_of_numbers: the words in places of numbers.
+    :param words_as_numbers: the words used as numbers.
     """
     # a copy of the syntax tree takes time: most domains spell each name in one way, and need no copy
     functions = {function.name.lower() for function in domain.functions if not function.parameters}
-    if not _has_two_spellings(words) and functions.isdisjoint(map(str.lower, words_of_numbers)):
+    if not _has_two_spellings(words) and functions.isdisjoint(map(str.lower, words_as_numbers)):
         return domain
     return _Speller(domain, domain.constants).domain(domain)
 
 
 def spell_problem(
-    problem: Problem, domain: Domain, words: Iterable[str], words_of_numbers: set[str]
+    problem: Problem, domain: Domain, words: Iterable[str], words_as_numbers: set[str]
 ) -> Problem:
     """Return the problem with the spellings of the declarations in problem and domain.
 
     :param words: as in :func:`spell_domain`.
-    :param words_of_numbers: as in :func:`spell_domain`.
+    :param words_as_numbers: as in :func:`spell_domain`.
     """
     functions = {
         TOTAL_TIME,
         *(function.name.lower() for function in domain.functions if not function.parameters),
     }
     if not _has_two_spellings((*words, *_domain_names(domain))) and functions.isdisjoint(
-        map(str.lower, words_of_numbers)
+        map(str.lower, words_as_numbers)
     ):
         return problem
     return _Speller(domain, domain.constants + problem.objects).problem(problem)

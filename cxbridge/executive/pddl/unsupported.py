@@ -48,12 +48,12 @@ CONTINUOUS_EFFECTS: Final = "continuous effects (#t)"
 
 
 def unsupported_section(keyword: str) -> str:
-    """Return the name of an unsupported section or part of an action; empty if the keyword is another."""
+    """Return the name of an unsupported section or part of an action; empty for other keywords."""
     return _SECTIONS.get(keyword.lower(), "")
 
 
-def unsupported_head(word: str) -> str:
-    """Return the name of an unsupported formula by its first word; empty if the word is another."""
+def unsupported_formula(word: str) -> str:
+    """Return the name of an unsupported formula by its first word; empty for other words."""
     return _HEADS.get(word.lower(), "")
 
 

@@ -41,7 +41,7 @@ class PyperplanPlanner(Planner):
         for option, value, values in (("search", search, SEARCHES), ("heuristic", heuristic, HEURISTICS)):
             if value not in values:
                 raise UnknownPlannerError(
-                    f"pyperplan has no {option} '{value}'", hint=f"take one of {', '.join(values)}"
+                    f"pyperplan has no {option} '{value}'", hint=f"use one of: {', '.join(values)}"
                 )
         self.search = search
         self.heuristic = heuristic

@@ -82,7 +82,7 @@ def _format_action(action: PlannedAction) -> str:
 def _parse_action(line: str) -> PlannedAction:
     match = _ACTION_PATTERN.fullmatch(line)
     if match is None:
-        raise ValueError(f"no action of a plan: {line!r}")
+        raise ValueError(f"not an action of a plan: {line!r}")
     start, name, arguments, duration = match.groups()
     return PlannedAction(
         name,
@@ -156,11 +156,11 @@ class Planner(ABC):
         """Return why the planner refuses a problem with these features; empty if it accepts."""
         for need, where in needs.items():
             if need not in self.understands | self.ignores:
-                return f"{self.name} knows nothing of {need.value} ({where})"
+                return f"{self.name} does not support {need.value} ({where})"
         for combination in self.fails_with:
             if combination <= needs.keys():
                 texts = " with ".join(sorted(need.value for need in combination))
-                return f"{self.name} cannot take {texts}"
+                return f"{self.name} does not support {texts}"
         return ""
 
     def check(self, needs: Mapping[Need, str]) -> None:

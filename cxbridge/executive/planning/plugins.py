@@ -204,7 +204,7 @@ class PddlPlanner:
         exists = name in planner_names()
         reason = make_planner(name).not_installed if exists else f"planner '{name}' is unknown"
         if reason:
-            self._log.warn(f"{reason}: the first planner that understands the problem is used")
+            self._log.warn(f"{reason}: the first planner that supports the problem is used")
             return AUTO
         return name
 
@@ -229,7 +229,9 @@ class PddlPlanner:
             call, reporter = self._running
             self._running = None
             call.cancel()
-            reporter.report_end(PlanResult(PlanStatus.CANCELLED, self._planner, message="another call came"))
+            reporter.report_end(
+                PlanResult(PlanStatus.CANCELLED, self._planner, message="another call replaced it")
+            )
         self._interface.msg_id = message_id
         self._interface.final = False
         self._interface.success = False

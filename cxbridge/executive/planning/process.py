@@ -20,7 +20,7 @@ from cxbridge.executive.planning.jobs import FOLDER_PREFIX, Job
 from cxbridge.executive.planning.planner import PlanResult, PlanStatus
 from cxbridge.spawning import python_command
 
-_MAX_OUTPUT: Final = 500  # bytes of the planner's output in an error
+_MAX_OUTPUT_BYTES: Final = 500  # bytes of the planner's output in an error
 
 
 class PlannerProcess:
@@ -70,9 +70,9 @@ class PlannerProcess:
     def _describe_crash(self, planner: str) -> str:
         """Return how the process ended, with the end of its output."""
         status = self._process.wait()
-        end = f"was ended by {signal.Signals(-status).name}" if status < 0 else f"ended with status {status}"
+        end = f"was killed by {signal.Signals(-status).name}" if status < 0 else f"ended with status {status}"
         self._output.seek(0, os.SEEK_END)
-        self._output.seek(max(0, self._output.tell() - _MAX_OUTPUT))
+        self._output.seek(max(0, self._output.tell() - _MAX_OUTPUT_BYTES))
         output = self._output.read().decode(errors="replace").strip()
         return f"the process of planner {planner} {end}" + (f"; its last output: {output}" if output else "")
 

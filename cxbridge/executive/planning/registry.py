@@ -91,7 +91,7 @@ def choose_planners(
             suitable.append((len(ignored), planner))
     if not suitable:
         hint = f"more planners: {command}" if (command := planner_install_command()) else None
-        message = f"no planner can take this problem: {'; '.join(reasons + missing)}"
+        message = f"no planner supports this problem: {'; '.join(reasons + missing)}"
         raise UnsupportedProblemError(message, hint=hint)
     # planners that ignore costs come after all that count costs; both sorts are stable, so ranks decide the
     # rest

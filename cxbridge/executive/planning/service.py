@@ -147,7 +147,7 @@ class PlanCall:
         if self._end_status is not PlanStatus.CANCELLED:
             actions = planner.best_so_far(process.folder, domain, problem)
             if actions is not None and check_plan(domain, problem, actions).holds:
-                why = f"the time was over: the best plan within {seconds:.3g} s"
+                why = f"the time limit was reached: the best plan within {seconds:.3g} s"
                 return PlanResult(PlanStatus.PLANNED, name, actions, why=why)
         return PlanResult(PlanStatus.TIMEOUT, name, message=f"{name} found no plan within {seconds:.3g} s")
 
@@ -178,12 +178,12 @@ class PlanningService(Closing):
         self._idle_processes: deque[PlannerProcess] = deque()
         self._calls: set[PlanCall] = set()
         self._pool_changed = threading.Condition()
-        self._closed = False
+        self._is_closed = False
 
     def warm_up(self) -> None:
         """Start a process in advance, so that the first plan does not wait for it."""
         with self._pool_changed:
-            if not self._idle_processes and not self._closed:
+            if not self._idle_processes and not self._is_closed:
                 self._idle_processes.append(PlannerProcess())
 
     def call(self, request: PlanRequest) -> PlanCall:
@@ -203,7 +203,7 @@ class PlanningService(Closing):
     def close(self) -> None:
         """Cancel all calls and stop the processes. Further calls do nothing."""
         with self._pool_changed:
-            self._closed = True
+            self._is_closed = True
             calls = list(self._calls)
         for call in calls:  # without the lock, which calls need to end
             call.cancel()
@@ -238,7 +238,7 @@ class PlanningService(Closing):
         with self._pool_changed:
             self._free_slot_count += 1
             self._pool_changed.notify_all()
-            if process.is_alive and not self._closed:
+            if process.is_alive and not self._is_closed:
                 self._idle_processes.append(process)
                 return
         process.close()

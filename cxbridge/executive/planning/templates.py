@@ -83,12 +83,12 @@ class ProblemTemplate:
                 stack.append(section)
             elif tag["mark"] == "/":
                 if stack[-1].name != name:
-                    raise self._error(f"<</{name}>> ends no section", tag.start())
+                    raise self._error(f"<</{name}>> does not close a section", tag.start())
                 stack.pop()
             else:
                 stack[-1].body.append(_Field(name))
         if len(stack) > 1:
-            raise self._error(f"section <<#{stack[-1].name}>> is never ended", len(self._text))
+            raise self._error(f"section <<#{stack[-1].name}>> is never closed", len(self._text))
         stack[0].body.append(self._text[end:])
         return stack[0]
 
@@ -104,7 +104,7 @@ class ProblemTemplate:
             raise self._error(f"the query of section {name} is not a JSON object", offset)
         # as in Fawkes, queries are stored by name, so that sections of the same name share a query
         if name in self.queries and self.queries[name] != query:
-            self.warnings.append(f"section {name} has two different queries, the last one counts for both")
+            self.warnings.append(f"section {name} has two different queries: the last one is used for both")
         self.queries[name] = query
 
     def _error(self, message: str, offset: int) -> PlanningError:

@@ -37,9 +37,9 @@ def run_job(job: Job) -> PlanResult:
     except CxbridgeError as error:
         message = str(error)
     except MemoryError:
-        message = f"{name} used up the memory it may have"
+        message = f"{name} exceeded its memory limit"
     except RecursionError:
-        message = f"{name} went too deep"
+        message = f"{name} exceeded the recursion limit"
     except Exception as error:  # noqa: BLE001  a planner may raise anything
         message = f"{name} failed: {type(error).__name__}: {error}"
     valid_actions = actions or () if status is PlanStatus.PLANNED else ()
@@ -59,7 +59,7 @@ def _judge_plan(job: Job, actions: tuple[PlannedAction, ...] | None) -> tuple[Pl
     check = check_plan(job.domain, job.problem, actions)
     if check.holds:
         return PlanStatus.PLANNED, ""
-    return PlanStatus.FAILED, f"{name} made a plan that does not hold: {check.failure}"
+    return PlanStatus.FAILED, f"{name} made an invalid plan: {check.failure}"
 
 
 def _limit_memory(memory: int) -> None:

@@ -44,7 +44,7 @@ class _CheckedPlan:
     :param object_names: the objects of a problem that has only some of the objects; None: all objects.
     :param change_count: the number of changes of facts up to the last check.
     :param failure: the failure in the last check; empty if the plan was valid.
-    :param objects: the number of changes of objects up to the last check, and the objects.
+    :param objects_at_change: the number of changes of objects up to the last check, and the objects then.
     """
 
     domain: Domain
@@ -52,7 +52,7 @@ class _CheckedPlan:
     object_names: Collection[str] | None = None
     change_count: int = -1
     failure: str = ""
-    objects: tuple[int, ObjectTable] | None = None
+    objects_at_change: tuple[int, ObjectTable] | None = None
 
 
 class PlanChecks:
@@ -160,7 +160,7 @@ class PlanChecks:
         from cxbridge.executive.pddl.types import ObjectTable  # noqa: PLC0415
 
         change_count = self._change_counts[INSTANCE]
-        if plan.objects is None or plan.objects[0] != change_count:
+        if plan.objects_at_change is None or plan.objects_at_change[0] != change_count:
             constants = set(names_of(plan.domain.constants))
             groups = [
                 TypedNames((name,), (type_,))
@@ -168,8 +168,8 @@ class PlanChecks:
                 if name not in constants and (plan.object_names is None or name in plan.object_names)
             ]
             problem = replace(plan.problem, objects=tuple(groups))
-            plan.objects = (change_count, ObjectTable(plan.domain, problem))
-        return plan.objects[1]
+            plan.objects_at_change = (change_count, ObjectTable(plan.domain, problem))
+        return plan.objects_at_change[1]
 
     def _record_failure(self, plan_id: str, failure: str) -> None:
         """Update the fact of a plan; empty: the plan is valid."""
@@ -177,7 +177,7 @@ class PlanChecks:
             if slots["plan-id"] != plan_id or slots["message"] == failure:
                 continue
             if failure:
-                self._warn(f"plan '{plan_id}' holds no longer: {failure}")
+                self._warn(f"plan '{plan_id}' is no longer valid: {failure}")
             self._env.retract(index)
             valid = FALSE if failure else TRUE
             self._env.assert_fact(PLAN_VALID, {**slots, "valid": valid, "message": failure})

@@ -81,7 +81,7 @@ class KnownState:
         self._evaluations += 1
         if self._evaluations > MAX_EVALUATIONS:
             raise PddlError(
-                f"the formula has more than {MAX_EVALUATIONS} cases to look at",
+                f"the formula has more than {MAX_EVALUATIONS} cases to evaluate",
                 hint="use fewer variables in 'exists' and 'forall', or types with fewer objects",
             )
 

@@ -40,9 +40,9 @@ class IndexSpec:
         :raises QueryError: if the arguments are invalid or unsupported.
         """
         if expire_after_s is not None and (len(keys) != 1 or not 0 <= expire_after_s < 2**31):
-            raise QueryError("documents expire by one field, after 0 seconds at least")
+            raise QueryError("an expiring index must have a single field and an age of at least 0 seconds")
         if expire_after_s is not None and "_id" in keys:
-            raise QueryError("documents do not expire by their '_id'")
+            raise QueryError("an index on '_id' cannot expire documents")
         return cls(tuple(parse_order(keys, "index")), unique, expire_after_s)
 
     @property
@@ -93,8 +93,8 @@ class Collection:
 
         :raises QueryError: if the query is invalid.
         """
-        fits = compile_query(query)
-        return (document for document in self._candidates(query) if fits(document))
+        matches = compile_query(query)
+        return (document for document in self._candidates(query) if matches(document))
 
     def _candidates(self, query: Mapping[str, Any]) -> Iterable[Document]:
         """Return a superset of the matching documents, in insertion order."""
@@ -134,7 +134,7 @@ class Collection:
         """
         identity = order_key(document["_id"])
         if replaced is None and identity in self._documents:
-            raise DuplicateKeyError(f"there is a document with the _id {document['_id']!r} already")
+            raise DuplicateKeyError(f"a document with the _id {document['_id']!r} already exists")
         for unique in self._unique.values():
             if unique.owners.get(unique.values(document), identity) != identity:
                 raise DuplicateKeyError(f"another document has the same {', '.join(unique.paths)}")
@@ -171,14 +171,14 @@ class Collection:
         """
         existing = self._specs.get(spec.keys)
         if existing not in (None, spec):
-            raise QueryError(f"there is an index on {', '.join(spec.paths)} already, with other options")
+            raise QueryError(f"an index on {', '.join(spec.paths)} already exists with other options")
         if existing is not None:
             return False
         if spec.unique:
             unique = _UniqueIndex(spec.paths)
             for identity, document in self._documents.items():
                 if unique.owners.setdefault(unique.values(document), identity) != identity:
-                    raise DuplicateKeyError(f"documents have the same {', '.join(spec.paths)} already")
+                    raise DuplicateKeyError(f"existing documents have the same {', '.join(spec.paths)}")
             self._unique[spec.paths] = unique
         self._specs[spec.keys] = spec
         return True

@@ -64,7 +64,7 @@ def _import_bsonvalues(file: Path) -> ModuleType:
         from cxbridge.executive.robmem.mongodb import bsonvalues  # noqa: PLC0415  an optional dependency
     except ModuleNotFoundError:
         raise RobotMemoryError(
-            "files of mongodump need the package pymongo",
+            "files of mongodump require the package pymongo",
             file=file,
             hint=f"pip install 'cxbridge[mongodb]', here {install_command('mongodb')}",
         ) from None
@@ -74,7 +74,7 @@ def _import_bsonvalues(file: Path) -> ModuleType:
 def _dump_file(collection: str, folder: Path) -> Path:
     database, name = split_name(collection)
     if "/" in collection:
-        raise RobotMemoryError(f"collection '{collection}' cannot be in a file: its name has a slash")
+        raise RobotMemoryError(f"collection '{collection}' cannot be dumped: its name contains a slash")
     return folder / database / f"{name}.bson"
 
 

@@ -31,9 +31,9 @@ class _LocalWatch(Watch):
     """A subscription to the changes of this process."""
 
     def __init__(
-        self, fits: Matcher, on_change: ChangeCallback, on_close: Callable[[_LocalWatch], None]
+        self, matches: Matcher, on_change: ChangeCallback, on_close: Callable[[_LocalWatch], None]
     ) -> None:
-        self.fits = fits
+        self.matches = matches
         self.on_change = on_change
         self._on_close = on_close
 
@@ -80,7 +80,7 @@ class EmbeddedStore(Store):
         limit: int = 0,
     ) -> list[Document]:
         if limit < 0:
-            raise QueryError("a limit is 0, for all documents, or more")
+            raise QueryError("the limit must not be negative")
         order = parse_order(sort) if sort else None
         with self._lock:
             documents = list(self._collection(collection).find(copy(query or {})))
@@ -194,7 +194,7 @@ class EmbeddedStore(Store):
         new_id = self._new_id()
         document = {"_id": document.pop("_id", new_id), **document}
         if isinstance(document["_id"], list | Regex):
-            raise QueryError("the '_id' of a document is neither an array nor a regular expression")
+            raise QueryError("the '_id' of a document must not be an array or a regular expression")
         self._store_document(collection, document)
         self._notify(collection, "insert", document)
         return document
@@ -267,7 +267,7 @@ class EmbeddedStore(Store):
                 "truncatedArrays": [],
             }
         for watch in tuple(watches):  # a callback may end its watch
-            if watch.fits(change):
+            if watch.matches(change):
                 watch.on_change(copy(change))
 
 
@@ -276,7 +276,7 @@ def _refuse_dollars(value: Any) -> None:
     if isinstance(value, dict):
         for name, item in value.items():
             if name.startswith("$"):
-                raise QueryError(f"'{name}': fields of documents do not begin with a dollar")
+                raise QueryError(f"'{name}': a field name must not begin with a dollar")
             _refuse_dollars(item)
     elif isinstance(value, list):
         for item in value:

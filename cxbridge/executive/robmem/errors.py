@@ -10,7 +10,7 @@ class RobotMemoryError(ExecutiveError):
 
 
 class QueryError(RobotMemoryError):
-    """A document, query or update is invalid, or needs a MongoDB."""
+    """A document, query or update is invalid, or needs MongoDB."""
 
 
 class DuplicateKeyError(RobotMemoryError):

@@ -93,7 +93,7 @@ class Journal:
             document = _decode(data)
             split_name(collection)
             if _encoded_id(document["_id"]) != identity:
-                raise self._damage_error("a document has another '_id' than its row")
+                raise self._damage_error("the '_id' of a document differs from that of its row")
             yield collection, document
 
     def read_indexes(self) -> Iterator[tuple[str, IndexSpec]]:
@@ -126,7 +126,7 @@ class Journal:
         return RobotMemoryError(
             f"the robot memory in this file is damaged: {reason}",
             file=self._file,
-            hint="put a copy in its place, or move it away",
+            hint="replace it with a copy, or move it away",
         )
 
     def store_index(self, collection: str, spec: IndexSpec) -> None:

@@ -12,7 +12,7 @@ from typing import Any
 from cxbridge.executive.robmem.errors import QueryError
 from cxbridge.executive.robmem.values import Document, ObjectId, Regex, Timestamp, copy, from_ms, to_ms
 
-# the keys in extended JSON of types that only MongoDB has
+# keys of extended JSON for types that the embedded store does not support
 _MONGODB_ONLY = {
     "$numberDecimal",
     "$minKey",
@@ -35,7 +35,7 @@ def parse(text: str) -> Document:
     except (ValueError, TypeError, KeyError, RecursionError) as error:
         raise QueryError(f"not a JSON document: {error}") from None
     if not isinstance(document, dict):
-        raise QueryError("a document in JSON is an object, in braces")
+        raise QueryError("a document must be a JSON object")
     return copy(document)
 
 
@@ -46,7 +46,7 @@ def _extended_value(fields: dict[str, Any]) -> Any:
     if not name.startswith("$"):
         return fields
     if name in _MONGODB_ONLY:
-        raise QueryError(f"not a JSON document here: {name} needs a MongoDB")
+        raise QueryError(f"the type {name} needs MongoDB")
     if fields.keys() in ({"$regex"}, {"$regex", "$options"}) and isinstance(fields["$regex"], str):
         return Regex(fields["$regex"], _sorted_options(fields.get("$options", "")))
     read = _PARSERS.get(name) if len(fields) == 1 else None
@@ -66,7 +66,7 @@ def _parse_date(value: Any) -> datetime:
 
 def _parse_object_id(digits: Any) -> ObjectId:
     if not isinstance(digits, str) or len(bytes.fromhex(digits)) != 12:  # noqa: PLR2004
-        raise QueryError(f"not a JSON document: $oid has 24 hexadecimal digits, not {digits!r}")
+        raise QueryError(f"$oid must have 24 hexadecimal digits, not {digits!r}")
     return ObjectId(digits.lower())
 
 
@@ -110,7 +110,7 @@ _FORMATTERS: tuple[tuple[type, Callable[[Any], str]], ...] = (
     (bool, lambda value: "true" if value else "false"),
     (int, lambda value: str(int(value))),
     (float, _double_text),
-    (type(None), lambda _extended_value: "null"),
+    (type(None), lambda _none: "null"),
     (ObjectId, lambda value: f'{{ "$oid" : "{value}" }}'),
     (datetime, lambda value: f'{{ "$date" : {to_ms(value)} }}'),
     (Timestamp, lambda value: f'{{ "$timestamp" : {{ "t" : {value.time}, "i" : {value.inc} }} }}'),

@@ -100,18 +100,20 @@ class RobotMemory:
             return EmbeddedStore(self.clock, settings.file)
         if self.clock.is_virtual:
             raise ConfigError(
-                "a robot memory on MongoDB cannot go with --clock virtual",
-                hint="events come in real time: use --clock real",
+                "a robot memory on MongoDB cannot be used with --clock virtual",
+                hint="its events arrive in real time: use --clock real",
             )
         try:
             from cxbridge.executive.robmem.mongodb.store import MongoStore  # noqa: PLC0415
         except ModuleNotFoundError:
             raise ConfigError(
-                "a robot memory on MongoDB needs the package pymongo",
+                "a robot memory on MongoDB requires the package pymongo",
                 hint=f"pip install 'cxbridge[mongodb]', here {install_command('mongodb')}",
             ) from None
 
-        return MongoStore(settings.uri, settings.distributed_uri, settings.distributed, warn=self.log.warn)
+        return MongoStore(
+            settings.uri, settings.distributed_uri, settings.distributed_databases, warn=self.log.warn
+        )
 
     def attend(self) -> None:
         """Expire documents and update the interfaces. To be called once per loop."""

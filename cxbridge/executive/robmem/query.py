@@ -38,7 +38,7 @@ def mongodb_needed_error(name: str) -> QueryError:
     :param name: the operation, as the beginning of a sentence.
     """
     return QueryError(
-        f"{name} needs a MongoDB",
+        f"{name} needs MongoDB",
         hint="/cxbridge/robot-memory/backend: mongodb, with pip install 'cxbridge[mongodb]'; "
         "docs/evidence/robot-memory.md has the operators of the embedded store",
     )
@@ -47,7 +47,7 @@ def mongodb_needed_error(name: str) -> QueryError:
 def split_path(path: str) -> list[str]:
     """Return the names of the fields on a dotted path.
 
-    :raises QueryError: for an index of an array, which needs a MongoDB.
+    :raises QueryError: for an index of an array, which needs MongoDB.
     """
     names = path.split(".")
     if any(name.isdigit() for name in names[1:]):
@@ -63,7 +63,7 @@ def has_operators(operand: Any) -> bool:
 def compile_query(query: Mapping[str, Any]) -> Matcher:
     """Return the test of a query.
 
-    :raises QueryError: if the query is invalid or needs a MongoDB.
+    :raises QueryError: if the query is invalid or needs MongoDB.
     """
     return _match_all([_field_matcher(name, operand) for name, operand in query.items()])
 
@@ -82,7 +82,7 @@ def _field_matcher(name: str, operand: Any) -> Matcher:
         or not operand
         or not all(isinstance(query, Mapping) for query in operand)
     ):
-        raise QueryError(f"{name} takes an array of queries, one at least")
+        raise QueryError(f"{name} must have an array of at least one query")
     tests = [compile_query(query) for query in operand]
     if name == "$and":
         return _match_all(tests)
@@ -118,7 +118,7 @@ def _condition_matcher(path: str, operand: Any) -> Matcher:
         )
     for name in operand:
         if not name.startswith("$"):
-            raise QueryError(f"'{name}' is among operators of '{path}'")
+            raise QueryError(f"'{name}' must not be among the operators of '{path}'")
     # $options belongs to $regex, which may come after it
     return _match_all(
         [
@@ -152,7 +152,7 @@ def _operator_matcher(path: str, name: str, operand: Any, operators: Mapping[str
             return test if operand else _negate(test)
         case "$not":
             if not has_operators(operand) and not isinstance(operand, Regex):
-                raise QueryError("$not takes operators or a regular expression")
+                raise QueryError("$not must have operators or a regular expression")
             return _negate(_condition_matcher(path, operand))
         case "$regex":
             return _match_any_value(path, compile_regex(_make_regex(operand, operators.get("$options", ""))))
@@ -172,7 +172,7 @@ def _eq_matcher(name: str, operand: Any) -> Matcher:
 
 def _refuse_regex(name: str, operand: Any) -> None:
     if isinstance(operand, Regex):
-        raise QueryError(f"{name} takes no regular expression")
+        raise QueryError(f"{name} must not have a regular expression")
 
 
 def _comparison_matcher(name: str, operand: Any) -> Matcher:
@@ -186,7 +186,7 @@ def _comparison_matcher(name: str, operand: Any) -> Matcher:
 
 def _membership_matcher(name: str, operand: Any) -> Matcher:
     if not isinstance(operand, list) or any(map(has_operators, operand)):
-        raise QueryError(f"{name} takes an array of values")
+        raise QueryError(f"{name} must have an array of values")
     patterns = [compile_regex(item) for item in operand if isinstance(item, Regex)]
     targets = {order_key(item) for item in operand if not isinstance(item, Regex)}
     return lambda value: order_key(value) in targets or any(pattern(value) for pattern in patterns)
@@ -202,10 +202,10 @@ _VALUE_MATCHERS: dict[str, Callable[[str, Any], Matcher]] = {
 def _make_regex(operand: Any, options: Any) -> Regex:
     if isinstance(operand, Regex):
         if operand.options and options:
-            raise QueryError("options are in $regex or in $options, not in both")
+            raise QueryError("the options must be in $regex or in $options, not in both")
         return Regex(operand.pattern, operand.options or options)
     if not isinstance(operand, str) or not isinstance(options, str):
-        raise QueryError("a regular expression takes texts for $regex and $options")
+        raise QueryError("$regex and $options must be strings")
     return Regex(operand, options)
 
 
@@ -215,12 +215,12 @@ def compile_regex(regex: Regex) -> Matcher:
     Python's ``re`` has no time limit. Therefore an expression with exponential steps is refused, and so is a
     text on which the expression may take too many steps.
 
-    :raises QueryError: if the expression is invalid or needs a MongoDB. The test raises it for a text that is
+    :raises QueryError: if the expression is invalid or needs MongoDB. The test raises it for a text that is
         too long.
     """
     unknown = regex.options.strip("imsx")
     if unknown:
-        raise QueryError(f"regular expressions have no option '{unknown[0]}'", hint="known are i, m, s and x")
+        raise QueryError(f"'{unknown[0]}' is not an option of regular expressions", hint="use i, m, s and x")
     flags = sum(_FLAGS[letter] for letter in set(regex.options))
     try:
         search = re.compile(regex.pattern, flags).search
@@ -301,21 +301,21 @@ def parse_order(order: Mapping[str, Any], operation: str = "sort") -> Order:
     :raises QueryError: if the order is invalid.
     """
     if not order:
-        raise QueryError(f"{operation} takes one path at least")
+        raise QueryError(f"{operation} must have at least one path")
     for path, direction in order.items():
         if path.startswith("$") or isinstance(direction, str | Mapping):
             raise mongodb_needed_error(f"{operation} '{path}': {direction!r}")
         if type(direction) not in (int, float) or direction not in (1, -1):
-            raise QueryError(f"{operation}: the direction of '{path}' is 1 or -1, not {direction!r}")
+            raise QueryError(f"{operation}: the direction of '{path}' must be 1 or -1, not {direction!r}")
         if not all(split_path(path)):
-            raise QueryError(f"{operation}: '{path}' is not a path: a part of it is empty")
+            raise QueryError(f"{operation}: '{path}' is not a path, because a part of it is empty")
     return [(path, int(direction)) for path, direction in order.items()]
 
 
 def sort_documents(documents: list[Document], order: Order) -> list[Document]:
     """Return documents in a stable order.
 
-    :raises QueryError: if a path leads to an array, which needs a MongoDB.
+    :raises QueryError: if a path leads to an array, which needs MongoDB.
     """
     for path, direction in reversed(order):  # stable sorts, the least important path first
         documents = sorted(
@@ -327,7 +327,7 @@ def sort_documents(documents: list[Document], order: Order) -> list[Document]:
 def sort_key(document: Document, path: str, operation: str) -> Key:
     """Return the key of the single value at a path, for orders and unique indexes.
 
-    :raises QueryError: if the path leads to an array, which needs a MongoDB.
+    :raises QueryError: if the path leads to an array, which needs MongoDB.
     """
     value: Any = document
     for name in split_path(path):

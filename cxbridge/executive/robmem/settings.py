@@ -26,8 +26,8 @@ class Settings(Struct, frozen=True):
     :param distributed_uri: the URI of the MongoDB that robots share; empty if they share this robot's
         MongoDB.
     :param database: the database of documents that robots do not share.
-    :param distributed: the databases that robots share.
-    :param mutexes: the collection of the mutexes.
+    :param distributed_databases: the databases that robots share.
+    :param mutex_collection: the collection of the mutexes.
     :param replica_sets: the ids of the interfaces about replica sets.
     """
 
@@ -36,8 +36,8 @@ class Settings(Struct, frozen=True):
     uri: str = ""
     distributed_uri: str = ""
     database: str = "robmem"
-    distributed: tuple[str, ...] = ("syncedrobmem", "robmem_coordination")
-    mutexes: str = "robmem_coordination.mutex"
+    distributed_databases: tuple[str, ...] = ("syncedrobmem", "robmem_coordination")
+    mutex_collection: str = "robmem_coordination.mutex"
     replica_sets: tuple[str, ...] = _DEFAULT_SETS
 
     @property
@@ -63,12 +63,12 @@ class Settings(Struct, frozen=True):
             raise config.error(f"{_CXBRIDGE_KEY}/backend", message, f"use one of: {', '.join(BACKENDS)}")
         defaults = cls()
         uri = config.get_str(f"{_CXBRIDGE_KEY}/uri", default="")
-        shared = config.get_bool(f"{_CLIENTS_KEY}/robot-memory-distributed/enabled", default=False)
+        has_distributed = config.get_bool(f"{_CLIENTS_KEY}/robot-memory-distributed/enabled", default=False)
         coordination = f"{_FAWKES_KEY}/coordination"
         database = config.get_str(f"{coordination}/database", default="robmem_coordination")
         mutexes = config.get_str(f"{coordination}/mutex-collection", default="mutex")
         distributed = config.get_strings(
-            f"{_FAWKES_KEY}/distributed-db-names", default=[*defaults.distributed]
+            f"{_FAWKES_KEY}/distributed-db-names", default=[*defaults.distributed_databases]
         )
         replica_sets = [
             name
@@ -80,10 +80,12 @@ class Settings(Struct, frozen=True):
             file=config.get_file(f"{_CXBRIDGE_KEY}/file"),
             uri=uri or client_uri(config, "robot-memory-local"),
             # a URI below cxbridge's key replaces the URIs of both clients in Fawkes' configuration
-            distributed_uri="" if uri or not shared else client_uri(config, "robot-memory-distributed"),
+            distributed_uri=client_uri(config, "robot-memory-distributed")
+            if has_distributed and not uri
+            else "",
             database=config.get_str(f"{_FAWKES_KEY}/database", default=defaults.database),
-            distributed=tuple(distributed),
-            mutexes=f"{database}.{mutexes}",
+            distributed_databases=tuple(distributed),
+            mutex_collection=f"{database}.{mutexes}",
             replica_sets=tuple(sorted(replica_sets)) or _DEFAULT_SETS,
         )
 

@@ -26,10 +26,10 @@ class SplitStore(Store):
     def __init__(self, own: Store, common: Store, shared: Sequence[str]) -> None:
         self._own = own
         self._common = common
-        self._shared = frozenset(shared)
+        self._shared_databases = frozenset(shared)
 
     def _find_store(self, collection: str) -> Store:
-        return self._common if split_name(collection)[0] in self._shared else self._own
+        return self._common if split_name(collection)[0] in self._shared_databases else self._own
 
     def insert(self, collection: str, document: Mapping[str, Any]) -> Any:
         return self._find_store(collection).insert(collection, document)

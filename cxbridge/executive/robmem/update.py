@@ -63,7 +63,7 @@ class _UpdateStep(NamedTuple):
             raise QueryError(f"$inc: '{self.path}' is not a number")
         result = current_value + self.operand
         if isinstance(result, int) and not -(2**63) <= result < 2**63:
-            raise QueryError(f"$inc: '{self.path}' would be {result}, more than an integer can hold")
+            raise QueryError(f"$inc: '{self.path}' would be {result}, which does not fit into 64 bits")
         return result
 
     def _append(self, current_value: Any) -> list[Any]:
@@ -85,7 +85,7 @@ class Update:
     """An update.
 
     :param changes: operators, or plain fields to set.
-    :raises QueryError: if an operator needs a MongoDB, an operand is invalid, or paths conflict.
+    :raises QueryError: if an operator needs MongoDB, an operand is invalid, or paths conflict.
     """
 
     def __init__(self, changes: Mapping[str, Any]) -> None:
@@ -124,7 +124,7 @@ class Update:
         for path, value in equalities(query):
             for other in values:
                 if f"{path}.".startswith(f"{other}.") or other.startswith(f"{path}."):
-                    raise QueryError(f"the query wants both '{other}' and '{path}': both cannot be inserted")
+                    raise QueryError(f"the query requires both '{other}' and '{path}', which cannot coexist")
             values[path] = value
         base: Document = {}
         for path in sorted(values):
@@ -136,19 +136,19 @@ def _parse_steps(name: str, fields: Any) -> Iterator[_UpdateStep]:
     if name not in _OPERATORS:
         raise mongodb_needed_error(f"{name} in an update")
     if not isinstance(fields, Mapping):
-        raise QueryError(f"{name} takes a document of fields")
+        raise QueryError(f"{name} must have a document of fields")
     for path, operand in fields.items():
         names = split_path(path)
         if not all(names):
-            raise QueryError(f"{name}: '{path}' is not a path: a part of it is empty")
+            raise QueryError(f"{name}: '{path}' is not a path, because a part of it is empty")
         if any(part == "$" or part.startswith("$[") for part in names):
             raise mongodb_needed_error(f"{name} of '{path}', with a positional operator,")
         if any(part.startswith("$") for part in names):
-            raise QueryError(f"{name}: '{path}': fields of documents do not begin with a dollar")
+            raise QueryError(f"{name}: '{path}': a field name must not begin with a dollar")
         if name == "$inc" and not _is_number(operand):
-            raise QueryError(f"$inc of '{path}' takes a number")
+            raise QueryError(f"$inc of '{path}' must be a number")
         if name == "$currentDate" and not isinstance(operand, bool):
-            raise mongodb_needed_error(f"$currentDate of '{path}' with anything but true")
+            raise mongodb_needed_error(f"$currentDate of '{path}' with a value other than a boolean")
         if name == "$push" and has_operators(operand):
             raise mongodb_needed_error(f"$push of '{path}' with {next(iter(operand))}")
         yield _UpdateStep(name, path, operand)

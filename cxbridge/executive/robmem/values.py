@@ -2,7 +2,7 @@
 
 The values 1 and 1.0 are equal, and True differs from both. Values of different types are ordered by their
 types. Documents may contain None, bool, 64-bit int, float, str, bytes, datetime, lists, dicts, and the types
-``ObjectId``, ``Timestamp`` and ``Regex``. Only a MongoDB has further types.
+``ObjectId``, ``Timestamp`` and ``Regex``. Only MongoDB has further types.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ _SCALARS = frozenset({type(None), bool, float, str, bytes, ObjectId, Timestamp, 
 def copy(document: Mapping[str, Any]) -> Document:
     """Return a deep copy, with times in UTC and milliseconds.
 
-    :raises QueryError: if a value has an invalid type, a key is not a text, or the document is too deep.
+    :raises QueryError: if a value has an invalid type, a key is not a string, or the document is too deep.
     """
     if not isinstance(document, Mapping):
         raise QueryError(f"not a document: {document!r}")
@@ -75,10 +75,10 @@ def copy(document: Mapping[str, Any]) -> Document:
 
 def _copy_fields(document: Mapping[str, Any], levels: int) -> Document:
     if not levels:
-        raise QueryError(f"a document has at most {MAX_DEPTH} levels")
+        raise QueryError(f"a document must not have more than {MAX_DEPTH} levels")
     for name in document:
         if not isinstance(name, str):
-            raise QueryError(f"not a document: the name of a field is a text, not {name!r}")
+            raise QueryError(f"not a document: the name of a field must be a string, not {name!r}")
     return {str(name): _copy_value(value, levels - 1) for name, value in document.items()}
 
 
@@ -88,19 +88,19 @@ def _copy_value(value: Any, levels: int) -> Any:
     match value:
         case int():
             if not -(2**63) <= value < 2**63:
-                raise QueryError(f"not a document: {value} has more than 64 bits")
+                raise QueryError(f"not a document: {value} does not fit into 64 bits")
             return int(value)
         case Mapping():
             return _copy_fields(value, levels)
         case list() | tuple():
             if not levels:
-                raise QueryError(f"a document has at most {MAX_DEPTH} levels")
+                raise QueryError(f"a document must not have more than {MAX_DEPTH} levels")
             return [_copy_value(item, levels - 1) for item in value]
         case datetime():  # BSON has milliseconds
             return from_ms(to_ms(value))
         case str():
             return str(value)
-    raise QueryError(f"not a document: {value!r} needs a MongoDB")
+    raise QueryError(f"not a document: {value!r} needs MongoDB")
 
 
 def to_ms(time: datetime) -> int:

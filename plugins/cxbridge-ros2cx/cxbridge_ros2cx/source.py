@@ -217,7 +217,7 @@ class Ros2CxSource(Source):
             files.cx,
             files.clips_dirs,
             files.substitutions,
-            files.before,
+            files.override_dirs,
             config_feature=CONFIG_FEATURE,
             redefine_feature=REDEFINE_FEATURE,
             time_of=time_of,

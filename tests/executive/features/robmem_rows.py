@@ -218,7 +218,7 @@ MUTEXES = {
         TRUE,
         "(robmem-mutex-setup-ttl -1.0)",
         FALSE,
-        "Mutex setup-ttl failed: documents expire by one field, after 0 seconds at least",
+        "Mutex setup-ttl failed: an expiring index must have a single field and an age of at least 0 seconds",
     ),
     **_away("expire-locks", "(robmem-mutex-expire-locks 5.0)", "(robmem-mutex-expire-locks 5.0)"),
     **_later("create", ""),

@@ -169,7 +169,7 @@ def test_a_plan_is_checked_again_when_the_world_changes(env, loop, log):
     loop()
     why = "step 1, (carry c1 home shelf): (at c1 home) is false"
     assert valid(env) == [("plan-1", "FALSE", why)]
-    assert any(f"plan 'plan-1' holds no longer: {why}" in text for text in log.texts(Level.WARN))
+    assert any(f"plan 'plan-1' is no longer valid: {why}" in text for text in log.texts(Level.WARN))
     env.assert_string("(domain-fact (name at) (param-values c1 home))")
     loop()
     assert valid(env) == [("plan-1", "TRUE", "")]

@@ -542,7 +542,7 @@ def test_what_clips_builds_is_found_by_operators(do, doc, memory, log):
     assert problems(log) == []
     assert do("robmem-query", C, doc('{"name": {"$near": 1}}')) == FALSE
     assert len(problems(log)) == 1
-    assert "$near needs a MongoDB" in problems(log)[0]
+    assert "$near needs MongoDB" in problems(log)[0]
     do("robmem-update", C, doc('{"name": "x", "name.first": "y"}'), doc('{"list": 1}'))
     assert "conflict at 'name'" in problems(log)[1]
     assert names(doc()) == ["alpha", "beta"]

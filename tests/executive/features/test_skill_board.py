@@ -156,8 +156,8 @@ def test_what_cannot_be_asked_for_is_0(rig):
     errors = [line for line in rig.lines if line.startswith("E")]
     assert errors == [
         "E nobody can do that",
-        "E move has 2 names of parameters, but 1 values",
-        "E there is no skill board now",
+        "E move has 2 parameter names, but 1 values",
+        "E there is no skill board at present",
     ]
 
 

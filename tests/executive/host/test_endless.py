@@ -181,7 +181,7 @@ def test_a_ring_is_ended_and_named(env, log, impatient, rules, facts, names, str
     fired = env.run()
     (fault,) = env.faults
     kind, _, found = fault.partition(": ")
-    assert kind == "rules fire without an end"
+    assert kind == "rules fire endlessly"
     shown = names[: endless._MAX_NAMES]
     more = [f"{len(names) - len(shown)} more"] if len(names) > len(shown) else []
     assert found.split(" -> ") == [*shown, *more, names[0]]

@@ -132,9 +132,9 @@ def test_asserting_what_does_not_exist_is_one_clear_error(env):
     with pytest.raises(ClipsError, match="no deftemplate 'thing'"):
         env.assert_fact("thing", {})
     env.build("(deftemplate thing (slot a))")
-    with pytest.raises(ClipsError, match="'thing' takes no such value in slot 'b'"):
+    with pytest.raises(ClipsError, match="'thing' does not accept this value in slot 'b'"):
         env.assert_fact("thing", {"b": 1})
-    with pytest.raises(ClipsError, match="'thing' takes no such value in slot 'a'"):
+    with pytest.raises(ClipsError, match="'thing' does not accept this value in slot 'a'"):
         env.assert_fact("thing", {"a": (1, 2)})
     with pytest.raises(ClipsError, match="no relation 'nothing'"):
         env.assert_ordered("nothing", (1,))

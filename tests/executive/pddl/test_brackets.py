@@ -36,7 +36,7 @@ def test_positions_count_from_one() -> None:
 @pytest.mark.parametrize(
     ("text", "place", "message"),
     [
-        ("(a))", (1, 4), "a ')' too many"),
+        ("(a))", (1, 4), "one ')' too many"),
         ("(a (b)\n", (1, 1), "never closed"),
         ("(a)\n(b (c", (2, 4), "never closed"),
         ("(define (:action x :effect (and (p)))", (1, 1), "never closed"),

@@ -126,7 +126,7 @@ def test_a_problem_of_another_domain_is_read_with_a_warning() -> None:
     problem = parse_problem(PROBLEM.replace("garden", "yard"), GARDEN, "p.pddl", warn=warnings.append)
     assert problem.init == SPRING.init
     (warning,) = warnings
-    assert "of the domain yard, not of garden" in warning.message
+    assert "to the domain yard, not to garden" in warning.message
 
 
 def test_an_untyped_variable_among_types_is_any_object_with_a_warning() -> None:

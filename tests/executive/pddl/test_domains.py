@@ -99,8 +99,8 @@ SWAPPED = "(:action a :parameters () :effect (ready) :precondition (ready))"
         ("(define (domain x) (:requirements) (:predicates (p)))", "there are no actions"),
         (GARDEN.replace(":precondition (held ?t)", ""), "action pick has no condition"),
         (GARDEN.replace(":effect (not (held ?t))", ""), "action pick has no effect"),
-        (domain(SWAPPED), ":precondition comes too late"),
-        (domain(ONE_ACTION, types="(:constants k)", constants="(:types t)"), ":types comes too late"),
+        (domain(SWAPPED), ":precondition must come earlier"),
+        (domain(ONE_ACTION, types="(:constants k)", constants="(:types t)"), ":types must come earlier"),
     ],
 )
 def test_what_fawkes_cannot_read_is_refused_on_demand(text: str, reason: str) -> None:

@@ -158,7 +158,7 @@ def test_untyped_argument_fits_object_only() -> None:
 
 def test_types_in_a_circle_are_one_error() -> None:
     types = "(:types robot - place place - robot dock)"
-    with pytest.raises(PddlSemanticError, match="the type robot is a type of itself") as caught:
+    with pytest.raises(PddlSemanticError, match="the type robot is a subtype of itself") as caught:
         parse_domain(domain(action("(p ?r)"), types=types, predicates="(p ?d - dock) (ready)"))
     assert caught.value.line == 3
     assert parse_domain(domain(action(), types="(:types object robot - object place dock)"))

@@ -24,5 +24,5 @@ def test_how_it_looks() -> None:
 
 
 def test_what_is_no_plan_is_refused() -> None:
-    with pytest.raises(ValueError, match="no action of a plan: 'serve egg'"):
+    with pytest.raises(ValueError, match="not an action of a plan: 'serve egg'"):
         parse_plan_text("serve egg")

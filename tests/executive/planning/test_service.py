@@ -184,7 +184,7 @@ def test_without_a_plug_in_an_error_says_which_package_has_more_planners(monkeyp
     domain = parse_domain("""(define (domain t) (:requirements :durative-actions) (:predicates (done))
       (:durative-action work :parameters () :duration (= ?duration 4) :effect (at end (done))))""")
     problem = parse_problem("(define (problem x) (:domain t) (:init) (:goal (done)))", domain)
-    with pytest.raises(UnsupportedProblemError, match="pyperplan knows nothing of durative") as raised:
+    with pytest.raises(UnsupportedProblemError, match="pyperplan does not support durative") as raised:
         choose_planners(AUTO, domain, problem)
     assert "cxbridge-planning" in (raised.value.hint or "")
     late = service.plan(request(ENDLESS, timeout=0.2, options={"search": "bfs"}))

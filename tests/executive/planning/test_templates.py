@@ -81,9 +81,9 @@ def test_two_queries_of_one_name_are_told():
 @pytest.mark.parametrize(
     ("text", "message", "line"),
     [
-        ("\n<<#D|{}>>", "section <<#D>> is never ended", 2),
-        ("\n\n<</D>>", "<</D>> ends no section", 3),
-        ("<<#D|{}>><<#E|{}>><</D>>", "<</D>> ends no section", 1),
+        ("\n<<#D|{}>>", "section <<#D>> is never closed", 2),
+        ("\n\n<</D>>", "<</D>> does not close a section", 3),
+        ("<<#D|{}>><<#E|{}>><</D>>", "<</D>> does not close a section", 1),
         ("<<#D|{relation}>><</D>>", "is not JSON", 1),
         ("<<#D|{'a': b}>><</D>>", "is not JSON", 1),
         ("<<#D|[1]>><</D>>", "is not a JSON object", 1),

@@ -152,7 +152,7 @@ BAD_QUERIES: list[tuple[Any, str]] = [
     ({"a": {"$regex": Regex("a", "i"), "$options": "m"}}, "$options"),
     ({"a": {"$options": "i"}}, "$options"),
     ({"$and": []}, "$and"),
-    ({"a.0": 1}, "the index in the path 'a.0' needs a MongoDB"),
+    ({"a.0": 1}, "the index in the path 'a.0' needs MongoDB"),
     ({"$or": [1]}, "$or"),
 ]
 
@@ -170,7 +170,7 @@ UPDATE_CASES: dict[str, list[tuple[dict[str, Any], dict[str, Any], Any]]] = {
         ({"a": 1}, {"$set": {"a": {"x": 1}, "a.b": 1}}, "conflict at 'a'"),
         ({"a": 1}, {"$set": {"a.b": 1}, "$unset": {"a": 1}}, "conflict at 'a'"),
         ({"a": 1}, {"$set": {"a": 1}, "$inc": {"a": 1}}, "conflict at 'a'"),
-        ({"a": [1]}, {"$set": {"a.0": 5}}, "needs a MongoDB"),
+        ({"a": [1]}, {"$set": {"a.0": 5}}, "needs MongoDB"),
         ({"a": 1}, {"$set": {"a.b.c": 1}, "$inc": {"a.b": 1}}, "conflict at 'a.b'"),
         ({"a": {}}, {"$set": {"a.b": 1}, "$inc": {"a.bc": 1}}, {"a": {"b": 1, "bc": 1}}),
         ({"a": 1}, {"$set": {"a..b": 1}}, "'a..b'"),

@@ -79,7 +79,7 @@ def test_a_database_goes_away_and_comes_back(fast):
         assert second.store.find(C, {"_id": 4})
         store.close()
     assert "no events at present" in warnings[0]
-    assert "there again" in warnings[1]
+    assert "reachable again" in warnings[1]
 
 
 def test_a_database_that_is_away_at_the_start(fast):
@@ -154,7 +154,11 @@ def test_the_settings_are_fawkes():
     found = settings(FAWKES_CLIENTS % "true")
     assert found.uri == "mongodb://here:27021/?directConnection=true"
     assert found.distributed_uri == "mongodb://a:1,b:2/?replicaSet=rs"
-    assert (found.distributed, found.mutexes, found.replica_sets) == (("shared",), "shared.locks", ("one",))
+    assert (found.distributed_databases, found.mutex_collection, found.replica_sets) == (
+        ("shared",),
+        "shared.locks",
+        ("one",),
+    )
     assert found.location == "MongoDB here:27021/?directConnection=true and a:1,b:2/?replicaSet=rs"
     assert settings(FAWKES_CLIENTS % "false").distributed_uri == ""
 

@@ -87,7 +87,7 @@ def refuses(name: str, operation: Any) -> bool:
     try:
         operation()
     except QueryError as error:
-        return name in str(error) and "needs a MongoDB" in str(error)
+        return name in str(error) and "needs MongoDB" in str(error)
     return False
 
 

@@ -89,7 +89,7 @@ def test_sorting_is_stable_and_a_limit_takes_the_first():
 def test_an_order_through_an_array_is_refused():
     store = EmbeddedStore(VirtualClock())
     store.insert(C, {"a": [1, 3]})
-    with pytest.raises(QueryError, match="needs a MongoDB"):
+    with pytest.raises(QueryError, match="needs MongoDB"):
         store.find(C, sort={"b": 1, "a": 1})
     with pytest.raises(QueryError, match="direction"):
         store.find(C, sort={"a": 2})
@@ -130,7 +130,7 @@ def test_a_unique_index_on_an_array_is_refused():
     store = EmbeddedStore(VirtualClock())
     store.create_index(C, {"a.x": 1}, unique=True)
     for value in ([1], {"x": [1]}, [{"x": 1}]):
-        with pytest.raises(QueryError, match="needs a MongoDB"):
+        with pytest.raises(QueryError, match="needs MongoDB"):
             store.insert(C, {"a": value})
     assert store.find(C) == []
 
@@ -139,10 +139,10 @@ def test_an_index_with_other_options_is_refused():
     store = EmbeddedStore(VirtualClock())
     store.create_index(C, {"a": 1}, unique=True)
     store.create_index(C, {"a": 1}, unique=True)
-    with pytest.raises(QueryError, match="already, with other options"):
+    with pytest.raises(QueryError, match="already exists with other options"):
         store.create_index(C, {"a": 1})
     store.create_index(C, {"t": 1}, expire_after_s=10)
-    with pytest.raises(QueryError, match="already, with other options"):
+    with pytest.raises(QueryError, match="already exists with other options"):
         store.create_index(C, {"t": 1}, expire_after_s=20)
     keys: dict[str, int]
     for keys in ({}, {"a": 2}, {"a..b": 1}):
@@ -270,7 +270,7 @@ def test_a_regular_expression_of_too_many_steps_is_refused(pattern, options, ref
     store.insert(C, {"a": "a" * 59 + "b"})
     query = {"a": {"$regex": pattern, "$options": options}}
     if refused:
-        with pytest.raises(QueryError, match="needs a MongoDB"):
+        with pytest.raises(QueryError, match="needs MongoDB"):
             store.find(C, query)
     else:
         assert len(store.find(C, query)) == bool(re.search(pattern, "a" * 59 + "b"))

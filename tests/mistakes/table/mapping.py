@@ -15,8 +15,8 @@ _FAILED: Final = 1
 MISTAKES: Final[tuple[Mistake, ...]] = (
     mistake("the skill is misspelt", _FILE, _ROW, "greet: gret{name=?(who)s}", "'gret'", _AT),
     mistake("the parameter is misspelt", _FILE, _ROW, "greet: greet{name=?(hwo)s}", "'hwo'", _AT),
-    mistake("the mapping is a map", _FILE, _ROW, "greet: {skill: greet}", "is a map, not a text", _AT),
-    mistake("the mapping is a list", _FILE, _ROW, "greet: [greet]", "is a list, not a text", _AT),
+    mistake("the mapping is a map", _FILE, _ROW, "greet: {skill: greet}", "must be a string, not a map", _AT),
+    mistake("the mapping is a list", _FILE, _ROW, "greet: [greet]", "must be a string, not a list", _AT),
     mistake("a brace is missing", _FILE, _ROW, "greet: greet{name=?(who)s", "the skill string ends", _AT),
     mistake(
         "the placeholder lacks its type",

@@ -98,7 +98,7 @@ def _constants(tokens: list[str], text: str) -> list[str]:
 
 def _refusal_error(text: str) -> ClipsError:
     return ClipsError(
-        f"refused: {text} has more than constants", hint="only numbers, symbols and texts are taken here"
+        f"refused: {text} contains more than constants", hint="use only numbers, symbols and strings"
     )
 
 

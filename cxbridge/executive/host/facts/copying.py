@@ -18,7 +18,7 @@ from cxbridge.executive.host.capi import NULL, CData, decode, encode, items_of
 from cxbridge.executive.host.facts.making import contents_offset
 from cxbridge.executive.host.values import FactAddress, Value, to_python
 
-PIECE: Final = 100
+PIECE_SIZE: Final = 100
 """The default number of facts in a piece, after which the caller may let rules run."""
 
 _MULTIFIELD: Final = 4  # CLIPS' type code of multifields
@@ -92,7 +92,7 @@ class FactCopier:
     :param is_wanted: returns whether a deftemplate's facts are copied.
     :param begin: the number of wanted facts to skip.
     :param end: the number of wanted facts after which to stop; None: all facts.
-    :param piece: the number of facts in a piece.
+    :param piece_size: the number of facts in a piece.
     """
 
     def __init__(
@@ -101,9 +101,9 @@ class FactCopier:
         is_wanted: Callable[[str], bool],
         begin: int = 0,
         end: int | None = None,
-        piece: int = PIECE,
+        piece_size: int = PIECE_SIZE,
     ) -> None:
-        self._piece = piece
+        self._piece_size = piece_size
         self._env = env
         self._is_wanted = is_wanted
         self._begin = begin
@@ -128,7 +128,7 @@ class FactCopier:
                 copied.add(index)
                 self.add(fact)
             visited += 1
-            if visited % self._piece == 0:
+            if visited % self._piece_size == 0:
                 lib.RetainFact(fact)  # otherwise CLIPS could reuse the fact's memory
                 yield
                 self._clear_caches()
@@ -138,7 +138,7 @@ class FactCopier:
                 fact = following
             else:
                 fact = lib.GetNextFact(env, fact)
-        if visited >= self._piece:
+        if visited >= self._piece_size:
             self._drop_retracted()
 
     def _clear_caches(self) -> None:

@@ -14,7 +14,7 @@ from clips._clips import ffi, lib
 from cxbridge.executive.host.capi import EXTRA_FUNCTIONS, NULL, CData, decode
 
 _MULTIFIELD = 4  # CLIPS' type code of multifields
-_POINTER = 8  # bytes of a pointer
+_POINTER_BYTES = 8
 _SEARCHED_BYTES = 512  # the part of a fact's struct in which contents_offset() searches
 
 
@@ -33,10 +33,10 @@ def contents_offset() -> int:
             EXTRA_FUNCTIONS.PutFactSlot(fact, slot, value)
             marks.append(int(ffi.cast("intptr_t", value.value)))
         words = ffi.cast("intptr_t *", fact)
-        for index in range(_SEARCHED_BYTES // _POINTER):
+        for index in range(_SEARCHED_BYTES // _POINTER_BYTES):
             if [words[index], words[index + 1]] == marks:
                 EXTRA_FUNCTIONS.ReturnFact(env, fact)
-                return index * _POINTER
+                return index * _POINTER_BYTES
     finally:
         lib.DestroyEnvironment(env)
     raise RuntimeError("this build of CLIPS lays out facts in an unknown way")

@@ -98,7 +98,7 @@ class Evaluator:
                     for inner in self.bindings(variables, binding)
                 )
                 return _conjoin(alternatives) if (quantifier == "forall") != negated else _union(alternatives)
-        raise PlanningError(f"a condition cannot hold {type(formula).__name__}")
+        raise PlanningError(f"a condition cannot contain {type(formula).__name__}")
 
     def bindings(self, variables: TypedList, binding: Binding) -> Iterator[Binding]:
         """Yield the binding extended by each choice of objects for the variables."""

@@ -73,7 +73,7 @@ def effect_cases(
             conditional.setdefault((if_true, if_false), set()).add(change)
     if len(conditional) > MAX_CONDITIONS:
         raise PlanningError(
-            f"an action has conditional effects with more than {MAX_CONDITIONS} conditions at once",
+            f"the conditional effects of an action have more than {MAX_CONDITIONS} different conditions",
             hint="use another planner (fast-downward)",
         )
     yield from _split_case(EffectCase(precondition, frozenset(unconditional)), list(conditional.items()))
@@ -118,4 +118,4 @@ def _changes(
         case Not(part=Atom() as atom):
             yield outer, binding, Change(fact_of(atom, binding), value=False)
         case _:
-            raise PlanningError(f"an effect cannot hold {type(effect).__name__}")
+            raise PlanningError(f"an effect cannot contain {type(effect).__name__}")

@@ -106,17 +106,19 @@ class _Grounder:
         for fact in self.initial:
             if fact.predicate not in self._fluents:
                 self._index.add(fact)
-        for number, schema in enumerate(self._schemas):
+        for schema_index, schema in enumerate(self._schemas):
             # an action without fluent atoms would never be joined with a new fact
             if not any(atom.predicate in self._fluents for atom in schema.atoms):
-                self._ground_all(number, schema.matches(self._index))
+                self._ground_all(schema_index, schema.matches(self._index))
         self._reach(fact for fact in self.initial if fact.predicate in self._fluents)
         atoms = self._atom_indices()
         while self._queue:
             fact = self._queue.popleft()
             self._index.add(fact)
-            for number, position in atoms.get(fact.predicate, ()):
-                self._ground_all(number, self._schemas[number].matches(self._index, (position, fact)))
+            for schema_index, position in atoms.get(fact.predicate, ()):
+                self._ground_all(
+                    schema_index, self._schemas[schema_index].matches(self._index, (position, fact))
+                )
             self._joined.add(fact)
             for ground_case in self._waiting.pop(fact, ()):
                 ground_case.missing_count -= 1
@@ -124,11 +126,11 @@ class _Grounder:
                     self._apply(ground_case)
 
     def _atom_indices(self) -> dict[str, list[tuple[int, int]]]:
-        """Return the required atoms by predicate: the index of the schema, and of the atom in the schema."""
+        """Return the required atoms by predicate: the index of the schema, and the atom's index in it."""
         indices: dict[str, list[tuple[int, int]]] = {}
-        for number, schema in enumerate(self._schemas):
+        for schema_index, schema in enumerate(self._schemas):
             for position, atom in enumerate(schema.atoms):
-                indices.setdefault(atom.predicate, []).append((number, position))
+                indices.setdefault(atom.predicate, []).append((schema_index, position))
         return indices
 
     def _reach(self, facts: Iterable[Fact]) -> None:
@@ -138,14 +140,16 @@ class _Grounder:
                 self.reached[fact] = None
                 self._queue.append(fact)
 
-    def _ground_all(self, number: int, choices: Iterable[tuple[str, ...]]) -> None:
+    def _ground_all(self, schema_index: int, choices: Iterable[tuple[str, ...]]) -> None:
         """Ground the action with an index for several choices of objects."""
-        action = self._actions[number]
+        action = self._actions[schema_index]
         for choice in choices:
             # each of the facts in an action's condition finds the same binding
-            if (number, choice) not in self._bindings:
-                self._bindings.add((number, choice))
-                self._ground(action, choice, dict(zip(self._schemas[number].parameters, choice, strict=True)))
+            if (schema_index, choice) not in self._bindings:
+                self._bindings.add((schema_index, choice))
+                self._ground(
+                    action, choice, dict(zip(self._schemas[schema_index].parameters, choice, strict=True))
+                )
 
     def _ground(self, action: ActionSchema, choice: tuple[str, ...], binding: dict[str, str]) -> None:
         for conjunction in self._evaluator.alternatives(action.condition, binding):
@@ -159,7 +163,7 @@ class _Grounder:
         """
         if self._case_count >= self._max_operators:
             raise PlanningError(
-                f"the problem has more than {self._max_operators} bound actions",
+                f"the problem has more than {self._max_operators} ground actions",
                 hint="use another planner (fast-downward), or leave out objects that do not matter",
             )
         self._case_count += 1

@@ -74,12 +74,12 @@ class GroundedSchema:
             yield binding
             return
         # the atom with the fewest candidates first, which keeps the number of partial bindings low
-        sized = [(index.candidates(atom, binding), number) for number, atom in enumerate(atoms)]
-        candidates, number = min(sized, key=lambda pair: len(pair[0]))
-        remaining = atoms[:number] + atoms[number + 1 :]
+        sized = [(index.candidates(atom, binding), position) for position, atom in enumerate(atoms)]
+        candidates, position = min(sized, key=lambda pair: len(pair[0]))
+        remaining = atoms[:position] + atoms[position + 1 :]
         for arguments in candidates:
             inner = dict(binding)
-            if self._unify(atoms[number], arguments, inner):
+            if self._unify(atoms[position], arguments, inner):
                 yield from self._extend(remaining, inner, index)
 
     def _unify(self, atom: Atom, arguments: tuple[str, ...], binding: dict[str, str]) -> bool:

@@ -78,7 +78,7 @@ def _relaxed_action(action: ActionSchema) -> ActionSchema:
 
 
 def _relaxed(formula: Formula, changes: Collection[str] = ()) -> Formula:
-    """Return a formula without times and numbers, which counts as true where they would decide.
+    """Return a formula without times and numbers: a part whose truth depends on a number is true.
 
     :param changes: predicates that the same action changes, and which may satisfy its conditions after the
         start.
@@ -127,8 +127,8 @@ def _obstacle_line(domain: Domain, fact: Fact, *, value: bool) -> str:
         changed = any(fact.predicate in changed_predicates(action.effect) for action in domain.actions)
         why = "no action achieves it for these objects" if changed else f"no action changes {fact.predicate}"
         return f"nothing achieves {text}: {why}"
-    dots = ", ..." if len(names) > _MAX_NAMES else ""
-    return f"nothing achieves {text}: what {', '.join(names[:_MAX_NAMES])}{dots} would need is never there"
+    achievers = ", ".join(names[:_MAX_NAMES]) + (", ..." if len(names) > _MAX_NAMES else "")
+    return f"nothing achieves {text}: what {achievers} would need is never available"
 
 
 def _achieves(action: ActionSchema, fact: Fact) -> bool:

@@ -163,7 +163,7 @@ class _Checker:
         self._actions = {action.name: action for action in domain.actions}
         self._objects = objects
         self._goal = goal
-        self._begin = self._state = state
+        self._initial_state = self._state = state
         self._moments: list[PlanMoment] = []
         self._unfinished: list[_Step] = []  # durative steps between start and end
 
@@ -184,7 +184,7 @@ class _Checker:
             return self._result(unchecked=str(error))
 
     def _result(self, failure: str = "", step: int = 0, unchecked: str = "") -> PlanCheck:
-        return PlanCheck(failure, step, unchecked, self._begin, tuple(self._moments))
+        return PlanCheck(failure, step, unchecked, self._initial_state, tuple(self._moments))
 
     def _check_goal(self) -> PlanCheck:
         moment = Moment(self._state, self._objects)
@@ -212,7 +212,7 @@ class _Checker:
             for name in group.names:
                 if binding[name] not in allowed:
                     kind = " or ".join(group.types) or "object"
-                    raise step_error(f"{binding[name]} is no {kind}, which ?{name} wants")
+                    raise step_error(f"?{name} must be of type {kind}, which {binding[name]} is not")
         start, duration = planned.start or 0.0, planned.duration or 0.0
         return _Step(number, planned, action, binding, start, start + duration, is_running=is_running)
 
@@ -297,7 +297,7 @@ def _simultaneous_groups(events: Sequence[_Event]) -> Iterator[list[_Event]]:
 
 
 def _refuse_interference(executed: Sequence[tuple[_Event, set[Ground], Changes]]) -> None:
-    """Refuse simultaneous moments of which one changes a fact that the other reads or changes differently."""
+    """Refuse simultaneous moments if one changes a fact that another reads or changes differently."""
     for (first, first_reads, changes), (second, second_reads, other_changes) in combinations(executed, 2):
         clash = (
             first_reads & other_changes.written
@@ -310,7 +310,7 @@ def _refuse_interference(executed: Sequence[tuple[_Event, set[Ground], Changes]]
             raise _StepError(
                 second.step.number,
                 f"{_step_text(second.step)}: at {second.time:g} s it and {_action_text(first.step.planned)} "
-                f"both concern ({' '.join((name, *arguments))}); let one begin later",
+                f"both affect ({' '.join((name, *arguments))}); one must begin later",
             )
 
 
@@ -328,7 +328,7 @@ def _check_duration(step: _Step, constraint: Formula, moment: Moment) -> None:
         else:
             too_long = sign in ("=", "<=", "<") and duration > limit + TOLERANCE_S
             is_violated = too_long or (sign in ("=", ">=", ">") and duration < limit - TOLERANCE_S)
-            text = f", and the domain says {limit:g}"
+            text = f", but the domain requires {limit:g}"
         if is_violated:
             raise _StepError(step.number, f"{_step_text(step)}: it takes {duration:g} s{text}")
 

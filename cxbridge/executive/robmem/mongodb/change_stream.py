@@ -77,7 +77,7 @@ class MongoWatch(Watch):
             try:
                 stream = stream or self._open()
                 if is_lost:
-                    self._warn(f"{self._collection.full_name}: the database is there again")
+                    self._warn(f"{self._collection.full_name}: the database is reachable again")
                     is_lost = False
                 self._report_new_changes(stream)
             except PyMongoError as error:

@@ -82,9 +82,9 @@ class MongoStore(Store):
     ) -> None:
         self._local = make_client(local)
         self._distributed = make_client(distributed) if distributed else self._local
-        self._shared = frozenset(shared)
+        self._shared_databases = frozenset(shared)
         self._warn = warn
-        self._away_until: dict[int, float] = {}  # end of the pause after a failure, by id() of the client
+        self._paused_until: dict[int, float] = {}  # end of the pause after a failure, by id() of the client
         self._watches: set[MongoWatch] = set()
         self._lock = threading.Lock()
 
@@ -140,7 +140,7 @@ class MongoStore(Store):
         if expire_after_s is not None:
             options["expireAfterSeconds"] = int(expire_after_s)
         if not keys:
-            raise QueryError("an index needs a key")
+            raise QueryError("an index must have at least one key")
         with self._open_collection(collection) as mongo_collection:
             mongo_collection.create_index(list(keys.items()), **options)
 
@@ -185,7 +185,7 @@ class MongoStore(Store):
         self._distributed.close()
 
     def _find_client(self, database: str) -> Client:
-        return self._distributed if database in self._shared else self._local
+        return self._distributed if database in self._shared_databases else self._local
 
     @contextmanager
     def _open_collection(self, collection: str) -> Iterator[Collection[Document]]:
@@ -198,14 +198,14 @@ class MongoStore(Store):
     @contextmanager
     def _converted_errors(self, client: Client) -> Iterator[None]:
         """Convert errors of the driver. Fail immediately for some time after a failed connection."""
-        if time.monotonic() < self._away_until.get(id(client), 0.0):
+        if time.monotonic() < self._paused_until.get(id(client), 0.0):
             raise UnreachableError("the database cannot be reached")
         try:
             yield
         except mongo_errors.PyMongoError as error:
             translated = _convert_error(error)
             if isinstance(translated, UnreachableError):
-                self._away_until[id(client)] = time.monotonic() + _PAUSE_S
+                self._paused_until[id(client)] = time.monotonic() + _PAUSE_S
             raise translated from None
         except (bson.errors.BSONError, OverflowError, TypeError, ValueError) as error:
             raise QueryError(str(error)) from None

@@ -25,7 +25,7 @@ from tests.daemon.test_daemon import connected, running
 from tests.run.mini import AGENT, write_scenario
 from tests.support import share
 
-RING = "rules fire without an end: ping ({file}:{line}) -> pong ({file}:{line}) -> ping"
+RING = "rules fire endlessly: ping ({file}:{line}) -> pong ({file}:{line}) -> ping"
 PING = "(defrule ping ?f <- (ping ?n) => {more} (retract ?f) (assert (pong ?n)))"
 PONG = " (defrule pong ?f <- (pong ?n) => (retract ?f) (assert (ping {n})))"
 BEGIN = "(defrule first {when} => (assert (ping 0)))"

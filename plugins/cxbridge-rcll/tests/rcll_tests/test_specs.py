@@ -20,7 +20,7 @@ FEATURES = ["motor-switch", "navgraph", "pddl-parser", "protobuf", "robot_memory
 SKILLS = (
     "skills.clp:187",
     "defrule skill-status-update-nochange",
-    "a parenthesis opens here that never closes: what follows it in the file is lost",
+    "a parenthesis that opens here is never closed: the rest of the file is not loaded",
 )
 """A defect of Fawkes' own skills.clp."""
 
@@ -146,7 +146,7 @@ def test_the_end_of_the_agent(tmp_path, spec, ends):
         run.loop.run_once()
         initialising = len(log.lines)
     said = [line.text for line in log.lines[initialising:]]
-    circles = [text for text in said if "they go round in circles" in text]
+    circles = [text for text in said if "they fire in a cycle" in text]
     assert said[0] == "Closing local peer (public)"
     assert ("Enabling local peer (public)" in said, bool(circles)) == (not ends, not ends)
 

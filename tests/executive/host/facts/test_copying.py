@@ -10,9 +10,9 @@ from cxbridge.clipstext.values import FactRef
 from cxbridge.clock import RealClock
 from cxbridge.events import EventBus
 from cxbridge.executive.host.environment import ClipsEnvironment
-from cxbridge.executive.host.facts.copying import PIECE, FactCopier
+from cxbridge.executive.host.facts.copying import PIECE_SIZE, FactCopier
 
-COUNT = 3 * PIECE + 7
+COUNT = 3 * PIECE_SIZE + 7
 
 
 @pytest.fixture(name="env")
@@ -78,7 +78,7 @@ def test_what_changes_meanwhile_is_as_it_was_or_as_it_is(env):
     copier = FactCopier(env.env, lambda _name: True)
     pieces = copier.pieces()
     next(pieces)
-    gone_before, here, gone_after = indices[0], indices[PIECE - 1], indices[-1]
+    gone_before, here, gone_after = indices[0], indices[PIECE_SIZE - 1], indices[-1]
     for index in (gone_before, here, gone_after):
         assert env.retract(index)
     env.eval("(do-for-fact ((?b box)) (eq ?b:id 150) (retract ?b))")
@@ -107,7 +107,7 @@ def test_whatever_rules_do_all_that_is_there_at_the_end_is_copied(changes):
     try:
         env.build("(deftemplate box (slot id) (slot size) (multislot notes))")
         fill(env, 33)
-        copier = FactCopier(env.env, "box".__eq__, piece=10)
+        copier = FactCopier(env.env, "box".__eq__, piece_size=10)
         for piece, _ in enumerate(copier.pieces()):
             for at, what, number in changes:
                 indices = [index for index, _, _ in env.facts("box")]

@@ -118,13 +118,13 @@ def test_a_condition_beyond_bounds(monkeypatch):
 
 def test_conditional_effects_beyond_bounds(monkeypatch):
     monkeypatch.setattr(effects, "MAX_CONDITIONS", 1)
-    with pytest.raises(PlanningError, match="more than 1 conditions"):
+    with pytest.raises(PlanningError, match="more than 1 different conditions"):
         solve(FETCH, problem("(not (full c1))", START + "(full c1) (lit)"))
 
 
 def test_too_many_bound_actions(monkeypatch):
     monkeypatch.setattr("cxbridge.executive.planning.compile.grounding.MAX_OPERATORS", 5)
-    with pytest.raises(PlanningError, match="more than 5 bound actions"):
+    with pytest.raises(PlanningError, match="more than 5 ground actions"):
         solve(FETCH, problem("(full c1)", START))
 
 

@@ -28,19 +28,19 @@ TASK = """(define (problem p) (:domain cups) (:objects c d - cup kitchen table t
         ("(at c table)", []),
         ("(lit)", []),
         ("(and (at c table) (not (at c kitchen)) (> (moved) 7))", []),
-        ("(at c tabel)", ["nothing achieves (at c tabel): what carry would need is never there"]),
+        ("(at c tabel)", ["nothing achieves (at c tabel): what carry would need is never available"]),
         (
             "(and (at c tabel) (red c))",
             [
-                "nothing achieves (at c tabel): what carry would need is never there",
+                "nothing achieves (at c tabel): what carry would need is never available",
                 "nothing achieves (red c): no action changes red",
             ],
         ),
-        ("(bright c)", ["nothing achieves (bright c): what shine would need is never there"]),
+        ("(bright c)", ["nothing achieves (bright c): what shine would need is never available"]),
         ("(not (red d))", ["nothing deletes (red d)"]),
         (
             "(or (and (red c) (at c tabel)) (at d tabel))",
-            ["nothing achieves (at d tabel): what carry would need is never there"],
+            ["nothing achieves (at d tabel): what carry would need is never available"],
         ),
         ("(exists (?p - place) (and (at d ?p) (way ?p tabel)))", None),
     ],

@@ -240,7 +240,7 @@ def test_a_feature_that_is_used_cannot_be_withdrawn(lab: Way) -> None:
     """The original's service assert_can_remove_features."""
     lab.ask("env-feature", env="lab", feature="navgraph")
     assert lab.names("navgraph")[1] == ["lab"]
-    with pytest.raises(RefusedError, match="lab has it"):
+    with pytest.raises(RefusedError, match="in use by lab"):
         lab.ask("feature-withdraw", feature="navgraph")
     assert lab.names("navgraph")[0]
     lab.ask("env-feature-remove", env="lab", feature="navgraph")
