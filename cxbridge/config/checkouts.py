@@ -1,4 +1,4 @@
-"""Layered checkouts: those of a team and of Fawkes, which have the same layout of folders.
+"""Layered checkouts of a team and of Fawkes, which have the same folder structure.
 
 A team builds its robot on Fawkes: its checkout has the files that differ, and Fawkes' has the rest. Paths in
 configurations begin with placeholders such as ``@BASEDIR@``.
@@ -19,7 +19,7 @@ _BASE: Final = "BASEDIR"
 
 
 class Checkouts(Struct, frozen=True):
-    """Checkouts with equal layouts; a file of an earlier one hides that of a later one.
+    """Checkouts with the same layout; a file of an earlier checkout hides the file of a later one.
 
     :param folders: absolute paths, by decreasing precedence.
     """
@@ -46,7 +46,7 @@ class Checkouts(Struct, frozen=True):
         return next(owners, self.folders[-1] if self.folders else resolved.parent)
 
     def find_configuration(self, name: Path) -> Path:
-        """Return the configuration file or folder with a name in a checkout, or else the name itself."""
+        """Return the configuration file or folder with a name in a checkout, else the name itself."""
         paths = (folder / CONFIGURATION / name for folder in self.folders)
         return next((path for path in paths if path.exists()), name)
 

@@ -50,7 +50,7 @@ class Configuration:
         self._root = ConfigNode(NodeKind.MAP, Mark())
         # the nodes of files that values of this run replace, for `erase`; None where the files have no value
         self._replaced_nodes: dict[tuple[str, ...], ConfigNode | None] = {}
-        self._host_includes: tuple[Path, ...] = ()  # with $host in the name, for hints
+        self._host_includes: tuple[Path, ...] = ()  # the files of other hosts, for hints
         self.files: tuple[Path, ...] = ()
         """The files in the order in which they are laid over each other."""
         self.warnings: tuple[str, ...] = ()
@@ -79,7 +79,7 @@ class Configuration:
             except OSError as error:
                 raise ConfigError(f"cannot read the folder: {error.strerror}", file=path) from None
             if not loader.files:
-                raise ConfigError("there is no configuration (*.yaml) in this folder", file=path)
+                raise ConfigError("the folder has no configuration file (*.yaml)", file=path)
             return cls._from_loader(loader)
         loader = ConfigLoader(Path(confdir or main.parent), host)
         loader.load_file(main)
@@ -253,7 +253,7 @@ class Configuration:
         if node is not None:
             return ConfigMissingError(
                 f"{path} holds {node.kind.value}, not a value", file=node.mark.file or None,
-                line=node.mark.line or None, hint=f"below it are: {', '.join(list(node.children)[:8])}",
+                line=node.mark.line or None, hint=f"values below: {', '.join(list(node.children)[:8])}",
             )  # fmt: skip
         paths = [leaf for leaf, _ in self._root.leaves("")]
         hint = self._find_host_hint(path) or did_you_mean(path, paths, cutoff=_MIN_PATH_LIKENESS) or None
@@ -275,7 +275,7 @@ class Configuration:
         return Mark()
 
     def _find_host_hint(self, path: str) -> str:
-        """Return a hint if files of other hosts have a value, otherwise empty."""
+        """Return a hint about the files of other hosts that have a value; empty if no file has it."""
         files = []
         for file in self._host_files():
             # the file of another host may be invalid; it is only searched for a hint
@@ -284,8 +284,8 @@ class Configuration:
                     files.append(str(file))
         if not files:
             return ""
-        count = f" ({len(files)} files have it)" if len(files) > 1 else ""
-        return f"{files[0]} has it, for another host{count}: --config {shlex.quote(files[0])}"
+        count = f" ({len(files)} files define it)" if len(files) > 1 else ""
+        return f"{files[0]} defines the value for another host{count}: --config {shlex.quote(files[0])}"
 
     def _host_files(self) -> Iterator[Path]:
         """Yield the files that the includes with ``$host`` name on other machines."""
@@ -319,11 +319,11 @@ class Configuration:
         """
         elements = split_path(path)
         if len(elements) > MAX_DEPTH:  # the path may come from the network: quote only its beginning
-            raise ConfigError(f"cannot set {path[:40]}...: it is more than {MAX_DEPTH} deep")
+            raise ConfigError(f"cannot set {path[:40]}...: the path has more than {MAX_DEPTH} elements")
         node = self._root
         for element in elements:
             if node.kind in (NodeKind.SCALAR, NodeKind.LIST):
-                raise node.mark.error(f"cannot set {path}: {node.kind.value} is on the way to '{element}'")
+                raise node.mark.error(f"cannot set {path}: '{element}' would be below {node.kind.value}")
             if node.kind is NodeKind.NULL:
                 node.kind = NodeKind.MAP
             node = node.children.setdefault(element, ConfigNode(NodeKind.NULL, Mark()))
@@ -346,7 +346,7 @@ class Configuration:
         if elements not in self._replaced_nodes:
             raise ConfigError(
                 f"cannot erase {path}: it was not set in this run",
-                hint="values of a file cannot be erased here: edit the file",
+                hint="to remove a value of a file, edit the file",
             )
         nodes = [self._root]  # from the root to the value
         for element in elements:

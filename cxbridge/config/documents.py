@@ -202,7 +202,8 @@ class _Composer:
             key = self._build_node(child, depth + 1)
             if isinstance(key, YamlScalar) and key.text == "<<":
                 raise key.mark.error(
-                    "'<<' merges no maps, as in Fawkes", "write the values, or use '*name' for a whole map"
+                    "'<<' does not merge maps, as in Fawkes",
+                    "write the values, or use '*name' for a whole map",
                 )
             pairs.append((key, self._build_node(next(self._events), depth + 1)))
         return YamlMap(self._make_mark(event), self._normalize_tag(event), pairs)

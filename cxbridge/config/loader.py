@@ -142,7 +142,7 @@ class ConfigLoader:
             if item.tag and item.tag not in INCLUDE_TAGS:
                 raise unknown_tag_error(item.tag, item.mark)
             if not item.text or item.is_null or "\0" in item.text:
-                raise item.mark.error("this include names nothing", "name a file or a folder")
+                raise item.mark.error("the include is empty", "name a file or a folder")
             self._queue_include(item, entry)
 
     def _queue_include(self, item: YamlScalar, entry: _FileToRead) -> None:
@@ -157,7 +157,7 @@ class ConfigLoader:
             if self._host_file is not None:
                 mark = self._host_file.mark
                 raise item.mark.error(
-                    f"there is a host-specific file already ({mark.file}:{mark.line})", "keep one"
+                    f"a host-specific file is already included ({mark.file}:{mark.line})", "keep one"
                 )
             self._host_file = _FileToRead(path, item.mark, chain, ignores_missing=True)
             return
@@ -179,10 +179,8 @@ class ConfigLoader:
 
     def _enqueue(self, entry: _FileToRead) -> None:
         if entry.file in entry.chain:
-            chain = " -> ".join(str(file) for file in (*entry.chain, entry.file))
-            raise entry.mark.error(
-                f"the include leads back to a file that led here: {chain}", "remove this include"
-            )
+            cycle = " -> ".join(str(file) for file in (*entry.chain, entry.file))
+            raise entry.mark.error(f"the includes form a cycle: {cycle}", "remove this include")
         self._queue.append(entry)
 
 

@@ -58,9 +58,9 @@ def check_tag(node: YamlNode) -> None:
         raise unknown_tag_error(node.tag, node.mark)
     check, expected = _CHECKS[node.tag]
     if not isinstance(node, YamlScalar):
-        raise node.mark.error(f"!{node.tag} is for a single value", f"write {expected} after it")
+        raise node.mark.error(f"the tag !{node.tag} needs a single value", f"write {expected} after it")
     if not check(node.text):
-        raise node.mark.error(f"'{node.text}' is not what !{node.tag} stands for", f"write {expected}")
+        raise node.mark.error(f"'{node.text}' does not match the tag !{node.tag}", f"write {expected}")
 
 
 def unknown_tag_error(tag: str, mark: Mark) -> ConfigError:

@@ -88,7 +88,7 @@ class ConfigValue(Struct, frozen=True):
 
     @property
     def type(self) -> ConfigType:
-        """The type by Fawkes' rules, for a list that of its *first* element.
+        """The type by Fawkes' rules; the type of a list is the type of its *first* element.
 
         An empty list is a UINT, the first of the types. Null is an empty STRING.
         """
@@ -173,13 +173,12 @@ class TreeBuilder:
         """Report a duplicate key: a warning for equal kinds, where the later value is used as in Fawkes."""
         if earlier_node.kind is not value.kind:
             raise mark.error(
-                f"'{key}' is {value.kind.value} here, "
+                f"'{key}' is {value.kind.value}, "
                 f"but {earlier_node.kind.value} in line {earlier_node.mark.line}",
                 "the key is defined twice: keep one of them",
             )
         self.warnings.append(
-            f"{mark.file}:{mark.line}: '{key}' replaces all that it was given "
-            f"in line {earlier_node.mark.line}"
+            f"{mark.file}:{mark.line}: '{key}' replaces the value in line {earlier_node.mark.line}"
         )
 
 
@@ -197,12 +196,10 @@ def _item_text(node: YamlNode) -> str:
 def _key_elements(node: YamlNode) -> list[str]:
     """Return the path elements of a key."""
     if not isinstance(node, YamlScalar):
-        raise node.mark.error(
-            "a key must be a single word or path", "quote braces and brackets that mean text"
-        )
+        raise node.mark.error("a key must be a single word or path", "quote text with braces or brackets")
     elements = split_path(node.text)
     if not elements:
-        raise node.mark.error(f"'{node.text}' is not a key", "a key is a word, or words joined by '/'")
+        raise node.mark.error(f"'{node.text}' is not a key", "a key must be a word, or words joined by '/'")
     return elements
 
 
@@ -225,6 +222,6 @@ def overlay(base: ConfigNode, over: ConfigNode, path: str = "") -> None:
     elif over.kind is not NodeKind.NULL or base.kind not in (NodeKind.MAP, NodeKind.MAPS):
         position = f" ({base.mark.file}:{base.mark.line})" if base.mark.file else ""
         raise over.mark.error(
-            f"{path} is {over.kind.value} here, but {base.kind.value} where it was set before{position}",
+            f"{path} is {over.kind.value}, but its earlier value{position} is {base.kind.value}",
             "a later file may only replace a value by one of the same kind",
         )

@@ -22,11 +22,11 @@ from cxbridge.interfaces.instance import Interface
 
 OWNER = "cxbridge skill"
 TYPE = "SkillerInterface"
-CONTROL_S = 5.0
+CONTROL_TIMEOUT_S = 5.0
 """The seconds in which a Skiller must grant control."""
 
-RELEASE_S = 0.5
-"""Seconds to wait for control, because a caller that has just ended releases it one loop later."""
+RELEASE_TIMEOUT_S = 0.5
+"""The seconds in which another client must release control: a client that ends releases it a loop later."""
 
 T = TypeVar("T")
 # Receives interface changes; yields the time limit for the next one, None for the caller's limit.
@@ -93,7 +93,7 @@ class SkillerCall(Closing):
         result = self._run_steps(self._execution_steps(skill_string), Deadline(timeout_s))
         if result is None:
             self.stop()
-            return SkillResult(CallOutcome.TIMED_OUT, f"not over after {timeout_s:g} s", self._msgid)
+            return SkillResult(CallOutcome.TIMED_OUT, f"not finished after {timeout_s:g} s", self._msgid)
         return result
 
     def poll(self, skill_string: str) -> Generator[None, None, SkillResult]:
@@ -177,19 +177,23 @@ class SkillerCall(Closing):
         own_serial = str(self._interface.serial)
         change: InterfaceChange | None = self._feed.read_change(self._interface)
         assert change is not None
-        deadline = Deadline(RELEASE_S)
-        free = ("", own_serial)
-        while (controller := change.values["exclusive_controller"]) not in free and not self._steal:
+        deadline = Deadline(RELEASE_TIMEOUT_S)
+        accepted_controllers = ("", own_serial)
+        while (
+            controller := change.values["exclusive_controller"]
+        ) not in accepted_controllers and not self._steal:
             change = yield deadline
             if change is None:
                 name = describe_controller(self._interface, controller)
                 return f"{name} has control of the Skiller; --steal takes it"
         self._send("AcquireControlMessage", steal_control=self._steal)
-        deadline = Deadline(CONTROL_S)
+        deadline = Deadline(CONTROL_TIMEOUT_S)
         while change is not None and change.values["exclusive_controller"] != own_serial:
             change = yield deadline
         self._has_control = change is not None
-        return "" if self._has_control else f"the Skiller did not give control within {CONTROL_S:g} s"
+        return (
+            "" if self._has_control else f"the Skiller did not grant control within {CONTROL_TIMEOUT_S:g} s"
+        )
 
     def _loss_text(self, controller: str) -> str:
         """Return the reason for the loss of control."""

@@ -39,10 +39,10 @@ _CLASS_ITEM = re.compile(rf"\[:(\w+):\]|({_ESCAPE})|[\[&~|]", re.DOTALL)
 _SYNTAX_MISTAKES = {
     "\\": "an invalid escape",
     "[": "a '[' that is never closed",
-    "(": "a group that ECMAScript does not know",
-    "{": "a repetition that ECMAScript does not know",
+    "(": "a group that ECMAScript does not support",
+    "{": "a repetition that ECMAScript does not support",
 }
-"""The mistake at a character with which no token begins."""
+"""The mistake that each character shows if no token starts with it."""
 
 # in ECMAScript '.' excludes all line ends, and '$' does not match before a final newline
 _CHARACTERS = {".": r"[^\n\r]", "$": r"\Z"}

@@ -143,13 +143,13 @@ class Skiller(InterfaceSkiller):
             self._reload(watch)
 
     def _reload(self, watch: ModuleWatch) -> None:
-        self._log.info(f"Skill files changed ({', '.join(self._changed_modules)}); loading them again")
+        self._log.info(f"Skill files changed ({', '.join(self._changed_modules)}); reloading them")
         self._changed_modules = []
         try:
             self.engine.reload()
         except SkillError as error:
             self._log.error(f"{error}")
-            self._log.error("Could not load the skills again, those from before stay")
+            self._log.error("Could not reload the skills; the previous ones stay loaded")
             watch.follow(self.engine.attempted_modules, keep_former=True)
             return
         watch.follow(self.engine.modules)

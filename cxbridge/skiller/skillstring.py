@@ -111,7 +111,7 @@ def parse_skill_call(text: str) -> SkillStringCall:
     """
     calls = parse_skill_string(text)
     if len(calls) != 1:
-        raise SkillError(f"the skill string '{text}' has {len(calls)} calls, expected one")
+        raise SkillError(f"the skill string '{text}' must have one call, not {len(calls)}")
     return calls[0]
 
 
@@ -145,7 +145,7 @@ class _LuaCallReader:
         location = f"column {column}" if line == 1 else f"line {line}, column {column}"
         raise SkillError(
             f"{location}: {message}",
-            hint="a skill string is calls of skills with literal arguments: name{key=1, other='text'}",
+            hint="a skill string must consist of calls with literal arguments: name{key=1, other='text'}",
         )
 
     def _refuse_token(self, token: _Token, expected: str) -> NoReturn:
@@ -213,7 +213,7 @@ class _LuaCallReader:
                 return "\n" if match[2][0] in "\r\n" else _ESCAPES.get(match[2], match[2])
             code = int(match[1])
             if code > 255:  # noqa: PLR2004 - the largest byte
-                self._refuse(f"'{match[0]}' is not a byte: 0 to 255", start + 1 + match.start())
+                self._refuse(f"'{match[0]}' is not a byte from 0 to 255", start + 1 + match.start())
             has_byte_escape |= code > 127  # noqa: PLR2004 - the last character of ASCII
             return chr(code)
 
@@ -284,7 +284,7 @@ class _LuaCallReader:
         self._depth += 1
         # each level is a call of this method, and Python's stack is limited
         if self._depth > MAX_DEPTH:
-            self._refuse(f"tables lie in each other more than {MAX_DEPTH} deep", opening.position)
+            self._refuse(f"tables are nested more than {MAX_DEPTH} deep", opening.position)
         table: dict[Any, Any] = {}
         positional_values: dict[int, Value] = {}
         position_count = 0
@@ -313,7 +313,7 @@ class _LuaCallReader:
             position = self._take_token().position
             key = self._parse_value()
             if not isinstance(key, str | int | float) or isinstance(key, bool):
-                self._refuse("a key is a word, a text or a number", position)
+                self._refuse("a key must be a word, a string or a number", position)
             self._expect("]", "']'")
             self._expect("=", "'='")
             return key, self._parse_value()

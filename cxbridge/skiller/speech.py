@@ -87,7 +87,7 @@ class SpeakerVoice(Voice):
         if sys.platform == "linux" and shutil.which(_LINUX_PLAYER) is None:
             # pyttsx3 would be silent without an error
             raise SkillerError(
-                f"speech is not possible here: the program '{_LINUX_PLAYER}' is missing, which plays it",
+                f"speech is not available: its player, the program '{_LINUX_PLAYER}', is missing",
                 hint="install it, for example with 'apt install alsa-utils'",
             )
         self._failure = ""
@@ -99,7 +99,7 @@ class SpeakerVoice(Voice):
         self._thread.start()
         problem = start_result.get()
         if problem is not None:
-            raise SkillerError(f"speech is not possible here: {problem}", hint=INSTALL_VOICE)
+            raise SkillerError(f"speech is not available: {problem}", hint=INSTALL_VOICE)
 
     def _speak(self, start_result: queue.SimpleQueue[str | None]) -> None:
         # a missing voice raises one of many exceptions, depending on the platform

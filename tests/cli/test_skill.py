@@ -65,7 +65,7 @@ def test_a_skill_that_fails_is_status_1_with_the_reason(skiller, capsys):
 
 def test_a_skill_that_takes_too_long_is_stopped_and_status_3(skiller, capsys):
     assert run("exec", "long{}", "--timeout", "0.2") == 3
-    assert capsys.readouterr().out == "timed out: not over after 0.2 s\n"
+    assert capsys.readouterr().out == "timed out: not finished after 0.2 s\n"
     assert_stopped(skiller)
 
 

@@ -97,7 +97,7 @@ def test_nobody_there(board, capsys):
     ("target", "settings", "message"),
     [
         ("wave.py:Nobody", [], "has no executor 'Nobody'"),
-        ("wave.py", [], "names no class of an executor"),
+        ("wave.py", [], "is not the name of an executor class"),
         ("none.py:Wave", [], "there is no such file"),
         ("no.such:Wave", [], "there is no Python module 'no.such'"),
         ("wave.py:Wave", ["times"], "'times' sets nothing"),

@@ -254,7 +254,9 @@ def test_a_missing_value_of_other_hosts(tmp_path):
         config.get_float("/arm/x")
     file = str(tmp_path / "host_one.d" / "arm.yaml")
     assert (caught.value.file, caught.value.line) == (str(tmp_path / "config.yaml"), 7)
-    assert caught.value.hint == f"{file} has it, for another host (2 files have it): --config {file}"
+    assert (
+        caught.value.hint == f"{file} defines the value for another host (2 files define it): --config {file}"
+    )
     with pytest.raises(ConfigMissingError) as caught:
         config.get_float("/arm/w")
     assert "for another host" not in str(caught.value)

@@ -92,7 +92,7 @@ def test_alias_without_anchor() -> None:
 def test_maps_are_not_merged(key: str) -> None:
     """Fawkes has a key ``<<`` then, which nobody asks for."""
     found = error(f"a: &a {{b: 1}}\nc:\n  {key}: *a\n")
-    assert (found.line, found.message) == (3, "'<<' merges no maps, as in Fawkes")
+    assert (found.line, found.message) == (3, "'<<' does not merge maps, as in Fawkes")
 
 
 @pytest.mark.parametrize("text", ["[" * 100_000, "{a: " * 50_000, "- " * 20_000])

@@ -48,7 +48,7 @@ def test_empty_and_null_values_are_leaves() -> None:
         ("? [a, b]\n: 1\n", 1, "a key must be a single word"),
         ("a: 1\n/: 2\n", 2, "is not a key"),
         ("a: 1\na/b: 2\n", 2, "not a map"),
-        ("a: 1\na: [2]\n", 2, "a list here, but a single value in line 1"),
+        ("a: 1\na: [2]\n", 2, "a list, but a single value in line 1"),
         ("- a\n- b\n", 1, "must be a map"),
         ("just text\n", 1, "must be a map"),
     ],
@@ -70,7 +70,7 @@ def test_paths_of_keys_are_bounded(text: str) -> None:
 def test_later_duplicate_replaces_and_warns() -> None:
     config = Configuration.from_text("a: {x: 1, y: 2}\nb: 1\na: {x: 3}\n", "c.yaml")
     assert values(config) == {"/a/x": "3", "/b": "1"}
-    assert config.warnings == ("c.yaml:3: 'a' replaces all that it was given in line 1",)
+    assert config.warnings == ("c.yaml:3: 'a' replaces the value in line 1",)
 
 
 def test_overlay_merges_maps_and_replaces_the_rest() -> None:

@@ -64,16 +64,16 @@ def test_the_closest_node(house: NavGraph):
         return node and node.name
 
     assert closest(0.0, 0.9) == "hall"
-    assert closest(0.0, 0.9, unconnected=True) == "moon"
+    assert closest(0.0, 0.9, include_unconnected=True) == "moon"
     assert closest(0.0, 0.0, "room") == "kitchen"
     assert closest(0.0, 0.0, other_than="hall") == "kitchen"
     assert closest(0.0, 0.0, "nothing") is None
 
 
 def test_edges_lead_both_ways_unless_directed(house: NavGraph):
-    assert house.reachable_nodes("kitchen") == ("garden", "hall")
-    assert house.reachable_nodes("hall") == ("kitchen",)
-    assert house.reachable_nodes("garden") == ("hall", "kitchen")
+    assert house.neighbours("kitchen") == ("garden", "hall")
+    assert house.neighbours("hall") == ("kitchen",)
+    assert house.neighbours("garden") == ("hall", "kitchen")
     assert house.edge("kitchen", "hall") == NavGraphEdge("hall", "kitchen")
     assert house.edge("hall", "garden") is None
 
@@ -151,7 +151,7 @@ def test_no_way_is_shorter_than_the_one_found(points, data):
         nonlocal best
         if name == "0":
             best = min(best, cost)
-        for other in graph.reachable_nodes(name):
+        for other in graph.neighbours(name):
             if other not in seen:
                 a, b = graph.node(name), graph.node(other)
                 assert a
@@ -180,7 +180,7 @@ TAG = "!<tag:fawkesrobotics.org,navgraph/"
 def test_a_crossing_is_split():
     graph = parse_navgraph(f"{CROSS}  - {TAG}split-intersection> [S, N]\n", "cross.yaml")
     assert [node.name for node in graph.nodes][4:] == ["U-0"]
-    assert graph.reachable_nodes("U-0") == ("E", "N", "S", "W")
+    assert graph.neighbours("U-0") == ("E", "N", "S", "W")
     assert graph.edge("W", "E") is None
 
 
@@ -194,9 +194,9 @@ def test_nodes_may_ask_to_be_connected():
     extra = "  - {name: X, pos: [0.5, 0.25], properties: [insert-mode: %s]}\n"
     text = CROSS.replace("connections", "%sconnections").replace("[0, 2]", "[0, -2]") + "  - [S, N]\n"
     graph = parse_navgraph(text % (extra % "closest-edge"), "cross.yaml")
-    assert graph.reachable_nodes("C-X") == ("E", "W", "X")
+    assert graph.neighbours("C-X") == ("E", "W", "X")
     graph = parse_navgraph(text % (extra % "CLOSEST_NODE"), "cross.yaml")
-    assert graph.reachable_nodes("X") == ("E",)
+    assert graph.neighbours("X") == ("E",)
     graph = parse_navgraph(text % (extra % "unconnected"), "cross.yaml")
     assert graph.node("X").unconnected  # type: ignore[union-attr]
 

@@ -91,7 +91,7 @@ def test_actions_that_run_for_no_goal_keep_a_run_from_ending(tmp_path):
 
 
 def test_mistakes_are_found_before_anything_runs(tmp_path):
-    with pytest.raises(ConfigError, match="knows no /skill-board/agent") as raised:
+    with pytest.raises(ConfigError, match="/skill-board/agent is not a setting") as raised:
         run(write(tmp_path, BOARD.replace("agents:", "agent:")))
     assert raised.value.file == str(tmp_path / "scenario.yaml")
 

@@ -72,7 +72,7 @@ def test_without_a_voice_there_is_one_clear_message(monkeypatch: pytest.MonkeyPa
     broken.init = init
     monkeypatch.setitem(sys.modules, "pyttsx3", broken)
     rig = Rig()
-    with pytest.raises(SkillerError, match="speech is not possible here: eSpeak") as caught:
+    with pytest.raises(SkillerError, match="speech is not available: eSpeak") as caught:
         make_speech(rig.board, rig.clock, rig.bus, speech="on")
     assert "espeak-ng" in str(caught.value)
 

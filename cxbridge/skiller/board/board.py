@@ -242,7 +242,7 @@ class SkillBoard:
             self._end_request(executor)
         info = self._watch.get(executor)
         if info is None:
-            self._log.debug(f"RESPONSE of {executor}, which is unknown")
+            self._log.debug(f"RESPONSE of the unknown executor {executor}")
             return
         master = self._find_master(message)
         if master is None:
@@ -425,7 +425,7 @@ class SkillBoard:
         executors = self._watch.agent_executors(call.agent)
         capable_executors = [info for info in executors if call.skill in info.skills]
         if not executors:
-            return f"no executor of the agent {call.agent} is there"
+            return f"the agent {call.agent} has no executor"
         if not capable_executors:
             skills = sorted({skill for info in executors for skill in info.skills})
             return f"no executor of {call.agent} knows {call.skill}; they know: {', '.join(skills)}"

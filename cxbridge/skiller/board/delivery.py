@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.blackboard.errors import BlackBoardError
-from cxbridge.skiller.board.protocol import EXECUTOR_TYPE, LABEL_BYTES, SkillCall, Ticket, cut
+from cxbridge.skiller.board.protocol import EXECUTOR_TYPE, MAX_LABEL_BYTES, SkillCall, Ticket, truncate
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
@@ -57,7 +57,7 @@ class Sender:
         :param number: the number of the master.
         :param parameters: the parameters of the call as JSON.
         """
-        label = cut(call.name, LABEL_BYTES)
+        label = truncate(call.label, MAX_LABEL_BYTES)
         self._send(
             executor, "RequestMessage", self._ticket(number), call.agent, call.skill, parameters, label
         )

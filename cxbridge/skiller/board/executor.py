@@ -49,7 +49,7 @@ def split_target(target: str) -> tuple[str, str]:
     """
     module_name, _, name = target.rpartition(":")
     if not module_name or not name:
-        raise SkillError(f"'{target}' names no class of an executor", hint=CLASS_FORM)
+        raise SkillError(f"'{target}' is not the name of an executor class", hint=CLASS_FORM)
     return module_name, name
 
 

@@ -31,7 +31,7 @@ from cxbridge.skiller.board.executor import (
 from cxbridge.skiller.board.protocol import (
     BOARD_TYPE,
     EXECUTOR_TYPE,
-    SKILLS_BYTES,
+    MAX_SKILLS_BYTES,
     ExecutorState,
     SkillCall,
     SkillOutcome,
@@ -162,7 +162,7 @@ class ExecutorHost(Listener):
                 self._publish_feedback(progress)
                 return
             self._end_steps()
-            self._finish(SkillOutcome.FAILED, f"{self._call.skill} has yielded no progress, but {progress!r}")
+            self._finish(SkillOutcome.FAILED, f"{self._call.skill} must yield its progress, not {progress!r}")
 
     def _run_idle_step(self) -> None:
         """Let the executor do a step without a skill, unless such a step has failed."""
@@ -172,7 +172,7 @@ class ExecutorHost(Listener):
             except Exception as error:  # noqa: BLE001 - an executor may fail in any way
                 self._can_idle = False
                 self._log.error(
-                    f"{self.name}: idle() failed, and is not called any more: {_error_text(error)}"
+                    f"{self.name}: idle() failed and will not be called again: {_error_text(error)}"
                 )
 
     def loop(self) -> None:
@@ -248,7 +248,7 @@ class ExecutorHost(Listener):
         if reader is not None:
             reader.close()
         if self.state is not ExecutorState.IDLE and self.ticket.board == board:
-            self._log.warn(f"{self.name}: the skill board {board} is gone, and its requests with it")
+            self._log.warn(f"{self.name}: the skill board {board} is gone, so its requests are dropped")
             self._end_steps()
             self._become_idle()
 
@@ -258,7 +258,7 @@ class ExecutorHost(Listener):
             self._call = replace(self._call, parameters=decode_parameters(self._parameters))
             steps: object = self.execution(self.executor, self._call)
             if not isinstance(steps, Generator):
-                raise SkillError(f"execute() must be a generator: it has returned {steps!r}")  # noqa: TRY301
+                raise SkillError(f"execute() must be a generator, but has returned {steps!r}")  # noqa: TRY301
             self._steps = steps
         except SkillError as error:
             self._finish(SkillOutcome.FAILED, error.message)
@@ -397,7 +397,7 @@ def check_skills(executor: SkillExecutor) -> tuple[str, ...]:
     for skill in skills:
         check_name("a skill", skill)
         if len(skill.split()) != 1:
-            raise SkillError(f"{class_name}: a skill's name has no blanks: {skill!r}")
-    if len(" ".join(skills).encode()) > SKILLS_BYTES:
-        raise SkillError(f"{class_name} has more skills than fit into {SKILLS_BYTES} bytes")
+            raise SkillError(f"{class_name}: a skill's name must not contain blanks: {skill!r}")
+    if len(" ".join(skills).encode()) > MAX_SKILLS_BYTES:
+        raise SkillError(f"the names of the skills of {class_name} exceed {MAX_SKILLS_BYTES} bytes")
     return tuple(skills)

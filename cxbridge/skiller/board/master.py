@@ -169,7 +169,7 @@ class Master:
                 self.deadline_us = max(self._start_us, now_us)
                 self._enter(MasterState.ASKING)
             else:
-                self._fail(f"{executor} says that it has never begun")
+                self._fail(f"{executor} reports that it has never begun")
         elif outcome is SkillOutcome.SUCCEEDED:
             self.progress, self.feedback = 1.0, text or self.feedback
             self._enter(MasterState.SUCCEEDED)
@@ -192,7 +192,7 @@ class Master:
         """Handle a CONFIRM that was probably not delivered."""
         if executor == self.executor and self.state is MasterState.CONFIRMED:
             self._sender.cancel(executor, self.number)
-            self._fail(f"the executor {executor} does not take messages: {reason}")
+            self._fail(f"the executor {executor} does not accept messages: {reason}")
 
     def cancel(self, now_us: int) -> bool:
         """Cancel the action; return whether it was running."""
@@ -211,7 +211,7 @@ class Master:
         if self.state is MasterState.ASKING:
             self._fail(self._explain(self))
         elif self.state is MasterState.CANCELLING:
-            self.error = f"{self.executor} did not answer to CANCEL"
+            self.error = f"{self.executor} did not answer CANCEL"
             self._enter(MasterState.CANCELLED)
         elif self.has_executor:
             has_begun = self.state is MasterState.RUNNING

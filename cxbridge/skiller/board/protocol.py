@@ -1,6 +1,7 @@
 """Terms of the skill board's protocol: tickets, states, skill calls, and their encoding.
 
-docs/skill-board.md describes the protocol.
+A master finds an executor for one action and follows the action to its end. docs/skill-board.md describes the
+protocol.
 """
 
 from __future__ import annotations
@@ -20,16 +21,16 @@ EXECUTOR_TYPE: Final = "SkillExecutorInterface"
 DEFAULT_BOARD: Final = "SkillBoard"
 """The default id of the SkillBoardInterface."""
 
-NAME_BYTES: Final = 64
+MAX_NAME_BYTES: Final = 64
 """The maximum length in bytes of the name of an agent, skill, executor or board."""
 
-LABEL_BYTES: Final = 128
-"""The maximum length in bytes of a master's name."""
+MAX_LABEL_BYTES: Final = 128
+"""The maximum length in bytes of a master's label."""
 
-PARAMETER_BYTES: Final = 1023
-"""The maximum length in bytes of the parameters: that of the interface's field without its NUL."""
+MAX_PARAMETERS_BYTES: Final = 1023
+"""The maximum length in bytes of the parameters, given by the interface's field and its final NUL."""
 
-SKILLS_BYTES: Final = 1023
+MAX_SKILLS_BYTES: Final = 1023
 """The maximum length in bytes of an executor's list of skills."""
 
 Default = TypeVar("Default")
@@ -93,13 +94,13 @@ class SkillCall:
 
     :param parameters: values by name: texts, numbers, booleans, None, lists and mappings of these. Parameters
         without name are called ``"1"``, ``"2"`` ...
-    :param name: the display name of the master, cut after 128 bytes.
+    :param label: the display name of the master, truncated to :data:`MAX_LABEL_BYTES`.
     """
 
     skill: str
     agent: str
     parameters: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
-    name: str = ""
+    label: str = ""
 
     def get(self, name: str, default: Default = _REQUIRED) -> Any | Default:
         """Return a parameter.
@@ -118,7 +119,7 @@ class SkillCall:
         """
         value = self.get(name, default)
         if not isinstance(value, str):
-            raise SkillError(f"{self.skill} needs a text as '{name}', not {value!r}")
+            raise SkillError(f"{self.skill}: the parameter '{name}' must be a string, not {value!r}")
         return value
 
     def number(self, name: str, default: float = _REQUIRED) -> float:
@@ -128,12 +129,12 @@ class SkillCall:
         """
         value = self.get(name, default)
         if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-            raise SkillError(f"{self.skill} needs a number as '{name}', not {value!r}")
+            raise SkillError(f"{self.skill}: the parameter '{name}' must be a number, not {value!r}")
         return value
 
 
 def check_name(kind: str, name: str) -> str:
-    """Return a name after the check that it fits into messages.
+    """Return the name if it fits into messages.
 
     :raises SkillError: if it is empty, too long, contains NUL, or cannot be encoded in UTF-8.
     """
@@ -141,14 +142,15 @@ def check_name(kind: str, name: str) -> str:
         size = len(name.encode())
     except UnicodeEncodeError:
         size = 0
-    if not 0 < size <= NAME_BYTES or "\0" in name:
+    if not 0 < size <= MAX_NAME_BYTES or "\0" in name:
         raise SkillError(
-            f"{kind} cannot be called {name!r}", hint=f"a name has 1 to {NAME_BYTES} bytes of UTF-8, no NUL"
+            f"{kind} cannot be called {name!r}",
+            hint=f"a name must have 1 to {MAX_NAME_BYTES} bytes of UTF-8 and no NUL",
         )
     return name
 
 
-def cut(text: str, size: int) -> str:
+def truncate(text: str, size: int) -> str:
     """Return the longest prefix of a text that fits into ``size`` bytes of UTF-8, without NUL."""
     return text.replace("\0", "").encode("utf-8", "replace")[:size].decode("utf-8", "ignore")
 
@@ -162,9 +164,11 @@ def encode_parameters(parameters: Mapping[str, Any]) -> str:
         text = _ENCODER.encode(dict(parameters))
         size = len(text.encode())
     except (TypeError, ValueError, RecursionError) as error:
-        raise SkillError(f"the parameters cannot go over the skill board: {error}") from None
-    if size > PARAMETER_BYTES:
-        raise SkillError(f"the parameters have {size} bytes, the skill board takes {PARAMETER_BYTES}")
+        raise SkillError(f"the parameters cannot be sent over the skill board: {error}") from None
+    if size > MAX_PARAMETERS_BYTES:
+        raise SkillError(
+            f"the parameters have {size} bytes, but the limit of the skill board is {MAX_PARAMETERS_BYTES}"
+        )
     return text
 
 

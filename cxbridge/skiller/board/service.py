@@ -92,14 +92,14 @@ class LocalSkillCalls:
         parameters: Mapping[str, Any],
         agent: str,
         on_change: Callable[[Master], None],
-        name: str = "",
+        label: str = "",
     ) -> Master:
         """Request a skill.
 
-        :param name: the display name of the master.
+        :param label: the display name of the master.
         :raises SkillError: if names or parameters do not fit into messages.
         """
-        return self._skills.request(SkillCall(skill, agent, parameters, name), on_change)
+        return self._skills.request(SkillCall(skill, agent, parameters, label), on_change)
 
     def ask_for(self, skill_string: str, agent: str, on_change: Callable[[Master], None]) -> Master:
         """Request a skill string with one call.
@@ -108,7 +108,7 @@ class LocalSkillCalls:
         """
         calls = parse_calls(skill_string, agent)
         if len(calls) != 1:
-            raise SkillError(f"the skill string '{skill_string}' has {len(calls)} calls, expected one")
+            raise SkillError(f"the skill string '{skill_string}' must have one call, not {len(calls)}")
         return self._skills.request(calls[0], on_change)
 
     def stop(self, number: int) -> bool:

@@ -251,8 +251,8 @@ def _refuse_unknown(config: Configuration, tree: str, allowed: tuple[str, ...]) 
     """Refuse unknown keys, because a misspelt setting would silently have no effect."""
     for name in config.keys(tree):
         if name not in allowed:
-            message = f"the skill board knows no {tree}/{name}"
-            raise config.error(f"{tree}/{name}", message, f"it knows: {', '.join(allowed)}")
+            message = f"{tree}/{name} is not a setting of the skill board"
+            raise config.error(f"{tree}/{name}", message, f"the settings are: {', '.join(allowed)}")
 
 
 def _refuse_shared_skillers(config: Configuration, agents: tuple[AgentSettings, ...]) -> None:

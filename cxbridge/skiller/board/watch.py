@@ -116,7 +116,7 @@ class ExecutorWatch(Listener, Observer):
             listen = listening(self, EventKind.DATA_REFRESHED, EventKind.WRITER_REMOVED)
             instance = self._board.open_for_reading(EXECUTOR_TYPE, executor, owner=self._owner, listen=listen)
         except BlackBoardError as error:
-            self._log.warn(f"cannot look at the executor {executor}: {error.message}")
+            self._log.warn(f"cannot read the state of the executor {executor}: {error.message}")
             return
         self._instances[executor] = instance
         self._read(executor, instance, changes)

@@ -132,7 +132,7 @@ class BoardAccess:
 
     def _open(self, type_name: str, interface_id: str, for_writing: object, shared: object) -> int:
         if len(self._opened) >= _MAX_OPEN:
-            raise InterfaceError(f"skills have {_MAX_OPEN} interfaces open: too many")
+            raise InterfaceError(f"skills may not open more than {_MAX_OPEN} interfaces")
         get = self._pool.share if shared else self._pool.open
         instance = get(type_name, from_lua(interface_id), writing=bool(for_writing))
         (self._writers if for_writing else self._readers).append(instance)
@@ -160,7 +160,7 @@ class BoardAccess:
         if name == "serial":
             return str(instance.serial)
         if name not in _PROPERTIES:
-            raise ValueError(f"cannot ask an interface for '{name}'")
+            raise ValueError(f"an interface has no property '{name}'")
         value = getattr(instance, name)
         return to_lua(value) if isinstance(value, str) else value
 
@@ -262,7 +262,9 @@ def _assign(block: Block, name: str, value: Any, index: float | None) -> None:
     elif field.type == "bool":
         field_value = bool(value)
     elif isinstance(value, str | bool | None):
-        raise InterfaceError(f"{name} of type {field.type} cannot be {value!r}", hint="it takes a number")
+        raise InterfaceError(
+            f"{name} of type {field.type} cannot be {value!r}", hint="the value must be a number"
+        )
     elif field.type in ("float", "double"):
         field_value = float(value)
     else:

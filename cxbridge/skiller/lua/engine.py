@@ -35,7 +35,7 @@ class LuaEngine:
     :param board: the blackboard of the skills.
     :param folders: the folders of skills, see :class:`ModulePath`.
     :param space: the skill space: the module ``skills.SPACE``, which loads the skills.
-    :param transforms: the transforms for ``tf``; None: ``tf`` knows no frames.
+    :param transforms: the transforms for ``tf``; None: ``tf`` has no frames.
     :param navgraph: the graph for ``navgraph``; None: skills have no ``navgraph``.
     :param seed: the seed of ``math.random``.
     :raises SkillError: if the space or a skill cannot be loaded, with file and line.

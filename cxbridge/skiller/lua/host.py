@@ -54,7 +54,7 @@ def guard(function: Callable[..., Any], *, takes_tables: bool = False) -> Callab
         try:
             # exact types: a subclass may run a skill's code
             if not takes_tables and not _PLAIN_TYPES.issuperset(map(type, args)):
-                return False, "bad argument (a text or a number expected)"
+                return False, "bad argument (a string or a number expected)"
             result = function(*args)
         except CxbridgeError as error:
             return False, to_lua(str(error))
@@ -134,7 +134,7 @@ class HostFunctions:
 
     def _config_get(self, path: str, kind: str) -> bool | int | float | str:
         if self._config is None:
-            raise SkillError(f"there is no configuration, so no value {path}")
+            raise SkillError(f"cannot read {path}: there is no configuration")
         # a boolean of a secret path says only whether a protection is on
         if kind != "bool" and is_secret(path):
             raise SkillError(f"{path} is secret: skills cannot read it")

@@ -64,7 +64,7 @@ def read_limits(config: Configuration) -> Limits:
     for name in config.keys(LIMITS_PATH):
         if name not in defaults:
             path = f"{LIMITS_PATH}/{name}"
-            raise config.error(path, f"{path} means nothing", f"the limits are: {', '.join(defaults)}")
+            raise config.error(path, f"{path} is not a limit", f"the limits are: {', '.join(defaults)}")
     limits: dict[str, Any] = {
         name: config.get_float(f"{LIMITS_PATH}/{name}", default=default)
         if isinstance(default, float)

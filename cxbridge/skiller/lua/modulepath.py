@@ -44,8 +44,8 @@ class ModulePath:
         """
         if not _MODULE_NAME.fullmatch(module):
             raise SkillError(
-                f"'{module}' is not a name of a Lua module",
-                hint="a name is words joined by dots: skills.generic.say",
+                f"'{module}' is not the name of a Lua module",
+                hint="a name must be words joined by dots: skills.generic.say",
             )
         for path in self._candidates(module):
             if path.is_file():

@@ -26,7 +26,7 @@ _CONVERSIONS: dict[str, Callable[[str], Any]] = {
 class PlaceAccess:
     """The functions of ``tf`` and ``navgraph`` in Lua.
 
-    :param transforms: the transforms of ``tf``; None: ``tf`` knows no frames.
+    :param transforms: the transforms of ``tf``; None: ``tf`` has no frames.
     :param navgraph: the graph of ``navgraph``; None: skills have no ``navgraph``.
     """
 
@@ -57,10 +57,8 @@ class PlaceAccess:
                 "nav_name": lambda: to_lua(self._navgraph.name),
                 "nav_node": lambda name: _node_values(self._navgraph.node(from_lua(name))),
                 "nav_closest": self._find_closest,
-                "nav_search": lambda prop: self._node_names(self._navgraph.search_nodes(from_lua(prop))),
-                "nav_reachable": lambda name: tuple(
-                    map(to_lua, self._navgraph.reachable_nodes(from_lua(name)))
-                ),
+                "nav_search": lambda name: self._node_names(self._navgraph.search_nodes(from_lua(name))),
+                "nav_reachable": lambda name: tuple(map(to_lua, self._navgraph.neighbours(from_lua(name)))),
                 "nav_property": self._find_property,
                 "nav_default": lambda name: _text_or_nil(
                     self._navgraph.default_properties.get(from_lua(name))
@@ -80,9 +78,15 @@ class PlaceAccess:
     def _node_names(nodes: list[NavGraphNode]) -> tuple[str, ...]:
         return tuple(to_lua(node.name) for node in nodes)
 
-    def _find_closest(self, x: float, y: float, prop: str, unconnected: Any, other_than: str) -> Any:
+    def _find_closest(
+        self, x: float, y: float, property_name: str, include_unconnected: Any, other_than: str
+    ) -> Any:
         node = self._navgraph.closest_node(
-            x, y, from_lua(prop), unconnected=bool(unconnected), other_than=from_lua(other_than)
+            x,
+            y,
+            from_lua(property_name),
+            include_unconnected=bool(include_unconnected),
+            other_than=from_lua(other_than),
         )
         return _node_values(node)
 

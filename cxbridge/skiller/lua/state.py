@@ -32,7 +32,7 @@ def _sources() -> dict[str, str]:
 
 def _deny_attributes(_obj: object, _name: object, _is_setting: bool) -> Any:
     """Refuse the access to an attribute of a Python object, which could lead out of the sandbox."""
-    raise AttributeError("Lua has no business in Python objects")
+    raise AttributeError("Lua must not access attributes of Python objects")
 
 
 class LuaState:

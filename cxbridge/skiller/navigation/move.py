@@ -104,7 +104,7 @@ class Move(SkillExecutor):
         nearest = self.graph.closest_node(self.base.x, self.base.y)
         path = None if nearest is None else self.graph.search_path(nearest.name, target.name)
         if path is None:
-            raise SkillError(f"there is no way to {target.name}")
+            raise SkillError(f"there is no path to {target.name}")
         return list(path.nodes)
 
     def _distance(self, node: NavGraphNode) -> float:

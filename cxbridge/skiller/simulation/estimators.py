@@ -175,7 +175,7 @@ def read_pattern(config: Configuration, path: str, key: str) -> SkillPattern:
         name, separator, value = text.partition("=")
         if not separator:
             raise invalid_value(
-                config, args_path, f"has '{text}'", 'an argument is NAME=PATTERN: ["text=hello .*"]'
+                config, args_path, f"has '{text}'", 'write NAME=PATTERN, e.g. ["text=hello .*"]'
             )
         args[name.strip()] = value.strip().strip("'\"")
         try:
@@ -196,5 +196,5 @@ def _read_seconds(config: Configuration, path: str) -> float | None:
         return None
     seconds = config.get_float(path)
     if not 0 <= seconds <= FOREVER:
-        raise invalid_value(config, path, f"is {seconds:g}", f"seconds, from 0 to {FOREVER:g}")
+        raise invalid_value(config, path, f"is {seconds:g}", f"write seconds, from 0 to {FOREVER:g}")
     return seconds

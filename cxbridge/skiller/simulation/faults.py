@@ -84,17 +84,17 @@ class FailureInjector(Decider):
 def _read_failure(config: Configuration, prefix: str, key: str) -> Failure:
     path = f"{prefix}/{key}"
     keys = config.keys(path)
-    hint = "an entry has name, probability or calls, and may have args, error, after"
+    hint = "an entry must have name, and probability or calls; it may have args, error, after"
     for name in keys:
         if name not in _ENTRY_KEYS:
-            raise invalid_value(config, f"{path}/{name}", "means nothing here", hint)
+            raise invalid_value(config, f"{path}/{name}", "is not a setting of a failure", hint)
     # without a probability or calls the failure would silently never strike
     if "name" not in keys or not {"probability", "calls"} & set(keys):
         first_path = f"{path}/{keys[0]}" if keys else path
         raise invalid_value(
             config,
             first_path,
-            f"is of the failure '{key}': it needs 'probability' or 'calls'",
+            f"belongs to the failure '{key}', which needs 'probability' or 'calls'",
             hint,
         )
     return Failure(
@@ -111,7 +111,7 @@ def _read_share(config: Configuration, path: str, default: float) -> float:
         return default
     share = config.get_float(path)
     if not 0 <= share <= 1:
-        raise invalid_value(config, path, f"is {share:g}", "a number from 0 to 1")
+        raise invalid_value(config, path, f"is {share:g}", "write a number from 0 to 1")
     return share
 
 

@@ -58,11 +58,13 @@ def make_simulator(
     if config.exists(f"{LOOKUP_PREFIX}/recordings") and read_samples is not None:
         estimators.append(LookupEstimator.from_config(config, read_samples, _make_rng(seed, name, "lookup")))
     elif config.keys(LOOKUP_PREFIX):
-        log.debug(f"{LOOKUP_PREFIX}/recordings names no recorded runs: there is no lookup")
+        log.debug(f"{LOOKUP_PREFIX}/recordings is empty: the lookup estimator is off")
     if config.keys(NAVGRAPH_PREFIX) and navgraph is not None:
         estimators.append(NavGraphEstimator.from_config(config, navgraph, board))
     elif config.keys(NAVGRAPH_PREFIX):
-        log.debug("/skiller/features/navgraph/enable is not true: the navigation graph estimates nothing")
+        log.debug(
+            "/skiller/features/navgraph/enable is not true: the navigation graph is not used for estimates"
+        )
     deciders = [
         make_failures(config, name),
         *further_deciders,

@@ -119,26 +119,35 @@ class NavGraph:
         self.replace_node(node)
 
     def replace_node(self, node: NavGraphNode) -> None:
-        """Add a node, or replace the one with its name."""
+        """Add a node; a node with the same name is replaced."""
         self._nodes[node.name] = node
         self.revision += 1
 
-    def search_nodes(self, prop: str = "") -> list[NavGraphNode]:
+    def search_nodes(self, property_name: str = "") -> list[NavGraphNode]:
         """Return the nodes with a property; an empty name returns all."""
-        return [node for node in self._nodes.values() if not prop or prop in node.properties]
+        return [
+            node for node in self._nodes.values() if not property_name or property_name in node.properties
+        ]
 
     def closest_node(
-        self, x: float, y: float, prop: str = "", *, unconnected: bool = False, other_than: str = ""
+        self,
+        x: float,
+        y: float,
+        property_name: str = "",
+        *,
+        include_unconnected: bool = False,
+        other_than: str = "",
     ) -> NavGraphNode | None:
         """Return the closest node to a point.
 
-        :param prop: the property that the node must have; empty for any node.
+        :param property_name: the property that the node must have; empty for any node.
+        :param include_unconnected: whether an unconnected node may be the closest one.
         :param other_than: the name of a node to exclude.
         """
         candidates = [
             node
-            for node in self.search_nodes(prop)
-            if (unconnected or not node.unconnected) and node.name != other_than
+            for node in self.search_nodes(property_name)
+            if (include_unconnected or not node.unconnected) and node.name != other_than
         ]
         return min(candidates, key=lambda node: node.distance(x, y), default=None)
 
@@ -162,7 +171,8 @@ class NavGraph:
                 raise NavGraphError(f"Node '{name}' for edge '{edge.start}' -> '{edge.end}' does not exist")
             if node.unconnected:
                 raise NavGraphError(
-                    f"Node {name} is marked unconnected but the edge '{edge.start}' -> '{edge.end}' has it"
+                    f"Node {name} is marked unconnected but is an end of "
+                    f"the edge '{edge.start}' -> '{edge.end}'"
                 )
         if self.edge(edge.start, edge.end) is not None:
             raise NavGraphError(f"Edge from {edge.start} to {edge.end} already exists")
@@ -171,13 +181,13 @@ class NavGraph:
         self.revision += 1
 
     def remove_edge(self, edge: NavGraphEdge) -> None:
-        """Remove an edge and its block, if it exists."""
+        """Remove an edge and its block; an unknown edge is ignored."""
         self._edges = [remaining for remaining in self._edges if remaining is not edge]
         self._blocked_directions = {ends for ends in self._blocked_directions if self.edge(*ends) is not None}
         self._neighbours.clear()
         self.revision += 1
 
-    def reachable_nodes(self, name: str) -> tuple[str, ...]:
+    def neighbours(self, name: str) -> tuple[str, ...]:
         """Return the sorted names of the nodes to which an edge leads from a node."""
         if name not in self._neighbours:
             ends = {edge.end for edge in self._edges if edge.start == name}
@@ -190,9 +200,9 @@ class NavGraph:
         connected = [node.name for node in self._nodes.values() if not node.unconnected]
         reached, open_nodes = set(connected[:1]), connected[:1]
         while open_nodes:
-            neighbours = [name for name in self.reachable_nodes(open_nodes.pop()) if name not in reached]
-            reached.update(neighbours)
-            open_nodes.extend(neighbours)
+            new_nodes = [name for name in self.neighbours(open_nodes.pop()) if name not in reached]
+            reached.update(new_nodes)
+            open_nodes.extend(new_nodes)
         return sorted(set(connected) - reached)
 
     def block(self, start: str, end: str) -> None:
@@ -233,7 +243,7 @@ class NavGraph:
             if name == goal:
                 return self._path(came_from, goal, spent)
             node = self._nodes[name]
-            for neighbour in self.reachable_nodes(name):
+            for neighbour in self.neighbours(name):
                 if neighbour in came_from or (name, neighbour) in self._blocked_directions:
                     continue
                 end = self._nodes[neighbour]

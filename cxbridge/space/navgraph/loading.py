@@ -49,7 +49,7 @@ def parse_navgraph(text: str | bytes, name: str, *, allow_multi_graph: bool = Fa
     # unlike a configuration, a graph has no document of includes
     if len(documents) != 1 or not isinstance(documents[0], YamlMap):
         raise NavGraphError(
-            "a navigation graph is one map: graph-name, nodes, connections", file=name, line=1
+            "a navigation graph must be a single map: graph-name, nodes, connections", file=name, line=1
         )
     root = {_read_text(key): value for key, value in documents[0].pairs}
     if "graph-name" not in root:
@@ -149,7 +149,7 @@ def _read_items(node: YamlNode | None, name: str) -> list[YamlNode]:
 
 def _read_text(node: YamlNode) -> str:
     if not isinstance(node, YamlScalar) or node.is_null:
-        raise _error_at(node, "a text is expected here")
+        raise _error_at(node, "the value must be a string")
     return node.text
 
 

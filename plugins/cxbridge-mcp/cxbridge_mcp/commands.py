@@ -43,7 +43,7 @@ async def run_command(*arguments: str, timeout_s: float) -> tuple[int, str]:
         except TimeoutError:
             raise CxbridgeError(
                 f"'cxbridge {arguments[0]}' has not ended after {timeout_s:g} s and was stopped",
-                hint="ask for less, or for a longer time",
+                hint="request less, or a longer time limit",
             ) from None
         finally:
             await _end_process(process)

@@ -57,7 +57,9 @@ class DaemonTools:
         kind, name = parse_uid(interface)
         with cx.connect(self._url) as board:
             if not any((info.type, info.id) == (kind, name) for info in board.list()):
-                raise CxbridgeError(f"there is no interface {interface}", hint="list_interfaces has them all")
+                raise CxbridgeError(
+                    f"there is no interface {interface}", hint="list_interfaces lists all interfaces"
+                )
             with board.open_for_reading(kind, name, owner=_OWNER) as instance:
                 instance.read()
                 return dict(instance.as_dict())

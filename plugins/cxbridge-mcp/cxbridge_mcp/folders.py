@@ -56,7 +56,9 @@ class Folders:
         """
         path = self.resolve_path(name)
         if not path.exists():
-            raise CxbridgeError(f"there is no recording '{name}'", hint="list_recordings has them all")
+            raise CxbridgeError(
+                f"there is no recording '{name}'", hint="list_recordings lists all recordings"
+            )
         return path
 
     def new_recording_path(self, name: str) -> Path:
@@ -66,7 +68,9 @@ class Folders:
         """
         path = self.resolve_path(name)
         if path.suffix != ".mcap":
-            raise CxbridgeError(f"a recording cannot be '{name}'", hint="choose a name that ends in .mcap")
+            raise CxbridgeError(
+                f"'{name}' is not a name of a recording", hint="choose a name that ends in .mcap"
+            )
         if path.exists():
             raise CxbridgeError(f"'{name}' exists already", hint="choose another name")
         return path
@@ -80,7 +84,7 @@ class Folders:
             return name
         path = self.resolve_path(name)
         if not path.exists():
-            raise CxbridgeError(f"there is no scenario '{name}'", hint="list_scenarios has them all")
+            raise CxbridgeError(f"there is no scenario '{name}'", hint="list_scenarios lists all scenarios")
         return str(path)
 
     def list_scenarios(self) -> list[str]:

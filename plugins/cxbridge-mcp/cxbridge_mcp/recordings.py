@@ -24,7 +24,7 @@ def cut_answer(text: str) -> str:
     text = visible(text)
     if len(text) <= MAX_CHARACTERS:
         return text
-    return f"{text[:MAX_CHARACTERS]}\n... {len(text) - MAX_CHARACTERS} more characters are left out"
+    return f"{text[:MAX_CHARACTERS]}\n... {len(text) - MAX_CHARACTERS} more characters are omitted"
 
 
 class RecordingTools:

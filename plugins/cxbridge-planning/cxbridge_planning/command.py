@@ -130,7 +130,7 @@ class CommandPlanner(EnginePlanner):
             try:
                 steps = load_plan(path, names)
             except PlanningError as error:
-                raise PlanningError(f"{self.name} made no sense: {error.message}") from None
+                raise PlanningError(f"{self.name} wrote an invalid plan: {error.message}") from None
             return steps if self._program.has_times and names.durative else _drop_times(steps)
         return None
 

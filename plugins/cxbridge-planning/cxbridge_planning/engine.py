@@ -103,5 +103,5 @@ def _parse_seconds(improve: str) -> float:
     except ValueError:
         seconds = float("nan")
     if not isfinite(seconds):
-        raise UnknownPlannerError(f"improve={improve} is not a number of seconds")
+        raise UnknownPlannerError(f"improve must be a number of seconds, not {improve!r}")
     return seconds

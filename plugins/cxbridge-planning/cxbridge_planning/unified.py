@@ -135,7 +135,7 @@ class UnifiedPlanner(EnginePlanner):
             return None
         if result.plan is None:
             log = "; ".join(message.message.strip() for message in result.log_messages or ())
-            log_excerpt = " ".join(log.split())[-_MAX_EXCERPT:] or "it does not say why"
+            log_excerpt = " ".join(log.split())[-_MAX_EXCERPT:] or "it gives no reason"
             raise PlanningError(f"{self.name} ended with {status}: {log_excerpt}")
         if hasattr(result.plan, "timed_actions"):
             steps = sorted(result.plan.timed_actions, key=lambda step: step[0])
@@ -186,5 +186,5 @@ def _failure_reason(error: BaseException) -> str:
     """Return the reason of a failed call; the first line of a gRPC error has none."""
     code, details = getattr(error, "code", None), getattr(error, "details", None)
     if callable(code) and callable(details):
-        return f"its server does not answer any more ({getattr(code(), 'name', code())}: {details()})"
+        return f"its server no longer answers ({getattr(code(), 'name', code())}: {details()})"
     return next(iter(str(error).strip().splitlines()), "") or type(error).__name__

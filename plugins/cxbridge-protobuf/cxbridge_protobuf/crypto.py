@@ -75,7 +75,7 @@ class Crypter:
         # padding of PKCS 7: the value of each padding byte is the number of padding bytes
         padding = padded_content[-1]
         if not 1 <= padding <= _BLOCK_BYTES or padded_content[-padding:] != bytes([padding]) * padding:
-            raise ProtobufError("a frame does not decrypt: is the key the same on both sides?")
+            raise ProtobufError("cannot decrypt a frame: is the key the same on both sides?")
         return bytes(padded_content[:-padding])
 
     def _make_cipher(self, cipher_number: int, vector: bytes) -> Cipher[Any]:

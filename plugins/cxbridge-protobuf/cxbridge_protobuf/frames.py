@@ -139,5 +139,5 @@ class StreamDecoder:
             if cipher != NO_CIPHER:
                 raise ProtobufError("a frame is encrypted, which streams never are")
         if not minimum <= size <= self._max_size:
-            raise ProtobufError(f"a frame reports {size} bytes, {minimum} to {self._max_size} are allowed")
+            raise ProtobufError(f"a frame reports {size} bytes, but must have {minimum} to {self._max_size}")
         return int(size)

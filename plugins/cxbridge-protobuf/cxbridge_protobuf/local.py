@@ -193,9 +193,9 @@ class LocalConnections:
     ) -> None:
         """Deliver a peer's message to the peers on a port.
 
-        :param from_port: the port that the message comes from.
-        :param sender: the id of the sending peer if the peer belongs to this environment, else 0; a peer does
-            not receive its own messages.
+        :param from_port: the port of the sender.
+        :param sender_id: the id of the sending peer if the peer belongs to this environment, else 0; a peer
+            does not receive its own messages.
         """
         for peer_id, peer in self._peers.items():
             if peer_id == sender_id:
@@ -206,7 +206,8 @@ class LocalConnections:
                 peer.has_warned = True  # one warning suffices: further messages are not readable, either
                 self._events.append(
                     LogWarning(
-                        f"Messages to port {port} have another key, or none: nobody here can read them"
+                        f"Messages to port {port} have a different key or none: "
+                        "no peer of this process can read them"
                     )
                 )
 

@@ -273,7 +273,7 @@ class Network:
                 ConnectionChange(link.origin, link.id, connected=True, host=link.host, port=link.port)
             )
         elif link.origin is Origin.SERVER:
-            self._inbox.warn(f"Client {link.host} is sent away, there are too many", kind="many")
+            self._inbox.warn(f"Client {link.host} is rejected: there are too many clients", kind="many")
         return is_accepted
 
     def report_loss(self, link: StreamLink, reason: str) -> None:

@@ -103,7 +103,7 @@ class Peer(asyncio.DatagramProtocol):
         if addr == self._own_address:
             return  # a broadcast reaches its sender, too
         if self._inbox.is_full:
-            self._warn(addr, "rules do not keep up with the messages, it is dropped")
+            self._warn(addr, "dropped, because the rules do not keep up with the messages")
             return
         try:
             frame = self._decode_datagram(data)
@@ -143,7 +143,7 @@ class Peer(asyncio.DatagramProtocol):
                 self._own_address = (_find_source_address(addresses[0][4][0]), port)
                 self._target = (str(addresses[0][4][0]), self._port)
             except (OSError, UnicodeError):
-                self.error_received(ProtobufError(f"there is no host {self._address} now, retrying"))
+                self.error_received(ProtobufError(f"cannot resolve the host {self._address}, retrying"))
                 await asyncio.sleep(_RETRY_S)
         while self._waiting_frames:
             self.send(self._waiting_frames.popleft())

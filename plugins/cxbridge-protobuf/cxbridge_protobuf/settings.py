@@ -61,7 +61,7 @@ class ProtobufSettings:
         if config.exists(_SETTINGS_PATH + "server-address"):
             network["server_address"] = config.get_str(_SETTINGS_PATH + "server-address")
         if network.get("frame_version", 2) not in (1, 2):
-            raise config.error(_SETTINGS_PATH + "frame-version", "there are frames of version 1 and 2 only")
+            raise config.error(_SETTINGS_PATH + "frame-version", "the version must be 1 or 2")
         return cls(
             tuple(path for folder in folders for path in expand(folder)),
             tuple(config.get_strings(_SETTINGS_PATH + "modules", default=[])),

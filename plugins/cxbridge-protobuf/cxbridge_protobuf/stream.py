@@ -115,7 +115,7 @@ class StreamLink(asyncio.Protocol):
             return
         self._transport.write(data)
         if self._transport.get_write_buffer_size() > self._network.settings.max_outbound:
-            self._abort("it does not read what it is sent")
+            self._abort("the receiver reads too slowly")
 
     def close(self) -> None:
         """Send the waiting bytes, then close the connection without a report to the network."""

@@ -48,10 +48,10 @@ class MessageTypes:
             try:
                 files, problems = compile_folder(folder, [folder, *existing_folders])
             except ProtobufError as error:
-                self._warn(f"The .proto files of {folder} are not read: {error}")
+                self._warn(f"Cannot read the .proto files of {folder}: {error}")
                 return
             for problem in problems:
-                self._warn(f"A .proto file of {folder} is left out: {problem}")
+                self._warn(f"Skipping a .proto file of {folder}: {problem}")
             for file in files:
                 # the types of imported files are known, but only the types of this folder are registered
                 self._add_file(file, register="/" not in file.name and (folder / file.name).is_file())
@@ -61,7 +61,7 @@ class MessageTypes:
         try:
             descriptor = importlib.import_module(name).DESCRIPTOR
         except Exception as error:  # noqa: BLE001 - the code of a module may raise anything
-            self._warn(f"The module {name} is not read (/clips-protobuf/modules): {error}")
+            self._warn(f"Cannot read the module {name} (/clips-protobuf/modules): {error}")
             return
         self._register_numbered_types(descriptor)
 
@@ -72,7 +72,7 @@ class MessageTypes:
             self._pool.AddSerializedFile(file.SerializeToString())
             descriptor = self._pool.FindFileByName(file.name)
         except (TypeError, KeyError) as error:
-            self._warn(f"{file.name} is left out: {error}")
+            self._warn(f"Skipping {file.name}: {error}")
             return
         self._file_names.add(file.name)
         if register:

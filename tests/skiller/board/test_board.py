@@ -195,7 +195,7 @@ def test_an_executor_that_does_not_answer_to_cancel(rig):
     skills.cancel(master)
     assert states(master) == ["CANCELLING"]
     rig.until(lambda: master.is_over)
-    assert (str(master.state), master.error) == ("CANCELLED", "e1 did not answer to CANCEL")
+    assert (str(master.state), master.error) == ("CANCELLED", "e1 did not answer CANCEL")
     assert silent.types() == ["Request", "Confirm", "Cancel"]
 
 
@@ -308,7 +308,7 @@ def test_refused_means_that_others_are_asked(rig):
 @pytest.mark.parametrize(
     ("make", "error"),
     [
-        (lambda _rig: None, "no executor of the agent r1 is there"),
+        (lambda _rig: None, "the agent r1 has no executor"),
         (
             lambda rig: Silent(rig, skills="grasp dance"),
             "no executor of r1 knows move; they know: dance, grasp",
@@ -503,7 +503,7 @@ def test_an_executor_that_fails_when_it_is_idle_still_works(rig):
     rig.until(lambda: master.is_over)
     assert states(master) == ["SUCCEEDED"]
     failures = [line for line in rig.lines if "nothing to do" in line]
-    assert failures == ["E e1: idle() failed, and is not called any more: ZeroDivisionError: nothing to do"]
+    assert failures == ["E e1: idle() failed and will not be called again: ZeroDivisionError: nothing to do"]
     rig.kill("e1")
     assert rig.lines[-1] == "E e1: close() failed: OSError: stuck"
 

@@ -126,16 +126,24 @@ def test_no_skill_board_without_its_part_of_the_configuration():
 @pytest.mark.parametrize(
     ("text", "message", "line"),
     [
-        ("skill-board: {agents: {r1: {}}, timeout: {start: 1}}", "knows no /skill-board/timeout", 1),
-        ("skill-board: {agents: {r1: {}}, timeouts: {begin: 1}}", "knows no /skill-board/timeouts/begin", 1),
+        ("skill-board: {agents: {r1: {}}, timeout: {start: 1}}", "/skill-board/timeout is not a setting", 1),
+        (
+            "skill-board: {agents: {r1: {}}, timeouts: {begin: 1}}",
+            "/skill-board/timeouts/begin is not a setting",
+            1,
+        ),
         ("skill-board: {agents: {r1: {}}, timeouts: {start: 0}}", "must be above 0", 1),
-        ("skill-board:\n  agents: {r1: {skillers: x}}", "knows no /skill-board/agents/r1/skillers", 2),
+        (
+            "skill-board:\n  agents: {r1: {skillers: x}}",
+            "/skill-board/agents/r1/skillers is not a setting",
+            2,
+        ),
         ("skill-board: {name: x}", "has no agents", 1),
         ("skill-board: {agents: {a: {skiller: s}, b: {skiller: s}}}", "cannot have the same skiller", 1),
         (BASE.replace("Wave", "Vawe"), "has no executor 'Vawe'", 7),
         (BASE.replace("executors.py:", "other.py:"), "there is no such file", None),
         (BASE.replace("executors.py:", "no.such.module:"), "no Python module 'no.such.module'", 7),
-        (BASE.replace("executors.py:Wave", "Wave"), "names no class", 7),
+        (BASE.replace("executors.py:Wave", "Wave"), "is not the name of an executor class", 7),
         (BASE.replace("Wave", "Skilless"), "has no skills", 7),
         (BASE + "          arms: 3\n", "has no setting 'arms'", 7),
         (BASE.replace("Wave", "Clumsy"), "Clumsy does not start: OSError: no arm", 7),

@@ -162,7 +162,7 @@ def test_another_skill_string_takes_the_place_of_the_first(rig):
 
 def test_a_desk_takes_one_call(rig):
     local_calls = LocalSkillCalls(rig.board_)
-    with pytest.raises(Exception, match="has 2 calls, expected one"):
+    with pytest.raises(Exception, match="must have one call, not 2"):
         local_calls.ask_for("move{}; move{}", "r1", lambda _master: None)
     master = local_calls.ask_for('move{to="x"}', "r1", lambda _master: None)
     assert local_calls.stop(master.number)

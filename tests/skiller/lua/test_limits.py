@@ -38,8 +38,8 @@ def test_each_limit_is_configurable_and_has_a_range():
         ("memory: 3", "/skiller/limits/memory cannot be 3"),
         ("memory: -3", "/skiller/limits/memory"),
         ("memory: {a: 3}", "/skiller/limits/memory"),
-        ("second_per_loop: 1", "/skiller/limits/second_per_loop means nothing"),
-        ("a: {b: 1}", "/skiller/limits/a means nothing"),
+        ("second_per_loop: 1", "/skiller/limits/second_per_loop is not a limit"),
+        ("a: {b: 1}", "/skiller/limits/a is not a limit"),
     ],
 )
 def test_a_slip_is_one_error_with_its_place(tmp_path: Path, text: str, message: str):

@@ -59,7 +59,7 @@ def instances(rig: Rig) -> dict[str, tuple[Any, ...]]:
 def test_a_changed_file_is_loaded(tmp_path: Path):
     skills = Skills(tmp_path, SPACE)
     skills.change(tell=TELLER.replace("version 1", "version two"))
-    assert "Skill files changed (skills.tell); loading them again" in skills.logged()
+    assert "Skill files changed (skills.tell); reloading them" in skills.logged()
     skills.rig.exec("tell{}")
     assert skills.rig.writes("text", uid="SpeechSynthInterface::Out") == ["version two"]
 
@@ -93,7 +93,7 @@ def test_a_broken_file_keeps_the_old_skills_and_says_why(tmp_path: Path):
     skills.change(tell=TELLER + "function x(\n")
     line = TELLER.count("\n") + 2  # the end of the file
     assert f"{tmp_path / 'tell.lua'}:{line}: cannot load skill space 'space'" in skills.logged()
-    assert "Could not load the skills again, those from before stay" in skills.logged()
+    assert "Could not reload the skills; the previous ones stay loaded" in skills.logged()
     assert instances(skills.rig) == before
     skills.rig.exec("tell{}")
     assert skills.rig.writes("text", uid="SpeechSynthInterface::Out") == ["version 1"]

@@ -81,9 +81,9 @@ def test_goto_takes_a_place(rig, tmp_path):
     ("parameters", "error"),
     [
         ({}, "move needs the parameter 'to'"),
-        ({"to": 3}, "move needs a text as 'to', not 3"),
+        ({"to": 3}, "move: the parameter 'to' must be a string, not 3"),
         ({"to": "nowhere"}, "there is no place 'nowhere'"),
-        ({"to": "island"}, "there is no way to island"),
+        ({"to": "island"}, "there is no path to island"),
     ],
 )
 def test_where_it_cannot_go(rig, tmp_path, parameters, error):

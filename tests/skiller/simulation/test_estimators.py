@@ -280,7 +280,11 @@ def test_the_example_of_the_documentation(tmp_path: Path):
         ("plugins/skiller-simulator/failures/a:\n  name: say\n  probability: 2", 3, "a number from 0 to 1"),
         ("plugins/skiller-simulator/failures/a:\n  name: say", 2, "needs 'probability' or 'calls'"),
         ("plugins/skiller-simulator/failures/a:\n  name: say\n  calls: [0]", 3, "counted from 1"),
-        ("plugins/skiller-simulator/failures/a:\n  name: say\n  every: 3", 2, "means nothing here"),
+        (
+            "plugins/skiller-simulator/failures/a:\n  name: say\n  every: 3",
+            2,
+            "is not a setting of a failure",
+        ),
     ],
 )
 def test_a_wrong_configuration_is_one_error_with_its_place(

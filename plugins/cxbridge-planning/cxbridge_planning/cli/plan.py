@@ -95,8 +95,8 @@ def _print_result(result: PlanResult, planner: str, results: _ResultOptions) -> 
     if result.message:
         say(f"cxbridge: {result.message}", err=True)
     if results.verbose:
-        outcome = "planned" if result.status.value == "PLANNED" else "made no plan"
-        why = result.why or ("the first that takes the problem" if planner == "auto" else "as asked")
+        outcome = "planned" if result.status.value == "PLANNED" else "found no plan"
+        why = result.why or ("the first that supports the problem" if planner == "auto" else "as asked")
         say(f"cxbridge: {result.planner} {outcome} in {result.seconds:.2f} s; {why}", err=True)
     steps = "".join(f"{action}\n" for action in result.actions)
     if results.output is not None and result.status.value == "PLANNED":

@@ -533,5 +533,5 @@ def test_the_settings(tmp_path):
 
 
 def test_a_frame_version_there_is_not(tmp_path):
-    with pytest.raises(ConfigError, match="version 1 and 2"):
+    with pytest.raises(ConfigError, match="the version must be 1 or 2"):
         settings("clips-protobuf: {frame-version: 3}", tmp_path)

@@ -65,7 +65,7 @@ def test_who_has_another_key_hears_nothing(members, frame):
     one.broadcast(sender, frame)
     (warned,) = two.drain()  # once, not for each message
     assert isinstance(warned, LogWarning)
-    assert "port 4444 have another key" in warned.text
+    assert "port 4444 have a different key" in warned.text
     one.setup_crypto(sender, "secret", CIPHER.upper())
     one.broadcast(sender, frame)
     assert texts(two) == ["hello"]

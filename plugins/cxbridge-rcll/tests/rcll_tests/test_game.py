@@ -120,7 +120,9 @@ def test_another_key_is_told_once_and_nothing_is_heard(options):
     assert result.score.points["CYAN"] == 0
     lines = [event for event in events if isinstance(event, LogLine) and event.level is Level.WARN]
     told = [line.text for line in lines if "another key" in line.text]
-    assert told == ["Messages to port 4444 have another key, or none: nobody here can read them"]
+    assert told == [
+        "Messages to port 4444 have a different key or none: no peer of this process can read them"
+    ]
 
 
 def test_the_recording_of_an_aborted_game_is_whole(options, tmp_path, capsys):

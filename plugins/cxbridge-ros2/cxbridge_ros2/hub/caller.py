@@ -169,7 +169,7 @@ class HubSkills(RosExecutor):
             if skill.skill_string is None
             else fill_template(skill.skill_string, call, {})
         )
-        request = HubMessage(MessageKind.REQUEST, call.name or self._name, key, skill_string)
+        request = HubMessage(MessageKind.REQUEST, call.label or self._name, key, skill_string)
         steps = self._execute_request(skill, _OpenRequest(request))
         return (yield from self.limit_time(skill.timeout_s, f"{key} on {self.topic}", steps))
 

@@ -316,7 +316,7 @@ class HubPerformer(Closing):
             if calls is None:
                 raise SkillError("there is no skill board")
             job.master = calls.ask(
-                call.skill, call.parameters, call.agent, partial(self._report_state, job), call.name
+                call.skill, call.parameters, call.agent, partial(self._report_state, job), call.label
             )
         except CxbridgeError as error:
             self._end_job(job, success=False, status=error.message)

@@ -73,7 +73,7 @@ def test_an_agent_that_nobody_serves_is_one_error_each(tmp_path, core):
     errors = [
         line.text for line in watched.log if line.component == "SkillBoard" and line.level is Level.WARN
     ]
-    wanted = {f"move of robot{n} FAILED: no executor of the agent robot{n} is there" for n in (1, 2)}
+    wanted = {f"move of robot{n} FAILED: the agent robot{n} has no executor" for n in (1, 2)}
     assert len(errors) == len(wanted)
     assert {error.partition(": ")[2] for error in errors} == wanted
     assert exchange(watched) == []

@@ -27,7 +27,7 @@ HEARTBEAT_S = 0.2
 LOOPS_FOR_EVER = 60
 
 GONE = "the executor e is gone"
-NOBODY = "no executor of the agent default is there"
+NOBODY = "the agent default has no executor"
 TIMED_OUT = (
     "Timed out (4s) waiting for response from execution node for agent  and skill (move tb3 wp_init wp{})"
 )

@@ -241,8 +241,8 @@ class Broken(SkillExecutor):
     [
         ("move", "--executor cannot be 'move'"),
         ("=a.py:B", "--executor cannot be"),
-        ("move=", "'' names no class of an executor"),
-        ("move={file}", "names no class of an executor"),
+        ("move=", "'' is not the name of an executor class"),
+        ("move={file}", "is not the name of an executor class"),
         ("move=nowhere.py:A", "there is no such file"),
         ("move=no.such.module:A", "there is no Python module"),
         ("move={file}:Nope", "has no executor 'Nope'"),
@@ -251,7 +251,7 @@ class Broken(SkillExecutor):
         ("move={file}:Deaf", r"executors.py:5: Deaf.execute\(\) does not take a call"),
         ("move={file}:Closed", "Closed does not start: TypeError"),
         ("move={file}:Broken", "Broken does not start: RuntimeError: no motor"),
-        ("mo ve={file}:Returns", "a skill's name has no blanks"),
+        ("mo ve={file}:Returns", "a skill's name must not contain blanks"),
     ],
 )
 def test_an_executor_of_the_wrong_shape(tmp_path, target, message):

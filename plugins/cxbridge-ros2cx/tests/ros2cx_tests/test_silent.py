@@ -80,7 +80,7 @@ def test_no_dummy_takes_the_place_of_an_executor_that_is_gone():
 
     stage = Stage(prepare)
     stage.run()
-    gone, nobody = "the executor e is gone", "no executor of the agent default is there"
+    gone, nobody = "the executor e is gone", "the agent default has no executor"
     assert [error for _, error in stage.states] == [gone, nobody]
     assert stage.warnings == [
         f"action 1: move of default FAILED: {gone}",
