@@ -87,7 +87,7 @@ class SpeakerVoice(Voice):
         if sys.platform == "linux" and shutil.which(_LINUX_PLAYER) is None:
             # pyttsx3 would be silent without an error
             raise SkillerError(
-                f"speech is not available: its player, the program '{_LINUX_PLAYER}', is missing",
+                f"speech is not available: the player '{_LINUX_PLAYER}' is missing",
                 hint="install it, for example with 'apt install alsa-utils'",
             )
         self._failure = ""
