@@ -134,7 +134,7 @@ class HostFunctions:
 
     def _config_get(self, path: str, kind: str) -> bool | int | float | str:
         if self._config is None:
-            raise SkillError(f"cannot read {path}: there is no configuration")
+            raise SkillError(f"there is no configuration with the value {path}")
         # a boolean of a secret path says only whether a protection is on
         if kind != "bool" and is_secret(path):
             raise SkillError(f"{path} is secret: skills cannot read it")

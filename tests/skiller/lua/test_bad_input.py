@@ -131,7 +131,7 @@ def test_require_of_something_else(lua: Rig, tmp_path: Path):
     assert "attempt to call global 'require'" in fails(lua, "require('socket')")
     for name, problem in (
         ("socket", "module 'socket' not found"),
-        ("../../etc/passwd", "is not a name of a"),
+        ("../../etc/passwd", "is not the name of a"),
     ):
         write_skills(tmp_path, {"space": f'require("{name}")'})
         with pytest.raises(SkillError, match=problem):

@@ -119,7 +119,7 @@ def test_another_key_is_told_once_and_nothing_is_heard(options):
     assert result.is_over
     assert result.score.points["CYAN"] == 0
     lines = [event for event in events if isinstance(event, LogLine) and event.level is Level.WARN]
-    told = [line.text for line in lines if "another key" in line.text]
+    told = [line.text for line in lines if "a different key" in line.text]
     assert told == [
         "Messages to port 4444 have a different key or none: no peer of this process can read them"
     ]
