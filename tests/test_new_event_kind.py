@@ -113,7 +113,7 @@ def test_patterns_select_it(events: list[Event]) -> None:
         BatteryCharge(3_000_000, "r1", 0.0),
         None,
     ]
-    with pytest.raises(TraceError, match="no field 'volts'"):
+    with pytest.raises(TraceError, match="unknown field 'volts'"):
         Selection(only=["battery:volts=1"])
 
 
@@ -135,5 +135,5 @@ def test_a_client_of_the_web_server_follows_it(events: list[Event]) -> None:
 
 def test_it_leaves_nothing_behind() -> None:
     assert EVENT_TYPES == BEFORE
-    with pytest.raises(TraceError, match="no kind of event: 'battery'"):
+    with pytest.raises(TraceError, match="unknown kind of event: 'battery'"):
         event_filter(["battery"], "")

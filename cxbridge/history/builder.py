@@ -59,7 +59,7 @@ _OMITTED: Final = {
     "plan-action": "transitions of plan-actions beyond the limit of plan-actions are left out",
     "skill call": "calls of skills beyond the limit are left out",
     "planner call": "calls of planners beyond the limit are left out",
-    "transition": "transitions are left out, the first and the last of each goal and plan-action are there",
+    "transition": "transitions are left out; the first and the last of each goal and plan-action are kept",
 }
 
 _Change = TypeVar("_Change", GoalChange, ActionChange)
@@ -163,7 +163,7 @@ class RunHistory:
         """Return sentences about events that were left out because of the limits."""
         lost = self._omitted | ({} if self._calls else {"skill call": self._board.omitted_count})
         return [
-            f"{count} {_OMITTED[kind]}: 'cxbridge trace cat' has them."
+            f"{count} {_OMITTED[kind]}: 'cxbridge trace cat' shows them."
             for kind, count in lost.items()
             if count
         ]

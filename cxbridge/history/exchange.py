@@ -236,7 +236,7 @@ class BoardExecutions:
                 call, summary, count = self._running[key]
                 self._running[key] = _RunningCall(call, summary, count + 1)
                 report = f"{message.progress:.0%} {message.status}".rstrip()
-                call.skill_string = truncate(f"{summary}: {count + 1} times feedback, the last: {report}")
+                call.skill_string = truncate(f"{summary}: {count + 1} feedback messages, the last: {report}")
             elif message.type == "FINISH":
                 call = self._running.pop(key).call
                 call.end = position

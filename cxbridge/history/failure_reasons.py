@@ -28,7 +28,7 @@ _FAILED_STATES: Final = ("EXECUTION-FAILED", "FAILED")
 
 Value = TypeVar("Value")
 
-FactSlots = Callable[[str], Iterable[Mapping[str, object]]]
+SlotReader = Callable[[str], Iterable[Mapping[str, object]]]
 """Returns the slots of the present facts of a deftemplate."""
 
 
@@ -38,7 +38,7 @@ class FailureReasons:
     :param read_slots: reads facts; called while an event of this environment is processed.
     """
 
-    def __init__(self, read_slots: FactSlots) -> None:
+    def __init__(self, read_slots: SlotReader) -> None:
         self._read_slots = read_slots
         self._lookups_left = MAX_LOOKUPS
         self._actions: dict[str, PlanActionTransition] = {}  # by goal

@@ -27,7 +27,7 @@ class Forest(Generic[Key]):
     :param parents: the parent of each goal; unknown parents count as None.
     :ivar parents: the parents without unknown ones and without rings.
     :ivar roots: the goals without a parent, in order.
-    :ivar children: the sub-goals in order, by goal; goals without sub-goals are missing.
+    :ivar children: the sub-goals in order, by goal; goals without sub-goals are omitted.
     """
 
     def __init__(self, parents: Mapping[Key, Key | None]) -> None:

@@ -26,10 +26,10 @@ from cxbridge.history.transitions import NOT_SENT
 
 _SKILL_NAME_END = re.compile(r"[\s({]")
 
-WAITING = frozenset({"PENDING", "WAITING"})
+WAITING_STATES = frozenset({"PENDING", "WAITING"})
 RUNNING = "RUNNING"
 
-SAME_US = 100_000
+MAX_END_GAP_US = 100_000
 """The interval in microseconds within which the ends of an action and a skill count as simultaneous.
 
 The executive sees the end of a skill only when it reads the Skiller.
@@ -51,7 +51,7 @@ class SkillLink:
 
     @property
     def word(self) -> str:
-        """``probably`` and a blank if the pair was guessed, otherwise empty."""
+        """The text to put before the skill: ``probably`` and a blank for a guessed pair, otherwise empty."""
         return "probably " if self.is_guessed else ""
 
 
@@ -146,7 +146,7 @@ def _find_waits(history: RunHistory) -> Iterator[_Wait]:
     for action in history.actions:
         changes = action.changes
         for index, (waiting, change) in enumerate(pairwise(changes)):
-            if change.state == RUNNING and waiting.state in WAITING:
+            if change.state == RUNNING and waiting.state in WAITING_STATES:
                 following = changes[index + 2 : index + 3]
                 yield _Wait(
                     action,
@@ -162,7 +162,12 @@ def _unlikeliness(call: SkillExecution, end: int, wait: _Wait) -> tuple[int, int
     gap = abs((end if wait.end_us is None else wait.end_us) - end_us)
     count = wait.action.assignment.count_arguments_in(call.skill_string)
     # tuples compare in this order, and False precedes True
-    return -count, gap // SAME_US, wait.action.name != _skill_name(call.skill_string), wait.ordered_at.seq
+    return (
+        -count,
+        gap // MAX_END_GAP_US,
+        wait.action.name != _skill_name(call.skill_string),
+        wait.ordered_at.seq,
+    )
 
 
 def _skill_name(skill_string: str) -> str:

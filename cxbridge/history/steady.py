@@ -48,6 +48,6 @@ class SteadyClock:
         at_us, back_us = self.setbacks[0]
         text = (
             f"The clock was set back by {back_us / MICROSECONDS:.3f} s at {at_us / MICROSECONDS:.3f} s; "
-            "times go on from there as if it had not been."
+            "times continue as if it had not been."
         )
         return [text if len(self.setbacks) == 1 else f"{text} It was set back {len(self.setbacks)} times."]

@@ -121,7 +121,7 @@ class TransitionTracker:
         self._last_retracted = ""
 
     def __len__(self) -> int:
-        """Return the number of entries in the tables, which the numbers of facts limit."""
+        """Return the number of remembered states, which grows only with the number of facts."""
         return len(self._goals) + len(self._actions)
 
     def track_assertion(self, time_us: int, template: str, slots: Mapping[str, str]) -> Transition | None:

@@ -27,7 +27,7 @@ class TreeGoal(Protocol):
 
     @property
     def error(self) -> str:
-        """The reason of a failure."""
+        """The reason for a failure."""
 
 
 class NamedGoal(TreeGoal, Protocol):

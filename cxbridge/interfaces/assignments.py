@@ -40,7 +40,9 @@ def assign(block: Block, assignments: Iterable[str]) -> bool:
     for text in assignments:
         match = _ASSIGNMENT.fullmatch(text)
         if match is None:
-            raise InterfaceError(f"'{text}' sets no field", hint="write NAME=VALUE or NAME[INDEX]=VALUE")
+            raise InterfaceError(
+                f"'{text}' is not an assignment", hint="write NAME=VALUE or NAME[INDEX]=VALUE"
+            )
         field = block.field(match["name"])
         if match["index"] is not None:
             if not field.is_array:
@@ -114,11 +116,11 @@ def _check_text(field: FieldSchema, text: str) -> None:
         return  # `Block.set` raises the error
     if size > field.text_room:
         raise InterfaceError(
-            f"this text for {field.name} has {size} bytes: '{text}'",
+            f"the text for {field.name} has {size} bytes: '{text}'",
             hint=f"{field.name} holds {field.text_room} bytes of UTF-8",
         )
     if "\0" in text:
-        raise InterfaceError(f"the text for {field.name} has a NUL", hint="a NUL ends a text: leave it out")
+        raise InterfaceError(f"the text for {field.name} contains a NUL", hint="omit it: a NUL ends the text")
 
 
 def _misfit_error(field: FieldSchema, text: str) -> InterfaceError:

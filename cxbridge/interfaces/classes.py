@@ -102,7 +102,7 @@ def make_enum(schema: EnumSchema) -> type[IntEnum]:
 
 def enum_member_name(name: str) -> str:
     """Return the name of an enum item in Python, with an underscore if the name is reserved."""
-    # Python's enums refuse an item called mro, and take names with underscores at both ends for attributes
+    # Python's enums refuse an item called mro, and treat names with underscores at both ends as attributes
     reserved = keyword.iskeyword(name) or name == "mro" or (name.startswith("_") and name.endswith("_"))
     return f"{name}_" if reserved else name
 
@@ -126,7 +126,7 @@ def make_view(fields: tuple[FieldSchema, ...], datasize: int) -> type[ctypes.Str
     # a recording or a compiled module may have a schema of another version
     offsets = [getattr(view, f"f{number}").offset for number in range(len(fields))]
     if ctypes.sizeof(view) != datasize or offsets != [field.offset for field in fields]:
-        raise InterfaceError("the fields of this schema do not lie as in a C struct on this machine")
+        raise InterfaceError("the layout of this schema differs from that of a C struct on this machine")
     return view
 
 

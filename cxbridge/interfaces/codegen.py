@@ -21,8 +21,7 @@ from cxbridge.interfaces.schema import (
 )
 
 _WIDTH = 88  # columns of docstrings, as in ruff's default
-_GENERATOR_NOTE = "Made by 'cxbridge interface compile': do not edit, make it again."
-_QUOTES = '"""'
+_GENERATOR_NOTE = "Made by 'cxbridge interface compile': do not edit, generate it again."
 _INDENT = "    "
 _PYTHON_TYPES = {"bool": "bool", "string": "str", "float": "float", "double": "float"}
 _ZEROS = {"bool": "False", "str": '""', "float": "0.0"}
@@ -142,7 +141,7 @@ class _SourceWriter:
             yield f"{signature} ..."
             return
         yield signature
-        yield from _docstring_lines("Return the name of a value, UNKNOWN when it has none.", inner_indent)
+        yield from _docstring_lines("Return the name of a value, UNKNOWN if it has none.", inner_indent)
         yield f"{inner_indent}return enum_value_name({self._schema.name}.{name}, value)"
 
     def _constant_lines(self) -> Iterator[str]:
@@ -184,7 +183,7 @@ class _SourceWriter:
             yield f"{indent}) -> None: ..."
             return
         yield f"{indent}) -> None:"
-        yield from _docstring_lines("Make a message; values that are not given are zero.", body)
+        yield from _docstring_lines("Make a message; omitted values are zero.", body)
         yield f"{body}super().__init__({', '.join(names)})"
 
     def _annotation_lines(
@@ -219,7 +218,7 @@ def _docstring_lines(text: str, indent: str) -> Iterator[str]:
     lines = _wrap(text, indent + '"""')
     if not lines:
         return
-    if len(lines) == 1 and len(indent) + len(lines[0]) + 2 * len(_QUOTES) <= _WIDTH:
+    if len(lines) == 1 and len(indent) + len(lines[0]) + 2 * len('"""') <= _WIDTH:
         yield f'{indent}"""{lines[0]}"""'
         return
     yield f'{indent}"""{lines[0]}'

@@ -24,9 +24,9 @@ class FieldType(Struct, frozen=True):
 
     :param name: the name of the type in XML.
     :param code: the character of an element in :mod:`struct`.
-    :param size: the bytes of an element, also its alignment.
-    :param low: the minimum of an integer type.
-    :param high: the maximum of an integer type.
+    :param size: the number of bytes of an element, also its alignment.
+    :param minimum: the minimum of an integer type.
+    :param maximum: the maximum of an integer type.
     """
 
     name: str

@@ -78,7 +78,7 @@ def _shipped_version(name: str) -> tuple[bytes, str] | None:
 
 @cache
 def _load_table() -> dict[str, dict[str, list[str]]]:
-    """Return the table: type name, fingerprint, hexadecimal hashes."""
+    """Return the hexadecimal hashes by type name and fingerprint."""
     text = (shipped_dir("interfaces") / TABLE_NAME).read_text(encoding="utf-8")
     table: dict[str, dict[str, list[str]]] = json.loads(text)
     return table

@@ -14,7 +14,7 @@ from cxbridge.interfaces.fieldtypes import storage_type
 from cxbridge.interfaces.schema import EnumSchema, FieldSchema
 
 TIMESTAMP_SIZE = 16
-"""The bytes of the time stamp at the start of a block."""
+"""The number of bytes of the time stamp at the start of a block."""
 
 BLOCK_ALIGNMENT = 8
 """The size of a block is a multiple of this number of bytes."""

@@ -30,7 +30,9 @@ class PseudoMap(MutableMapping[int, Any]):
         self._block.ACCESSORS[self._field_name(key)].__set__(self._block, value)
 
     def __delitem__(self, key: int) -> None:
-        raise InterfaceError(f"key {key} of pseudo map '{self._schema.name}' stands for a field and stays")
+        raise InterfaceError(
+            f"key {key} of pseudo map '{self._schema.name}' stands for a field and cannot be deleted"
+        )
 
     def __iter__(self) -> Iterator[int]:
         return iter(self._fields)

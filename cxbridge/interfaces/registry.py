@@ -91,7 +91,7 @@ class InterfaceRegistry:
                 f"the file defines {schema.name}, not {name}",
                 file=path,
                 line=1,
-                hint=f"call the file {schema.name}.xml, or the interface {name}",
+                hint=f"rename the file to {schema.name}.xml, or the interface to {name}",
             )
         return schema
 

@@ -39,10 +39,11 @@ class FieldSchema(Struct, frozen=True, omit_defaults=True):
     """A field with its position in the block.
 
     :param type: a built-in type or the name of an enum, as in XML.
-    :param length: the elements of an array, or the bytes of a string including NUL; None for a single value.
-    :param offset: the bytes from the start of the block.
-    :param size: the bytes of all elements.
-    :param elem_size: the bytes of an element, also its alignment.
+    :param length: the number of elements of an array, or of bytes of a string including NUL; None for a
+        single value.
+    :param offset: the number of bytes from the start of the block.
+    :param size: the number of bytes of all elements.
+    :param elem_size: the number of bytes of an element, also its alignment.
     :param validfor: the original text, which Fawkes checks but does not use.
     :param default: the original text, which Fawkes checks but does not use; blocks start as zeros.
     :param flags: ``changed_indicator`` or empty; Fawkes does not use the flag.
@@ -76,7 +77,7 @@ class FieldSchema(Struct, frozen=True, omit_defaults=True):
 
     @property
     def text_room(self) -> int:
-        """The maximal bytes of a text."""
+        """The maximal number of bytes of a text."""
         # the last byte is for NUL; a string without length is a single char without NUL
         return 1 if self.length is None else self.length - 1
 
@@ -130,7 +131,7 @@ class InterfaceSchema(Struct, frozen=True, omit_defaults=True, dict=True):
 
     :param name: the type's name with the suffix ``Interface``.
     :param hash: the MD5 of the definition file, 16 bytes.
-    :param datasize: the bytes of the block, a multiple of 8.
+    :param datasize: the number of bytes of the block, a multiple of 8.
     :param source: the definition file, empty without one.
     """
 

@@ -266,7 +266,7 @@ class SharedBlock(BufferedBlock):
         self._version = _COPY_REPLACED
 
     def _compare_with_replaced(self, replaced_copy: bytes) -> None:
-        """Update the flags of a read by comparison with a replaced private copy."""
+        """Set the flags of a read by comparing the new private copy with the replaced one."""
         head = STAMP.size
         self._read_refreshed |= replaced_copy[:head] != self._buf[:head]
         self._read_changed |= replaced_copy[head:] != self._buf[head:]

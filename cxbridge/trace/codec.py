@@ -26,7 +26,7 @@ _INTEGER_LIMIT: Final = 1 << 63  # recordings have integers of 64 bits, but msgs
 
 
 class EventFormatError(ValueError):
-    """A value is not an event: a field is missing or has another type."""
+    """A value is not an event: a field is missing or has the wrong type."""
 
 
 def encode(event: Event) -> bytes:
@@ -106,7 +106,7 @@ def make_decoder(event_type: type[Event]) -> Callable[[bytes], Event]:
             number = getattr(event, name)
             if number is not None and not -_INTEGER_LIMIT < number < _INTEGER_LIMIT:
                 raise EventFormatError(
-                    f"no event of kind {event_type.KIND.name}: {name} has more than 64 bits"
+                    f"not an event of kind {event_type.KIND.name}: {name} has more than 64 bits"
                 )
         return event
 
@@ -118,7 +118,7 @@ def _decode_by_json(event_type: type[Event], data: bytes) -> Event:
     try:
         return msgspec.convert(json.loads(data), event_type)
     except (msgspec.MsgspecError, ValueError, RecursionError) as error:
-        raise EventFormatError(f"no event of kind {event_type.KIND.name}: {error}") from error
+        raise EventFormatError(f"not an event of kind {event_type.KIND.name}: {error}") from error
 
 
 def event_json_schema(event_type: type[Event]) -> dict[str, Any]:

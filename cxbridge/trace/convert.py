@@ -55,9 +55,9 @@ def _copy_events(run: Run, path: Path, to: str) -> list[str]:
             # transitions
             elif isinstance(event, TRANSITION_TYPES):
                 lost_count += 1
-    notes = writer.notes if written_count else [f"nothing of the run has a place in {to}: the copy is empty"]
+    notes = writer.notes if written_count else [f"{to} can store nothing of the run: the copy is empty"]
     if lost_count and not has_facts:
-        notes.append(f"{lost_count} transitions have no place in {to}: the run was recorded without facts")
+        notes.append(f"{lost_count} transitions cannot be stored as {to}: the run was recorded without facts")
     return notes
 
 

@@ -75,7 +75,7 @@ class WriteForwarder(Listener, Observer):
         self.enabled = True
         """Whether writes are published or ignored."""
         self.counts: dict[str, int] = {}
-        """The numbers of published writes by ``Type::id``."""
+        """The number of published writes by ``Type::id``."""
         self.gaps: list[Gap] = []
         """The times without a connection."""
         self._board: Final = board
@@ -168,7 +168,7 @@ class WriteForwarder(Listener, Observer):
             if self._board.list(escape_glob(key[0]), escape_glob(key[1])):
                 self._open(*key, is_later=True)
             elif is_new and key not in self._known_keys:
-                self._log.info(f"{'::'.join(key)} came and went before it could be opened")
+                self._log.info(f"{'::'.join(key)} disappeared before it could be opened")
 
     def _close(self, key: InterfaceKey) -> None:
         instance = self._followed.pop(key).instance
@@ -261,7 +261,7 @@ class WriteForwarder(Listener, Observer):
             (start_us, since_s), self._lost_since = self._lost_since, None
             gap = Gap(start_us, time.monotonic() - since_s)
             self.gaps.append(gap)
-            self._log.warn(f"A gap: the blackboard could not be heard for {gap.seconds:.2f} s")
+            self._log.warn(f"A gap: the connection to the blackboard was lost for {gap.seconds:.2f} s")
             self._poll_tasks.put(self._reopen_after_loss)
 
     def _publish(self, schema: InterfaceSchema, uid: str, block: bytes) -> None:

@@ -37,12 +37,14 @@ def event_filter(kinds: Sequence[str], pattern: str) -> EventFilter:
     """
     unknown = [kind for kind in kinds if kind not in EVENT_TYPES]
     if unknown:
-        raise TraceError(f"no kind of event: '{unknown[0]}'", hint=f"use one of {', '.join(EVENT_TYPES)}")
+        raise TraceError(
+            f"unknown kind of event: '{unknown[0]}'", hint=f"use one of {', '.join(EVENT_TYPES)}"
+        )
     types = tuple(EVENT_TYPES[kind] for kind in kinds or EVENT_TYPES)
     try:
         search = re.compile(pattern).search
     except re.error as error:
-        raise TraceError(f"no regular expression: {pattern!r}: {error}") from error
+        raise TraceError(f"not a regular expression: {pattern!r}: {error}") from error
     return lambda event, line: isinstance(event, types) and search(line) is not None
 
 

@@ -89,7 +89,7 @@ def extract_files(run: Run, folder: Path, pattern: str = "*") -> list[Path]:
     ]
     for path, _ in files:
         if path.exists():
-            raise TraceError("there is such a file already", file=path, hint="name another folder")
+            raise TraceError("the file exists already", file=path, hint="name another folder")
     written: list[Path] = []
     try:
         for path, file in files:
@@ -116,6 +116,6 @@ def _relative_path(run: Run, name: str) -> PurePosixPath:
     if path.is_absolute() or any(part in ("", ".", "..") for part in names) or "\\" in name or "\0" in name:
         raise TraceError(
             f"an attachment is called {name!r}: it is not extracted", file=run.path,
-            hint="the file is damaged, or made to harm",
+            hint="the recording is damaged or malicious",
         )  # fmt: skip
     return path

@@ -46,7 +46,7 @@ class RecordingSwitch(Listener):
         """Switch the recording at once; return False, which keeps the message out of the queue."""
         enabled = _STATES_BY_MESSAGE.get(message.type)
         if enabled is None:
-            self._log.warn(f"{interface.uid} knows no {message.type}: it is either on or off")
+            self._log.warn(f"{interface.uid} does not support {message.type}: it is either on or off")
             return False
         with self._lock:
             self._set_recording(enabled)

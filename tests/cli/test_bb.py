@@ -157,7 +157,7 @@ def test_set_is_refused_when_there_is_a_writer(board, skiller, capsys):
 @pytest.mark.parametrize(
     ("assignment", "message"),
     [
-        ("msgid", "'msgid' sets no field"),
+        ("msgid", "'msgid' is not an assignment"),
         ("nope=1", "has no field 'nope'"),
         ("msgid=many", "'many' is not a value for msgid of type uint32"),
         ("msgid=-1", "SkillerInterface.msgid of type uint32 cannot be -1"),

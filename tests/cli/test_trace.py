@@ -79,7 +79,7 @@ def test_a_difference_as_json(run: Path, changed: Path, capsys: pytest.CaptureFi
     ("arguments", "message"),
     [
         (["diff", "RUN", "missing"], "cannot be read: No such file"),
-        (["diff", "RUN", "RUN", "--level", "rules"], "holds no events of level rules"),
+        (["diff", "RUN", "RUN", "--level", "rules"], "has no events of level rules"),
         (["diff", "RUN", "RUN", "--level", "odd"], "'odd' is none of transitions, skills"),
         (["diff", "RUN", "RUN", "--order", "odd"], "'odd' is none of total, partial"),
         (["diff", "RUN"], "Missing argument"),
@@ -90,8 +90,8 @@ def test_a_difference_as_json(run: Path, changed: Path, capsys: pytest.CaptureFi
         (["rules", "BAD"], "not a recorded run"),
         (["info", "BAD"], "not a recorded run"),
         (["cat", "BAD"], "not a recorded run"),
-        (["cat", "RUN", "--kind", "odd"], "no kind of event: 'odd'"),
-        (["cat", "RUN", "--match", "("], "no regular expression"),
+        (["cat", "RUN", "--kind", "odd"], "unknown kind of event: 'odd'"),
+        (["cat", "RUN", "--match", "("], "not a regular expression"),
     ],
 )
 def test_mistakes(

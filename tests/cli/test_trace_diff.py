@@ -172,7 +172,7 @@ def test_the_page_of_equal_runs(runs: tuple[str, str], tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--only", "odd"], "pattern 'odd': no kind 'odd'"),
+        (["--only", "odd"], "pattern 'odd': unknown kind 'odd'"),
         (["--only", "rule:x"], "the level transitions does not compare rule"),
         (["--time-from", "odd"], "'odd' is none of begin, thread"),
         (["--time-tolerance", "-1"], "-1"),

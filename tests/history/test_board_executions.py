@@ -29,7 +29,7 @@ def exchange(outcome="SUCCEEDED", error=""):
 def test_an_execution_has_its_agent_and_its_feedback():
     (call,) = RunHistory.from_events(exchange()).calls
     assert call.skiller == "e1"
-    assert call.skill_string == "move tb3 wp1 of robot1: 2 times feedback, the last: 50% half"
+    assert call.skill_string == "move tb3 wp1 of robot1: 2 feedback messages, the last: 50% half"
     assert (call.begin[1], call.end, call.status, call.error) == (2, (5, 5), "S_FINAL", "")
 
 

@@ -86,7 +86,7 @@ def test_what_people_type(given: str, name: str, value: object):
         ("some_Mode[1]=9", "it holds one of OFF, ON"),
         ("a_string=twelve bytes", "a_string holds 11 bytes"),
         ("a_string=öööööö", "12 bytes"),
-        ('a_string="a\\u0000b"', "has a NUL"),
+        ('a_string="a\\u0000b"', "contains a NUL"),
         ('a_string="\\ud800"', "cannot be"),
         ("a_uint8=256", "an integer from 0 to 255"),
         ("a_uint8=0o9", "an integer from 0 to 255"),

@@ -109,7 +109,7 @@ def test_what_is_no_event_is_refused(field: str, change: str) -> None:
         del plain[field]
     else:
         plain[field] = [1]
-    with pytest.raises(EventFormatError, match=f"no event of kind goal: .*{field}"):
+    with pytest.raises(EventFormatError, match=f"not an event of kind goal: .*{field}"):
         make_decoder(GoalTransition)(json.dumps(plain).encode())
 
 

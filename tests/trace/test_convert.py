@@ -28,8 +28,8 @@ def test_a_recording_survives_the_way_through_mcap(name: str, tmp_path: Path) ->
 def test_what_has_no_place_in_a_text_log_is_told(tmp_path: Path) -> None:
     notes = convert(MemoryRun(family()), tmp_path / "run.log", "fawkes-log")
     assert notes == [
-        "nothing of the run has a place in fawkes-log: the copy is empty",
-        "18 transitions have no place in fawkes-log: the run was recorded without facts",
+        "fawkes-log can store nothing of the run: the copy is empty",
+        "18 transitions cannot be stored as fawkes-log: the run was recorded without facts",
     ]
 
 

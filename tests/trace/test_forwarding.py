@@ -232,7 +232,7 @@ def test_a_server_that_restarts_is_followed_and_the_gap_told_once(transport, tmp
     assert len(made.forwarder.gaps) == 1
     assert made.forwarder.gaps[0].seconds > 0
     assert sum("A gap" in line for line in made.lines()) == 1
-    assert not any("came and went" in line for line in made.lines())
+    assert not any("disappeared before" in line for line in made.lines())
 
 
 @pytest.mark.parametrize("transport", REMOTE)
@@ -265,4 +265,4 @@ def test_a_type_that_we_do_not_know_is_told_once_and_the_others_are_recorded(tmp
 def test_an_interface_that_came_and_went_too_fast_is_told_to_people(tmp_path):
     with Site("ipc", tmp_path) as site, forwarded(site, "SwitchInterface") as made:
         made.forwarder.interface_created("SwitchInterface", "gone")
-        until(lambda: any("came and went" in line for line in made.lines()))
+        until(lambda: any("disappeared before" in line for line in made.lines()))

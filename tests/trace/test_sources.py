@@ -116,7 +116,7 @@ def test_extracting(recorded: Run, tmp_path: Path) -> None:
     assert tmp_path / "out" / "interfaces" / "SkillerInterface.xml" in files
     registry = InterfaceRegistry([tmp_path / "out" / "interfaces"], shipped=False)
     assert registry.schema("SkillerInterface").hash == InterfaceRegistry().schema("SkillerInterface").hash
-    with pytest.raises(TraceError, match="there is such a file already"):
+    with pytest.raises(TraceError, match="the file exists already"):
         extract_files(recorded, tmp_path / "out")
     configuration = extract_files(recorded, tmp_path / "config", "config/*-*")
     assert Configuration.load(configuration[0]).get_str("/clips-executive/spec") == "test"
@@ -162,7 +162,7 @@ def test_what_is_refused_leaves_no_file(tmp_path: Path) -> None:
     run = recorded_with("d")
     out.mkdir(exist_ok=True)
     there.touch()
-    is_refused(run, "there is such a file already")
+    is_refused(run, "the file exists already")
     there.unlink()
     is_refused(recorded_with("a"), "cannot be written")
     recorded_with("d")

@@ -37,7 +37,7 @@ def test_messages_switch_and_the_interface_shows_it(transport, tmp_path):
             assert len(heard) == number
             assert heard[-1] is enabled
         reader.msgq_enqueue(SetIt())
-        until(lambda: any("knows no SetMessage" in line.text for line in lines))
+        until(lambda: any("does not support SetMessage" in line.text for line in lines))
         assert len(heard) == 4
         switch.close()
         until(lambda: not reader.has_writer)

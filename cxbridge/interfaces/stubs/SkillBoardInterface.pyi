@@ -1,6 +1,6 @@
 """The interface type SkillBoardInterface.
 
-Made by 'cxbridge interface compile': do not edit, make it again.
+Made by 'cxbridge interface compile': do not edit, generate it again.
 """
 
 # ruff: noqa: E501, FBT001, FBT002, N801, N802, N815, PLR0913, PLR0917, PYI021, RUF100, TC001, TC003

@@ -24,7 +24,7 @@ def read_constant(element: Element, scope: NameScope, findings: Findings) -> Con
     comment = findings.read_comment(element, f"constant '{name}'")
     type_name = findings.read_attribute(element, "type", "uint32")
     if type_name not in _CONSTANT_TYPES:
-        types = f"a constant may be {', '.join(_CONSTANT_TYPES)}"
+        types = f"a constant must be {', '.join(_CONSTANT_TYPES)}"
         # in Fawkes' C++ code a byte is an unsigned char, of which the generator writes no literals
         hint = (
             "use uint8" if type_name in ("byte", "char") else did_you_mean(type_name, _CONSTANT_TYPES, types)
@@ -50,7 +50,7 @@ def read_enum(element: Element, scope: NameScope, findings: Findings) -> EnumSch
     subject = f"enum '{name}'"
     if name in TYPES or name == "char":
         raise findings.make_error(
-            element, f"{subject} has the name of a type", f"call it e.g. {name}_enum", "name"
+            element, f"{subject} has the same name as a type", f"call it e.g. {name}_enum", "name"
         )
     scope.add(element, "enum", name)
     comment = findings.read_comment_child(element, subject)
@@ -83,7 +83,7 @@ def _read_item(element: Element, number: int, scope: NameScope, findings: Findin
     text = element.attributes.get("value")
     value = parse_literal("int64", text) if text else number
     if not isinstance(value, int):
-        hint = 'write e.g. value="3", or leave it out'
+        hint = 'write e.g. value="3", or omit it'
         raise findings.make_error(element, f"'{text}' is not a number", hint, "value")
     return EnumItem(name, value, comment)
 
@@ -119,5 +119,5 @@ def read_type(
     if type_name in enums:
         message, hint = f"'{type_name}' cannot be used here: the name is reserved", "rename the enum"
     elif type_name == "char":
-        message, hint = "type 'char' is not usable: Fawkes maps it to no C type", "use string, byte or int8"
+        message, hint = "type 'char' cannot be used: Fawkes maps it to no C type", "use string, byte or int8"
     raise findings.make_error(element, message, hint, "type")

@@ -44,7 +44,7 @@ def read_field(
         "default",
         type_name,
         f"is not a default for type {type_name}",
-        "leave it out: defaults are checked and never used, blocks begin as zeros",
+        "omit it: defaults are checked but never used, and blocks begin as zeros",
         findings,
     )
     flags = tuple(flag for flag in attributes.get("flags", "").split(",") if flag)
@@ -150,7 +150,7 @@ def _read_mapref(
         raise findings.make_error(
             element,
             f"a pseudo map cannot refer to '{field.name}', which has a length",
-            "refer to fields with a single value only",
+            "refer only to fields with a single value",
         )
     return key, MapRef(element.text, text)
 

@@ -96,14 +96,14 @@ class Findings(Struct):
             raise self.make_error(
                 element,
                 f"'{name}' cannot be the name of {subject}",
-                "a name has letters, digits and underscores, and does not begin with a digit",
+                "a name consists of letters, digits and underscores, and does not begin with a digit",
                 "name",
             )
         if is_reserved(name, reserved):
             raise self.make_error(
                 element,
                 f"'{name}' cannot be the name of {subject}: the name is reserved",
-                f"take another name, e.g. my_{name}",
+                f"choose another name, e.g. my_{name}",
                 "name",
             )
         return name
@@ -121,7 +121,7 @@ class Findings(Struct):
     def read_comment_child(self, element: Element, subject: str, *, allows_text: bool = False) -> str:
         """Return the text of the ``comment`` child, which is required.
 
-        :param loose: whether text outside a ``comment`` is enough, with a warning, as in Fawkes.
+        :param allows_text: whether text outside a ``comment`` is enough, with a warning, as in Fawkes.
         """
         comments = element.find_all("comment")
         if not comments or not comments[0].text:
@@ -150,10 +150,10 @@ class Findings(Struct):
         # the search for similar names takes long, and further findings would be dropped
         for child in unknown[:MAX_FINDINGS]:
             contents = ", ".join(f"<{name}>" for name in children) or "text only"
-            hint = did_you_mean(child.name, children, f"<{element.name}> may hold {contents}")
+            hint = did_you_mean(child.name, children, f"<{element.name}> may contain {contents}")
             misspelt = did_you_mean(child.name, [name for name in children if name != "comment"])
             report = self.report_error if misspelt else self.report_warning
-            report(child, f"<{child.name}> does not belong into <{element.name}>", hint)
+            report(child, f"<{child.name}> does not belong in <{element.name}>", hint)
 
 
 class NameScope(Struct):
@@ -175,8 +175,8 @@ class NameScope(Struct):
             owner, line = self._owners[name]
             raise self.findings.make_error(
                 element,
-                f"{subject} '{label or name}' has the name of {owner} in line {line}",
-                "every name may be used once: rename or remove one",
+                f"{subject} '{label or name}' has the same name as {owner} in line {line}",
+                "use each name only once: rename or remove one of them",
                 "name",
             )
         self._owners[name] = (subject, element.line)

@@ -191,7 +191,7 @@ class _DefinitionReader:
         name = findings.read_attribute(root, "name", "MyInterface")
         type_name = interface_type_name(name)
         if not is_identifier(name):
-            hint = "a name has letters and digits, and begins with a letter"
+            hint = "a name consists of letters and digits, and begins with a letter"
             raise findings.make_error(root, f"'{name}' cannot be the name of an interface", hint, "name")
         if len(type_name) > MAX_TYPE_LENGTH:
             message = (

@@ -25,7 +25,7 @@ MAX_DEPTH: Final = 16
 MAX_ELEMENTS: Final = 10_000
 """The maximal number of elements; the definitions of Fawkes have fewer than 200."""
 
-_DOCTYPE_HINT = 'use exactly <!DOCTYPE interface SYSTEM "interface.dtd">, or leave it out'
+_DOCTYPE_HINT = 'use exactly <!DOCTYPE interface SYSTEM "interface.dtd">, or omit it'
 _ENTITY = re.compile(rb"&(?!(?:amp|lt|gt|quot|apos|#\d+|#x[0-9A-Fa-f]+);)")
 _START_TAG = re.compile(rb"""<[^\s>/"']++(?:[^>"']++|"[^"]*+"|'[^']*+')*+>""")
 
@@ -74,7 +74,7 @@ def read_tree(data: bytes, file: str | None = None) -> Element:
             file=file,
             line=1,
             column=1,
-            hint="split it: an interface definition is a few kilobytes",
+            hint="split it: an interface definition has a few kilobytes",
         )
     # a byte order mark would shift the columns of the first line
     return _TreeReader(data.removeprefix(codecs.BOM_UTF8), file).read()
@@ -123,7 +123,7 @@ class _TreeReader:
         index = self._parser.ErrorByteIndex
         if code == _INVALID_TOKEN and self._data[index : index + 1] >= b"\x80":
             return "save the file as UTF-8, or name its encoding in the first line"
-        return _EXPAT_HINTS.get(expat.ErrorString(code), "look at this place and just before it")
+        return _EXPAT_HINTS.get(expat.ErrorString(code), "check this place and the text just before it")
 
     def _make_error(self, message: str, hint: str, start: bytes = b"") -> InterfaceDefinitionError:
         """Return an error at the present position of expat, or at the last ``start`` before it."""
@@ -162,10 +162,10 @@ class _TreeReader:
         parser = self._parser
         self._element_count += 1
         if self._element_count > MAX_ELEMENTS:
-            raise self._make_error(f"there are more than {MAX_ELEMENTS} elements", "split the definition")
+            raise self._make_error(f"the file has more than {MAX_ELEMENTS} elements", "split the definition")
         if len(self._open_elements) >= MAX_DEPTH:
             raise self._make_error(
-                f"elements are nested more than {MAX_DEPTH} deep", "close the elements before"
+                f"elements are nested more than {MAX_DEPTH} levels deep", "close the elements before"
             )
         match = _START_TAG.match(self._data, parser.CurrentByteIndex)
         start_tag = (
@@ -203,7 +203,7 @@ _EXPAT_HINTS = {
     "mismatched tag": "close the elements in the opposite order of opening them",
     "no element found": "the file ends too early: close every element, the last one is </interface>",
     "unclosed token": "the file ends inside a tag or comment: close it",
-    "duplicate attribute": "give each attribute once",
+    "duplicate attribute": "write each attribute only once",
     "undefined entity": "write the text itself; only &amp; &lt; &gt; &quot; &apos; work",
     "junk after document element": "put everything inside the one <interface> element",
     "unknown encoding": "save the file as UTF-8",

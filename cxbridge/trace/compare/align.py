@@ -20,7 +20,7 @@ Its time grows with the square of this number.
 
 # tried in this order: longer blocks are more likely unique, but less likely common
 BLOCK_LENGTHS: Final = (1, 3, 8)
-"""The numbers of items of the blocks at which ranges are split."""
+"""The lengths of the blocks at which ranges are split, in items."""
 
 MISSING: Final = -1
 """The index of a missing item."""

@@ -29,7 +29,7 @@ def read_context(
 ) -> DifferenceContext:
     """Read a run up to an event and return the context of the event.
 
-    :param position: the number of the event among the compared ones, from 0; None returns an empty context.
+    :param position: the number of the event among the compared ones, from 0; None: the context is empty.
     """
     return read_contexts(run, view, [position], selection)[position]
 

@@ -190,5 +190,5 @@ def early_end_hints(differences: Sequence[Difference], count_a: int, count_b: in
         if differences and all(
             difference.kind is kind and difference.position >= count for difference in differences
         ):
-            return [f"{short} ends after its event {count}, {long} goes on"]
+            return [f"{short} ends after its event {count}, {long} continues"]
     return []

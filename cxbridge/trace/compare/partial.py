@@ -139,7 +139,7 @@ def _label_errors(goal: Goal, forest: GoalForest, match: GoalMatch) -> Steps:
 
 @dataclass(slots=True)
 class _AgreedRelation:
-    """The numbers of a goal's transitions before those of a plan or sub-goal.
+    """How many transitions of a goal precede each transition of its plan or sub-goal.
 
     :param outer: the goal whose transitions are counted.
     :param inner: the transitions of the plan or sub-goal in the first run.
@@ -214,7 +214,7 @@ def _position_text(goal: Goal, count: int) -> str:
 
 
 def compare_counts(a: Iterable[Event], b: Iterable[Event], view: View) -> Comparison:
-    """Compare the numbers of firings of each rule, or of assertions and retractions of each fact.
+    """Compare how often each rule fires, or each fact is asserted and retracted.
 
     The order is not compared: without goals, the dependencies between these events are unknown.
     """

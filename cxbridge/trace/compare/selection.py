@@ -72,7 +72,7 @@ def parse_pattern(text: str) -> EventPattern:
     kind, _, field = head.partition(".")
     kinds = pattern_fields()
     if kind not in kinds:
-        raise TraceError(f"pattern '{text}': no kind '{kind}'", hint=f"use one of {', '.join(kinds)}")
+        raise TraceError(f"pattern '{text}': unknown kind '{kind}'", hint=f"use one of {', '.join(kinds)}")
     fields = kinds[kind]
     tests = dict(_parse_tests(text, condition, fields))
     if kind == "interface" and not field:
@@ -100,7 +100,7 @@ def _parse_tests(text: str, condition: str, fields: Mapping[str, str]) -> Iterat
     for test in re.split(f",(?=(?:{'|'.join(fields)})=)", condition):
         name, _, glob = test.partition("=")
         if name not in fields:
-            raise TraceError(f"pattern '{text}': no field '{name}'", hint=_known_fields_hint(fields))
+            raise TraceError(f"pattern '{text}': unknown field '{name}'", hint=_known_fields_hint(fields))
         yield name, glob
 
 
@@ -123,8 +123,8 @@ class Selection:
             # a single field of another kind of event does not show to which goal or plan the field belongs
             if pattern.field and pattern.kind != "interface":
                 raise TraceError(
-                    f"--only {pattern.text}: single fields can be chosen of interfaces only",
-                    hint=f"--only {pattern.kind}, and --ignore for its other fields",
+                    f"--only {pattern.text}: single fields can be selected only for interfaces",
+                    hint=f"use --only {pattern.kind}, and --ignore for its other fields",
                 )
         self._matched_patterns: set[str] = set()
 

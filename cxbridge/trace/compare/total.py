@@ -193,7 +193,7 @@ class Divergence:
     def hints(self, differences: list[Difference]) -> list[str]:
         """Return hints for the user."""
         if all(difference.kind is DifferenceKind.ORDER for difference in differences):
-            return ["only the order differs: compare with --order partial if the order is no matter"]
+            return ["only the order differs: compare with --order partial if the order does not matter"]
         scopes = [{key_scope(key) for key in {token.key for token in tail}} for tail in self._tails]
         return scenario_hints(*scopes)
 
@@ -315,7 +315,7 @@ class Divergence:
         if edit.is_whole_goal:
             return f"a goal that only {run_name} has, with {edit.count} event{'' if edit.count == 1 else 's'}"
         if self._alignment.has_ended(missing, edit):
-            return f"{ended_run} ends here, {run_name} goes on"
+            return f"{ended_run} ends here, {run_name} continues"
         return f"{events} that only {run_name} has"
 
     def _event_line(self, run: int, index: int) -> EventLine:

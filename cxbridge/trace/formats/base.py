@@ -245,4 +245,4 @@ class CopyFormat(Struct, frozen=True):
 
 
 HEAD_SIZE: Final = 64 * 1024
-"""The bytes of a file that are shown to formats for recognition."""
+"""The number of bytes at the start of a file by which a format is recognised."""

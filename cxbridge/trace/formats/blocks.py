@@ -16,7 +16,7 @@ ENV: Final = "executive"
 """The environment of decoded states of Skillers: blocks do not name an environment."""
 
 STAMP_SIZE: Final = 16
-"""The bytes of the time stamp at the start of a block."""
+"""The number of bytes of the time stamp at the start of a block."""
 
 _SKILLER_TYPE = "SkillerInterface"
 _FieldConverter: TypeAlias = Callable[[tuple[Any, ...]], Any]

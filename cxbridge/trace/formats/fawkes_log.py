@@ -86,7 +86,7 @@ class FawkesLog(Run):
                 try:
                     transition = tracker.track_change(event)
                 except FactSyntaxError as error:
-                    self.note(f"line {line}: fact f-{event.index} is not readable: {error}")
+                    self.note(f"line {line}: fact f-{event.index} cannot be read: {error}")
                     continue
             yield event
             if transition is not None:
@@ -102,7 +102,7 @@ class FawkesLog(Run):
         for entry in self._entries():
             fields = entry.fields()
             if fields is None:
-                self.note(f"line {entry.line}: no entry of a log, left out")
+                self.note(f"line {entry.line}: not a log entry, left out")
                 continue
             component, text = fields[-2:]
             if unfinished is not None:

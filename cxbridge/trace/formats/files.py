@@ -14,7 +14,7 @@ from cxbridge.errors import TraceError
 
 # far above the size of any fact, far below the memory of any machine
 MAX_LINE = 4 * 1024 * 1024
-"""The maximal bytes of a line or an entry of several lines."""
+"""The maximal number of bytes of a line, or of an entry of several lines."""
 
 
 def files_with_start(
@@ -120,7 +120,7 @@ def open_exclusively(path: Path, buffering: int = -1) -> BinaryIO:
 
 
 def refuse_locked_file(path: Path) -> None:
-    """Raise `TraceError` if another process has opened a file by :func:`open_alone`.
+    """Raise `TraceError` if another process has opened a file by :func:`open_exclusively`.
 
     :raises TraceError: if the file is locked.
     """
@@ -130,7 +130,7 @@ def refuse_locked_file(path: Path) -> None:
 
 def _locked_error(path: Path) -> TraceError:
     return TraceError(
-        "another process is writing this file", file=path, hint="does another daemon or run record into it?"
+        "another process is writing this file", file=path, hint="does another daemon or run record to it?"
     )
 
 

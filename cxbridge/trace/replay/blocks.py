@@ -12,7 +12,9 @@ from cxbridge.interfaces.instance import STAMP, Interface
 from cxbridge.interfaces.message import ClosedPort, Message
 
 _NO_SERIAL: Final = UUID(int=0)
-_DEFINITION_HINT: Final = "its definition has changed since; --interface-dir DIR names the one of then"
+_DEFINITION_HINT: Final = (
+    "its definition has changed since the recording; name the folder of the old one with --interface-dir DIR"
+)
 
 
 class BlockMaker:
@@ -40,7 +42,7 @@ class BlockMaker:
         ]
         if differences:
             raise TraceError(
-                f"the recorded {uid} has other fields: {'; '.join(differences)}", hint=_DEFINITION_HINT
+                f"the fields of the recorded {uid} differ: {'; '.join(differences)}", hint=_DEFINITION_HINT
             )
 
     def make_block(self, values: Mapping[str, Any], time_us: int, uid: str) -> bytes:

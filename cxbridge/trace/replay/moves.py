@@ -51,7 +51,7 @@ class ReplayMove(NamedTuple):
 
 
 class ReplayPositions:
-    """Converts recorded times to positions that decrease by at most :data:`OUT_OF_ORDER_US`."""
+    """Converts recorded times to positions that decrease by at most :data:`MAX_OUT_OF_ORDER_US`."""
 
     def __init__(self, start_us: int) -> None:
         self._high_us = start_us
@@ -75,7 +75,7 @@ class ReplayPositions:
 
 @dataclass(slots=True)
 class ReplaySurvey:
-    """The moves of a replay by numbers.
+    """How many moves a replay has, and when.
 
     :ivar write_counts: the number of writes by ``Type::id``.
     :ivar message_counts: the number of messages by ``Type::id``.
@@ -98,19 +98,19 @@ def survey_replay(run: Run, selection: ReplaySelection) -> ReplaySurvey:
 
     :raises TraceError: if the run cannot be read.
     """
-    overview = ReplaySurvey()
+    survey = ReplaySurvey()
     for number, (at_us, event) in enumerate(replay_moves(run, selection)):
         if not number:
-            overview.first_us = at_us
-        overview.last_us = max(overview.last_us, at_us)
+            survey.first_us = at_us
+        survey.last_us = max(survey.last_us, at_us)
         if isinstance(event, InterfaceWrite):
-            overview.write_counts[event.uid] = overview.write_counts.get(event.uid, 0) + 1
-            overview.samples.setdefault(event.uid, event)
+            survey.write_counts[event.uid] = survey.write_counts.get(event.uid, 0) + 1
+            survey.samples.setdefault(event.uid, event)
         else:
-            overview.message_counts[event.uid] = overview.message_counts.get(event.uid, 0) + 1
-    if not overview.write_counts:
-        overview.unselected_writes = sum(isinstance(event, InterfaceWrite) for event in run)
-    return overview
+            survey.message_counts[event.uid] = survey.message_counts.get(event.uid, 0) + 1
+    if not survey.write_counts:
+        survey.unselected_writes = sum(isinstance(event, InterfaceWrite) for event in run)
+    return survey
 
 
 def replay_moves(run: Run, selection: ReplaySelection) -> Iterator[ReplayMove]:

@@ -33,7 +33,7 @@ class ReplayPlayer:
 
     def __init__(self, board: BlackBoard, log: Logger, *, restamp: bool = False) -> None:
         self.write_counts: dict[str, int] = {}
-        """The numbers of writes by ``Type::id``."""
+        """The number of writes by ``Type::id``."""
         self.sent_count = 0
         """The number of sent messages."""
         self.undelivered_count = 0
@@ -71,7 +71,7 @@ class ReplayPlayer:
             owner = f", {error.owner}" if error.owner else ""
             raise BlackBoardError(
                 f"{uid} cannot be replayed: it has a writer already{owner}",
-                hint="replay other interfaces only (--interface), or end its writer",
+                hint="replay only other interfaces (--interface), or stop its writer",
             ) from error
         writer.read()
         self._last_data[uid] = writer.to_bytes()[STAMP.size :]

@@ -1,6 +1,6 @@
 """The interface type CompiledInterface.
 
-Made by 'cxbridge interface compile': do not edit, make it again.
+Made by 'cxbridge interface compile': do not edit, generate it again.
 """
 
 # ruff: noqa: E501, FBT001, FBT002, N801, N802, N815, PLR0913, PLR0917, PYI021, RUF100, TC001, TC003
@@ -255,7 +255,7 @@ class CompiledInterface(Interface):
 
     @staticmethod
     def tostring_Mode(value: int) -> str:
-        """Return the name of a value, UNKNOWN when it has none."""
+        """Return the name of a value, UNKNOWN if it has none."""
         return enum_value_name(CompiledInterface.Mode, value)
 
     LIMIT: ClassVar[int] = 7
@@ -290,7 +290,7 @@ class CompiledInterface(Interface):
             modes: Sequence[CompiledInterface.Mode] = (),
             mode: CompiledInterface.Mode | int = 0,
         ) -> None:
-            """Make a message; values that are not given are zero."""
+            """Make a message; omitted values are zero."""
             super().__init__(speed, modes, mode)
 
     class HaltMessage(Message):

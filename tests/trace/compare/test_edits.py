@@ -65,7 +65,7 @@ def test_goals_created_in_another_order_are_one_difference_of_order() -> None:
     assert kinds(comparison) == [DifferenceKind.ORDER]
     assert comparison.differences[0].subject == "goal gen1 of class FIRST"
     assert comparison.hints == [
-        "only the order differs: compare with --order partial if the order is no matter"
+        "only the order differs: compare with --order partial if the order does not matter"
     ]
     assert compare(events, other, Order.PARTIAL).same
 
@@ -157,10 +157,10 @@ def test_other_goals_of_one_kind_are_told_apart_by_what_came_before() -> None:
 def test_a_run_that_ends_early_is_told_so_in_both_orders() -> None:
     events = family()
     total, partial = compare(events, events[:9]), compare(events, events[:9], Order.PARTIAL)
-    assert total.differences[0].what == "B ends here, A goes on"
+    assert total.differences[0].what == "B ends here, A continues"
     assert total.differences[0].a.position == partial.differences[0].a.position == 9
-    assert partial.hints == ["B ends after its event 9, A goes on"]
-    assert compare(events[:9], events, Order.PARTIAL).hints == ["A ends after its event 9, B goes on"]
+    assert partial.hints == ["B ends after its event 9, A continues"]
+    assert compare(events[:9], events, Order.PARTIAL).hints == ["A ends after its event 9, B continues"]
 
 
 @pytest.mark.parametrize("order", Order)

@@ -139,9 +139,9 @@ def test_patterns_that_met_nothing_are_known() -> None:
 @pytest.mark.parametrize(
     ("pattern", "message"),
     [
-        ("goals:x", "no kind 'goals'"),
-        ("", "no kind ''"),
-        ("goal:colour=red", "no field 'colour'"),
+        ("goals:x", "unknown kind 'goals'"),
+        ("", "unknown kind ''"),
+        ("goal:colour=red", "unknown field 'colour'"),
         ("goal.colour", "goal has no field 'colour' to leave out"),
         ("plan-action.class", "plan-action has no field 'class' to leave out"),
     ],
@@ -155,8 +155,8 @@ def test_what_is_no_pattern_is_refused(pattern: str, message: str) -> None:
 def test_only_needs_a_kind_that_the_level_compares() -> None:
     with pytest.raises(TraceError, match="the level rules does not compare goal"):
         compare_runs(MemoryRun(EVENTS), [MemoryRun(EVENTS)], View.RULES, selection=Selection(["goal"]))
-    with pytest.raises(TraceError, match="single fields can be chosen of interfaces only"):
+    with pytest.raises(TraceError, match="single fields can be selected only for interfaces"):
         Selection(only=["goal.error"])
-    with pytest.raises(TraceError, match="holds no events of level skills") as caught:
+    with pytest.raises(TraceError, match="has no events of level skills") as caught:
         compare_runs(MemoryRun(EVENTS), [MemoryRun(EVENTS)], View.SKILLS, selection=Selection(["skill:x"]))
     assert "--only" in (caught.value.hint or "")

@@ -91,14 +91,14 @@ def test_interface_writes_are_compared_by_interface_in_partial_order() -> None:
 
 def test_a_run_that_goes_on_differs() -> None:
     comparison = compare_runs(MemoryRun(family()), [MemoryRun(family()[:-1])])
-    assert comparison.differences[0].what == "B ends here, A goes on"
+    assert comparison.differences[0].what == "B ends here, A continues"
     assert comparison.differences[0].b.position == comparison.count_b - 1
 
 
 @pytest.mark.parametrize("order", Order)
 @pytest.mark.parametrize("view", View)
 def test_nothing_is_not_the_same_as_nothing(view: View, order: Order) -> None:
-    with pytest.raises(TraceError, match=f"holds no events of level {view.value}"):
+    with pytest.raises(TraceError, match=f"has no events of level {view.value}"):
         compare_runs(MemoryRun([]), [MemoryRun([])], view, order)
 
 

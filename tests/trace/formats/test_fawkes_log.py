@@ -133,7 +133,7 @@ def test_text_before_the_first_entry_and_broken_stamps_are_told(tmp_path: Path) 
     assert len(events) == 1
     assert notes == [
         "line 1: text before the first entry, left out",
-        "line 3: no entry of a log, left out",
+        "line 3: not a log entry, left out",
     ]
 
 
@@ -143,7 +143,7 @@ def test_a_fact_that_is_cut_off_is_told_and_left_out(tmp_path: Path) -> None:
     assert len(events) == 1
     assert notes == [
         "line 2: the file ends within this entry",
-        "line 2: fact f-3 is not readable: cut off within a slot",
+        "line 2: fact f-3 cannot be read: cut off within a slot",
     ]
 
 

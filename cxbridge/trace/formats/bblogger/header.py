@@ -1,6 +1,6 @@
 """Headers, entries and names of bblogger files, as written by Fawkes since 2015-03.
 
-docs/formats.md has the table. The byte order flag and the count are often wrong: readers use neither of them.
+docs/formats.md has the table. The byte order flag and the count are often wrong, so readers use neither.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ VERSION: Final = b"\x00\x00\x00\x01"
 """The version of the file format."""
 
 ENTRY_HEADER_SIZE: Final = 8
-"""The bytes of an entry before its block."""
+"""The number of bytes of an entry before its block."""
 
 MAX_BLOCK_SIZE: Final = 1 << 24
 """The maximal plausible size of a block in bytes."""
@@ -49,7 +49,7 @@ _ENTRY: Final = struct.Struct("<II")
 _UINT32: Final = 0xFFFFFFFF
 
 HEADER_SIZE: Final = FLAG_OFFSET + _FIELDS.size
-"""The bytes before the first entry."""
+"""The number of bytes before the first entry."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class Header:
     :param count: the stated number of entries, 0 for unknown.
     :param kind: the type of the interface.
     :param hash: the hash of the type, 16 bytes.
-    :param data_size: the bytes of a block.
+    :param data_size: the number of bytes of a block.
     :param start_us: the start of the logger in microseconds since the epoch.
     :param schema: the definition of the type; None if no definition fits the blocks.
     :param problem: the reason for a missing or doubtful schema; otherwise empty.
@@ -84,7 +84,7 @@ class Header:
 
     @property
     def entry_size(self) -> int:
-        """The bytes of an entry."""
+        """The number of bytes of an entry."""
         return ENTRY_HEADER_SIZE + self.data_size
 
     @property
@@ -119,7 +119,7 @@ def read_header(head: bytes, path: Path, registry: InterfaceRegistry) -> Header:
         raise TraceError(
             "the header is not valid for a bblogger file",
             file=path,
-            hint="the file is damaged, of a Fawkes before 2015-03, or of a big-endian machine",
+            hint="the file is damaged, or from a Fawkes before 2015-03 or a big-endian machine",
         )
     scenario, kind, interface_id = map(decode_padded_text, texts)
     start_us = seconds * MICROSECONDS + microseconds
@@ -159,7 +159,7 @@ def pack_header(
     :param scenario: a name, cut to 31 bytes.
     :param uid: ``Type::id``, cut to 47 and 63 bytes.
     :param version: the hash of the interface type, 16 bytes.
-    :param data_size: bytes of a block.
+    :param data_size: the number of bytes of a block.
     :param start_us: the reference of the entries' times, in microseconds since the epoch.
     :param count: the number of entries, 0 for unknown.
     """

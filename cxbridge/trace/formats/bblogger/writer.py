@@ -58,7 +58,9 @@ class BBLoggerWriter(RunWriter):
             for path in self._files_of_earlier_run():
                 path.unlink()
         if not os.access(self.folder, os.W_OK | os.X_OK):
-            raise TraceError("no file can be made in this folder", file=folder, hint="see its permissions")
+            raise TraceError(
+                "no file can be created in this folder", file=folder, hint="check its permissions"
+            )
 
     def _files_of_earlier_run(self) -> list[Path]:
         """Return the files of an earlier run with the same scenario and start."""

@@ -31,7 +31,7 @@ SOURCE_NAME: Final = "cxbridge.source"
 
 # Larger sizes count as damage.
 MAX_RECORD_SIZE: Final = 256 * 1024 * 1024
-"""The maximal bytes of a record and of an unpacked chunk."""
+"""The maximal number of bytes of a record, and of an unpacked chunk."""
 
 HEADER: Final = 0x01
 FOOTER: Final = 0x02
@@ -60,7 +60,7 @@ class Record(Struct, frozen=True):
 
     :param kind: one of the constants above.
     :param start: the offset of its content.
-    :param size: bytes of its content.
+    :param size: the number of bytes of its content.
     :param is_complete: whether the file contains all of it.
     """
 
@@ -187,7 +187,7 @@ def read_attachment_head(file: IO[bytes], record: Record) -> StoredAttachment:
     name, media_type, size = fields.read_text(), fields.read_text(), fields.read_uint64()
     start = record.start + fields.offset
     if start + size + _CRC.size != record.start + record.size:
-        raise DamageError("an attachment of another size than it says")
+        raise DamageError("an attachment whose size differs from the stated size")
     return StoredAttachment(name, media_type, time_ns, start, size)
 
 
@@ -232,7 +232,7 @@ def _decompress(compression: str, data: bytes, size: int) -> bytes:
     if not compression:
         return data
     if compression not in ("lz4", "zstd"):
-        raise DamageError(f"a chunk that is packed as {compression!r}")
+        raise DamageError(f"a chunk that is compressed as {compression!r}")
     try:
         import lz4.frame  # noqa: PLC0415 - an extra: only other programs write packed files
         import zstandard  # noqa: PLC0415 - as above

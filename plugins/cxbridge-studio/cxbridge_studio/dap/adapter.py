@@ -64,20 +64,24 @@ class Adapter:
         self._target: Target | None = None
         self._stop_view: StopView | None = None
         self._run_phase = SessionPhase.LAUNCHED
-        self._is_initialized = self._is_over = self._is_checked = False
+        self._is_initialized = self._is_over = self._are_breakpoints_verified = False
         self._sends_invalidated = False
         self.problem = ""
-        after_initialize, after_launch, target_stop = (
+        after_initialize, after_launch, stopped = (
             phases.AFTER_INITIALIZE,
-            phases.LAUNCHED,
+            phases.AFTER_LAUNCH,
             SessionPhase.STOPPED,
         )
-        thread, frame, nothing = protocol.ThreadArguments, protocol.FrameArguments, protocol.Nothing
+        thread_arguments, frame_arguments, no_arguments = (
+            protocol.ThreadArguments,
+            protocol.FrameArguments,
+            protocol.Nothing,
+        )
         # by request: the type of its arguments, its handler, and the phases in which the request is valid
         self._handlers: Mapping[str, tuple[type[Any], Callable[[Any], Any], SessionPhase]] = {
             "initialize": (protocol.InitializeArguments, self._initialize, SessionPhase.NEW),
             "launch": (dict[str, Any], self._launch, SessionPhase.READY),
-            "configurationDone": (nothing, self._configuration_done, SessionPhase.LAUNCHED),
+            "configurationDone": (no_arguments, self._configuration_done, SessionPhase.LAUNCHED),
             "setBreakpoints": (
                 protocol.SetBreakpointsArguments,
                 self._set_line_breakpoints,
@@ -98,24 +102,24 @@ class Adapter:
                 self._list_breakpoint_lines,
                 after_initialize,
             ),
-            "threads": (nothing, self._list_threads, after_launch),
-            "stackTrace": (protocol.StackTraceArguments, self._get_stack_trace, target_stop),
-            "scopes": (frame, self._list_scopes, target_stop),
-            "variables": (protocol.VariablesArguments, self._list_variables, target_stop),
-            "setVariable": (protocol.SetVariableArguments, self._set_variable, target_stop),
-            "evaluate": (protocol.EvaluateArguments, self._evaluate, target_stop),
+            "threads": (no_arguments, self._list_threads, after_launch),
+            "stackTrace": (protocol.StackTraceArguments, self._get_stack_trace, stopped),
+            "scopes": (frame_arguments, self._list_scopes, stopped),
+            "variables": (protocol.VariablesArguments, self._list_variables, stopped),
+            "setVariable": (protocol.SetVariableArguments, self._set_variable, stopped),
+            "evaluate": (protocol.EvaluateArguments, self._evaluate, stopped),
             "source": (protocol.SourceArguments, self._get_source, after_initialize),
-            "loadedSources": (nothing, self._list_loaded_sources, after_launch),
-            "stepInTargets": (frame, self._list_step_targets, target_stop),
-            "continue": (thread, self._continue, target_stop),
-            "stepIn": (protocol.StepInArguments, self._step_in, target_stop),
-            "next": (thread, lambda arguments: self._step(arguments, "transition"), target_stop),
-            "stepOut": (thread, lambda arguments: self._step(arguments, "loop"), target_stop),
-            "stepBack": (thread, lambda arguments: self._go_back(arguments, "rule"), target_stop),
-            "reverseContinue": (thread, lambda arguments: self._go_back(arguments, ""), target_stop),
-            "pause": (thread, self._pause, SessionPhase.RUNNING),
-            "terminate": (nothing, self._terminate, after_launch),
-            "disconnect": (nothing, self._disconnect, phases.ANY_PHASE),
+            "loadedSources": (no_arguments, self._list_loaded_sources, after_launch),
+            "stepInTargets": (frame_arguments, self._list_step_targets, stopped),
+            "continue": (thread_arguments, self._continue, stopped),
+            "stepIn": (protocol.StepInArguments, self._step_in, stopped),
+            "next": (thread_arguments, lambda arguments: self._step(arguments, "transition"), stopped),
+            "stepOut": (thread_arguments, lambda arguments: self._step(arguments, "loop"), stopped),
+            "stepBack": (thread_arguments, lambda arguments: self._go_back(arguments, "rule"), stopped),
+            "reverseContinue": (thread_arguments, lambda arguments: self._go_back(arguments, ""), stopped),
+            "pause": (thread_arguments, self._pause, SessionPhase.RUNNING),
+            "terminate": (no_arguments, self._terminate, after_launch),
+            "disconnect": (no_arguments, self._disconnect, phases.ANY_PHASE),
         }
 
     @property
@@ -194,7 +198,7 @@ class Adapter:
     def _execute_request(self, request: protocol.Request) -> Any:
         """Return the body of the response."""
         if request.command not in self._handlers:
-            raise CxbridgeError(f"there is no request '{request.command}' here")
+            raise CxbridgeError(f"there is no request '{request.command}'")
         arguments_type, handler, allowed_phases = self._handlers[request.command]
         arguments = protocol.parse_arguments(request, arguments_type)
         check_phase(request.command, allowed_phases, self._phase)
@@ -206,8 +210,8 @@ class Adapter:
         """Execute the queued requests, and report breakpoints whose state has changed."""
         while not self._requests.empty():
             self._handle_request(self._requests.get())
-        if not self._is_checked and self._current_target.is_loaded:
-            self._is_checked = True
+        if not self._are_breakpoints_verified and self._current_target.is_loaded:
+            self._are_breakpoints_verified = True
             for state in self._breakpoints.update_states():
                 self.send_event("breakpoint", {"reason": "changed", "breakpoint": state})
 
@@ -257,9 +261,9 @@ class Adapter:
 
     def _initialize(self, arguments: protocol.InitializeArguments) -> Mapping[str, Any]:
         if not arguments.lines_start_at1 or not arguments.columns_start_at1:
-            raise CxbridgeError("lines and columns are counted from 1 here")
+            raise CxbridgeError("lines and columns must be counted from 1")
         if arguments.path_format != "path":
-            raise CxbridgeError(f"files are named by their paths here, not as '{arguments.path_format}'")
+            raise CxbridgeError(f"files must be named by their paths, not as '{arguments.path_format}'")
         self._is_initialized = True
         self._sends_invalidated = arguments.supports_invalidated_event
         return CAPABILITIES
@@ -304,7 +308,7 @@ class Adapter:
         agents = self._current_target.agents
         if not 0 < number <= len(agents):
             threads = ", ".join(f"{thread} ({name})" for thread, name in enumerate(agents, start=1))
-            raise CxbridgeError(f"there is no thread {number}", hint=f"there are: {threads or 'none'}")
+            raise CxbridgeError(f"there is no thread {number}", hint=f"the threads are {threads or 'none'}")
 
     def _list_threads(self, _arguments: protocol.Nothing) -> Mapping[str, Any]:
         agents = () if self._phase is SessionPhase.OVER else self._current_target.agents
@@ -379,11 +383,11 @@ class Adapter:
         return {"allThreadsContinued": True}
 
     def _step_in(self, arguments: protocol.StepInArguments) -> None:
-        target = 1 if arguments.target_id is None else arguments.target_id
+        target_id = 1 if arguments.target_id is None else arguments.target_id
         steps = self._possible_steps()
-        if target not in steps:
-            raise CxbridgeError(f"there is no target {target} to step into")
-        unit, _ = steps[target]
+        if target_id not in steps:
+            raise CxbridgeError(f"there is no target {target_id} to step into")
+        unit, _ = steps[target_id]
         self._step(arguments, unit)
 
     def _step(self, arguments: protocol.ThreadArguments, unit: str) -> None:

@@ -51,12 +51,12 @@ def find_bindings(
     indices = parse_basis(basis)
     changes = [change for index in dict.fromkeys(indices) if (change := fact(index)) is not None]
     if len(changes) < len(set(indices)):
-        raise ClipsError("a fact that the rule fired for is not known any more")
+        raise ClipsError("a fact that the rule fired for is no longer known")
     names = {pattern.template for pattern in find_patterns(condition.ces)}
     templates_of_rule = {name: template for name, template in snapshot.templates.items() if name in names}
     templates, rows = parse_rows(changes, templates_of_rule)
     with Matcher(replace(snapshot, templates=templates, facts=tuple(rows), needs_all_facts=False)) as matcher:
-        failure = ClipsError("the facts do not match the condition any more")
+        failure = ClipsError("the facts no longer match the condition")
         for ces in islice(_expand_alternatives(condition.ces), _MAX_BRANCHES):
             fact_patterns = [ce for ce in ces if isinstance(ce, PatternCE)]
             if len(fact_patterns) != len(indices):
@@ -101,7 +101,7 @@ def _match_variables(
 ) -> dict[str, Value] | None:
     """Return the variables of the match with these facts in this order; None if there is none.
 
-    :param is_loose: whether to leave out the tests and the constraints of the slots.
+    :param without_tests: whether to leave out the tests and the constraints of the slots.
     """
     if not fact_patterns:
         return {}

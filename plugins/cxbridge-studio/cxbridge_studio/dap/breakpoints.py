@@ -161,11 +161,13 @@ class Breakpoints:
     ) -> list[protocol.Breakpoint]:
         """Replace the breakpoints on failures and return their states."""
         if arguments.exception_options or any(option.condition for option in arguments.filter_options):
-            raise CxbridgeError("exception filters have no conditions and options here")
+            raise CxbridgeError("exception filters cannot have conditions or options")
         names = [*arguments.filters, *(option.filter_id for option in arguments.filter_options)]
         unknown = [name for name in names if name not in FILTERS]
         if unknown:
-            raise CxbridgeError(f"there is no filter '{unknown[0]}'", hint=f"there are: {', '.join(FILTERS)}")
+            raise CxbridgeError(
+                f"there is no filter '{unknown[0]}'", hint=f"the filters are {', '.join(FILTERS)}"
+            )
         breakpoints = {
             self._new_number(): parse_breakpoint(spec) for _, spec in map(FILTERS.__getitem__, names)
         }

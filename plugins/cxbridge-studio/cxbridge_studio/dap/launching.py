@@ -41,20 +41,20 @@ def make_target(arguments: Mapping[str, Any]) -> Target:
     stops_at_actions = _take_flag(run_arguments, "stopInRules", default=True) and not without_stops
     if recording:
         if run_arguments:
-            raise CxbridgeError(f"'{next(iter(run_arguments))}' does not go with a recording")
+            raise CxbridgeError(f"'{next(iter(run_arguments))}' cannot be used with a recording")
         # imported here, since a session with a run does not need these modules
         from cxbridge.trace.formats.registry import open_run  # noqa: PLC0415
         from cxbridge_studio.dap.recorded import RecordedRun  # noqa: PLC0415
 
         return RecordedRun(open_run(recording), env or None)
     if env:
-        raise CxbridgeError("'env' goes with a recording")
+        raise CxbridgeError("'env' can only be used with a recording")
     # imported here, since a session with a recording does not need these modules
     from cxbridge.run.program.plain_options import plain_options  # noqa: PLC0415
     from cxbridge_studio.dap.live import LiveRun  # noqa: PLC0415
 
     if any(name in run_arguments for name in _UNSUPPORTED_OPTIONS):
-        raise CxbridgeError("a replay is not debugged", hint="name the recording with 'recording'")
+        raise CxbridgeError("a replay cannot be debugged", hint="name the recording with 'recording'")
     return LiveRun(
         plain_options(run_arguments), stop_on_entry=stop_on_entry, stops_at_actions=stops_at_actions
     )
@@ -63,7 +63,7 @@ def make_target(arguments: Mapping[str, Any]) -> Target:
 def _take_text(arguments: dict[str, Any], name: str) -> str:
     value = arguments.pop(name, "")
     if not isinstance(value, str):
-        raise CxbridgeError(f"'{name}' must be a text")
+        raise CxbridgeError(f"'{name}' must be a string")
     return value
 
 

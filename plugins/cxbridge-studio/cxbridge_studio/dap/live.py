@@ -154,7 +154,7 @@ class LiveRun(Target):
     def _explain_missing(agent: DebuggedAgent, rule: str, file: Path) -> str:
         rule_position = agent.rule_position(rule)
         if rule_position is not None and rule_position.file != file:
-            return f"the rule {rule} that was loaded is that of {rule_position.file}:{rule_position.line}"
+            return f"the rule {rule} that was loaded is the one in {rule_position.file}:{rule_position.line}"
         book = read_rulebook(agent.env, agent.run.paths.clips_dirs)
         if rule in book.rules:
             return ""

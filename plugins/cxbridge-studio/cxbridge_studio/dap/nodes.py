@@ -60,16 +60,16 @@ class _TrackedFact:
     """A fact and its later versions: each change of a fact makes a new fact with another index."""
 
     def __init__(self, stopped_env: StoppedEnvironment, fact: FactChange) -> None:
-        self._moment = stopped_env
+        self._stopped_env = stopped_env
         self._first_version = fact
 
     @property
     def _current(self) -> FactChange:
         """The latest version of the fact; the first version if no later version is known."""
         index = self._first_version.index
-        while index in self._moment.changed_indices:
-            index = self._moment.changed_indices[index]
-        fact = None if index == self._first_version.index else self._moment.fact(index)
+        while index in self._stopped_env.changed_indices:
+            index = self._stopped_env.changed_indices[index]
+        fact = None if index == self._first_version.index else self._stopped_env.fact(index)
         return fact or self._first_version
 
     def nodes(self) -> list[VariableNode]:
@@ -80,7 +80,7 @@ class _TrackedFact:
 
     def _set_slot(self, slot: str, text: str) -> str:
         index = self._current.index
-        self._moment.changed_indices[index] = self._moment.modify(index, slot, text)
+        self._stopped_env.changed_indices[index] = self._stopped_env.modify(index, slot, text)
         return read_slots(self._current).get(slot, text)
 
 
@@ -180,6 +180,6 @@ def _fact_nodes(stopped_env: StoppedEnvironment, template: str) -> list[Variable
     facts = stopped_env.facts(template)
     nodes = [make_fact_node(stopped_env, fact) for fact in facts[:MAX_ROWS]]
     if len(facts) > MAX_ROWS:
-        text = f"{len(facts) - MAX_ROWS} more; a pattern in the console finds some"
+        text = f"{len(facts) - MAX_ROWS} more; a pattern in the console can select them"
         nodes.append(VariableNode("...", text))
     return nodes

@@ -19,7 +19,7 @@ class SessionPhase(Flag):
 
 ANY_PHASE: Final = ~SessionPhase(0)
 AFTER_INITIALIZE: Final = ANY_PHASE & ~SessionPhase.NEW  # any phase after `initialize`
-LAUNCHED: Final = AFTER_INITIALIZE & ~SessionPhase.READY  # any phase after `launch`
+AFTER_LAUNCH: Final = AFTER_INITIALIZE & ~SessionPhase.READY  # any phase after `launch`
 
 # the errors about invalid requests, by the current phase
 _PHASE_ERRORS: Final = {
@@ -27,14 +27,14 @@ _PHASE_ERRORS: Final = {
     SessionPhase.READY: "nothing has been launched",
     SessionPhase.LAUNCHED: "nothing is stopped now: nothing runs before the request 'configurationDone'",
     SessionPhase.RUNNING: "nothing is stopped now",
-    SessionPhase.STOPPED: "it is stopped already",
+    SessionPhase.STOPPED: "the run is stopped already",
     SessionPhase.OVER: "the run is over",
 }
 # the errors about a repetition of requests that a session may have only once
 _REPETITION_ERRORS: Final = {
     "initialize": "the session is initialized already",
     "launch": "something has been launched already",
-    "configurationDone": "it runs already",
+    "configurationDone": "the run has started already",
 }
 
 

@@ -50,7 +50,7 @@ class Nothing(ProtocolObject):
 def parse_arguments(request: Request, arguments_type: type[_T]) -> _T:
     """Return the arguments of a request.
 
-    :raises msgspec.DecodeError: if the arguments have another structure.
+    :raises msgspec.DecodeError: if the arguments have a different structure.
     """
     # without nulls, since some clients send null for a missing value
     values = msgspec.json.decode(request.arguments)

@@ -142,7 +142,7 @@ class RecordedRun(Target):
         if not names or env not in (None, *names):
             raise CxbridgeError(
                 f"{run.path} has no rules or transitions" + (f" of '{env}'" if env else ""),
-                hint=f"there are environments: {', '.join(names) or 'none'}",
+                hint=f"the environments are {', '.join(names) or 'none'}",
             )
         self._env = env or names[0]
         self._sources = _RecordedSources.from_run(run, self._env)

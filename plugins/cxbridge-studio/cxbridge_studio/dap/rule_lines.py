@@ -28,7 +28,7 @@ class RuleAction:
 
     :param start: the offset of the action in the text.
     :param line: the first line of the action, from 1.
-    :param names: the variables that are bound at the action in any case, without ``?``.
+    :param names: the variables that are always bound at the action, without ``?``.
     """
 
     start: int

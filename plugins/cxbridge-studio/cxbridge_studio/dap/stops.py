@@ -117,7 +117,7 @@ class StopView:
         """
         node = next((node for node in self._nodes(reference) if node.name == name), None)
         if node is None or node.set_value is None:
-            raise CxbridgeError(f"{name} cannot be changed: slots of facts can")
+            raise CxbridgeError(f"{name} cannot be changed: only slots of facts can")
         value = node.set_value(text)
         self.discard_cache()
         return value

@@ -107,7 +107,7 @@ class StoppedEnvironment(ABC):
 
         :raises CxbridgeError: if facts are read-only or the value is invalid.
         """
-        raise CxbridgeError(f"slot {slot} of f-{index} cannot become {text}: this is a recording")
+        raise CxbridgeError(f"slot {slot} of f-{index} cannot be set to {text}: this is a recording")
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,7 +116,7 @@ class TargetStop:
 
     :param agent: the number of the agent, from 1.
     :param reason: the protocol's name of the reason.
-    :param moment: the state of the agent.
+    :param stopped_env: the state of the agent.
     :param breakpoint: the client's number of the breakpoint; 0 without a breakpoint.
     """
 
@@ -133,7 +133,7 @@ class DebugClient(Protocol):
     def handle_queued_requests(self) -> None:
         """Execute the queued requests."""
 
-    def serve_stop(self, stopped: TargetStop, is_over: Callable[[], bool]) -> None:
+    def serve_stop(self, target_stop: TargetStop, is_over: Callable[[], bool]) -> None:
         """Execute requests until a request resumes the run.
 
         :param is_over: returns whether the stop is over.

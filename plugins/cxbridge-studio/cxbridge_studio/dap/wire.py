@@ -54,7 +54,7 @@ class Wire:
             raise WireError(f"this is not a request of the debug adapter protocol: {error}") from error
 
     def _read_exactly(self, length: int) -> bytes | None:
-        """Return the next ``length`` bytes; None if the stream ends before."""
+        """Return the next ``length`` bytes; None if the stream ends earlier."""
         chunks: list[bytes] = []
         while length > 0:
             chunk = self._source.read(length)

@@ -26,8 +26,8 @@ class Context(Struct, frozen=True):
     :param word: the part of the word before the cursor.
     :param heads: the heads of the enclosing lists, innermost first, without a list whose head is at the
         cursor.
-    :param at_head: whether the word is the head of its list.
-    :param in_condition: whether the cursor is before the arrow of a rule.
+    :param is_at_head: whether the word is the head of its list.
+    :param is_in_condition: whether the cursor is before the arrow of a rule.
     :param template: the template of the enclosing fact or pattern; empty outside of facts and patterns.
     :param text: the construct up to the word.
     :param pattern: the enclosing pattern or fact up to the word.

@@ -135,7 +135,7 @@ def _check_template(
     mention = placed.piece.mentions[index]
     name = mention.name.text
     if name in definitions.slots or name in session.knowledge.templates or name == "object":
-        return None
+        return None  # `object` is the pattern of CLIPS for instances of classes
     following = placed.piece.mentions[index + 1 : index + 2]
     slots = [
         mention for mention in following if mention.name.kind is NameKind.SLOT and mention.name.owner == name

@@ -92,7 +92,7 @@ def check_renamable(session: Session, mention: Mention) -> None:
     """
     name = mention.name
     if name.kind in _FIXED_KINDS:
-        raise CxbridgeError(f"the name of a {name.kind.value} is not only in files of the agent")
+        raise CxbridgeError(f"the name of a {name.kind.value} is also used outside of the agent's files")
     definitions_of_name = session.model.definitions(name)
     if not definitions_of_name and name.kind is not NameKind.GOAL_CLASS:
         raise CxbridgeError(f"no file defines the {name.kind.value} '{name.text}'")

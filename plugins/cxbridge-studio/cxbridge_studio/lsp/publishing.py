@@ -1,6 +1,6 @@
 """Makes the diagnostics of a file from the findings of the last check and from the mistakes in its text.
 
-After a change of a file, its text decides about the findings that need only the text.
+After a change of a file, the findings that need only its text come from the changed text.
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ _MAX_FILES: Final = 5000
 class Session:
     """The state of the server.
 
-    :ivar loaded: the paths of the files that the spec loads; empty without a spec.
+    :ivar loaded_files: the paths of the files that the spec loads; empty without a spec.
     :ivar library: the paths of the host's files, which every agent has.
     :ivar knowledge: the result of the last examination.
     :ivar root: the folder that is open in the editor; None if no folder is open.

@@ -123,7 +123,7 @@ def _make_note(noun: str, lists_by_noun: TruncatedList[Any]) -> str:
     """Return the warning about omitted events."""
     return (
         f"{lists_by_noun.lost} of {lists_by_noun.total} {noun} are omitted from the middle of the run: "
-        "'cxbridge trace cat' has them."
+        "'cxbridge trace cat' shows them."
     )
 
 

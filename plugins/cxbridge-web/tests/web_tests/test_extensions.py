@@ -149,7 +149,7 @@ def test_messages_are_sent_and_what_is_wrong_is_told(there):
     mouth = daemon.board.open_for_writing("SpeechSynthInterface", "mouth", owner="test")
     say = {"type": "Say", "fields": {"text": "a" * 1025}}
     answer = client.ask("POST", "/api/cxbridge/blackboard/SpeechSynthInterface/mouth/messages", say)
-    assert (answer.status, "this text for text has 1025 bytes" in answer.text) == (400, True), answer.text
+    assert (answer.status, "the text for text has 1025 bytes" in answer.text) == (400, True), answer.text
     mouth.close()
     assert client.ask("POST", path.replace("lamp", "nope"), {"type": "Set"}).status == 404
     lamp.close()

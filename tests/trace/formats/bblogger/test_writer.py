@@ -214,5 +214,5 @@ def test_a_folder_that_cannot_be_written_is_told_at_once(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("os.access", lambda *_: False)  # who runs the tests may be allowed everything
-    with pytest.raises(TraceError, match="no file can be made in this folder"):
+    with pytest.raises(TraceError, match="no file can be created in this folder"):
         make(tmp_path)

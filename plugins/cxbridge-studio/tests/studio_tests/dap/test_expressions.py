@@ -83,7 +83,7 @@ def test_of_facts_that_match_both_ways_those_that_fired_it(env):
 def test_a_fact_that_is_not_known_any_more(env):
     env.build("(defrule r (level ?n) =>)")
     bare = take_snapshot(env, "r", max_facts=0)
-    with pytest.raises(ClipsError, match="is not known any more"):
+    with pytest.raises(ClipsError, match="is no longer known"):
         find_bindings(bare, "f-1", lambda _index: None)
 
 

@@ -177,4 +177,4 @@ def test_of_an_environment_that_is_not_there(client, recording):
     client.ask("initialize", adapterID="cxbridge")
     message = client.answer("launch", recording=str(recording), env="nobody")["message"]
     assert "of 'nobody'" in message
-    assert "there are environments: executive" in message
+    assert "the environments are executive" in message

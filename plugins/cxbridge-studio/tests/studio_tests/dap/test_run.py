@@ -256,9 +256,9 @@ def test_no_message_of_the_protocol(client):
         ({}, "no scenario given"),
         ({"scenario": "nowhere"}, "nowhere"),
         ({"scenario": "test-scenario", "skilldirs": []}, "a run has no option 'skilldirs'"),
-        ({"scenario": "test-scenario", "recording": "x.mcap"}, "does not go with a recording"),
+        ({"scenario": "test-scenario", "recording": "x.mcap"}, "cannot be used with a recording"),
         ({"recording": "x.mcap"}, "x.mcap"),
-        ({"scenario": "test-scenario", "replay": "x.mcap"}, "a replay is not debugged"),
+        ({"scenario": "test-scenario", "replay": "x.mcap"}, "a replay cannot be debugged"),
         ({"scenario": 3}, "scenario"),
         ({"scenario": "test-scenario", "timeout": "long"}, "timeout"),
         ({"scenario": "test-scenario", "cwd": "/nowhere/at/all"}, "'cwd' cannot be"),
@@ -301,7 +301,7 @@ def test_a_rule_that_was_not_loaded(client, tmp_path):
     changes = [client.event("breakpoint")["breakpoint"] for _ in made]
     assert [(each["id"], each["verified"]) for each in changes] == [(each["id"], False) for each in made]
     assert changes[0]["message"] == "the spec does not load other.clp"
-    assert "the rule talk-begin that was loaded is that of" in changes[1]["message"]
+    assert "the rule talk-begin that was loaded is the one in" in changes[1]["message"]
 
 
 def test_the_lines_and_files_to_stop_at(client):

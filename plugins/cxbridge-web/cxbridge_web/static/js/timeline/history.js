@@ -348,7 +348,7 @@ export class History {
       else if (type === "FEEDBACK") {
         call.feedbacks = (call.feedbacks || 0) + 1;
         const last = (Math.round(progress * 100) + "% " + status).trimEnd();
-        call.text = text + ": " + call.feedbacks + " times feedback, the last: " + last;
+        call.text = text + ": " + call.feedbacks + " feedback messages, the last: " + last;
       } else if (type === "FINISH")
         this.endCall(call, succeeded ? "S_FINAL" : "S_FAILED", succeeded ? "" : status);
     }
