@@ -82,7 +82,7 @@ class ExecutionOptions:
 
     @property
     def process_count(self) -> int:
-        """The number of parallel runs."""
+        """The number of parallel runs: as requested, or by default one per core."""
         if self.jobs is not None:
             return self.jobs
         # In a container, a process may use fewer cores than the machine has.
@@ -93,8 +93,10 @@ class ExecutionOptions:
         if self.jobs is not None and self.jobs < 1:
             raise CxbridgeError(f"--jobs cannot be {self.jobs}", hint="use 1 or more")
         if not self.patience_s > 0:
-            raise CxbridgeError(f"--patience cannot be {self.patience_s:g}", hint="use seconds, more than 0")
+            raise CxbridgeError(
+                f"--patience cannot be {self.patience_s:g}", hint="use a number of seconds greater than 0"
+            )
         if self.fork and not HAS_FORK:
             raise CxbridgeError(
-                "this system cannot fork", hint="leave --fork out: each run starts from the beginning"
+                "this system cannot fork", hint="omit --fork; each run then starts from the beginning"
             )

@@ -17,16 +17,16 @@ from cxbridge_studio.check.findings import Code, Finding, Severity, make_error_f
 WORLD_CODE: Final = Code(
     "CX121",
     Severity.ERROR,
-    "the world is wrong",
+    "the world is invalid",
     "The world.yaml beside the scenario cannot be read, or names a skill, an interface, a field or an agent "
     "that the scenario does not have. Neither cxbridge explore nor cxbridge sweep plays the scenario.",
 )
 PROPERTIES_CODE: Final = Code(
     "CX122",
     Severity.ERROR,
-    "a property is wrong",
-    "The properties.yaml beside the scenario cannot be read, or a property in it has no known form, or "
-    "the name of another property. cxbridge explore does not play the scenario.",
+    "a property is invalid",
+    "The properties.yaml beside the scenario cannot be read, or a property in it has an unknown form "
+    "or the name of another property. cxbridge explore does not play the scenario.",
 )
 
 CODES: Final = (WORLD_CODE, PROPERTIES_CODE)

@@ -41,8 +41,8 @@ from cxbridge_explore.worlds.points import DivergedError
 
 _POLL_S: Final = 0.25  # seconds between two checks of the processes
 _MAX_DEATHS: Final = 3  # number of deaths of processes after which an edge counts as crashed
-_MAX_WAITING_CONNECTIONS: Final = 128  # limit of connections that wait to be accepted
-_CHUNK_BYTES: Final = 65536  # limit of bytes that are read at once
+_MAX_WAITING_CONNECTIONS: Final = 128
+_MAX_READ_BYTES: Final = 65536
 
 
 class _Peer:
@@ -196,7 +196,7 @@ class Coordinator(Closing):
 
     def _receive_reports(self, peer: _Peer) -> None:
         try:
-            data = peer.connection.recv(_CHUNK_BYTES)
+            data = peer.connection.recv(_MAX_READ_BYTES)
         except OSError:
             data = b""  # a reset connection has ended, too
         for report in peer.report_parser.feed(data):
@@ -222,20 +222,20 @@ class Coordinator(Closing):
             case RefusalReport():
                 raise CxbridgeError(report.text)
 
-    def _handle_start(self, peer: _Peer, hello: StartReport) -> None:
-        if hello.edge is None:
+    def _handle_start(self, peer: _Peer, report: StartReport) -> None:
+        if report.edge is None:
             self._is_loaded = self._loader is peer
-            self._loader, peer.pid = peer, hello.pid
-        elif hello.pid:
-            peer.pid = hello.pid
+            self._loader, peer.pid = peer, report.pid
+        elif report.pid:
+            peer.pid = report.pid
             peer.restart_measurement()
         else:  # The parent opens the connection for its copy before the fork; the copy reports its id later.
-            parent = next((peer for peer in self._peers.values() if hello.edge in peer.ordered_edges), None)
+            parent = next((peer for peer in self._peers.values() if report.edge in peer.ordered_edges), None)
             if parent is None:
                 self._disconnect(peer)  # the parent died before the fork, and its edge is pending again
             else:
-                parent.ordered_edges.remove(hello.edge)
-                peer.put_on_edge(hello.edge)
+                parent.ordered_edges.remove(report.edge)
+                peer.put_on_edge(report.edge)
 
     def _handle_choice_point(self, peer: _Peer, report: ChoicePointReport) -> None:
         peer.reported_cpu_s = report.cpu_s
@@ -305,10 +305,10 @@ class Coordinator(Closing):
             forking.kill(peer.pid)
             if peer.edge is None:
                 raise CxbridgeError(
-                    f"the agent is not loaded within {patience_s:g} s of processor time",
+                    f"the agent has not loaded within {patience_s:g} s of processor time",
                     hint="the rules may fire endlessly: check with cxbridge run, or raise --patience",
                 )
-            reason = f"no end of a loop within {patience_s:g} s of processor time"
+            reason = f"a loop has not ended within {patience_s:g} s of processor time"
             self.graph.record_end(peer.edge, Leaf("timed out", reason, 0.0, is_given_up=True))
             self._disconnect(peer)
 

@@ -30,9 +30,9 @@ _FIXTURE_OPTIONS: Final = (
     "config",
 )
 _SCRIPTABLE_KINDS: Final = frozenset({ChoiceKind.SKILL, ChoiceKind.DURATION})
-_DEFAULT_DURATION_S: Final = 1.0  # default duration of a scripted skill, in seconds
+_DEFAULT_DURATION_S: Final = 1.0  # of a scripted skill without a duration
 
-_MAX_IDENTIFIER_LENGTH: Final = 60  # limit of characters
+_MAX_IDENTIFIER_LENGTH: Final = 60
 _NON_WORD_CHARACTERS: Final = re.compile(r"\W+")
 
 

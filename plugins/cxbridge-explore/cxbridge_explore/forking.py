@@ -1,6 +1,6 @@
 """Functions for processes that fork, and for their forked copies.
 
-Windows cannot fork, so that callers check :data:`HAS_FORK` first. Each function raises `NoForkError` there,
+Windows cannot fork, so callers check :data:`HAS_FORK` first. Each function raises `NoForkError` there,
 by a condition that type checkers of Windows understand.
 """
 

@@ -224,27 +224,27 @@ class Graph:
         for number, targets in successors.items():
             for target in targets:
                 predecessors.setdefault(target, set()).add(number)
-        ends = [number for number in range(len(self.nodes)) if number not in open_successors]
-        # Nodes that only lead to ends are removed; the remaining nodes are on a cycle or lead to a cycle.
-        while ends:
-            for number in predecessors.get(ends.pop(), ()):
+        final_nodes = [number for number in range(len(self.nodes)) if number not in open_successors]
+        # Nodes that only lead to ends of runs are removed. The other nodes are on a cycle or lead to a cycle.
+        while final_nodes:
+            for number in predecessors.get(final_nodes.pop(), ()):
                 open_successors[number] -= 1
                 if not open_successors[number]:
-                    ends.append(number)
-        endless = {number for number, count in open_successors.items() if count and number >= 0}
-        return self._first_nodes(endless, successors)
+                    final_nodes.append(number)
+        endless_nodes = {number for number, count in open_successors.items() if count and number >= 0}
+        return self._first_nodes(endless_nodes, successors)
 
     @staticmethod
-    def _first_nodes(endless: set[int], successors: dict[int, list[int]]) -> list[int]:
+    def _first_nodes(endless_nodes: set[int], successors: dict[int, list[int]]) -> list[int]:
         """Return the first node of each cycle."""
         first_nodes = []
         on_cycles: set[int] = set()
-        for number in sorted(endless):
+        for number in sorted(endless_nodes):
             reachable: set[int] = set()
             pending_nodes = [number]
             while pending_nodes:
                 for target in successors.get(pending_nodes.pop(), ()):
-                    if target in endless and target not in reachable:
+                    if target in endless_nodes and target not in reachable:
                         reachable.add(target)
                         pending_nodes.append(target)
             # A node that reaches itself is on a cycle. The further nodes of the cycle are not returned.

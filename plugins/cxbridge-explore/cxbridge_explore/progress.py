@@ -9,7 +9,7 @@ from typing import Final
 from cxbridge_explore.graph import Graph
 
 _LINE_PERIOD_S: Final = 0.2  # seconds between two lines
-_MIN_PAGE_PAUSE_S: Final = 2.0  # minimum of the seconds between two pages
+_MIN_PAGE_PAUSE_S: Final = 2.0
 _PAUSE_FACTOR: Final = 20  # a pause of 20 times the duration of a drawing limits drawing to 5 % of the time
 _MIN_SHARE: Final = 1e-3  # below this share of explored runs, an estimate of the total is meaningless
 

@@ -131,17 +131,17 @@ class GameSetup:
         self._minutes, self.run_options = settings.minutes, run
         refbox = None if settings.refbox_dir is None else Refbox.open(settings.refbox_dir)
         checkouts = source_of(run).checkouts.folders
-        messages = find_message_folder(
+        message_folder = find_message_folder(
             *settings.proto_dirs,
             *(folder / "src/libs/llsf_msgs/rcll-protobuf-msgs" for folder in checkouts),
-            *(() if refbox is None else (refbox.messages,)),
+            *(() if refbox is None else (refbox.message_folder,)),
         )
         self.referee: GameReferee
         if refbox is not None:
-            self.referee = LocalReferee(refbox, messages, settings.referee_config, seed)
+            self.referee = LocalReferee(refbox, message_folder, settings.referee_config, seed)
         else:
             assert settings.referee is not None
-            self.referee = RemoteReferee(settings.referee, messages)
+            self.referee = RemoteReferee(settings.referee, message_folder)
         self.world = RobotWorld(Field(self.referee.machine_facts), self.referee.find_machine)
         self.context = make_base(run)
         config = self.context.config
@@ -150,9 +150,10 @@ class GameSetup:
         self.is_team = bool(config.keys(f"{spec}/{_COORDINATION_PATH}"))
         self.robots = self._configure_robots(config, spec)
         self.world.add_robots(self.robots)
-        # The agent would send tasks to the robots of its simulator over sockets; here robots are Skillers.
+        # The agent would send tasks to the robots of its simulator over sockets.
+        # The robots of a game are Skillers.
         config.set(_SIMULATOR_PATH, False)
-        config.set(_PROTO_DIRS_PATH, [str(messages)])
+        config.set(_PROTO_DIRS_PATH, [str(message_folder)])
         if settings.simtest:
             enable_simtest(config, spec, settings.simtest, checkouts)
         self.referee.configure_agent(config)

@@ -35,8 +35,8 @@ SETUP_S: Final = 15.0
 class Timeline:
     """The timeline of a game.
 
-    :param cyan: the name of team cyan; empty if absent.
-    :param magenta: the name of team magenta; empty if absent.
+    :param cyan_name: the name of team cyan; empty if absent.
+    :param magenta_name: the name of team magenta; empty if absent.
     :param production_s: the seconds of the production phase, after which the game is over.
     """
 
@@ -54,7 +54,7 @@ class Controller(Component):
     """
 
     hooks = (Hook.SENSOR_PREPARE,)
-    description = "Leads through the phases of a game"
+    description = "Leads the referee through the phases of a game"
 
     def __init__(
         self, context: Run, types: MessageTypes, timeline: Timeline, send: Callable[[Message], None]
@@ -110,5 +110,5 @@ class Controller(Component):
         except ProtobufError:
             raise ProtobufError(
                 f"the message definitions have no {MESSAGE_PACKAGE}.{message_type}",
-                hint="they are of another version of the league, or did not compile; see the log",
+                hint="they belong to another version of the league, or did not compile; see the log",
             ) from None

@@ -127,7 +127,7 @@ class LeagueGame(LeagueSettings):
             return read_world(self.world)
         if not self.failures:
             return NOTHING_FAILS
-        failure = SkillFailure(error="the skill has failed, as was drawn", probability=self.failures)
+        failure = SkillFailure(error="a randomly drawn failure", probability=self.failures)
         return WorldModel(default_skill=SkillModel(SkillPattern("*"), (failure,)))
 
     def make(

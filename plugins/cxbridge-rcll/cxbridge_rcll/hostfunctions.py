@@ -66,9 +66,8 @@ class ConfigFunctions:
         if value in (TRUE, FALSE):
             self._config.set(path, value == TRUE)
         elif isinstance(value, str | int | float):
-            self._config.set(
-                path, str(value) if isinstance(value, str) else value
-            )  # str() turns a Symbol into plain text
+            # str() turns a Symbol into plain text
+            self._config.set(path, str(value) if isinstance(value, str) else value)
 
 
 class MachineFunctions:

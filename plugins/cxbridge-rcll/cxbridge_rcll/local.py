@@ -26,13 +26,13 @@ class LocalReferee:
     """A referee in this process: its rules run on the run's clock, and messages need no sockets.
 
     :param refbox: the checkout with the referee's rules.
-    :param messages: the folder with message definitions.
+    :param message_folder: the folder with message definitions.
     :param overlays: files that are laid over the configuration of the checkout.
     :param seed: the seed for the referee's random choices.
     """
 
-    def __init__(self, refbox: Refbox, messages: Path, overlays: Iterable[Path], seed: int) -> None:
-        self._messages = messages
+    def __init__(self, refbox: Refbox, message_folder: Path, overlays: Iterable[Path], seed: int) -> None:
+        self._message_folder = message_folder
         self._network = LocalNetwork()
         self._config = config = refbox.load_configuration(*overlays)
         for station in config.keys(STATIONS_PATH):
@@ -54,13 +54,13 @@ class LocalReferee:
 
         def make_referee(context: Run) -> Component:
             self._referee = Referee(
-                context, self._refbox, self._config, self._messages, self._network, self._seed
+                context, self._refbox, self._config, self._message_folder, self._network, self._seed
             )
             return self._referee
 
         def make_controller(context: Run) -> Component:
             types = MessageTypes(context.bus.logger("Controller").warn)
-            types.add_folders((self._messages,))
+            types.add_folders((self._message_folder,))
             connections = self._network.join(types, NetworkSettings(), context.clock.now_us)
             port = self._config.get_uint(SERVER_PORT_PATH, default=0)
 

@@ -63,7 +63,7 @@ class RefboxOptions:
             if option.default is not MISSING and getattr(self, option.name) != option.default:
                 name = option.name.removesuffix("s") if option.name == "proto_dirs" else option.name
                 raise CxbridgeError(
-                    f"--{name.replace('_', '-')} is for games of the league",
+                    f"--{name.replace('_', '-')} applies only to games of the league",
                     hint="name the referee: --refbox-dir",
                 )
 
@@ -72,10 +72,10 @@ class RefboxOptions:
 class ExploredLeague(RefboxOptions):
     """Options of a league game that is explored."""
 
-    seed: Annotated[int, typer.Option(help="The seed of the game of the league.")] = 0
+    seed: Annotated[int, typer.Option(help="The seed of a game of the league.")] = 0
     minutes: Annotated[
         float,
-        typer.Option(min=0, metavar="M", help="Minutes of the production of the game of the league."),
+        typer.Option(min=0, metavar="M", help="The duration of the production in the league, in minutes."),
     ] = 20.0
 
     def make_exploration(self, options: RunOptions) -> tuple[RunOptions, MakeAssembly]:
@@ -98,20 +98,22 @@ class PlayedLeague(RefboxOptions):
 
     failures: Annotated[
         float,
-        typer.Option(min=0, max=1, metavar="P", help="How likely a skill of a robot fails, in the league."),
+        typer.Option(
+            min=0, max=1, metavar="P", help="The probability that a robot's skill fails, in the league."
+        ),
     ] = 0.0
     referee: Annotated[
         str | None,
         typer.Option(
             metavar="HOST:PORT",
-            help="Play in the league with a referee box that runs there, instead of --refbox-dir.",
+            help="Play in the league with the running referee box at HOST:PORT, instead of --refbox-dir.",
             show_default=False,
         ),
     ] = None
     speed: Annotated[
         float,
         typer.Option(
-            min=0.01, metavar="N", help="How fast time passes for the referee box of --referee: its speedup."
+            min=0.01, metavar="N", help="The speedup of the referee box of --referee: the speed of its time."
         ),
     ] = 1.0
 
@@ -119,7 +121,8 @@ class PlayedLeague(RefboxOptions):
         str,
         typer.Option(
             metavar="TESTBED",
-            help="Let the league's agent test itself, e.g. FULL or ENTER-FIELD: exit status 1 when it fails.",
+            help="Let the league's agent test itself, e.g. FULL or ENTER-FIELD; "
+            "exit status 1 if a test fails.",
             show_default=False,
         ),
     ] = ""
@@ -139,15 +142,17 @@ class PlayedLeague(RefboxOptions):
         from cxbridge_rcll.game import LeagueGame  # noqa: PLC0415 - slow, and help needs no game
 
         if world is not None and self.failures:
-            raise CxbridgeError("--world says what fails, and --failures, too", hint="leave one")
+            raise CxbridgeError("--world and --failures both define the failures", hint="omit one option")
         if run.fawkes_dir is None and not run.overlays:
             raise CxbridgeError(
-                "there is no agent to play",
+                "no agent is named",
                 hint="name the team's checkout with --overlay, and a Fawkes checkout with --fawkes-dir",
             )
         address = self._address()
         if is_series and address is not None:
-            raise CxbridgeError("a referee box plays one game", hint="play many with --refbox-dir")
+            raise CxbridgeError(
+                "a running referee box plays only one game", hint="play several games with --refbox-dir"
+            )
         game = LeagueGame(
             run=run,
             refbox_dir=self.refbox_dir,
@@ -167,13 +172,16 @@ class PlayedLeague(RefboxOptions):
 
         if self.referee is None:
             if self.speed != 1:
-                raise CxbridgeError("--speed is for --referee", hint="a game with --refbox-dir never waits")
+                raise CxbridgeError(
+                    "--speed applies only to --referee",
+                    hint="omit --speed; a game with --refbox-dir never waits",
+                )
             return None
         if self.refbox_dir is not None:
-            raise CxbridgeError("--referee and --refbox-dir both name the referee", hint="leave one")
+            raise CxbridgeError("--referee and --refbox-dir both name the referee", hint="omit one option")
         if self.referee_config:
             raise CxbridgeError(
-                "--referee-config is for --refbox-dir",
-                hint="a referee box that runs has its own configuration",
+                "--referee-config applies only to --refbox-dir",
+                hint="omit --referee-config; a running referee box has its own configuration",
             )
         return Address.parse(self.referee)

@@ -43,8 +43,8 @@ class Refbox(Struct, frozen=True):
         return self.folder / RULES_FOLDER
 
     @property
-    def messages(self) -> Path:
-        """The folder with message definitions, which is empty if the clone lacks its submodules."""
+    def message_folder(self) -> Path:
+        """The folder with message definitions; it is empty if the clone lacks its submodules."""
         return self.folder / MESSAGES_FOLDER
 
     def load_configuration(self, *overlays: Path) -> Configuration:

@@ -34,7 +34,7 @@ class Referee(Component):
     """Supervises a game with the rules of a referee box.
 
     :param config: the configuration of the referee box.
-    :param messages: the folder with message definitions.
+    :param message_folder: the folder with message definitions.
     :param seed: the seed for the referee's random choices.
     :raises CxbridgeError: if the rules do not load.
     """
@@ -47,13 +47,13 @@ class Referee(Component):
         context: Run,
         refbox: Refbox,
         config: Configuration,
-        messages: Path,
+        message_folder: Path,
         network: LocalNetwork,
         seed: int,
     ) -> None:
         self._clock = context.clock
         self.env = env = ClipsEnvironment(ENVIRONMENT, context.bus, "Referee")
-        self._protobuf = ProtobufFeature(ProtobufSettings((messages,)), network.join, templates=False)
+        self._protobuf = ProtobufFeature(ProtobufSettings((message_folder,)), network.join, templates=False)
         try:
             self._define_functions(refbox, config, seed)
             self._time = NumberFact(env.env, "time")

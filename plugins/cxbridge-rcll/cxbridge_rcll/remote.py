@@ -52,7 +52,7 @@ class Address(NamedTuple):
         host, colon, port = text.rpartition(":")
         if not colon or not host or not port.isdigit() or not 0 < int(port) <= _MAX_PORT:
             raise CxbridgeError(
-                f"'{text}' is no address of a referee box", hint="write HOST:PORT, e.g. localhost:4444"
+                f"'{text}' is not the address of a referee box", hint="write HOST:PORT, e.g. localhost:4444"
             )
         return cls(host.strip("[]"), int(port))
 
@@ -63,15 +63,15 @@ class Address(NamedTuple):
 class RemoteReferee:
     """A referee box in another process.
 
-    :param messages: the folder with message definitions.
+    :param message_folder: the folder with message definitions.
     """
 
     connections = None
     faults: Sequence[str] = ()
 
-    def __init__(self, address: Address, messages: Path) -> None:
+    def __init__(self, address: Address, message_folder: Path) -> None:
         self._address = address
-        self._messages = messages
+        self._message_folder = message_folder
         self._client: RefereeClient | None = None
 
     def configure_agent(self, config: Configuration) -> None:
@@ -87,7 +87,7 @@ class RemoteReferee:
         """Yield the factories of the connection to the referee and of its controller."""
 
         def make_client(context: Run) -> Component:
-            self._client = RefereeClient(context, self._address, self._messages)
+            self._client = RefereeClient(context, self._address, self._message_folder)
             return self._client
 
         yield make_client
@@ -128,12 +128,12 @@ class RefereeClient(Component):
     hooks = (Hook.SENSOR_ACQUIRE,)
     description = "Connection to a referee box"
 
-    def __init__(self, context: Run, address: Address, messages: Path) -> None:
+    def __init__(self, context: Run, address: Address, message_folder: Path) -> None:
         self._address = address
         self._clock = context.clock
         self._log = context.bus.logger("Referee")
         self.types = MessageTypes(self._log.warn)
-        self.types.add_folders((messages,))
+        self.types.add_folders((message_folder,))
         self.game = ReportedGame(self._send_payment)
         self._problem = ""
         self._is_lost = False
@@ -155,13 +155,14 @@ class RefereeClient(Component):
             self._receive_messages()
             if self._is_lost:
                 raise CxbridgeError(
-                    f"there is no referee at {self._address}: {self._problem or 'it closes the connection'}",
+                    f"there is no referee at {self._address}: {self._problem or 'the connection was closed'}",
                     hint="start the referee box, or name its server-port",
                 )
             if time.monotonic() > deadline:
                 raise CxbridgeError(
-                    f"{self._address} does not say how its game stands: {self._problem or 'nothing came'}",
-                    hint="is it a referee box, and are the message definitions those of its version?",
+                    f"{self._address} has not reported the state of its game: "
+                    f"{self._problem or 'no message was received'}",
+                    hint="check the address, and the version of the message definitions",
                 )
             time.sleep(_POLL_S)
         if self.game.phase != Phase.PRE_GAME:
@@ -205,7 +206,7 @@ class RefereeClient(Component):
         factor = (self.game.game_time - begin_game_time) / seconds
         if abs(factor - 1) > _MAX_SPEED_ERROR:
             self._log.warn(
-                f"The referee's time passes {factor:.2f} times as fast as the game's: see --speed, and "
+                f"The referee's time passes {factor:.2f} times as fast as the game's; see --speed, and "
                 "/llsfrb/simulation/speedup of the referee box"
             )
         self._are_clocks_compared = True
@@ -216,7 +217,7 @@ class RefereeClient(Component):
             try:
                 self._network.send(self._link_id, make_frame(message))
             except ProtobufError as error:
-                self._log.warn(f"The referee does not get {message.DESCRIPTOR.name}: {error.message}")
+                self._log.warn(f"{message.DESCRIPTOR.name} was not sent to the referee: {error.message}")
 
     def _send_payment(self, machine: str) -> None:
         message = self.types.create(f"{MESSAGE_PACKAGE}.MachineAddBase")
@@ -228,7 +229,8 @@ class RefereeClient(Component):
         """The reason why the game cannot end, if the connection is lost; empty otherwise."""
         if not self._is_lost or self.game.is_over:
             return ""
-        return f"the referee at {self._address} is gone, in {self.game.phase} at {self.game.game_time:g} s"
+        moment = f"in {self.game.phase} at {self.game.game_time:g} s"
+        return f"the referee at {self._address} has disconnected, {moment}"
 
     def close(self) -> None:
         self._network.close()

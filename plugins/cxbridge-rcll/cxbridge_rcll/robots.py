@@ -39,14 +39,14 @@ class Robot:
 
     :param number: the number of the robot, from 1.
     :param workpiece: the workpiece in the robot's gripper.
-    :param last_put: the machine on which the robot last put a workpiece; empty before the first workpiece.
+    :param last_supplied_machine: the machine on which the robot last put a workpiece; empty before the first.
     """
 
     name: str
     number: int
     pose: Pose
     workpiece: Workpiece | None = None
-    last_put: str = ""
+    last_supplied_machine: str = ""
 
 
 @dataclass(slots=True)
@@ -157,13 +157,13 @@ class RobotExecutor(SkillExecutor):
             machine.pay_base()
         else:
             machine.put_workpiece(workpiece)
-            self.robot.last_put = machine.name
+            self.robot.last_supplied_machine = machine.name
 
     def _check_workpiece(self, machine: Workplace, side: str, query: str) -> None:
         is_present = machine.has_workpiece(BeltPosition.INPUT if side == "INPUT" else BeltPosition.OUTPUT)
         if side == "INPUT" and query == "THERE":
             # the machine may have moved the workpiece that this robot has put there
-            is_present |= self.robot.last_put == machine.name
+            is_present |= self.robot.last_supplied_machine == machine.name
         if is_present != (query == "THERE"):
             raise SkillFailedError(f"a workpiece is {'' if is_present else 'not '}at {machine.name} {side}")
 
@@ -207,7 +207,7 @@ class RobotInterfaces(Component):
     """
 
     hooks = (Hook.SENSOR_PROCESS,)
-    description = "What robots tell over the blackboard"
+    description = "Interfaces of the simulated robots"
 
     def __init__(
         self,

@@ -26,11 +26,11 @@ class StationNodes:
     such as ``C-Z42``. No edges are added, since simulated robots drive straight.
 
     :param field: the geometry of the field.
-    :param graph: returns the graph, or raises a CxbridgeError.
+    :param get_graph: returns the graph, or raises a CxbridgeError.
     """
 
-    def __init__(self, field: Field, graph: Callable[[], NavGraph]) -> None:
-        self._field, self._graph = field, graph
+    def __init__(self, field: Field, get_graph: Callable[[], NavGraph]) -> None:
+        self._field, self._get_graph = field, get_graph
         self._station_names: set[str] = set()
 
     def handle(self, message: Any) -> None:
@@ -46,7 +46,7 @@ class StationNodes:
                 self._add_stations()
 
     def _add_stations(self) -> None:
-        graph = self._graph()
+        graph = self._get_graph()
         for name in sorted(self._station_names):
             for node_name in (f"{prefix}{name}-{side}" for prefix in ("", "WAIT-") for side in _SIDES):
                 pose = self._field.find_pose(node_name)
@@ -76,13 +76,13 @@ class StationNodes:
                 if _nearest_distance(pose, machines) >= _MIN_DISTANCE_M
             ]
             while candidates and len(chosen_poses) < WAIT_ZONE_COUNT:
-                # the zone that is the farthest from the chosen zones; the first zone, from the machines
+                # the first zone is the farthest from the machines, each further zone from the chosen zones
                 name, pose = max(
                     candidates, key=lambda zone: _nearest_distance(zone[1], chosen_poses or machines)
                 )
                 chosen_poses.append(pose)
                 candidates.remove((name, pose))
-                self._graph().replace_node(NavGraphNode(name, pose.x, pose.y))
+                self._get_graph().replace_node(NavGraphNode(name, pose.x, pose.y))
 
 
 def _waiting_zones(field: Field, half: str) -> Iterator[tuple[str, Pose]]:

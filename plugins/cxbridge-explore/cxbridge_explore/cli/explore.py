@@ -224,7 +224,7 @@ def _write_counterexamples(
                 options, result.properties, name, path, folder, world, make
             )
         except CxbridgeError as error:
-            complain(f"{name}: there is no counterexample: {error}")
+            complain(f"{name}: no counterexample was written: {error}")
     return replace(result, counterexamples=counterexamples)
 
 

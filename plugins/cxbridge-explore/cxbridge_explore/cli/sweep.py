@@ -125,15 +125,15 @@ def sweep(agent: _AgentOptions, settings: _SweepOptions, outputs: _SweepOutputs)
         sweeps = {name: _play_sweep(engine, name, job, seeds, file) for name, job in jobs.items()}
     wall_seconds = round(time.perf_counter() - start_s, 3)
     _write_files(sweeps, outputs)
-    first, *others = sweeps.values()
+    first, *further = sweeps.values()
     report: dict[str, Any] = {
         **SweepSummary(first).as_dict(),
         "seed": settings.seed,
         "wall_seconds": wall_seconds,
     }
     comparison = None
-    if others:
-        (second,) = others
+    if further:
+        (second,) = further
         report["against"] = SweepSummary(second).as_dict()
         comparison = AgentComparison({row.seed: row for row in first}, {row.seed: row for row in second})
         report["comparison"] = comparison.as_dict()

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from cxbridge.run.agent import Run
     from cxbridge.run.team import Team
 
-PRODUCTION: Final = "PRODUCTION"  # the name of the phase
+PRODUCTION: Final = "PRODUCTION"
 
 
 class GameState(NamedTuple):
@@ -34,7 +34,7 @@ class Judge(Protocol):
     """Reports the state and the score of a game, without influence on the game."""
 
     def watch(self, run: Run | Team) -> None:
-        """Watch a run that is not started yet."""
+        """Watch a run that has not started yet."""
 
     def state(self) -> GameState:
         """Return the current state; called after each loop."""

@@ -112,7 +112,7 @@ def find_chosen_game(groups: Sequence[T]) -> T | None:
     chosen = [group for group in groups if group.is_chosen]
     if len(chosen) > 1:
         names = " and ".join(type(group).__name__ for group in chosen)
-        raise CxbridgeError(f"the options name two games: {names}", hint="leave out the options of one game")
+        raise CxbridgeError(f"the options name two games: {names}", hint="omit the options of one game")
     if not chosen:
         for group in groups:
             group.check_unchosen()

@@ -15,7 +15,7 @@ from cxbridge_explore.spawning import safe_process_pool
 from cxbridge_explore.sweep.statistics import CONFIDENCE, Interval, mean_interval, summarize_sample
 from cxbridge_explore.sweep.summary import rank_differences
 
-_MAX_SEEDS: Final = 10  # limit of listed seeds
+_MAX_LISTED_SEEDS: Final = 10
 
 
 def play_games(
@@ -95,7 +95,7 @@ class Match:
 
     def most_different_games(self) -> Iterator[tuple[int, int, int]]:
         """Yield the seeds with the largest differences, with the points of both agents."""
-        for seed in rank_differences(self._differences())[:_MAX_SEEDS]:
+        for seed in rank_differences(self._differences())[:_MAX_LISTED_SEEDS]:
             yield seed, self.first[seed].points, self.second[seed].points
 
     @property

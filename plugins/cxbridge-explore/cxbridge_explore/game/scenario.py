@@ -95,7 +95,7 @@ def _find_referee_path(config: Configuration, file: Path, name: str) -> str:
         raise CxbridgeError(
             f"this scenario is not a game: its configuration has no {name}",
             file=file,
-            hint="set it to the path of the referee's own value: see docs/games.md",
+            hint="set it to the path of the referee's own value; see docs/games.md",
         )
     if not config.exists(path):
         raise CxbridgeError(f"{name} names '{path}', which the configuration does not have", file=file)

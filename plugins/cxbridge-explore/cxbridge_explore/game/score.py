@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from cxbridge_explore.game.timeline import Timeline
 
-POST_GAME: Final = "POST_GAME"  # phase after the end of a game
+POST_GAME: Final = "POST_GAME"
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,14 +29,14 @@ def compute_explored_coverage(options: RunOptions, used: Iterable[UsedPart]) -> 
 
 def coverage_values(coverage: Coverage) -> dict[str, Any]:
     """Return a coverage as JSON values."""
-    never = [
+    unfired_rules = [
         {"file": file.file, "line": rule.lines[0], "rule": rule.name}
         for file in coverage.files
         for rule, count in file.rules
         if count == 0
     ]
     return {
-        "rules": {"fired": coverage.fired_count, "of": coverage.watched_count, "never": never},
+        "rules": {"fired": coverage.fired_count, "of": coverage.watched_count, "never": unfired_rules},
         "goals": {
             "outcomes": {name: [word for word, _ in ends] for name, ends in coverage.outcomes},
             "modes_never_reached": {name: list(modes) for name, modes in coverage.missing_modes},

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from cxbridge_explore.graph import ROOT_EDGE, Edge, Graph, Leaf
 from cxbridge_explore.worlds.points import USUAL
 
-MERGED, OPEN = "merged", "open"
+MERGED, OPEN = "merged", "open"  # outcomes of rows without an end of a run
 
 
 @dataclass(slots=True)

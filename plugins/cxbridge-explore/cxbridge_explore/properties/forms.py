@@ -64,14 +64,15 @@ class _Reader:
             limit = _parse_seconds(number)
             if limit is None:
                 raise self.mark.error(
-                    f"'within' needs seconds, not '{number}': {self.text}", "e.g. within 30"
+                    f"'within' must be followed by seconds, not by '{number}': {self.text}",
+                    "write e.g. within 30",
                 )
             word = self.read_word()
         if word or self.nodes:
             rest = word or self.nodes[0].text
             raise self.mark.error(
                 f"'{rest}' does not belong in a property: {self.text}",
-                did_you_mean(rest, ("within", "then"), f"properties are: {'; '.join(FORMS)}"),
+                did_you_mean(rest, ("within", "then"), f"the forms are: {'; '.join(FORMS)}"),
             )
         return limit
 
@@ -104,8 +105,8 @@ def read_property(text: str, mark: Mark | None = None) -> Property:
     kind = reader.read_word()
     make_monitor: Callable[[Scene], Monitor]
     if kind not in _FORM_WORDS:
-        hint = did_you_mean(kind, _FORM_WORDS, f"properties are: {'; '.join(FORMS)}")
-        raise mark.error(f"a property begins with {', '.join(_FORM_WORDS)}, not with '{kind}'", hint)
+        hint = did_you_mean(kind, _FORM_WORDS, f"the forms are: {'; '.join(FORMS)}")
+        raise mark.error(f"a property must begin with {', '.join(_FORM_WORDS)}, not with '{kind}'", hint)
     pattern = reader.read_pattern(kind)
     match kind:
         case "eventually":
@@ -119,6 +120,7 @@ def read_property(text: str, mark: Mark | None = None) -> Property:
             make_monitor = partial(NeverMonitor if kind == "never" else AlwaysMonitor, pattern=pattern)
     if reader.read_limit() is not None:
         raise mark.error(
-            f"'{kind}' has no time limit: {text.strip()}", f"the form is: {FORMS[_FORM_WORDS.index(kind)]}"
+            f"'{kind}' cannot have a time limit: {text.strip()}",
+            f"the form is: {FORMS[_FORM_WORDS.index(kind)]}",
         )
     return Property(name, make_monitor, one_line(body), one_line(text))

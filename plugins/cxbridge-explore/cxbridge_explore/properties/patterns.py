@@ -164,5 +164,5 @@ class Probe:
         try:
             self._env.build_unrecorded(f"(defrule {name} {condition} =>)")
         except ClipsError as error:
-            text = f"CLIPS does not take the pattern {self._pattern.text}"
+            text = f"CLIPS rejects the pattern {self._pattern.text}"
             raise self._pattern.mark.error(text, error.message) from None

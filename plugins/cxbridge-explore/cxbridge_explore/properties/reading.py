@@ -16,7 +16,7 @@ from cxbridge_explore.properties.monitor import Property
 
 PROPERTIES_FILE: Final = "properties.yaml"
 
-_EXPECTED_HINT: Final = (
+_LIST_HINT: Final = (
     f"write a list; an entry is one of: {'; '.join(FORMS)}; an entry may have a name: 'NAME: FORM'"
 )
 
@@ -35,7 +35,7 @@ def read_properties(file: Path) -> list[Property]:
         if not isinstance(root, YamlList):
             if isinstance(root, YamlScalar) and root.is_null:
                 continue  # an empty document
-            raise root.mark.error("a list of properties is expected", _EXPECTED_HINT)
+            raise root.mark.error("the file must be a list of properties", _LIST_HINT)
         for item in root.items:
             match item:
                 case YamlScalar(is_null=False):
@@ -43,7 +43,7 @@ def read_properties(file: Path) -> list[Property]:
                 case YamlMap(pairs=[(YamlScalar() as name, YamlScalar() as form)]):
                     properties.append(read_property(f"{name.text}: {form.text}", form.mark))
                 case _:
-                    raise item.mark.error("a property is expected", _EXPECTED_HINT)
+                    raise item.mark.error("the entry must be a property", _LIST_HINT)
     return properties
 
 

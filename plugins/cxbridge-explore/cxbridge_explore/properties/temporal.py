@@ -189,7 +189,7 @@ class AfterMonitor(PatternMonitor):
         self._within_s = within_s
         # By agent and shared values: the seconds of each first match that still lacks a second match.
         self._open_obligations: dict[tuple[str, BoundValues], float] = {}
-        self._has_new_match: set[str] = set()  # agents in which the first pattern matched in this loop
+        self._newly_matched_agents: set[str] = set()  # agents in which the first pattern matched in this loop
         self._earlier_matches: dict[
             str, set[BoundValues]
         ] = {}  # by agent, for a first pattern with an absence
@@ -197,7 +197,7 @@ class AfterMonitor(PatternMonitor):
     def left(self, tables: FactTables) -> None:
         super().left(tables)
         self._earlier_matches.pop(tables.name, None)
-        self._has_new_match.discard(tables.name)
+        self._newly_matched_agents.discard(tables.name)
         self._open_obligations = {
             key: since for key, since in self._open_obligations.items() if key[0] != tables.name
         }
@@ -205,7 +205,7 @@ class AfterMonitor(PatternMonitor):
     def _handle_first_match(self, tables: FactTables, values: BoundValues) -> None:
         self.is_evaluated = True
         self._open_obligations.setdefault((tables.name, values), self.scene.seconds)
-        self._has_new_match.add(tables.name)
+        self._newly_matched_agents.add(tables.name)
 
     def _handle_second_match(self, tables: FactTables, values: BoundValues) -> None:
         self._open_obligations.pop((tables.name, values), None)
@@ -220,10 +220,10 @@ class AfterMonitor(PatternMonitor):
                 self._earlier_matches[tables.name] = current_matches
         for tables, (_, second) in self.probes.items():
             # checked here, since no match is reported if the second pattern has matched before the first
-            if tables.name in self._has_new_match or (has_changed and self._second.requires_absence):
+            if tables.name in self._newly_matched_agents or (has_changed and self._second.requires_absence):
                 for values in second.current_matches():
                     self._handle_second_match(tables, values)
-        self._has_new_match.clear()
+        self._newly_matched_agents.clear()
         if self._within_s is not None:
             for (_, values), since in self._open_obligations.items():
                 if self.scene.seconds - since > self._within_s:

@@ -15,7 +15,7 @@ from cxbridge_explore.sweep.rows import CRASHED, RunRow, SweepJob
 
 # Seeds per task. A run takes about 80 ms, compared to which the scheduler's millisecond per task is small.
 _CHUNK_SEEDS: Final = 32
-_CONNECT_TIMEOUT_S: Final = 30  # limit for connecting to the scheduler
+_CONNECT_TIMEOUT_S: Final = 30
 
 
 class DaskEngine(Closing):
@@ -39,7 +39,7 @@ class DaskEngine(Closing):
             self._client: Any = self._dask.Client(f"tcp://{address}", timeout=_CONNECT_TIMEOUT_S)
         except (OSError, ValueError) as error:
             raise CxbridgeError(
-                f"no Dask scheduler answers at {address}: {error}", hint="start a scheduler: dask scheduler"
+                f"no Dask scheduler replies at {address}: {error}", hint="start a scheduler: dask scheduler"
             ) from error
 
     def play_seeds(self, job: SweepJob, seeds: Sequence[int]) -> Iterator[RunRow]:

@@ -42,10 +42,10 @@ def play_seed(job: SweepJob, seed: int, chooser: Chooser) -> RunRow:
     :raises CxbridgeError: if the scenario or the world is invalid.
     """
     start_s = time.process_time()
-    tally = GoalCounter()
+    goal_counter = GoalCounter()
     world = None if job.world is None else read_world(job.world)
     with JudgedRun(job.options, chooser, world) as run:
-        run.world.assembly.bus.subscribe(tally, GoalTransition)
+        run.world.assembly.bus.subscribe(goal_counter, GoalTransition)
         ended, result = run.play()
     calls = Counter(_skill_call_subjects(result.choices))
     unusual = [choice for choice in result.choices if choice.option]
@@ -57,7 +57,7 @@ def play_seed(job: SweepJob, seed: int, chooser: Chooser) -> RunRow:
         calls=calls.total(),
         retries=calls.total() - len(calls),
         faults=sum(choice.taken_option.faults for choice in unusual),
-        goals=tally.counts_by_class(),
+        goals=goal_counter.counts_by_class(),
         choices=[choice.as_dict() for choice in unusual],
         cpu_seconds=time.process_time() - start_s,
     )

@@ -10,7 +10,7 @@ from typing import Any, Final
 from cxbridge_explore.sweep.rows import RunRow
 from cxbridge_explore.sweep.statistics import Interval, mean_interval, proportion_interval, summarize_sample
 
-_MAX_SEEDS: Final = 10  # limit of listed seeds of an outcome, or with the largest differences
+_MAX_LISTED_SEEDS: Final = 10
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +48,7 @@ class SweepSummary:
 
     def find_seeds(self, outcome: str) -> list[int]:
         """Return the first seeds whose runs have an outcome."""
-        return [row.seed for row in self.rows if row.outcome == outcome][:_MAX_SEEDS]
+        return [row.seed for row in self.rows if row.outcome == outcome][:_MAX_LISTED_SEEDS]
 
     def as_dict(self) -> dict[str, Any]:
         return {
@@ -110,7 +110,7 @@ class AgentComparison:
         other_outcomes = [
             seed for seed, row in self.first.items() if row.outcome != self.second[seed].outcome
         ]
-        return [*other_outcomes, *rank_differences(self._differences())][:_MAX_SEEDS]
+        return [*other_outcomes, *rank_differences(self._differences())][:_MAX_LISTED_SEEDS]
 
     def as_dict(self) -> dict[str, Any]:
         makespan = self.makespan

@@ -58,7 +58,7 @@ class SkillModel:
 
 
 @dataclass(frozen=True, slots=True)
-class Times:
+class DecisionTimes:
     """Moments of decisions, in seconds since the start of the run.
 
     :param period_s: the period; 0 for a decision in each loop.
@@ -120,7 +120,7 @@ class Absence:
 
     name: str
     probability: float = DEFAULT_PROBABILITY
-    times: Times | None = None
+    times: DecisionTimes | None = None
     return_after_s: float | None = None
     mark: Mark = field(default=Mark(), compare=False)
 
@@ -135,7 +135,7 @@ class Kill:
 
     agent: str = "*"
     probability: float = DEFAULT_PROBABILITY
-    times: Times = field(default_factory=Times)
+    times: DecisionTimes = field(default_factory=DecisionTimes)
     restart_after_s: float | None = None
     mark: Mark = field(default=Mark(), compare=False)
 
@@ -172,7 +172,7 @@ class WorldModel:
     messages: tuple[MessageFault, ...] = ()
     absences: tuple[Absence, ...] = ()
     kills: tuple[Kill, ...] = ()
-    order: Times | None = None
+    order: DecisionTimes | None = None
     planner: PlannerModel | None = None
 
     def find_skill_model(self, call: SkillStringCall) -> SkillModel:

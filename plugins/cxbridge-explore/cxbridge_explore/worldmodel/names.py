@@ -103,8 +103,8 @@ def _find_performers(agent: Run) -> set[str]:
 
 def _check_name(kind: str, name: str, names: Collection[str], mark: Mark) -> None:
     if name not in names:
-        list_of_names = f"there are: {', '.join(sorted(set(names) - {'*'}))}"
-        raise mark.error(f"there is no {kind} '{name}'", did_you_mean(name, names, list_of_names))
+        known_names = f"use one of: {', '.join(sorted(set(names) - {'*'}))}"
+        raise mark.error(f"there is no {kind} '{name}'", did_you_mean(name, names, known_names))
 
 
 def _check_interface(uid: str, agent: Run, mark: Mark) -> None:
@@ -113,7 +113,7 @@ def _check_interface(uid: str, agent: Run, mark: Mark) -> None:
     except CxbridgeError as error:
         raise mark.error(error.message, error.hint) from None
     except ValueError:
-        raise mark.error(f"'{uid}' is not a TYPE::ID", "e.g. BatteryInterface::Robot") from None
+        raise mark.error(f"'{uid}' is not a TYPE::ID", "write e.g. BatteryInterface::Robot") from None
 
 
 def _check_sensed(sensed: SensedValue, agent: Run) -> None:

@@ -72,16 +72,18 @@ def _parse_skill(skill: Section, pattern: SkillPattern) -> SkillModel:
     if "fails" in skill:
         sections = skill.sections("fails", _FAILURE_KEYS)
         failures = tuple(_parse_failure(section, is_only=len(sections) == 1) for section in sections)
-    hangs = skill.probability("hangs", 0.0)
-    skill.check_total([hangs, *(failure.probability for failure in failures)])
+    hang_probability = skill.probability("hangs", 0.0)
+    skill.check_total([hang_probability, *(failure.probability for failure in failures)])
     names = [failure.name for failure in failures]
     # A path identifies a failure of a skill by its name.
     if repeated_names := {name for name in names if names.count(name) > 1}:
         raise skill.error(
             f"has {', '.join(sorted(repeated_names))} twice", "give each failure a different error"
         )
-    mute = skill.probability("mute", 0.0)
-    return SkillModel(pattern, failures, skill.duration("duration"), hangs, mute, skill.mark)
+    mute_probability = skill.probability("mute", 0.0)
+    return SkillModel(
+        pattern, failures, skill.duration("duration"), hang_probability, mute_probability, skill.mark
+    )
 
 
 def _parse_failure(failure: Section, *, is_only: bool) -> SkillFailure:
@@ -93,13 +95,13 @@ def _parse_failure(failure: Section, *, is_only: bool) -> SkillFailure:
 def _parse_sensed(sensed: Section) -> SensedValue:
     texts = sensed.texts("values")
     if len(texts) == 1 or len(set(texts)) < len(texts) or not texts:
-        raise sensed.error("must be at least two different values", "[75.0, 3.0]", "values")
+        raise sensed.error("must be at least two different values", "write e.g. [75.0, 3.0]", "values")
     weights = [1 - DEFAULT_PROBABILITY, *[DEFAULT_PROBABILITY] * (len(texts) - 1)]
     if "probabilities" in sensed:
         weights = sensed.numbers("probabilities")
     if len(weights) != len(texts) or not all(0 <= weight <= 1 for weight in weights) or not sum(weights):
         hint = f"give {len(texts)} probabilities from 0 to 1, one for each value"
-        raise sensed.error("do not fit the values", hint, "probabilities")
+        raise sensed.error("do not match the values", hint, "probabilities")
     times = sensed.numbers("at") if "at" in sensed else []
     for seconds in times:
         if not seconds >= 0:
@@ -116,17 +118,24 @@ def _parse_sensed(sensed: Section) -> SensedValue:
 
 
 def _parse_message(message: Section) -> MessageFault:
-    lost = message.probability("lost", 0.0 if "late" in message else DEFAULT_PROBABILITY)
-    late = message.probability("late", 0.0)
-    message.check_total([lost, late])
-    delay = message.seconds("delay", 1.0)
-    return MessageFault(message.text("interface"), message.text("type", "*"), lost, late, delay, message.mark)
+    loss_probability = message.probability("lost", 0.0 if "late" in message else DEFAULT_PROBABILITY)
+    delay_probability = message.probability("late", 0.0)
+    message.check_total([loss_probability, delay_probability])
+    delay_s = message.seconds("delay", 1.0)
+    return MessageFault(
+        message.text("interface"),
+        message.text("type", "*"),
+        loss_probability,
+        delay_probability,
+        delay_s,
+        message.mark,
+    )
 
 
 def _parse_planner(planner: Section) -> PlannerModel:
-    none, fails, late = (planner.probability(key, 0.0) for key in ("none", "fails", "late"))
-    planner.check_total([none, fails, late])
-    return PlannerModel(none, fails, late, planner.seconds("delay", 1.0))
+    probabilities = [planner.probability(key, 0.0) for key in ("none", "fails", "late")]
+    planner.check_total(probabilities)
+    return PlannerModel(*probabilities, planner.seconds("delay", 1.0))
 
 
 def _parse_absence(skiller: Section) -> Absence:

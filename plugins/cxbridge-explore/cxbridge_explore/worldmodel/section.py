@@ -10,7 +10,7 @@ from cxbridge.config.documents import Mark
 from cxbridge.errors import ConfigError
 from cxbridge.suggestions import did_you_mean
 from cxbridge_explore.worldmodel.distributions import PARAMETERS, Distribution, Shape
-from cxbridge_explore.worldmodel.model import DEFAULT_PROBABILITY, Times
+from cxbridge_explore.worldmodel.model import DEFAULT_PROBABILITY, DecisionTimes
 
 MAX_S: Final = 1e9  # about 30 years, longer than each run; finite, so that times can be computed
 _REPRESENTATIVES: Final = ("median", "min", "max")
@@ -35,13 +35,13 @@ class Section:
         self._keys = document.keys(path)
         # A list or a text in place of a map has no keys.
         if not self._keys and document.exists(path) and (document.is_list(path) or document.get(path).text):
-            raise self.error("must be a map", f"with: {', '.join(keys)}")
+            raise self.error("must be a map", f"use the keys: {', '.join(keys)}")
         for key in self._keys:
             if key not in keys:
                 raise self.error("means nothing", did_you_mean(key, keys, f"use: {', '.join(keys)}"), key)
         for key in required:
             if not document.exists(f"{path}/{key}"):
-                raise self.error(f"has no {key}", f"give one: {key}: ...")
+                raise self.error(f"has no {key}", f"add: {key}: ...")
 
     def __contains__(self, key: str) -> bool:
         return key in self._keys
@@ -108,14 +108,14 @@ class Section:
         """
         value = self._document.get_float(f"{self._path}/{key}", default=default)
         if not 0 <= value <= 1:
-            raise self.error(f"is {value:g}", "a probability is from 0 to 1", key)
+            raise self.error(f"is {value:g}", "use a probability from 0 to 1", key)
         return value
 
     def check_total(self, probabilities: Sequence[float]) -> None:
         """Raise `ConfigError` if the sum of the probabilities of exclusive events exceeds 1."""
         total = sum(probabilities)
         if total > 1 + _ROUNDING_ERROR:
-            raise self.error(f"has probabilities of {total:g} together", "at most 1")
+            raise self.error(f"has probabilities whose sum is {total:g}", "use a sum of at most 1")
 
     def seconds(self, key: str, default: float = 0.0) -> float:
         """Return a time or a duration; see :meth:`checked_seconds`."""
@@ -132,17 +132,17 @@ class Section:
         :raises ConfigError: if the number is negative or too large.
         """
         if not 0 <= value <= MAX_S:
-            raise self.error(f"is {value:g}", f"seconds, from 0 to {MAX_S:g}", key)
+            raise self.error(f"is {value:g}", f"use seconds from 0 to {MAX_S:g}", key)
         return value
 
-    def times(self, key: str, period_s: float = 0.0) -> Times:
+    def times(self, key: str, period_s: float = 0.0) -> DecisionTimes:
         """Return the moments of decisions, from the keys ``every``, ``from`` and ``until``.
 
         :param period_s: the default period.
         """
-        default = Times(period_s)
+        default = DecisionTimes(period_s)
         section = self.section(key, ("every", "from", "until"))
-        times = Times(
+        times = DecisionTimes(
             section.seconds("every", default.period_s),
             section.seconds("from", default.begin_s),
             section.seconds("until", default.end_s),
@@ -160,7 +160,7 @@ class Section:
         section = self.section(key, (*_SHAPE_KEYS, *_BOUND_KEYS))
         shapes = [name for name in _SHAPE_KEYS if name in section]
         if len(shapes) != 1:
-            raise self.error(f"names {len(shapes)} distributions", f"one of: {', '.join(_SHAPE_KEYS)}", key)
+            raise self.error(f"has {len(shapes)} distributions", f"use one of: {', '.join(_SHAPE_KEYS)}", key)
         min_s, max_s = section.seconds("min"), section.seconds("max", MAX_S)
         if max_s < min_s:
             raise section.error(f"is {max_s:g}, less than the minimum {min_s:g}", key="max")
@@ -173,12 +173,14 @@ class Section:
 def _parse_parameters(section: Section, shape: Shape) -> tuple[float, ...]:
     values, names = section.numbers(shape), PARAMETERS.get(shape)
     if names is None and not values:
-        raise section.error("has no values", "choice: [1.0, 2.5]", shape)
+        raise section.error("has no values", "write e.g. choice: [1.0, 2.5]", shape)
     if names is not None and len(values) != len(names):
-        raise section.error(f"has {len(values)} parameters", f"it takes: {', '.join(names)}", shape)
+        raise section.error(f"has {len(values)} parameters", f"write: {', '.join(names)}", shape)
     if shape is Shape.UNIFORM and values[0] > values[1]:
         raise section.error(
-            f"goes from {values[0]:g} down to {values[1]:g}", "write the smaller value first", shape
+            f"begins with {values[0]:g}, which is greater than {values[1]:g}",
+            "write the smaller value first",
+            shape,
         )
     return tuple(section.checked_seconds(shape, value) for value in values)
 
@@ -201,5 +203,5 @@ def _parse_representatives(section: Section, distribution: Distribution) -> tupl
             raise section.error(f"has '{text}'", hint, "explore") from None
         listed_values.append(section.checked_seconds("explore", seconds))
     if not listed_values:
-        raise section.error("names no seconds", f"use seconds, or: {names}", "explore")
+        raise section.error("must not be empty", f"use seconds, or: {names}", "explore")
     return tuple(listed_values)

@@ -43,7 +43,7 @@ class DurationRange:
 class SkillResult(NamedTuple):
     """The result of a skill call.
 
-    :param outcome: the chosen outcome; None for the usual result.
+    :param outcome: the chosen outcome; None if the skill ends as in a run without a world.
     """
 
     call: Call
@@ -89,7 +89,7 @@ class SkillChoices:
         return steps
 
     def _decide_result(self, call: Call) -> Outcome | None:
-        """Decide the result of a call; None for the usual result."""
+        """Decide the result of a call; None if the call ends as in a run without a world."""
         self._on_call(call.skiller)
         string_call = SkillStringCall(call.name, call.args)
         outcome = self._choose_outcome(string_call, self._make_subject(call.skiller, string_call))
@@ -119,8 +119,8 @@ class SkillChoices:
             return first
         # An unusual duration counts as a fault, which bounds the exploration.
         options = (make_duration_option(first), *(make_duration_option(value, 1) for value in further_values))
-        draw = DurationRange(duration)
-        seconds: float = self._choices.choose(ChoiceKind.DURATION, subject, options, draw).value
+        duration_range = DurationRange(duration)
+        seconds: float = self._choices.choose(ChoiceKind.DURATION, subject, options, duration_range).value
         return seconds
 
     def _find_usual_seconds(self, call: SkillStringCall) -> float:
@@ -136,7 +136,10 @@ class SkillChoices:
 
 def make_skill_options(model: SkillModel) -> tuple[Option, ...]:
     """Return the possible results of a call as options."""
-    faults = [Option(failure.name, 1, failure.probability, failure) for failure in model.failures]
+    faults = [
+        Option(failure.name, faults=1, weight=failure.probability, value=failure)
+        for failure in model.failures
+    ]
     if model.hang_probability:
         faults.append(make_fault("hangs", model.hang_probability))
     return make_options("succeeds", *faults)

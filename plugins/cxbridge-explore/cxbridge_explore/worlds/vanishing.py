@@ -8,14 +8,14 @@ from cxbridge.run.agent import Run
 from cxbridge.run.team import Team
 from cxbridge.skiller.board.host import ExecutorHost
 from cxbridge.testing.scripted import ScriptedSkills
-from cxbridge_explore.worldmodel.model import Absence, Kill, Times
+from cxbridge_explore.worldmodel.model import Absence, DecisionTimes, Kill
 from cxbridge_explore.worlds.points import ChoiceKind, Option, RunChoices, make_fault, make_options
 
 
 class Schedule:
     """Keeps track of the moments of decisions."""
 
-    def __init__(self, times: Times) -> None:
+    def __init__(self, times: DecisionTimes) -> None:
         self._times = times
         self._next_s = times.begin_s
 
@@ -132,7 +132,7 @@ class KillChoices:
 class OrderChoices:
     """Changes the order of the agents' turns."""
 
-    def __init__(self, times: Times, team: Team, choices: RunChoices) -> None:
+    def __init__(self, times: DecisionTimes, team: Team, choices: RunChoices) -> None:
         self._schedule, self._team, self._choices = Schedule(times), team, choices
 
     def apply(self) -> None:

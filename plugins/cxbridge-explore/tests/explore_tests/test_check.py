@@ -35,7 +35,7 @@ def test_a_wrong_world(tmp_path, world, line, message):
     [
         ("- never (goal (mode FINISHED)\n", 1, ""),
         ("- no-deadlock\n", 1, ""),
-        ("never: (goal)\n", 1, "a list of properties is expected"),
+        ("never: (goal)\n", 1, "the file must be a list of properties"),
         ("- a: never (fact)\n- a: never (other)\n", 0, "there are two properties 'a'"),
     ],
 )

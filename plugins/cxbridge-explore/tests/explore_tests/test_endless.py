@@ -27,11 +27,11 @@ def test_a_rule_that_does_not_end(tmp_path: Path, when: str, completed: int) -> 
     assert found["outcomes"]["timed out"] == found["runs"] - completed > 0
     (violation,) = found["violations"]
     assert violation["property"] == "run-ends"
-    assert violation["message"].startswith(f"no end of a loop within {PATIENCE} s")
+    assert violation["message"].startswith(f"a loop has not ended within {PATIENCE} s")
     assert violation["recording"] is None
 
 
 def test_an_agent_that_is_never_loaded(tmp_path: Path) -> None:
     scenario = write_scenario(tmp_path / "mini", agent=AGENT + HANG.format(when="(executive-init)"))
-    with pytest.raises(AssertionError, match=f"the agent is not loaded within {PATIENCE} s of proc"):
+    with pytest.raises(AssertionError, match=f"the agent has not loaded within {PATIENCE} s of proc"):
         explored(scenario, "--patience", PATIENCE)

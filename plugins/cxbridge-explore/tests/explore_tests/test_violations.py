@@ -60,7 +60,7 @@ def test_the_test_fails_as_the_run_does(explored, monkeypatch):
     ("text", "complaint"),
     [
         ("run-end", "there is no property 'run-end'"),
-        ("newer (goal)", "a property begins with"),
+        ("newer (goal)", "a property must begin with"),
         ("never (gaol (mode FAILED))", "gaol"),
     ],
 )

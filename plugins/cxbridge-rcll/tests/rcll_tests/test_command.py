@@ -83,7 +83,7 @@ def test_two_agents_on_the_same_seeds(words, tmp_path, capsys):
         (["--overlay", "/nowhere"], "there is no such folder"),
         (["--spec", "tam"], "it has: team"),
         (["--world", "w.yaml"], "w.yaml: "),
-        (["--world", "w.yaml", "--failures", "0.5"], "--world says what fails, and --failures, too"),
+        (["--world", "w.yaml", "--failures", "0.5"], "--world and --failures both define the failures"),
         (["--against", "/nowhere"], "there is no such folder"),
     ],
 )
@@ -94,9 +94,9 @@ def test_mistakes(words, capsys, more, message):
 
 def test_an_option_of_the_league_without_a_referee(capsys):
     assert invoke(["game", "workshop", "--failures", "0.5"]) == 2
-    assert "--failures is for games of the league" in capsys.readouterr().err
+    assert "--failures applies only to games of the league" in capsys.readouterr().err
 
 
 def test_no_agent(words, capsys):
     assert invoke(["game", *words[3:]]) == 2
-    assert "there is no agent to play" in capsys.readouterr().err
+    assert "no agent is named" in capsys.readouterr().err

@@ -19,5 +19,5 @@ def test_each_call_may_fail(tmp_path):
 
 
 def test_what_only_a_game_has(tmp_path):
-    with pytest.raises(AssertionError, match="--minutes is for games of the league"):
+    with pytest.raises(AssertionError, match="--minutes applies only to games of the league"):
         explored("test-scenario", "--minutes", "1")

@@ -86,7 +86,7 @@ def test_one_seed_is_one_game(options, tmp_path):
 def test_skills_fail_as_likely_as_asked(options):
     result = replace(options, failures=1.0).play(3)
     assert result.score.points["CYAN"] == 0
-    assert result.as_dict()["robots"]["robot1"]["failed"] == {"the skill has failed, as was drawn": 1}
+    assert result.as_dict()["robots"]["robot1"]["failed"] == {"a randomly drawn failure": 1}
 
 
 def test_a_world_says_what_fails(options, tmp_path):

@@ -82,11 +82,11 @@ def test_a_referee_that_is_gone_ends_the_game_and_the_recording_is_whole(game, t
         thread.join()
     assert not found.is_over
     (fault,) = found.faults
-    assert f"the referee at 127.0.0.1:{box.port} is gone, in PRODUCTION" in fault
+    assert f"the referee at 127.0.0.1:{box.port} has disconnected, in PRODUCTION" in fault
     assert found.score.points["CYAN"] == 5
     assert invoke(["trace", "info", str(trace)]) == 0
     out, err = capsys.readouterr()
-    assert "is gone, in PRODUCTION" in out
+    assert "has disconnected, in PRODUCTION" in out
     assert "cut off" not in out + err
 
 
@@ -99,7 +99,7 @@ def test_a_server_that_says_nothing(game, types, monkeypatch):
     monkeypatch.setattr(remote, "_FIRST_STATE_TIMEOUT_S", 0.3)
     with referee_box(types) as box:
         box.is_silent = True
-        with pytest.raises(CxbridgeError, match="does not say how its game stands: nothing came"):
+        with pytest.raises(CxbridgeError, match="has not reported the state of its game"):
             at(game, box).play(3)
 
 
@@ -146,16 +146,16 @@ def test_an_agent_meets_a_referee_of_this_host_on_this_host(game, types):
 @pytest.mark.parametrize(
     ("more", "message"),
     [
-        (["--referee", "localhost"], "'localhost' is no address of a referee box"),
-        (["--referee", "localhost:70000"], "is no address"),
+        (["--referee", "localhost"], "'localhost' is not the address of a referee box"),
+        (["--referee", "localhost:70000"], "is not the address"),
         (["--referee", "localhost:4444", "--refbox-dir", "."], "both name the referee"),
         (
             ["--referee", "localhost:4444", "--referee-config", "x.yaml"],
-            "--referee-config is for --refbox-dir",
+            "--referee-config applies only to --refbox-dir",
         ),
-        (["--referee", "localhost:4444", "--games", "2"], "a referee box plays one game"),
-        (["--refbox-dir", ".", "--speed", "2"], "--speed is for --referee"),
-        (["--speed", "2"], "--speed is for games of the league"),
+        (["--referee", "localhost:4444", "--games", "2"], "a running referee box plays only one game"),
+        (["--refbox-dir", ".", "--speed", "2"], "--speed applies only to --referee"),
+        (["--speed", "2"], "--speed applies only to games of the league"),
     ],
 )
 def test_mistakes(game, capsys, more, message):

@@ -193,7 +193,7 @@ class PatternCE(Struct, frozen=True, dict=True):
         return {part.slot: words for part in self.parts if part.slot and (words := part.words) is not None}
 
     @property
-    def count(self) -> tuple[int, float]:
+    def field_counts(self) -> tuple[int, float]:
         """The minimum and maximum number of fields of an ordered pattern."""
         multifields = sum(part.fields[0].binder.startswith("$") for part in self.parts)
         minimum = len(self.parts) - multifields

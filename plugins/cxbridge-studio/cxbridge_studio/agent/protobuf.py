@@ -35,20 +35,20 @@ def read_proto(path: str, text: str) -> SourceFile:
                 blocks.pop()
         elif word == "{":
             keyword = next((text for text in texts if text in _BLOCK_KEYWORDS), "")
-            name = statement[-1] if statement else None
+            name_word = statement[-1] if statement else None
             message = blocks[-1].message if blocks else package
-            if keyword == "message" and name is not None:
-                message = ".".join(filter(None, (message, name["word"])))
-                mentions.append(_make_definition(NameKind.PROTO_MESSAGE, message, "", name))
+            if keyword == "message" and name_word is not None:
+                message = ".".join(filter(None, (message, name_word["word"])))
+                mentions.append(_make_definition(NameKind.PROTO_MESSAGE, message, "", name_word))
             blocks.append(_Block(keyword, message))
         elif texts[:1] == ["package"] and len(texts) > 1:
             package = texts[1]
         # Only blocks with fields count: an enum also has statements NAME = NUMBER.
         elif blocks and blocks[-1].keyword in ("message", "oneof") and "=" in texts[1:]:
-            name = statement[texts.index("=") - 1]
+            name_word = statement[texts.index("=") - 1]
             if texts[0] not in ("option", "reserved", "extensions"):
                 mentions.append(
-                    _make_definition(NameKind.PROTO_FIELD, name["word"], blocks[-1].message, name)
+                    _make_definition(NameKind.PROTO_FIELD, name_word["word"], blocks[-1].message, name_word)
                 )
     return make_single_piece_file(path, text, "proto", None, mentions)
 

@@ -70,7 +70,7 @@ class Condition:
 def parse_rule(text: str) -> Condition:
     """Parse a defrule.
 
-    :raises ClipsError: if the text is not a defrule, or its condition is nested too deep.
+    :raises ClipsError: if the text is not a defrule, or its condition is nested too deeply.
     """
     nodes = read(text)
     if len(nodes) != 1 or nodes[0].head != "defrule" or not nodes[0].arguments:
@@ -84,7 +84,7 @@ def parse_rule(text: str) -> Condition:
     try:
         ces = tuple(parse_elements(condition))
     except RecursionError:
-        raise ClipsError(f"the condition of {name} is nested too deep") from None
+        raise ClipsError(f"the condition of {name} is nested too deeply") from None
     salience = one_line(entries[-1].arguments[0].text) if entries else ""
     return Condition(name, salience, ces, called_names(condition), global_names_in(condition))
 
@@ -107,7 +107,7 @@ def find_dependencies(condition: Condition, find_function_text: Callable[[str], 
     """Return the dependencies of a condition.
 
     :param find_function_text: returns the text of a deffunction; None if no deffunction has the name.
-    :raises ClipsError: if the calls are nested too deep.
+    :raises ClipsError: if the calls are nested too deeply.
     """
     texts: dict[str, str] = {}
     function_names, global_names = set(condition.functions), set(condition.globals)
@@ -129,7 +129,7 @@ def find_dependencies(condition: Condition, find_function_text: Callable[[str], 
     try:
         add_callees(condition.functions)
     except RecursionError:
-        raise ClipsError(f"the functions of '{condition.rule}' call one another too deep") from None
+        raise ClipsError(f"the functions of '{condition.rule}' call one another too deeply") from None
     queries_facts = any(word.startswith(_QUERY_PREFIXES) for word in function_names)
     return Dependencies(tuple(filter(None, texts.values())), frozenset(global_names), queries_facts)
 

@@ -272,7 +272,7 @@ def _indentation_cost(token: _Token, stack: list[_OpenList]) -> float:
     return cost
 
 
-class Unclosed(Struct, frozen=True):
+class UnclosedConstruct(Struct, frozen=True):
     """An unclosed construct.
 
     :param start: the offset of the unclosed list, or of the construct if a string is unclosed.
@@ -285,7 +285,7 @@ class Unclosed(Struct, frozen=True):
 
 def describe_unclosed(
     construct: str, start: int, lines: Lines, text: str, slots: Mapping[str, Collection[str]]
-) -> Unclosed:
+) -> UnclosedConstruct:
     """Describe the mistake in an unclosed construct.
 
     :param construct: the text of the construct, up to the start of the next construct.
@@ -298,7 +298,7 @@ def describe_unclosed(
     beginning = _BEGINNING.match(construct)
     message = f"{' '.join(beginning.groups()) if beginning else 'this'} never closes"
     if any(match["unclosed"] for match in HIDDEN.finditer(construct)):
-        return Unclosed(start, message, "a string in it never closes")
+        return UnclosedConstruct(start, message, "a string in it never closes")
     rows = enumerate(text.splitlines()[line:], line + 1)
     next_line = next((number for number, row in rows if row.lstrip().startswith("(def")), 0)
     hint = f"a ) is missing before {f'line {next_line}' if next_line else 'the end of the file'}"
@@ -307,4 +307,4 @@ def describe_unclosed(
         head = read(construct[inner:], close=True)[0].head
         message += f": its list ({head} is open" if head else ": a list in it is open"
         hint += f"; {beginning[1] if beginning else 'the construct'} begins in line {line}"
-    return Unclosed(start, message, hint)
+    return UnclosedConstruct(start, message, hint)

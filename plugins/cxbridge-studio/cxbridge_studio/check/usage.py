@@ -200,7 +200,7 @@ def make_constructs(file: SourceFile) -> tuple[Construct, ...]:
 def _make_pattern_use(ce: PatternCE) -> FactUse:
     """Return the use of facts by a pattern."""
     slot_names = frozenset(constraint.slot for constraint in ce.parts if constraint.slot)
-    field_counts = ce.count if ce.is_ordered else None
+    field_counts = ce.field_counts if ce.is_ordered else None
     return FactUse(without_module(ce.template), ce.node.start, ce.slots, slot_names, field_counts)
 
 

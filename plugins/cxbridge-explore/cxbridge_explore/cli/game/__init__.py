@@ -77,7 +77,7 @@ def game(
     if options.trace or options.log or options.bblog:
         raise CxbridgeError("many games cannot be recorded to one file", hint="play a single game: --seed N")
     if play.html is not None:
-        raise CxbridgeError("--html shows one game", hint="play a single game: --seed N")
+        raise CxbridgeError("--html shows only one game", hint="play a single game: --seed N")
     return _play_series(_games_by_agent(first, against), play, as_json=as_json)
 
 
@@ -107,12 +107,12 @@ def _games_by_agent(first: Game, against: Path | None) -> dict[str, Game]:
 
 
 def _report_game(result: GameResult, page: Path | None, *, as_json: bool) -> int:
-    from cxbridge_explore.cli.game.output import say_game
+    from cxbridge_explore.cli.game.output import print_game
 
     if as_json:
         say_json(result.as_dict(), indent=2)
     else:
-        say_game(result)
+        print_game(result)
     if page is not None:
         from cxbridge_explore.game.page import write_page
 
@@ -121,14 +121,14 @@ def _report_game(result: GameResult, page: Path | None, *, as_json: bool) -> int
 
 
 def _play_series(games: Mapping[str, Game], play: PlayOptions, *, as_json: bool) -> int:
-    from cxbridge_explore.cli.game.output import say_games
+    from cxbridge_explore.cli.game.output import print_games
     from cxbridge_explore.game.match import GamesSummary, Match, play_games
 
     seeds = range(play.seed, play.seed + play.games)
     with show_progress("games", len(seeds) * len(games)) as advance:
         played = play_games(games, seeds, play.jobs or os.cpu_count() or 1, advance)
     if not as_json:
-        say_games(played)
+        print_games(played)
     else:
         report = {"agents": {name: GamesSummary(results).as_dict() for name, results in played.items()}}
         if len(played) > 1:

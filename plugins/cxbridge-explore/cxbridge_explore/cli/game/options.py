@@ -76,7 +76,7 @@ class PlayOptions:
         :raises CxbridgeError: if both are given.
         """
         if self.second is not None and self.against is not None:
-            raise CxbridgeError(f"there are two second agents: {self.second} and {self.against}")
+            raise CxbridgeError(f"the second agent is named twice: {self.second} and {self.against}")
         return self.second or self.against
 
 

@@ -9,7 +9,7 @@ from cxbridge_explore.game.match import GamesSummary, Match
 from cxbridge_explore.game.score import GameResult
 
 
-def say_game(result: GameResult) -> None:
+def print_game(result: GameResult) -> None:
     """Print the points in the order of time, the work of robots and machines, and the score."""
     score = result.score
     for award in score.awards:
@@ -39,7 +39,7 @@ def say_game(result: GameResult) -> None:
     )
 
 
-def say_games(games: Mapping[str, Mapping[int, GameResult]]) -> None:
+def print_games(games: Mapping[str, Mapping[int, GameResult]]) -> None:
     """Print the points of each game, and the comparison of two agents."""
     for name, results in games.items():
         summary = GamesSummary(results)
@@ -58,7 +58,7 @@ def say_games(games: Mapping[str, Mapping[int, GameResult]]) -> None:
         say(f"  seed {seed}: {first_points} and {second_points} points")
     better = match.better_index
     if better is None:
-        say("these games do not show that one is better")
+        say("these games do not show which agent is better")
     else:
         say(f"{(first, second)[better]} is better")
 

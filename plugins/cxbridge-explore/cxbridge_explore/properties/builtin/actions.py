@@ -65,7 +65,7 @@ class ActionMonitor(Monitor):
             key = tables.name, slots["goal-id"], slots["plan-id"], slots["id"]
             state, earlier_state = slots["state"], self._states.get(key)
         except KeyError:
-            return  # the agent has another deftemplate of this name
+            return  # the agent's deftemplate of this name has other slots
         if state == earlier_state:  # a modification of another slot has asserted the fact again
             return
         self._states[key] = state
@@ -107,11 +107,11 @@ class PreconditionMonitor(ActionMonitor):
         if not any(formula["part-of"] == action.name for formula in tables.texts("pddl-formula")):
             return
         self.is_evaluated = True
-        blame = Preconditions(tables.texts).describe_blame(action.name, action.arguments)
-        if blame:
+        false_formulas = Preconditions(tables.texts).describe_blame(action.name, action.arguments)
+        if false_formulas:
             self.scene.report(
                 f"{action.text} of {action.goal} starts while its precondition does not hold: "
-                + ", ".join(blame),
+                + ", ".join(false_formulas),
                 goal=action.goal,
                 action=action.text,
             )
@@ -152,7 +152,7 @@ class SingleExecutionMonitor(ActionMonitor):
         if skill != slots["skill-id"]:
             name = slots["skill-name"]
             self.scene.report(
-                f"a second skill was called for action {key[3]} {name} of {key[1]}, which has one already",
+                f"a second skill was called for action {key[3]} {name} of {key[1]}, which already has one",
                 goal=key[1],
                 action=name,
                 skill=name,

@@ -19,7 +19,7 @@ class RunEndMonitor(Monitor):
     def check_end(self, end: RunEnd) -> None:
         self.is_evaluated = True
         if end.ending is not Ending.OVER:
-            failure = "is stuck" if end.ending is Ending.STUCK else "has not come to its end"
+            failure = "is stuck" if end.ending is Ending.STUCK else "has not ended"
             reason = f": {end.reason}" if end.reason else ""
             self.scene.report(f"the run {failure}{reason}", goal=self._open_goal())
 

@@ -80,7 +80,7 @@ class GoalRetractionMonitor(Monitor):
             for goal in removed:
                 if not any(_may_be_removed(ancestor) for ancestor in _lineage(goal, last_slots)):
                     name, mode = goal["id"], goal["mode"]
-                    self.scene.report(f"goal {name} is gone, it was {mode}", goal=name)
+                    self.scene.report(f"goal {name} was removed in mode {mode}", goal=name)
             # in a second loop, since the parents of a removed goal may be removed at the same time
             for goal in removed:
                 del last_slots[goal["id"]]

@@ -55,7 +55,7 @@ class LostResourceMonitor(Monitor):
                 self.is_evaluated = True
                 if str(slots["goal"]) not in goals:
                     self.scene.report(
-                        f"the resource {slots['resource']} is held for {slots['goal']}, which is gone",
+                        f"the resource {slots['resource']} is held for {slots['goal']}, which was removed",
                         goal=str(slots["goal"]),
                     )
 

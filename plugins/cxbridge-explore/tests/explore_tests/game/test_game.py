@@ -170,7 +170,7 @@ def test_the_points_of_games():
     [
         (["MINI"], "this scenario is not a game: its configuration has no /game/seed"),
         (["SHORT", "--against", "SHORT"], "--against names the same agent"),
-        (["SHORT", "SHORT2", "--against", "SHORT"], "there are two second agents"),
+        (["SHORT", "SHORT2", "--against", "SHORT"], "the second agent is named twice"),
         (["SHORT", "--games", "2", "--trace", "x.mcap"], "many games cannot be recorded to one file"),
         (["SHORT", "--world", "none.yaml"], "none.yaml"),
         (["SHORT", "--games", "2", "--against", "MINI"], "this scenario is not a game"),

@@ -174,8 +174,8 @@ def test_the_command_writes_the_page_of_a_game(short, tmp_path, capsys):
     [
         (["--html", "/nowhere/game.html"], "there is no such folder"),
         (["--html", "/tmp"], "cannot be written: it is a folder"),
-        (["--html", "game.html", "--games", "2"], "--html shows one game"),
-        (["--html", "game.html", "--against", "two-robots"], "--html shows one game"),
+        (["--html", "game.html", "--games", "2"], "--html shows only one game"),
+        (["--html", "game.html", "--against", "two-robots"], "--html shows only one game"),
     ],
 )
 def test_pages_that_are_refused_before_the_game(short, capsys, more, complaint):

@@ -113,7 +113,7 @@ TWICE = (
                 asserting("(goal (id LOST) (class NOBODYS) (mode EXPANDED))"),
                 building("(defrule lose ?g <- (goal (id LOST)) => (retract ?g))"),
             ],
-            "goal LOST is gone, it was EXPANDED$",
+            "goal LOST was removed in mode EXPANDED$",
             {},
             id="gone",
         ),
@@ -135,7 +135,7 @@ TWICE = (
                 building("(deftemplate resource-request (slot goal) (slot resource))"),
                 asserting("(resource-request (goal GONE) (resource tap))"),
             ],
-            "the resource tap is held for GONE, which is gone$",
+            "the resource tap is held for GONE, which was removed$",
             {"goal": "GONE"},
             id="lost resource",
         ),
@@ -187,4 +187,4 @@ def test_a_goal_that_rests():
     assert rest.message == "goal STUCK has been EXPANDED for 60 s and waits for nothing"
     assert 60 < rest.seconds < 62
     assert ends is not None
-    assert ends.message.startswith("the run has not come to its end")
+    assert ends.message.startswith("the run has not ended")

@@ -15,7 +15,7 @@ from cxbridge_explore.properties.forms import read_property
 from cxbridge_explore.properties.monitor import Monitor, Property, Violation
 from cxbridge_explore.properties.reading import find_property
 from cxbridge_explore.properties.tables import FactTables
-from cxbridge_explore.worldmodel.model import Kill, Times, WorldModel
+from cxbridge_explore.worldmodel.model import DecisionTimes, Kill, WorldModel
 from cxbridge_explore.worlds.points import ChoicePoint
 from explore_tests.worlds.test_kinds import CALM
 from tests.run.mini import write_scenario
@@ -45,7 +45,7 @@ def killed(
 ) -> tuple[RunResult, list[Violation]]:
     """Play a run in which robot1 is killed."""
     world = WorldModel(
-        default_skill=CALM, kills=(Kill(times=Times(period_s=0.2, end_s=10.0), restart_after_s=back),)
+        default_skill=CALM, kills=(Kill(times=DecisionTimes(period_s=0.2, end_s=10.0), restart_after_s=back),)
     )
     with ExploredRun(options, properties, KillingOnce("robot1", seconds), world=world) as run:
         ended, _ = run.play()

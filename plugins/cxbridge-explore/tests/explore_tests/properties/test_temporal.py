@@ -95,13 +95,13 @@ def test_states_can_be_compared():
         ("nevr (goal)", "did you mean never"),
         ("never goal", "needs a pattern"),
         ("never (test (> 1 0))", "needs a pattern"),
-        ("never (goal) within 3", "has no time limit"),
-        ("eventually (goal) within soon", "needs seconds"),
-        ("eventually (goal) within -1", "needs seconds"),
+        ("never (goal) within 3", "cannot have a time limit"),
+        ("eventually (goal) within soon", "must be followed by seconds"),
+        ("eventually (goal) within -1", "must be followed by seconds"),
         ("eventually (goal) witin 3", "did you mean within"),
         ("after (goal) (plan)", "needs a 'then'"),
         ("never (goal", "parentheses"),
-        ("", "begins with"),
+        ("", "must begin with"),
     ],
 )
 def test_a_form_that_is_wrong(text: str, error: str):

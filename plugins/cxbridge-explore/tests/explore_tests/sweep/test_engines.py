@@ -169,5 +169,5 @@ def test_no_scheduler_is_an_error(monkeypatch):
     from cxbridge_explore.sweep import dask_engine
 
     monkeypatch.setattr(dask_engine, "_CONNECT_TIMEOUT_S", 1)
-    with pytest.raises(CxbridgeError, match="no Dask scheduler answers"):
+    with pytest.raises(CxbridgeError, match="no Dask scheduler replies"):
         dask_engine.DaskEngine(f"127.0.0.1:{free_port()}")

@@ -11,13 +11,13 @@ from cxbridge.skiller.simulation.estimators import SkillPattern
 from cxbridge_explore.worldmodel.distributions import Distribution, Shape
 from cxbridge_explore.worldmodel.model import (
     Absence,
+    DecisionTimes,
     Kill,
     MessageFault,
     PlannerModel,
     SensedValue,
     SkillFailure,
     SkillModel,
-    Times,
     WorldModel,
 )
 from cxbridge_explore.worldmodel.reading import read_world
@@ -172,12 +172,12 @@ def test_an_executor_vanishes_while_it_executes_and_comes_back():
 
 
 def test_a_skiller_vanishes_at_a_time():
-    world = WorldModel(default_skill=CALM, absences=(Absence("Skiller", times=Times(1.0, 0.5, 0.6)),))
+    world = WorldModel(default_skill=CALM, absences=(Absence("Skiller", times=DecisionTimes(1.0, 0.5, 0.6)),))
     result, _ = play("test-scenario", Taking(ChoiceKind.SKILLER, "vanishes"), world)
     assert [choice.point.subject for choice in result.choices] == ["Skiller"]
 
 
-KILLS = WorldModel(default_skill=CALM, kills=(Kill("robot1", times=Times(1.0, 1.0, 5.0)),))
+KILLS = WorldModel(default_skill=CALM, kills=(Kill("robot1", times=DecisionTimes(1.0, 1.0, 5.0)),))
 
 
 def test_an_agent_that_is_killed_does_nothing_more_and_the_other_takes_over():
@@ -193,7 +193,7 @@ def test_an_agent_that_is_killed_does_nothing_more_and_the_other_takes_over():
 def test_an_agent_that_is_killed_may_come_back():
     world = WorldModel(
         default_skill=CALM,
-        kills=(Kill("robot1", times=Times(0.0, 1.0, 1.0333), probability=0.5, restart_after_s=2.0),),
+        kills=(Kill("robot1", times=DecisionTimes(0.0, 1.0, 1.0333), probability=0.5, restart_after_s=2.0),),
     )
     result, events = play("two-agents", Taking(ChoiceKind.KILL, "killed"), world)
     assert result.is_over
@@ -218,7 +218,7 @@ def test_a_plan_comes_late():
 
 
 def test_agents_take_their_turns_in_another_order():
-    world = WorldModel(default_skill=CALM, order=Times(100.0, 0.0, 1.0))
+    world = WorldModel(default_skill=CALM, order=DecisionTimes(100.0, 0.0, 1.0))
     result, events = play("two-agents", Taking(ChoiceKind.ORDER, "robot2, robot1"), world)
     assert result.is_over
     begun = [env for env, _ in skills(events, "S_RUNNING")]

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from cxbridge.config import Configuration
 from cxbridge.errors import CxbridgeError
 from cxbridge_explore.worldmodel.distributions import Distribution, Shape
-from cxbridge_explore.worldmodel.model import PlannerModel, SkillFailure, Times, WorldModel
+from cxbridge_explore.worldmodel.model import DecisionTimes, PlannerModel, SkillFailure, WorldModel
 from cxbridge_explore.worldmodel.reading import find_world, parse_world, read_world
 from tests.support import ROOT
 
@@ -58,9 +58,9 @@ def test_everything_can_be_said():
     assert (sensed.values, sensed.times_s, sensed.skills) == ((("75", 0.9), ("3", 0.1)), (1.0, 2.0), ("say",))
     (message,) = world.messages
     assert (message.loss_probability, message.delay_probability, message.delay_s) == (0.0, 0.1, 2.0)
-    assert world.absences[0].times == Times(0.5, 0.0, 4.0)
-    assert (world.kills[0].times, world.kills[0].restart_after_s) == (Times(0.0, 1.0, 10.0), None)
-    assert world.order == Times(period_s=1.0)
+    assert world.absences[0].times == DecisionTimes(0.5, 0.0, 4.0)
+    assert (world.kills[0].times, world.kills[0].restart_after_s) == (DecisionTimes(0.0, 1.0, 10.0), None)
+    assert world.order == DecisionTimes(period_s=1.0)
     assert world.planner == PlannerModel(no_plan_probability=0.1, delay_probability=0.2, delay_s=3.0)
 
 
@@ -98,7 +98,7 @@ def test_the_file_is_beside_the_scenario(tmp_path):
         ("skills:\n  - name: say\n    hangs: -0.1", 3, "hangs is -0.1"),
         ("skills:\n  - name: say\n    duration: -1", 3, "duration is -1"),
         ("skills:\n  - name: say\n    duration: {uniform: [1]}", 3, "1 parameters(?s:.*)least, greatest"),
-        ("skills:\n  - name: say\n    duration: {uniform: [3, 1]}", 3, "from 3 down to 1"),
+        ("skills:\n  - name: say\n    duration: {uniform: [3, 1]}", 3, "3, which is greater than 1"),
         ("skills:\n  - name: say\n    duration: {unifrom: [3, 1]}", 3, "did you mean uniform"),
         ("skills:\n  - name: say\n    duration: {normal: [1, 1], uniform: [0, 1]}", 3, "2 distributions"),
         ("skills:\n  - name: say\n    duration: {exponential: 1, min: 3, max: 2}", 3, "less than the min"),
@@ -108,14 +108,14 @@ def test_the_file_is_beside_the_scenario(tmp_path):
             "did you mean median",
         ),
         ("skills:\n  - name: say\n    args: [text]", 3, "has 'text'"),
-        ("otherwise: {fails: [{probability: 0.7}, {error: b, probability: 0.6}]}", 1, "1.3 together"),
+        ("otherwise: {fails: [{probability: 0.7}, {error: b, probability: 0.6}]}", 1, "sum is 1.3"),
         ("otherwise: {fails: [{error: b}, {error: b}]}", 1, r"has fails\(b\) twice"),
         ("order: 1", 1, "must be a map"),
         ("order: {from: 3, until: 2}", 1, "ends at 2, before 3"),
         ("killed: [{agent: a, back: -1}]", 1, "back is -1"),
         ("sensed: [{interface: A, field: b, values: [1]}]", 1, "at least two different values"),
-        ("sensed: [{interface: A, field: b, values: [1, 2], probabilities: [1]}]", 1, "do not fit"),
-        ("messages: [{interface: A, lost: 0.6, late: 0.6}]", 1, "1.2 together"),
+        ("sensed: [{interface: A, field: b, values: [1, 2], probabilities: [1]}]", 1, "do not match"),
+        ("messages: [{interface: A, lost: 0.6, late: 0.6}]", 1, "sum is 1.2"),
     ],
 )
 def test_a_mistake_is_an_error_with_its_line(text, line, message):
