@@ -230,16 +230,16 @@ class Definitions:
         sections = _split_sections(text)
         if len(sections) != _SECTION_COUNTS[name.kind]:
             raise Ros2Error(
-                f"{name} has {len(sections)} sections, {_SECTION_COUNTS[name.kind]} are wanted",
+                f"{name} must have {_SECTION_COUNTS[name.kind]} sections, not {len(sections)}",
                 file=file,
-                hint=f"sections are separated by lines with {_SEPARATOR}",
+                hint=f"separate the sections by lines with {_SEPARATOR}",
             )
         fields = [_parse_section(section, name, file, line) for line, section in sections]
         return fields, [_parse_defaults(section) for _, section in sections]
 
     def _make_unknown_type_error(self, name: TypeName) -> Ros2Error:
         return Ros2Error(
-            f"there is no ROS 2 type {name}",
+            f"unknown ROS 2 type {name}",
             hint=did_you_mean(str(name), self.names(), "name the folder of its package"),
         )
 
@@ -251,7 +251,7 @@ def _find_store(distribution: str | None) -> Stores:
         return Stores[f"ROS2_{distribution.upper()}"]
     except KeyError:
         raise Ros2Error(
-            f"there is no ROS distribution '{distribution}' here",
+            f"unknown ROS distribution '{distribution}'",
             hint=did_you_mean(distribution, DISTRIBUTIONS),
         ) from None
 

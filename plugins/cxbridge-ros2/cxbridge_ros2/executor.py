@@ -78,5 +78,7 @@ def parse_seconds(skill: str, key: str, value: Any) -> float:
     :raises ConfigError: if the value is not a positive number.
     """
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
-        raise ConfigError(f"the {key} of the skill {skill} is a number of seconds, not {value!r}")
+        raise ConfigError(
+            f"the {key} of the skill {skill} must be a positive number of seconds, not {value!r}"
+        )
     return float(value)

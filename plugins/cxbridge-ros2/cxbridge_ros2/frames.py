@@ -19,7 +19,7 @@ from cxbridge_ros2.qos import PROFILES
 from cxbridge_ros2.stamps import stamp_to_us, us_to_stamp
 
 TF_MESSAGE_TYPE: Final = "tf2_msgs/msg/TFMessage"
-ROS_ID_PREFIX: Final = "/tf/ros2/"  # start of the ids of frames from ROS, which are not sent back
+ROS_ID_PREFIX: Final = "/tf/ros2/"  # precedes the ids of frames from ROS, which are not sent back
 
 _INTERFACE_TYPE: Final = "TransformInterface"
 

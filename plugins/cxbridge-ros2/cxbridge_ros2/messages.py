@@ -83,7 +83,7 @@ class Codec:
 
     def _to_instance(self, name: TypeName, message: object, path: str) -> Any:
         if not isinstance(message, Mapping):
-            raise Ros2Error(f"{path}: a {name} is a mapping of fields, not {message!r}")
+            raise Ros2Error(f"{path} must be a mapping of the fields of {name}, not {message!r}")
         fields = dict(self._definitions.fields(name))
         for key in message:
             if key not in fields or key == EMPTY_MESSAGE_FIELD:
@@ -112,11 +112,11 @@ class Codec:
         if isinstance(values, str | Mapping) or not isinstance(
             values, Sequence | np.ndarray | bytearray | memoryview
         ):
-            raise Ros2Error(f"{path}: a list is wanted, not {values!r}")
+            raise Ros2Error(f"{path} must be a list, not {values!r}")
         if node == Nodetype.ARRAY and len(values) != size:
-            raise Ros2Error(f"{path}: {size} elements are wanted, not {len(values)}")
+            raise Ros2Error(f"{path} must have {size} elements, not {len(values)}")
         if node == Nodetype.SEQUENCE and size and len(values) > size:
-            raise Ros2Error(f"{path}: at most {size} elements are possible, not {len(values)}")
+            raise Ros2Error(f"{path} must have at most {size} elements, not {len(values)}")
         base = _base_type_name(element)
         if base in BYTE_TYPES and isinstance(values, bytes | bytearray | memoryview):
             return np.frombuffer(bytes(values), dtype=np.uint8)  # without checks, since each byte fits
@@ -193,7 +193,7 @@ def _check_integer(value: Any, path: str, name: str, _limit: int) -> int:
     if isinstance(number, np.integer):
         number = int(number)
     if isinstance(number, bool) or not isinstance(number, int):
-        raise Ros2Error(f"{path}: a whole number is wanted ({name}), not {value!r}")
+        raise Ros2Error(f"{path} must be a whole number ({name}), not {value!r}")
     if not low <= number <= high:
         raise Ros2Error(f"{path}: {number} does not fit into {name} ({low} to {high})")
     return number
@@ -206,7 +206,7 @@ def _check_byte(value: Any, path: str, name: str, limit: int) -> int:
 
 def _check_float(value: Any, path: str, name: str, _limit: int) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float | np.number):
-        raise Ros2Error(f"{path}: a number is wanted ({name}), not {value!r}")
+        raise Ros2Error(f"{path} must be a number ({name}), not {value!r}")
     number = float(value)
     if name == "float32" and math.isfinite(number) and abs(number) > _FLOAT32_MAX:
         raise Ros2Error(f"{path}: {value} does not fit into float32")
@@ -215,21 +215,21 @@ def _check_float(value: Any, path: str, name: str, _limit: int) -> float:
 
 def _check_boolean(value: Any, path: str, _name: str, _limit: int) -> bool:
     if not isinstance(value, bool | np.bool_):
-        raise Ros2Error(f"{path}: true or false is wanted, not {value!r}")
+        raise Ros2Error(f"{path} must be true or false, not {value!r}")
     return bool(value)
 
 
 def _check_string(value: Any, path: str, _name: str, limit: int) -> str:
     if not isinstance(value, str):
-        raise Ros2Error(f"{path}: a string is wanted, not {value!r}")
+        raise Ros2Error(f"{path} must be a string, not {value!r}")
     if "\0" in value:  # C++ nodes would read the text up to the NUL
-        raise Ros2Error(f"{path}: a string has no NUL in it")
+        raise Ros2Error(f"{path} must not contain a NUL")
     try:
         size = len(value.encode())
     except UnicodeEncodeError:
-        raise Ros2Error(f"{path}: {value!r} is no Unicode text") from None
+        raise Ros2Error(f"{path}: {value!r} is not valid Unicode") from None
     if limit and size > limit:
-        raise Ros2Error(f"{path}: at most {limit} bytes are possible, not {size}")
+        raise Ros2Error(f"{path} must have at most {limit} bytes, not {size}")
     return value
 
 

@@ -80,7 +80,7 @@ def parameter_type(value: ParameterValue) -> ParameterType:
         raise Ros2Error(f"a number does not fit into 64 bits: {value}")
     classes = {type(element) for element in elements}
     if len(classes) > 1:
-        raise Ros2Error(f"a list has values of one type: {value}")
+        raise Ros2Error(f"the values of a list must be of one type, unlike {value}")
     # an empty list has no element that shows its type: any type of array would do
     return _TYPES_BY_CLASS[classes.pop()][is_list] if classes else ParameterType.STRING_ARRAY
 
@@ -101,7 +101,7 @@ def decode_value(message: Mapping[str, Any]) -> ParameterValue:
     """
     type_number = message["type"]
     if type_number not in list(ParameterType):
-        raise Ros2Error(f"there is no type {type_number} of parameters")
+        raise Ros2Error(f"unknown parameter type {type_number}")
     field = _VALUE_FIELDS.get(ParameterType(type_number))
     if field is None:
         return None

@@ -87,13 +87,13 @@ class NodeSettings(Struct, frozen=True):
         if transport not in TRANSPORTS:
             raise ConfigError(
                 f"{component}: there is no transport '{transport}'",
-                hint=did_you_mean(transport, TRANSPORTS, f"there are: {', '.join(TRANSPORTS)}"),
+                hint=did_you_mean(transport, TRANSPORTS, f"use one of: {', '.join(TRANSPORTS)}"),
             )
         for key, transports in _TRANSPORTS_BY_KEY.items():
             if key in settings and transport not in transports:
                 raise ConfigError(
-                    f"{component}: '{key}' goes with the transport {' or '.join(transports)},"
-                    f" not with {transport}"
+                    f"{component}: '{key}' belongs to the transport {' or '.join(transports)},"
+                    f" not to {transport}"
                 )
         # -1 stands for a missing domain, since `typed_setting` takes the type from the default
         return cls(

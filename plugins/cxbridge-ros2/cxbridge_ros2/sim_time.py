@@ -107,8 +107,8 @@ class SimTimeClock(Clock):
         if not self._now_us:
             self.close()
             raise Ros2Error(
-                f"no time came on {CLOCK_TOPIC} within {self._patience_s:g} s",
-                hint="does the simulation run, and is it in the same ROS_DOMAIN_ID and range of discovery?",
+                f"no time was received on {CLOCK_TOPIC} within {self._patience_s:g} s",
+                hint="is the simulation running, and is it in the same ROS_DOMAIN_ID and range of discovery?",
             )
 
     def _follow(self, node: Node) -> None:

@@ -150,7 +150,9 @@ class RosSkills(RosExecutor):
         if sent.is_accepted is False:
             raise SkillFailedError(f"{skill.name} has rejected the goal")
         if sent.status is GoalStatus.UNKNOWN:
-            raise SkillFailedError(f"the server of {skill.name} does not know the goal: it was restarted")
+            raise SkillFailedError(
+                f"the server of {skill.name} does not know the goal, since it was restarted"
+            )
         if sent.status is not GoalStatus.SUCCEEDED:
             reason = sent.reason or value_at(sent.result, skill.error_path)
             raise SkillFailedError(f"{skill.name}: {sent.status.name}{f', {reason}' if reason else ''}")
@@ -243,14 +245,14 @@ def fill_template(value: Any, call: SkillCall, tables: Mapping[str, Mapping[str,
 def _read_skill(name: str, settings: Any, namespace: str) -> RosSkill:
     if not isinstance(settings, Mapping) or ("action" in settings) == ("service" in settings):
         raise ConfigError(
-            f"the skill {name} is neither an action nor a service", hint="name one: action: TYPE"
+            f"the skill {name} is neither an action nor a service", hint="write action: TYPE or service: TYPE"
         )
     is_action = "action" in settings
     check_keys(settings, _ACTION_KEYS if is_action else _SERVICE_KEYS, f"the skill {name}")
     template = settings.get("goal" if is_action else "request", {})
     if not isinstance(template, Mapping) and not _PARAMETER.fullmatch(str(template)):
         raise ConfigError(
-            f"the goal or request of the skill {name} is a mapping, not {template!r}",
+            f"the goal or request of the skill {name} must be a mapping, not {template!r}",
             hint="or a parameter whose table has mappings: $place",
         )
     return RosSkill(

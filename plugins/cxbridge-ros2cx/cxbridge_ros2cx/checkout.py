@@ -52,7 +52,7 @@ class Ros2CxCheckout(Struct, frozen=True):
         missing = [package for folder, package in packages.items() if not (checkout.root / folder).is_dir()]
         if missing:
             raise CxbridgeError(
-                f"this is not a checkout of ros2-clips-executive that cxbridge knows: "
+                f"this is not a checkout of ros2-clips-executive that cxbridge supports: "
                 f"it lacks the CLIPS files or parameters of {', '.join(missing)}",
                 file=root,
                 hint=f"name the top folder of the repository, at commit {KNOWN_COMMIT} "

@@ -56,8 +56,8 @@ def _find_changed_files(checkout: Ros2CxCheckout) -> Iterator[str]:
     if changed:
         unchanged = ", ".join(package for package, files in changed_files.items() if not files) or "nothing"
         yield (
-            f"{checkout.root}: this is not commit {KNOWN_COMMIT}, the one that was compared. "
-            f"Other than there: {changed}. The same: {unchanged}"
+            f"{checkout.root}: this is not commit {KNOWN_COMMIT}, with which cxbridge was compared. "
+            f"Different files: {changed}. Unchanged: {unchanged}"
         )
 
 
@@ -78,7 +78,7 @@ def _find_unknown_keys(config: Configuration, spec: str) -> Iterator[str]:
     for path, names in known_keys.items():
         for key in config.keys(path):
             if key not in names:
-                hint = did_you_mean(key, names, f"known are {', '.join(names)}")
+                hint = did_you_mean(key, names, f"the known keys are {', '.join(names)}")
                 yield f"{_format_location(config, f'{path}/{key}')}'{key}' is never read; {hint}"
 
 
@@ -87,8 +87,9 @@ def _find_invalid_folders(config: Configuration, checkout: Ros2CxCheckout) -> It
     for text in config.get_strings(path, default=[]):
         unknown = [name for name in _PLACEHOLDER.findall(text) if name not in _SHIPPED_PLACEHOLDERS]
         if unknown:
-            hint = f"there is: {_SHIPPED_PLACEHOLDERS[0]}"
-            yield f"{_format_location(config, path)}{unknown[0]} in clips-dirs stands for nothing; {hint}"
+            hint = f"use {_SHIPPED_PLACEHOLDERS[0]}"
+            location = _format_location(config, path)
+            yield f"{location}{unknown[0]} in clips-dirs is not a known placeholder; {hint}"
         elif "@FEATURESTEST@" not in text:
             folder = Path(text.replace("@CONFDIR@", str(checkout.bringup_folder)))
             if not folder.is_dir():

@@ -79,7 +79,7 @@ class MoveExecutor(SkillExecutor):
         """Report the progress and the remaining distance twice a second."""
         if (target := self.positions.get(call.text("3"))) is None:
             raise SkillFailedError(
-                f"there is no waypoint {call.text('3')}: there are {', '.join(self.positions)}"
+                f"unknown waypoint {call.text('3')}, not one of {', '.join(self.positions)}"
             )
         start, start_us, feedback_us = self.position, self.clock.now_us(), self.clock.now_us()
         distance = math.dist(start, target)

@@ -97,7 +97,7 @@ def make_features(
                 f"there is no plugin '{entry.plugin}' for the feature '{entry.name}'",
                 file=entry.file,
                 line=entry.line,
-                hint=f"there are: {', '.join(plugins)}",
+                hint=f"use one of: {', '.join(plugins)}",
             )
         features.append(plugins[entry.plugin](entry.name))
     return features

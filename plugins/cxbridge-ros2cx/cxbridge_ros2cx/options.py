@@ -83,6 +83,6 @@ class Ros2CxOptions(PluginOptions):
     def check(self, options: RunOptions) -> None:  # noqa: ARG002 - the check needs no options of other groups
         if self.executors and self.ros2cx is None:
             raise CxbridgeError(
-                "--executor goes with --ros2cx only",
+                "--executor requires --ros2cx",
                 hint="other scenarios name their executors in the configuration, below skill-board",
             )

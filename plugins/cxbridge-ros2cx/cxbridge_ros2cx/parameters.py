@@ -86,7 +86,7 @@ def load_feature_entries(folder: Path) -> tuple[FeatureEntry, ...]:
     for name in config.get_strings(f"{parameter_path}/clips_features"):
         if any(entry.name == name for entry in entries):
             raise _feature_list_error(
-                config, parameter_path, f"the feature '{name}' is listed twice", "name each once"
+                config, parameter_path, f"the feature '{name}' is listed twice", "list each feature once"
             )
         path = f"{parameter_path}/{name}/plugin"
         if not config.exists(path):
@@ -115,5 +115,7 @@ def refresh_period_us(config: Configuration) -> int:
     if 0 < rate <= _MAX_REFRESH_HZ:
         return round(1_000_000 / rate)
     raise config.error(
-        REFRESH_RATE_PATH, f"refresh-rate cannot be {rate:g}", f"Hz, more than 0, up to {_MAX_REFRESH_HZ}"
+        REFRESH_RATE_PATH,
+        f"refresh-rate cannot be {rate:g}",
+        f"the rate is in Hz, above 0 and at most {_MAX_REFRESH_HZ}",
     )

@@ -66,7 +66,7 @@ def _find_faults(items: tuple[Item, ...]) -> Iterator[tuple[Item, str]]:
     for section in requirements:
         for word in section.items[1:]:
             if isinstance(word, BracketWord) and word.text.removeprefix(":") not in REQUIREMENTS:
-                yield word, f"it knows no requirement {word.text}"
+                yield word, f"it does not know the requirement {word.text}"
     has_typing = any(word.text == ":typing" for item in requirements for word in _filter_words(item.items))
     section_keywords: set[str] = set()  # of the sections before the current section
     for section in sections:
@@ -103,7 +103,7 @@ def _find_value_faults(key: str, value: Group, *, durative: bool) -> Iterator[tu
     elif key != ":parameters":
         for group in _find_all_groups(value):
             if group.head in _UNKNOWN_KEYWORDS:
-                yield group, f"it knows no '{group.head}'"
+                yield group, f"it does not know '{group.head}'"
         if durative:
             # an empty list is an empty condition or effect
             conjuncts = _filter_groups(value.items) if value.head == "and" else [value] * bool(value.items)

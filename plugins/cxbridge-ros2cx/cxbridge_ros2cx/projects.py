@@ -52,7 +52,7 @@ class Ros2CxTemplate(Template):
         if source_path.is_file():
             return _clips_manager_files(name, source_path, self.ros2cx and self.ros2cx.absolute())
         if self.ros2cx is not None:
-            raise CxbridgeError("--ros2cx goes with the parameters of an agent", file=source_path)
+            raise CxbridgeError("--ros2cx requires the parameters of an agent", file=source_path)
         return read_template(
             _TEMPLATES / "thesis",
             checkout_replacements(name, source_path, make_options(None, ros2cx=source_path)),

@@ -13,7 +13,7 @@ from cxbridge.clock import MICROSECONDS, Clock
 class RefreshTimer:
     """A periodic timer.
 
-    :param period_us: the time between two runs of the rules.
+    :param period_us: the time between two due times.
     """
 
     def __init__(self, clock: Clock, period_us: int) -> None:
@@ -23,22 +23,22 @@ class RefreshTimer:
         self._is_late = False
 
     def advance_if_due(self) -> bool:
-        """Return whether a run is due; if a run is due, schedule the next run."""
+        """Return whether the timer is due; if so, schedule the next due time."""
         if self._is_late:
             self._is_late = False
             return True
         now_us = self._clock.now_us()
         if now_us < self._next_us:
             return False
-        # as a ROS timer does: a late run does not delay later runs, and missed runs are dropped
+        # as with a ROS timer, a late check does not delay later due times, and missed due times are dropped
         missed = (now_us - self._next_us) // self._period_us
         self._next_us += (missed + 1) * self._period_us
         return True
 
-    def record_block(self, seconds: float) -> None:
+    def record_blocking(self, seconds: float) -> None:
         """Record that the current callback blocks.
 
-        If the callback blocks for a period or longer, the next run follows at once. On a virtual clock no
+        If the callback blocks for a period or longer, the timer is due again at once. On a virtual clock no
         time passes within a callback, so only the order of events changes.
         """
         if seconds * MICROSECONDS >= self._period_us:

@@ -59,6 +59,6 @@ class Ros2CxSettings(Struct, frozen=True):
         block_times_s = tuple(config.get_floats(f"{TREE}/removal-blocks", default=[]))
         if block_times_s and mode is not Ros2CxMode.ORIGINAL:
             # in the mode sane, removals do not block: the times would have no effect
-            message = "removal-blocks goes with mode: original only"
+            message = "removal-blocks requires mode: original"
             raise config.error(f"{TREE}/removal-blocks", message, "write mode: original")
         return cls(mode, block_times_s, tuple(config.get_strings(f"{TREE}/unsensed", default=[])))

@@ -72,21 +72,21 @@ class Ros2CxSource(Source):
         options = self.options
         if options.core == "fawkes":
             raise CxbridgeError(
-                "--core fawkes cannot go with --ros2cx",
+                "--core fawkes cannot be combined with --ros2cx",
                 hint="without --core the checkout's own core is used, with --core builtin ours",
             )
         if options.scenario is not None or options.fawkes_dir is not None:
             raise CxbridgeError(
-                "--ros2cx goes with neither a scenario nor --fawkes-dir",
+                "--ros2cx cannot be combined with a scenario or --fawkes-dir",
                 hint="its own parameter files are the configuration; lay another one over them with --config",
             )
         if not self.needs_skiller and options.skiller not in ("lua", "none"):
             raise CxbridgeError(
-                f"--skiller {options.skiller} cannot go with --ros2cx: its actions go to executors",
+                f"--skiller {options.skiller} cannot be combined with --ros2cx: its actions go to executors",
                 hint="name an executor that sends skill strings to it, with --executor or in --config",
             )
         if options.overlays:
-            raise CxbridgeError("--overlay goes with Fawkes' layout only, not with --ros2cx")
+            raise CxbridgeError("--overlay requires Fawkes' layout, so it cannot be combined with --ros2cx")
 
     @property
     def folders(self) -> tuple[Path, ...]:
@@ -179,9 +179,9 @@ class Ros2CxSource(Source):
         folder = self._checkout.parameter_folder
         block_times_s = iter(Ros2CxSettings.from_config(context.config).removal_block_times_s)
 
-        def record_block() -> None:
+        def record_blocking() -> None:
             if self._refresh_timer is not None:
-                self._refresh_timer.record_block(next(block_times_s, 0.0))
+                self._refresh_timer.record_blocking(next(block_times_s, 0.0))
 
         features = make_features(
             load_feature_entries(folder),
@@ -189,7 +189,7 @@ class Ros2CxSource(Source):
             folder,
             context.board,
             lambda: self._find_skills(context),
-            record_block,
+            record_blocking,
             context.make_planning,
         )
         if not context.paths.is_builtin:

@@ -22,7 +22,7 @@ _PROFILE_OFFSET: Final = len(MAGIC) + 1 + 8
 
 
 def _is_bag_folder(path: Path, head: bytes) -> bool:
-    # `head` has the first bytes of a file, so that of a folder is empty
+    # `head` has the first bytes of a file, and is empty for a folder
     return not head and (path / METADATA_FILE).is_file()
 
 

@@ -1,7 +1,7 @@
 """Reader of ROS 2 bags as recorded runs.
 
 A bag is one that cxbridge has written, with the events of a run, or the recording of a robot. A bag may be
-cut or damaged, and its types may be unknown: the reader notes each omission and continues.
+truncated or damaged, and its types may be unknown: the reader notes each omission and continues.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from cxbridge_ros2.messages import Codec, Message
 from cxbridge_ros2.names import parse_type
 from cxbridge_ros2.stamps import NS_PER_US
 
-METADATA_PREFIX: Final = "cxbridge"  # start of the run's keys among the custom metadata of a bag
+METADATA_PREFIX: Final = "cxbridge"  # precedes the keys of the run in the custom metadata of a bag
 
 T = TypeVar("T")
 
@@ -127,7 +127,7 @@ class BagRun(Run):
                     self.note(f"{topic} at {time_ns} ns: {error}")
 
     def description(self) -> Iterator[str]:
-        """Yield the topics with their types and numbers of messages."""
+        """Yield the topics with their types and message counts."""
         with self._open() as bag:
             for connection in sorted(bag.connections, key=lambda connection: connection.topic):
                 yield f"{connection.topic}: {connection.msgcount} x {connection.msgtype}"
@@ -139,11 +139,11 @@ class BagRun(Run):
             bag = Reader(self.path)
             bag.open()
         except (ReaderError, OSError) as error:
-            raise TraceError(f"an incomplete or damaged bag of ROS 2: {error}", file=self.path) from None
+            raise TraceError(f"incomplete or damaged ROS 2 bag: {error}", file=self.path) from None
         except Exception as error:  # noqa: BLE001 - damaged files raise many kinds of errors in rosbags
             reason = f"{type(error).__name__}: {error}"
             raise TraceError(
-                f"a damaged bag of ROS 2: {reason}", file=self.path, hint="try: ros2 bag reindex"
+                f"damaged ROS 2 bag: {reason}", file=self.path, hint="try: ros2 bag reindex"
             ) from None
         try:
             yield bag

@@ -43,7 +43,7 @@ _SKILL_STATUSES: Final = {
 }
 _REQUEST_EVENTS: Final = (0, 1)  # REQUEST_SENT, REQUEST_RECEIVED of service_msgs/ServiceEventInfo
 _INTERFACE_SLASH_COUNT: Final = 3  # in /blackboard/TYPE/ID; topics of an interface's messages have more
-_MAX_GOALS: Final = 1000  # a long recording has any number of goals, so the oldest are forgotten
+_MAX_GOALS: Final = 1000  # limits the memory for a long recording: the oldest goals are forgotten
 _MAX_ARGUMENTS_LENGTH: Final = 200  # characters of the arguments in a skill string, which people read
 
 # Converts a message to events; called with the topic, the message, and the time in microseconds.

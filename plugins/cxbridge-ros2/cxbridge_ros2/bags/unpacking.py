@@ -30,18 +30,20 @@ def _decompress(make_decompressor: Callable[[], Any], data: bytes) -> bytes:
     """Unpack data that consists of frames.
 
     :param make_decompressor: makes the decompressor of a frame.
-    :raises ReaderError: if the data is cut, or exceeds the limit.
+    :raises ReaderError: if the data is truncated or exceeds the limit.
     """
     chunks: list[bytes] = []
     remaining_bytes = MAX_UNPACKED_BYTES
     while data:
         frame = make_decompressor()
-        chunk = bytes(frame.decompress(data, remaining_bytes + 1))  # one more byte shows an excess
+        chunk = bytes(
+            frame.decompress(data, remaining_bytes + 1)
+        )  # one byte more than the limit reveals larger data
         remaining_bytes -= len(chunk)
         if remaining_bytes < 0:
             raise ReaderError(f"a chunk or message of more than {MAX_UNPACKED_BYTES} bytes")
         if not frame.eof and not chunk:
-            raise ReaderError("a cut chunk or message")
+            raise ReaderError("a truncated chunk or message")
         chunks.append(chunk)
         data = frame.unused_data or b"" if frame.eof else b""
     return b"".join(chunks)
@@ -72,7 +74,9 @@ class _LimitedZstd:
             while chunk := unpacked.read(_READ_BYTES):
                 size += len(chunk)
                 if size > max_bytes:
-                    raise ReaderError(f"a packed file of {packed_bytes} bytes becomes more than {max_bytes}")
+                    raise ReaderError(
+                        f"a packed file of {packed_bytes} bytes expands to more than {max_bytes}"
+                    )
         file.seek(0)
         return self._module.open(file, mode)
 

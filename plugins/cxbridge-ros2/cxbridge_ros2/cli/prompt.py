@@ -23,8 +23,8 @@ from cxbridge_ros2.experts.terminal import Terminal
 from cxbridge_ros2.settings import NodeSettings
 
 _PROMPT: Final = "> "
-_EXIT_REFUSED: Final = 1  # exit status when the expert has rejected the command
-_EXIT_INVALID: Final = 2  # exit status of a wrong command
+_EXIT_REFUSED: Final = 1  # exit status after an expert has refused a command
+_EXIT_INVALID: Final = 2  # exit status after an unknown command, or without a server
 
 
 class Prompt(Closing):
@@ -72,9 +72,8 @@ class Prompt(Closing):
         if sys.platform != "win32":  # Windows has no readline, and its console has a history
             import readline
 
-            readline.set_completer_delims(
-                " "
-            )  # words such as num_actions and plan-file have other characters
+            # only blanks separate words, since words such as plan-file and ?robot0 have other characters
+            readline.set_completer_delims(" ")
             readline.set_completer(
                 lambda _text, state: self._find_completion(readline.get_line_buffer(), state)
             )
@@ -103,5 +102,5 @@ def _print_problem(text: str) -> None:
 
 def _piped_lines() -> Iterator[str]:
     lines = CommandLines()
-    while (line := lines.next(lambda: False)) is not None:  # the function would end the wait for a line
+    while (line := lines.next(lambda: False)) is not None:  # no wait ends before the next line
         yield line

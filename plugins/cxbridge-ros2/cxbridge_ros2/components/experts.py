@@ -35,11 +35,9 @@ class Ros2Experts(Component):
         settings = ExpertSettings.parse(context.config, context.paths.confdir)
         with locate_errors(context.config, SECTION):
             if not context.spec:
-                raise ConfigError(
-                    "the experts need an executive", hint="name a spec, or leave ros2/experts out"
-                )
+                raise ConfigError("the experts need an executive", hint="name a spec, or remove ros2/experts")
             if not context.source.has_fawkes_configuration:
-                raise ConfigError("the experts do not work with --ros2cx", hint="leave ros2/experts out")
+                raise ConfigError("the experts do not work with --ros2cx", hint="remove ros2/experts")
         planning = PlannerSettings.from_config(context.config)
         namespace = settings.node.namespace
         if context.name:  # each agent of a team has separate experts

@@ -99,10 +99,10 @@ def _parse_name_and_level(values: Mapping[str, Any]) -> tuple[str, Level]:
     log = typed_setting(values, "log", "info", _COMPONENT)
     if log not in _LEVELS:
         raise ConfigError(
-            f"there is no level '{log}' of logs",
+            f"unknown log level '{log}'",
             hint=did_you_mean(log, _LEVELS, f"use one of: {', '.join(_LEVELS)}"),
         )
     name = typed_setting(values, "name", "cxbridge", _COMPONENT)
     if not name.isidentifier():
-        raise ConfigError(f"'{name}' is not a name of a node", hint="use letters, digits and _")
+        raise ConfigError(f"'{name}' is not a valid node name", hint="use letters, digits and _")
     return name, _LEVELS[log]

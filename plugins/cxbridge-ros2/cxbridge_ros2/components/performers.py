@@ -59,9 +59,9 @@ class Ros2Performers(Component):
             ):
                 raise self._context.config.error(
                     f"{SECTION}/{key}/",
-                    f"the performer {key} would ask itself for {', '.join(sorted(circular_skills))}:"
+                    f"the performer {key} would call itself for {', '.join(sorted(circular_skills))}:"
                     f" {host.name} lets performers on {performer.topic} execute it",
-                    f"leave it out of {SECTION}/{key}/actions, or of the skills of {host.name}",
+                    f"remove it from {SECTION}/{key}/actions, or from the skills of {host.name}",
                 )
 
     def _find_skill_calls(self) -> LocalSkillCalls | None:

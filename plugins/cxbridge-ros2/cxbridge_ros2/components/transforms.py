@@ -1,4 +1,7 @@
-"""The component that exchanges coordinate frames: /tf and /tf_static of ROS 2, TransformInterfaces here."""
+"""The component that exchanges coordinate frames between ROS 2 and the blackboard.
+
+ROS 2 has frames on the topics /tf and /tf_static, the blackboard has a TransformInterface for each frame.
+"""
 
 from __future__ import annotations
 
@@ -74,17 +77,17 @@ class Ros2Transforms(Component):
     def _find_publisher(self, child: str) -> TransformPublisher:
         if child not in self._publishers:
             if len(self._publishers) >= MAX_FRAMES:
-                raise InterfaceError(f"there are {MAX_FRAMES} frames already")
+                raise InterfaceError(f"the limit of {MAX_FRAMES} frames is reached")
             publisher = TransformPublisher(self._board, f"{ROS_ID_PREFIX}{child}", owner="ROS 2")
             self._publishers[child] = publisher
         return self._publishers[child]
 
     def _refuse_frame(self, child: str, reason: str) -> None:
-        """Log once why a frame is left out."""
+        """Log once why a frame is ignored."""
         if len(self._refused_frames) >= MAX_FRAMES:
             return  # other nodes may send any number of names, which would fill log and memory
         self._refused_frames.add(child)
-        self._log.warn(f"The frame '{child}' of ROS 2 is left out: {reason}")
+        self._log.warn(f"The frame '{child}' of ROS 2 is ignored: {reason}")
 
     def close(self) -> None:
         if self._frame_publisher is not None:

@@ -74,7 +74,7 @@ def _add_problem_goal(expert: ProblemExpert, codec: NodeCodec, request: Message)
 def _get_instance(expert: ProblemExpert, _codec: NodeCodec, request: Message) -> Mapping[str, Any]:
     type_name = expert.instances.get(name := request["instance"])
     if type_name is None:
-        raise Ros2Error(f"there is no '{name}'")
+        raise Ros2Error(f"there is no instance '{name}'")
     return {"instance": make_param(name, type_name)}
 
 

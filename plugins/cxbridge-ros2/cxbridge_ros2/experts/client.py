@@ -55,18 +55,20 @@ class ExpertClient:
             self._clients[name] = self.node.create_client(name, SERVICE_TYPES[service])
         client = self._clients[name]
         if not self.wait(lambda: client.has_server, self._patience_s):
-            raise Ros2Error(f"{name} has no server", hint="see 'ros2 service list', the domain and the reach")
+            raise Ros2Error(
+                f"{name} has no server", hint="check 'ros2 service list', the domain and the reach"
+            )
         responses: list[Message] = []
         reasons: list[str] = []
         end_us = self.clock.now_us() + round((patience_s or self._patience_s) * MICROSECONDS)
-        numbers: list[int] = []
+        request_numbers: list[int] = []
         while not (responses or reasons) and self.clock.now_us() < end_us:
-            if not numbers or service.rpartition("/")[2].startswith(_READ_ONLY_PREFIXES):
-                numbers.append(client.call(request or {}, responses.append, reasons.append))
+            if not request_numbers or service.rpartition("/")[2].startswith(_READ_ONLY_PREFIXES):
+                request_numbers.append(client.call(request or {}, responses.append, reasons.append))
             remaining_s = (end_us - self.clock.now_us()) / MICROSECONDS
             self.wait(lambda: bool(responses or reasons), min(_REPEAT_S, remaining_s))
-        for number in numbers:
-            client.forget(number)
+        for request_number in request_numbers:
+            client.forget(request_number)
         if not responses:
             raise Ros2Error(f"{name}: {reasons[0]}" if reasons else f"{name} does not answer")
         return responses[0]

@@ -127,7 +127,7 @@ def _get_derived_predicates(expert: ProblemExpert, _codec: NodeCodec, _request: 
 def _get_derived_predicate_details(
     _expert: ProblemExpert, _codec: NodeCodec, request: Message
 ) -> Mapping[str, Any]:
-    raise Ros2Error(f"'{request['predicate']}': there are no derived predicates here")
+    raise Ros2Error(f"'{request['predicate']}': derived predicates are not supported")
 
 
 def _select_declarations(domain: Domain, kind: TreeNodeKind) -> Sequence[Predicate | Function]:

@@ -19,8 +19,10 @@ _FAILED: Final = 3
 # 1, NOT_EXECUTED, is missing: the state of each action at the start is not reported
 _STATES: Final = {2: "executing", _FAILED: "failed", 4: "succeeded", 5: "cancelled"}
 
-_NUMBER: Final = r"(\d+(?:\.\d+)?)"
-_ITEM_PATTERN: Final = re.compile(rf"\s*{_NUMBER}\s*:\s*(\([^()]+\))\s*(?:\[\s*{_NUMBER}\s*\])?\s*")
+_NUMBER_PATTERN: Final = r"(\d+(?:\.\d+)?)"
+_ITEM_PATTERN: Final = re.compile(
+    rf"\s*{_NUMBER_PATTERN}\s*:\s*(\([^()]+\))\s*(?:\[\s*{_NUMBER_PATTERN}\s*\])?\s*"
+)
 
 PlanItem = Mapping[str, Any]  # a plansys2_msgs/msg/PlanItem
 
@@ -64,7 +66,7 @@ def execute_plan(client: ExpertClient, items: Sequence[PlanItem]) -> Iterator[st
 
     Closing the generator early cancels the plan.
 
-    :raises ExpertRefusedError: if the plan fails; with the failed actions.
+    :raises ExpertRefusedError: if the plan fails; the error names the failed actions.
     :raises Ros2Error: if there is no executor, or the executor vanishes.
     """
     name = client.namespace + _ACTION_NAME

@@ -169,7 +169,7 @@ class ProblemExpert:
             raise PddlError(f"'{name}' is not a valid name")
         domain = self._find_domain()
         if domain is not None and type_name not in (ROOT_TYPE, *names_of(domain.types)):
-            raise PddlError(f"the domain has no such type: '{type_name}'")
+            raise PddlError(f"the domain has no type '{type_name}'")
         self._check_type(name, type_name)
         if name not in self.instances:
             self.knowledge.put_instance(name, type_name)
@@ -177,7 +177,7 @@ class ProblemExpert:
     def _check_type(self, name: str, type_name: str) -> None:
         known_type = self.instances.get(name)
         if known_type not in (None, type_name):
-            raise PddlError(f"'{name}' is a {known_type} already")
+            raise PddlError(f"'{name}' already has the type {known_type}")
 
     def remove_instance(self, name: str) -> None:
         """Remove an instance, and all predicates, functions and parts of the goal that name the instance.
@@ -185,7 +185,7 @@ class ProblemExpert:
         :raises PddlError: if there is no such instance.
         """
         if name not in self.knowledge.instances:
-            status = "a constant of the domain" if name in self.instances else "no instance"
+            status = "a constant of the domain" if name in self.instances else "not an instance"
             raise PddlError(f"'{name}' is {status}")
         for ground in list(self.knowledge.predicates):
             _, arguments = ground

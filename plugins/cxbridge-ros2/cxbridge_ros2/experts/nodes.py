@@ -101,13 +101,15 @@ class NodeCodec:
 
     # --- from messages
 
-    def decode_tree(self, tree: Mapping[str, Any], *, effects: bool = False) -> Formula:
+    def decode_tree(self, tree: Mapping[str, Any], *, allows_changes: bool = False) -> Formula:
         """Return a tree as a formula.
 
-        :param effects: whether numeric changes are allowed.
+        :param allows_changes: whether numeric changes are allowed.
         :raises Ros2Error: if the tree is not a formula.
         """
-        return _TreeReader(tree["nodes"], self._operators, self._kinds, effects=effects).decode_tree()
+        return _TreeReader(
+            tree["nodes"], self._operators, self._kinds, allows_changes=allows_changes
+        ).decode_tree()
 
 
 class _TreeReader:
@@ -119,10 +121,10 @@ class _TreeReader:
         operators: Mapping[int, str],
         kinds: list[TreeNodeKind],
         *,
-        effects: bool,
+        allows_changes: bool,
     ) -> None:
         self._nodes, self._operators, self._kinds = nodes, operators, kinds
-        self._effects = effects
+        self._allows_changes = allows_changes
         self._visited: set[int] = set()
 
     def decode_tree(self, index: int = 0, depth: int = 0) -> Formula:
@@ -135,7 +137,7 @@ class _TreeReader:
             if operator in _COMPARISONS:
                 return TermComparison(operator, left, right)
             raise Ros2Error(f"'{operator}' is a number, not a condition")
-        if kind is TreeNodeKind.CHANGE and self._effects:
+        if kind is TreeNodeKind.CHANGE and self._allows_changes:
             return NumericChange(*self._decode_operation(node["modifier_type"], node, depth))
         return self._make_composite(
             node, kind, tuple(self.decode_tree(child, depth + 1) for child in node["children"])
@@ -188,7 +190,7 @@ class _TreeReader:
             raise Ros2Error(f"the tree is deeper than {_MAX_DEPTH} nodes")
         # below N nodes with two parents each, a node would be decoded 2^N times
         if index in self._visited:
-            raise Ros2Error(f"the tree has node {index} in two places: a node has one parent")
+            raise Ros2Error(f"node {index} of the tree has two parents")
         self._visited.add(index)
         kind = self._nodes[index]["node_type"]
         return self._nodes[index], TreeNodeKind(kind) if kind in self._kinds else TreeNodeKind.UNKNOWN
@@ -237,7 +239,7 @@ class _TreeWriter:
                 ]
                 return self._add_node(TreeNodeKind.EXISTS, (part,), parameters=parameters)
             case _:
-                raise Ros2Error(f"PlanSys2's messages have no words for {format_formula(formula)}")
+                raise Ros2Error(f"PlanSys2's messages cannot express {format_formula(formula)}")
 
     def _add_node(self, kind: TreeNodeKind, children: Sequence[Formula | Term] = (), **fields: Any) -> int:
         index = len(self._nodes)
@@ -263,11 +265,11 @@ class _TreeWriter:
                 number = self._numbers[operator]
                 return self._add_node(TreeNodeKind.EXPRESSION, (left, right), expression_type=number)
             case FunctionTerm():
-                raise Ros2Error(f"PlanSys2's messages have no words for {format_term(term)}")
+                raise Ros2Error(f"PlanSys2's messages cannot express {format_term(term)}")
             case Constant(name=text) if (value := number_of(text)) is not None:
                 return self._add_node(TreeNodeKind.NUMBER, value=value)
             case _ if self._is_before_jazzy:
-                raise Ros2Error(f"PlanSys2's messages compare numbers only, not {format_term(term)}")
+                raise Ros2Error(f"PlanSys2's messages can only compare numbers, not {format_term(term)}")
             case _:
                 kind = TreeNodeKind.PARAMETER if isinstance(term, Variable) else TreeNodeKind.CONSTANT
                 return self._add_node(kind, name=self._term_name(term))

@@ -75,11 +75,11 @@ class ExpertSettings(Struct, frozen=True):
             for name in names:
                 if name not in (_ALL, *SERVICES_BY_NODE):
                     raise ConfigError(
-                        f"{_COMPONENT}: '{name}' is no service",
+                        f"{_COMPONENT}: '{name}' is not a service of the experts",
                         hint=did_you_mean(
                             name,
                             (_ALL, *SERVICES_BY_NODE),
-                            f"there are: {', '.join((*SERVICES_BY_NODE, _ALL))}",
+                            f"use: {', '.join((*SERVICES_BY_NODE, _ALL))}",
                         ),
                     )
             if not names:

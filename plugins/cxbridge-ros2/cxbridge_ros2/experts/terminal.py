@@ -122,7 +122,7 @@ class Terminal:
             if count <= len(words) and command in self.commands:
                 argument = " ".join(line.split(None, count)[count:]).strip()
                 if argument and command in _ARGUMENTLESS_COMMANDS:
-                    raise UsageError(f"'{command}' takes nothing more, not '{argument}'")
+                    raise UsageError(f"'{command}' takes no argument, but got '{argument}'")
                 try:
                     yield from self.commands[command](argument) or ()
                 except PddlError as error:
@@ -131,7 +131,7 @@ class Terminal:
         first_words = dict.fromkeys(command.split()[0] for command in self.commands)
         similar = [command for command in self.commands if command.split()[0] == words[0]] or [*first_words]
         raise UsageError(
-            f"there is no command '{line.strip()}'",
+            f"unknown command '{line.strip()}'",
             hint=did_you_mean(" ".join(words[:2]), similar, f"there are: {', '.join(similar)}"),
         )
 
@@ -193,7 +193,7 @@ class Terminal:
 
     def _format_tree(self, tree: Message) -> str:
         try:
-            return format_formula(self._codec.decode_tree(tree, effects=True))
+            return format_formula(self._codec.decode_tree(tree, allows_changes=True))
         except Ros2Error as error:  # the rest of the output is of use without this formula
             return f"({error.message})"
 
@@ -221,7 +221,7 @@ class Terminal:
     def _set_instance(self, argument: str) -> None:
         words = argument.split()
         if len(words) != 2:  # noqa: PLR2004 - NAME and TYPE
-            raise UsageError("an instance has a name and a type", hint="set instance NAME TYPE")
+            raise UsageError("an instance must have a name and a type", hint="set instance NAME TYPE")
         self._request_problem("add_problem_instance", {"param": make_param(words[0], words[1])})
 
     def _remove_instance(self, argument: str) -> None:
@@ -231,7 +231,7 @@ class Terminal:
     def _change_predicate(self, service: str, argument: str) -> None:
         formula = parse_formula(argument)
         if not isinstance(formula, Atom):
-            raise UsageError(f"'{argument}' is no predicate", hint="set predicate (said PEGGY HELLO)")
+            raise UsageError(f"'{argument}' is not a predicate", hint="set predicate (said PEGGY HELLO)")
         self._request_problem(
             service,
             {"node": make_ground_node(TreeNodeKind.PREDICATE, make_ground(formula.predicate, formula), {})},
@@ -303,7 +303,7 @@ class Terminal:
         elif kind == "plan-file" and operand:
             items = read_plan(Path(operand))
         else:
-            raise UsageError(f"there is no 'run {argument}'", hint="; ".join(_find_help("run")))
+            raise UsageError(f"unknown command 'run {argument}'", hint="; ".join(_find_help("run")))
         yield from execute_plan(self._client, items)
 
     def _run_file(self, argument: str) -> OutputLines:
@@ -311,7 +311,9 @@ class Terminal:
         if argument.endswith((" 0", " 1")):
             name, is_shown = argument[:-2].rstrip(), argument.endswith("1")
         if self._is_sourcing or not name:
-            problem = "a file of commands names no other" if self._is_sourcing else "it takes a file"
+            problem = (
+                "a file of commands cannot read another file" if self._is_sourcing else "the file is missing"
+            )
             raise UsageError(problem, hint="source FILE [0|1]; 1 shows the commands")
         try:
             lines = Path(name).read_text(encoding="utf-8").splitlines()
@@ -331,7 +333,7 @@ class Terminal:
     def _show_help(self, argument: str) -> list[str]:
         help_lines = _find_help(argument)
         if not help_lines:
-            raise UsageError(f"there is no command '{argument}'")
+            raise UsageError(f"unknown command '{argument}'")
         return help_lines
 
     def _quit(self, _argument: str) -> None:
@@ -387,7 +389,7 @@ def _find_help(command: str) -> list[str]:
 def _parse_single_name(argument: str, usage: str) -> str:
     words = argument.split()
     if len(words) != 1:
-        raise UsageError(f"one name is wanted, not {len(words)}", hint=usage)
+        raise UsageError(f"there must be one name, not {len(words)}", hint=usage)
     return words[0]
 
 
@@ -405,7 +407,9 @@ def _parse_assignment(formula: Formula, text: str) -> tuple[Ground, float]:
             value = number_of(number)
             if value is not None:
                 return make_ground(call.function, call), value
-    raise UsageError(f"'{text}' is no value of a function", hint="set function (= (distance a b) 3)")
+    raise UsageError(
+        f"'{text}' does not assign a number to a function", hint="set function (= (distance a b) 3)"
+    )
 
 
 def _format_signature(message: Message) -> str:

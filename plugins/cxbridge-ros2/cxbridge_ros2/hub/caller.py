@@ -63,7 +63,10 @@ class HubSkill(Struct, frozen=True):
     def parse(cls, name: str, settings: Any, protocol: HubProtocol) -> HubSkill:
         """Parse the settings of a skill."""
         if not isinstance(settings, Mapping):
-            raise ConfigError(f"the skill {name} has settings, not {settings!r}", hint="e.g. {timeout: 60}")
+            raise ConfigError(
+                f"the settings of the skill {name} must be a mapping, not {settings!r}",
+                hint="e.g. {timeout: 60}",
+            )
         keys = [key for key in _SKILL_KEYS if key != "mapped" or protocol.has_agents]
         check_keys(settings, keys, f"the skill {name}")
         arguments = settings.get("arguments")
@@ -86,7 +89,7 @@ class HubSkill(Struct, frozen=True):
             values = [fill_template(argument, call, {}) for argument in self.arguments]
         for value in values:
             if isinstance(value, list | Mapping):
-                raise SkillError(f"{call.skill}: {value!r} is no argument of an action")
+                raise SkillError(f"{call.skill}: {value!r} cannot be an argument of an action")
         return tuple(map(str, values))
 
 
@@ -127,14 +130,16 @@ class HubSkills(RosExecutor):
     def __init__(self, context: ExecutorContext) -> None:
         super().__init__(context)
         if "agent-id" in self.settings and not self.protocol.has_agents:
-            raise ConfigError(f"{type(self).__name__} has no setting 'agent-id': its messages name no robot")
+            raise ConfigError(
+                f"{type(self).__name__} has no setting 'agent-id', since its messages do not name a robot"
+            )
         self._agent_id = self.setting("agent-id", "")
         self._skills = {
             name: HubSkill.parse(name, settings, self.protocol)
             for name, settings in _read_skills(self.settings).items()
         }
         if not self._skills:
-            raise ConfigError(f"{type(self).__name__} has no skills", hint="name them: skills: [move]")
+            raise ConfigError(f"{type(self).__name__} has no skills", hint="write skills: [move]")
         self.skills = tuple(self._skills)
         # unique among callers, since performers distinguish callers only by their names
         self._name = f"cxbridge_{self.agent}_{secrets.token_hex(2)}"
@@ -246,7 +251,7 @@ class HubSkills(RosExecutor):
             return  # a performer without heartbeats cannot be checked; the skill has a time limit
         if open_request.idle_heartbeat_count >= _MAX_IDLE_HEARTBEATS:
             raise SkillFailedError(
-                f"{open_request.performer} does not perform it any more: it was restarted, or stopped"
+                f"{open_request.performer} no longer performs the action, since it was restarted or stopped"
             )
         silent_us = self.clock.now_us() - max(performer.heartbeat_us, start_us)
         if silent_us > MAX_SILENCE_S * MICROSECONDS:

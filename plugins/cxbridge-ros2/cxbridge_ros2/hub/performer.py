@@ -66,7 +66,8 @@ class ServedAction(Struct, frozen=True):
         """Parse the settings of an action."""
         if not isinstance(settings, Mapping):
             raise ConfigError(
-                f"the action {action} has settings, not {settings!r}", hint="e.g. {parameters: [to]}"
+                f"the settings of the action {action} must be a mapping, not {settings!r}",
+                hint="e.g. {parameters: [to]}",
             )
         check_keys(settings, _ACTION_KEYS, f"the action {action}")
         names, call = to_list(settings.get("parameters", [])), str(settings.get("call", ""))
@@ -85,7 +86,7 @@ class ServedAction(Struct, frozen=True):
         """
         if self.parameters and len(arguments) != len(self.parameters):
             raise SkillError(
-                f"{request.key} has {len(arguments)} arguments, {self.action} has {len(self.parameters)}"
+                f"{request.key} has {len(arguments)} arguments, but {self.action} has {len(self.parameters)}"
             )
         names = self.parameters or tuple(str(number) for number in range(1, len(arguments) + 1))
         values: dict[str, str] = dict(zip(names, arguments, strict=True))
@@ -95,7 +96,7 @@ class ServedAction(Struct, frozen=True):
         text = request.skill_string if self.call == _REQUESTED_CALL else self._make_skill_string(values)
         calls = parse_calls(text, agent)
         if len(calls) != 1:
-            raise SkillError(f"{request.key} maps to '{text}', which is not one skill")
+            raise SkillError(f"{request.key} maps to '{text}', which is not a single skill")
         return SkillCall(calls[0].skill, agent, calls[0].parameters, request.node)
 
     def _make_skill_string(self, values: Mapping[str, str]) -> str:

@@ -59,22 +59,24 @@ def _parse_performer(
     check_keys(values, _KEYS, component)
     protocol_name = typed_setting(values, "protocol", "", component)
     if protocol_name not in PROTOCOLS:
-        hint = did_you_mean(protocol_name, PROTOCOLS, f"there are: {', '.join(PROTOCOLS)}")
-        raise ConfigError(f"{component} has no protocol '{protocol_name}'", hint=hint)
+        hint = did_you_mean(protocol_name, PROTOCOLS, f"use one of: {', '.join(PROTOCOLS)}")
+        raise ConfigError(f"{component} has the unknown protocol '{protocol_name}'", hint=hint)
     protocol = PROTOCOLS[protocol_name]
     # a skill board with one agent gives the default
     agent = str(values.get("agent", agents[0] if len(agents) == 1 else ""))
     if agent not in agents:
-        problem = f"serves the agent '{agent}', which there is not" if agent else "names no agent"
+        problem = f"serves the unknown agent '{agent}'" if agent else "must name an agent"
         hint = did_you_mean(agent, agents, f"the skill board has: {', '.join(agents) or 'none'}")
         raise ConfigError(f"{component} {problem}", hint=hint)
     if "agent-id" in values and not protocol.has_agents:
-        raise ConfigError(f"{component} has no setting 'agent-id': messages of {protocol_name} name no robot")
+        raise ConfigError(
+            f"{component} has no setting 'agent-id', since messages of {protocol_name} do not name a robot"
+        )
     actions = values.get("actions", [])
     if not isinstance(actions, Mapping):  # a list of names stands for actions without settings
         actions = {str(name): {} for name in to_list(actions)}
     if not actions:
-        raise ConfigError(f"{component} has no actions", hint="name them: actions: [move]")
+        raise ConfigError(f"{component} has no actions", hint="write actions: [move]")
     return PerformerSettings(
         protocol=protocol,
         agent=agent,

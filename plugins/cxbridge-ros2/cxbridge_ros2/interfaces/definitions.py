@@ -28,7 +28,7 @@ ACTION_DEFINITIONS: Final = {
 bool steal           # take control of the Skiller even if another client has it
 ---
 bool success
-string error         # the reason of a failure
+string error         # the reason for a failure
 ---
 string status        # as in SkillerInterface: S_RUNNING and the like
 """,

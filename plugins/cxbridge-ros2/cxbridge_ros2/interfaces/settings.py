@@ -86,7 +86,7 @@ def _parse_topic_settings(key: str, values_by_path: Mapping[str, Any], folder: P
     direction = typed_setting(values, "direction", PUBLISH, component)
     if direction not in (PUBLISH, WRITE):
         hint = did_you_mean(direction, (PUBLISH, WRITE), f"use {PUBLISH} or {WRITE}")
-        raise ConfigError(f"{component} has no direction '{direction}'", hint=hint)
+        raise ConfigError(f"{component} has the unknown direction '{direction}'", hint=hint)
     topic, type_name = (
         typed_setting(values, "topic", "", component),
         typed_setting(values, "type", "", component),
@@ -95,18 +95,18 @@ def _parse_topic_settings(key: str, values_by_path: Mapping[str, Any], folder: P
         topic or type_name or direction == WRITE
     ):
         hint = "several interfaces can only be published, each to a separate topic"
-        raise ConfigError(f"{component} is for one interface: write TYPE::ID", hint=hint)
+        raise ConfigError(f"{component} must name one interface, TYPE::ID", hint=hint)
     has_message_topics = typed_setting(values, "messages", default=False, component=component)
     if type_name and has_message_topics:
-        raise ConfigError(f"{component}: messages have topics only where no type is set")
+        raise ConfigError(f"{component} cannot have both 'messages' and 'type'")
     if not type_name and (useless := [name for name in _MESSAGE_TYPE_KEYS if name in values]):
         raise ConfigError(
-            f"{component}: '{useless[0]}' goes with a type", hint="e.g. sensor_msgs/msg/BatteryState"
+            f"{component}: '{useless[0]}' requires a 'type'", hint="e.g. sensor_msgs/msg/BatteryState"
         )
     fields: dict[str, Any] = typed_setting(values, "fields", {}, component)
     if type_name and not fields:
-        hint = "e.g. fields: {voltage: voltage}: the interface's field, the message's"
-        raise ConfigError(f"{component} needs fields", hint=hint)
+        hint = "write the fields of the interface with those of the message, e.g. fields: {voltage: voltage}"
+        raise ConfigError(f"{component} needs 'fields'", hint=hint)
     # from the settings by path, since a nested mapping of constants stands for a path in the message
     constants = {
         path.removeprefix("constants/").replace("/", "."): value

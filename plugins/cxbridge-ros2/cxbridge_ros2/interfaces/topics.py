@@ -99,7 +99,7 @@ class PublishedInterfaces(Closing):
                 publish(change)
         except CxbridgeError as error:
             self._failed_uids.add(change.uid)
-            self._log.warn(f"{change.uid} is not published any more: {error.message}")
+            self._log.warn(f"{change.uid} is no longer published: {error.message}")
 
     def _start_publishing(self, uid: str) -> Callable[[InterfaceChange], None]:
         interface_type, _, interface_id = uid.partition("::")

@@ -23,8 +23,8 @@ def read_domain_id(max_id: int | None = None) -> int:
     # isdecimal() alone accepts digits of other scripts, such as Arabic ones
     if not (text.isascii() and text.isdecimal()) or (max_id is not None and int(text) > max_id):
         # 101 instead of 232: on Linux, the ports of higher domains overlap with ephemeral ports
-        hint = "it is a number from 0 to 101 on most systems" if max_id is not None else "it is a number"
-        raise Ros2Error(f"ROS_DOMAIN_ID={text} is no domain", hint=hint)
+        hint = "use a number, on most systems from 0 to 101" if max_id is not None else "use a number"
+        raise Ros2Error(f"ROS_DOMAIN_ID={text} is not a domain", hint=hint)
     return int(text)
 
 

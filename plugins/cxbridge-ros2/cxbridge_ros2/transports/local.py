@@ -141,7 +141,9 @@ class LocalNode(Node):
     ) -> None:
         """Queue a message for a subscription of this node, until the node is polled."""
         if type_name != subscription.type_name:
-            self.complain(f"type {topic}", f"{topic}: {type_name} comes, {subscription.type_name} is wanted")
+            self.complain(
+                f"type {topic}", f"{topic}: received {type_name} instead of {subscription.type_name}"
+            )
             return
 
         def deliver() -> None:

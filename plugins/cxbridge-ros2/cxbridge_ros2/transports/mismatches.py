@@ -1,7 +1,7 @@
 """Texts about endpoints of ROS nodes that do not fit together, for all transports.
 
 An endpoint is a publisher, a subscription, a server or a client. In discovery, the topics and services of an
-action have separate names and types; the texts have the name and type of the action.
+action have separate names and types; the texts name the action and its type.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from cxbridge.suggestions import did_you_mean
 from cxbridge_ros2.names import TypeName
 
 _DDS_TYPE: Final = re.compile(r"(\w+)::(msg|srv|action)::dds_::(\w+)_")
-# The end of the name of a type that ROS derives from a service or an action.
+# The suffix of a type that ROS derives from a service or an action.
 _DERIVED_SUFFIX: Final = re.compile(
     r"(_(SendGoal|GetResult))?_(Request|Response)$|_(SendGoal|GetResult|FeedbackMessage)$"
 )
@@ -52,26 +52,26 @@ def describe_mismatch(
     """
     our_name = public_type_name(our_type)
     if their_type != our_type.dds_name:
-        return f"{name}: a {peer} there has the type {ros_type_name(their_type)}, here it is {our_name}"
+        return f"{name}: another node's {peer} has the type {ros_type_name(their_type)}, ours has {our_name}"
     if not their_hash or not our_hash or their_hash == our_hash:
         return ""
     return (
-        f"{name}: a {peer} there has another {our_name}, with the hash {their_hash}; here it is "
-        f"{our_hash}: name the folder of its package in 'packages'"
+        f"{name}: the definition of {our_name} at another node's {peer} differs from ours: it has the hash "
+        f"{their_hash}, ours has {our_hash}; name the folder of its package in 'packages'"
     )
 
 
 def describe_missing_server(
-    name: str, client_type: TypeName, served_types: Mapping[str, str], empty_network: str
+    name: str, client_type: TypeName, served_types: Mapping[str, str], network_if_empty: str
 ) -> str:
     """Return why a service or an action has no server; empty if unknown.
 
     :param client_type: the type of our client.
     :param served_types: the DDS types of the services and actions of other nodes, by name.
-    :param empty_network: describes our part of the network if there is no other node; otherwise empty.
+    :param network_if_empty: describes our part of the network if there is no other node; otherwise empty.
     """
-    if empty_network:
-        return f"there is no other node in {empty_network}"
+    if network_if_empty:
+        return f"there is no other node in {network_if_empty}"
     if name not in served_types:
         return did_you_mean(name, sorted(served_types))
     served_type = ros_type_name(served_types[name])

@@ -63,7 +63,7 @@ class RclpyNode(Node):
         if domain is not None and domain > MAX_DDS_DOMAIN and "zenoh" not in _rmw_name(rclpy):
             # some RMWs abort the process for an invalid domain
             raise Ros2Error(
-                f"there is no domain {domain}: the last of {_rmw_name(rclpy)} is {MAX_DDS_DOMAIN}"
+                f"the domain {domain} does not exist: the highest of {_rmw_name(rclpy)} is {MAX_DDS_DOMAIN}"
             )
         self._context = rclpy.context.Context()
         try:
@@ -77,13 +77,13 @@ class RclpyNode(Node):
             self._node = rclpy.create_node(
                 name,
                 context=self._context,
-                use_global_arguments=False,
+                use_global_arguments=False,  # the arguments of this process are not those of ROS
                 start_parameter_services=False,  # the class Parameters serves them
                 enable_rosout=False,  # the class RosoutPublisher publishes the log
             )
         except Exception as error:  # noqa: BLE001 - rclpy's errors have no common base class
             raise Ros2Error(
-                f"rclpy cannot begin: {_one_line(error)}",
+                f"rclpy cannot start: {_one_line(error)}",
                 hint="are ROS_DOMAIN_ID and RMW_IMPLEMENTATION right, and is this RMW installed?",
             ) from None
         self._executor = rclpy.executors.SingleThreadedExecutor(context=self._context)
@@ -190,12 +190,12 @@ class RclpyNode(Node):
 
     # --- rclpy --------------------------------------------------------------------------------------------
 
-    def _make_close_function(self, service_class: str, entity: Any) -> Callable[[], None]:
+    def _make_close_function(self, kind: str, entity: Any) -> Callable[[], None]:
         """Return the function that destroys an entity of the node.
 
         :param kind: ``publisher``, ``subscription``, ``client`` or ``service``.
         """
-        destroy = getattr(self._node, f"destroy_{service_class}")
+        destroy = getattr(self._node, f"destroy_{kind}")
         return lambda: destroy(entity) if self._context.ok() else None
 
     def _find_server_numbers(self, client: Any, service: str) -> frozenset[int]:
@@ -231,7 +231,7 @@ class RclpyNode(Node):
         ]
         sourced_fields = list(sourced_class.get_fields_and_field_types())
         if our_fields != sourced_fields:
-            hint = "name no older package in 'packages'"
+            hint = "remove older packages from 'packages'"
             difference = f"{', '.join(sourced_fields) or 'nothing'}, not {', '.join(our_fields) or 'nothing'}"
             raise Ros2Error(f"the sourced {type_name} has the fields {difference}", hint=hint)
 
@@ -331,7 +331,7 @@ def _import_rclpy() -> Any:
         python = ".".join(map(str, sys.version_info[:2]))
         raise Ros2Error(
             f"rclpy is not installed: {_one_line(error)}",
-            hint=f"source the setup.bash of a ROS 2 for Python {python}, or take the transport dds",
+            hint=f"source the setup.bash of a ROS 2 for Python {python}, or use the transport dds",
         ) from None
 
 
@@ -349,7 +349,7 @@ def _import_class(type_name: TypeName) -> Any:
         return getattr(module, type_name.name)
     except (ImportError, AttributeError, KeyError) as error:
         raise Ros2Error(
-            f"ROS has no {type_name} for Python: {_one_line(error)}",
+            f"{type_name} has no Python class: {_one_line(error)}",
             hint=f"source the workspace that the package {type_name.package} was built in",
         ) from None
 

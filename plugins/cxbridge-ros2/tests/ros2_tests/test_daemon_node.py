@@ -110,8 +110,8 @@ def test_its_log_and_its_parameters(node: Node, domain: int, tmp_path: Path):
     ("more", "message"),
     [
         (", lgo: info", "has no setting 'lgo'"),
-        (", log: loud", "there is no level 'loud' of logs"),
-        (", name: a-b", "'a-b' is not a name of a node"),
+        (", log: loud", "unknown log level 'loud'"),
+        (", name: a-b", "'a-b' is not a valid node name"),
     ],
 )
 def test_mistakes(domain: int, tmp_path: Path, more: str, message: str):

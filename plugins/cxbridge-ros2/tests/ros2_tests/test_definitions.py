@@ -108,11 +108,11 @@ BROKEN = {
     "msg/A.msg": (
         "int32 a\nflaot32 b\n",
         "robot_msgs/msg/A",
-        "there is no ROS 2 type robot_msgs/msg/flaot32",
+        "unknown ROS 2 type robot_msgs/msg/flaot32",
     ),
     "msg/B.msg": ("int32 a b c = 5\n=\n", "robot_msgs/msg/B", "B.msg"),
-    "srv/C.srv": ("int32 a\n", "robot_msgs/srv/C", "has 1 sections, 2 are wanted"),
-    "action/D.action": ("int32 a\n---\n", "robot_msgs/action/D", "has 2 sections, 3 are wanted"),
+    "srv/C.srv": ("int32 a\n", "robot_msgs/srv/C", "must have 2 sections, not 1"),
+    "action/D.action": ("int32 a\n---\n", "robot_msgs/action/D", "must have 3 sections, not 2"),
     "msg/E.msg": ("wstring a\n", "robot_msgs/msg/E", "a wide string, which is not supported"),
 }
 

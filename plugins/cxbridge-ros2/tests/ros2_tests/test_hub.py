@@ -151,7 +151,7 @@ def test_who_asks_knows_what_does_not_fit(world: EtherWorld, protocol: str):
     stranger.hear(MessageKind.RESPONSE)
     stranger.say(MessageKind.CONFIRM, MOVE, "ours_move")
     end = stranger.hear(MessageKind.FINISH)
-    assert (end.success, end.status) == (False, "(move r2 hall) has 2 arguments, move has 1")
+    assert (end.success, end.status) == (False, "(move r2 hall) has 2 arguments, but move has 1")
 
 
 def test_nobody_answers_for_what_is_not_there(world: EtherWorld, protocol: str):
@@ -339,7 +339,7 @@ def test_a_performer_that_was_restarted_is_a_failure(world: EtherWorld, protocol
         world.loop(50)
     ((state, error),) = world.over(master)
     assert state == "FAILED"
-    assert error.startswith("stranger does not perform it any more")
+    assert error.startswith("stranger no longer performs the action")
 
 
 def test_cancel_before_anybody_has_answered_rejects_who_answers(world: EtherWorld, protocol: str):
@@ -391,9 +391,9 @@ def test_a_skill_takes_no_longer_than_it_may(world: EtherWorld, protocol: str):
 WRONG_CALLERS = {
     "no skills": ("", "PlanSys2Skills has no skills"),
     "an unknown key": (", skills: {move: {argument: 1}}", "the skill move has no setting 'argument'"),
-    "an agent": (", skills: [move], agent-id: r7", "its messages name no robot"),
+    "an agent": (", skills: [move], agent-id: r7", "its messages do not name a robot"),
     "mapped": (", skills: {move: {mapped: x}}", "the skill move has no setting 'mapped'"),
-    "a time": (", skills: {move: {timeout: no}}", "is a number of seconds"),
+    "a time": (", skills: {move: {timeout: no}}", "must be a positive number of seconds"),
     "a namespace": (", skills: [move], namespace: robot1", "is not an absolute name"),
 }
 
@@ -408,12 +408,12 @@ def test_a_wrong_caller_is_one_error(world: EtherWorld, case: str):
 
 
 WRONG_PERFORMERS = {
-    "no protocol": ("agent: robot2, actions: [move]", "has no protocol ''"),
+    "no protocol": ("agent: robot2, actions: [move]", "has the unknown protocol ''"),
     "another protocol": ("protocol: plansys3, actions: [move]", "did you mean plansys2"),
     "no actions": ("protocol: plansys2", "has no actions"),
-    "which agent": ("protocol: plansys2, actions: [move]", "the performer hub names no agent"),
+    "which agent": ("protocol: plansys2, actions: [move]", "the performer hub must name an agent"),
     "no agent": ("protocol: plansys2, actions: [move], agent: robot3", "serves the agent 'robot3'"),
-    "an agent's id": ("protocol: plansys2, actions: [move], agent-id: r7", "name no robot"),
+    "an agent's id": ("protocol: plansys2, actions: [move], agent-id: r7", "do not name a robot"),
     "an unknown key": ("protocol: plansys2, action: [move]", "did you mean actions"),
     "an action's key": ("protocol: plansys2, actions: {move: {names: [a]}}", "has no setting 'names'"),
     "a template": (

@@ -59,10 +59,10 @@ def test_another_type_on_the_topic(join: Join):
     poll_until(ours, lambda: said)
     poll_until(theirs, lambda: they_said)
     assert said == [
-        "/chatter: a publisher there has the type std_msgs/msg/Int32, here it is std_msgs/msg/String"
+        "/chatter: another node's publisher has the type std_msgs/msg/Int32, ours has std_msgs/msg/String"
     ]
     assert they_said == [
-        "/chatter: a subscription there has the type std_msgs/msg/String, here it is std_msgs/msg/Int32"
+        "/chatter: another node's subscription has the type std_msgs/msg/String, ours has std_msgs/msg/Int32"
     ]
 
 
@@ -82,7 +82,7 @@ def test_another_definition_of_the_type(join: Join, tmp_path: Path):
     poll_until(ours, lambda: said)
     (text,) = said
     assert text.startswith(
-        "/reading: a publisher there has another demo_msgs/msg/Reading, with the hash RIHS01_"
+        "/reading: the definition of demo_msgs/msg/Reading at another node's publisher differs"
     )
     assert len(set(re.findall("RIHS01_[0-9a-f]{64}", text))) == 2
     assert text.endswith("name the folder of its package in 'packages'")
@@ -100,9 +100,9 @@ def test_quality_of_service_that_does_not_fit(
     theirs.create_publisher("/chatter", "std_msgs/msg/String", offered)
     poll_until(ours, lambda: said)
     poll_until(theirs, lambda: they_said)
-    end = f"so no message goes: see its QoS policy {policy}"
-    assert said == [f"/chatter: a publisher there offers less than is wanted here, {end}"]
-    assert they_said == [f"/chatter: a subscription there wants more than is offered here, {end}"]
+    end = f"so no messages arrive; see its QoS policy {policy}"
+    assert said == [f"/chatter: another node's publisher offers less than ours requests, {end}"]
+    assert they_said == [f"/chatter: another node's subscription requests more than ours offers, {end}"]
 
 
 def test_those_that_fit_say_nothing(join: Join):
@@ -121,7 +121,7 @@ def test_those_that_fit_say_nothing(join: Join):
 def test_why_nobody_serves(join: Join, domain: int):
     ours, _ = join()
     client = ours.create_client("/beep", "std_srvs/srv/Trigger")
-    here = f"the domain {domain + 12} on this host (reach: subnet goes beyond)"
+    here = f"the domain {domain + 12} on this host (reach: subnet includes further hosts)"
     assert client.missing_server_reason() == f"there is no other node in {here}"
     theirs, _ = join()
     end = theirs.serve("/beeep", "std_srvs/srv/Trigger", lambda _request: {})
@@ -160,7 +160,7 @@ def test_two_nodes_of_the_same_name(join: Join):
     other.serve("/other/get_state", "lifecycle_msgs/srv/GetState", lambda _request: {})
     poll_until(ours, lambda: said)
     poll_until(theirs, lambda: they_said)
-    assert said == they_said == ["another node is called /same, too: their parameters and lives mix"]
+    assert said == they_said == ["another node has the name /same, too, so clients cannot tell the two apart"]
     assert others_said == []
 
 

@@ -68,7 +68,7 @@ def test_without_a_sourced_environment_it_says_what_to_do():
 @unsourced
 def test_by_default_it_is_dds():
     assert NodeSettings.parse({}, Path(), "the robot").transport == "dds"
-    with pytest.raises(ConfigError, match="'reach' goes with the transport dds, not with rclpy"):
+    with pytest.raises(ConfigError, match="'reach' belongs to the transport dds, not to rclpy"):
         NodeSettings.parse({"transport": "rclpy", "reach": "subnet"}, Path(), "the robot")
 
 
@@ -100,9 +100,9 @@ FIELDS = """
         changed = error(lambda: node.client("/a", "example_interfaces/srv/AddTwoInts"))
         assert changed.endswith("AddTwoInts_Request has the fields a, b, not a"), changed
         missing = error(lambda: node.publisher("/a", "own_msgs/msg/Own"))
-        assert missing == "ROS has no own_msgs/msg/Own for Python: No module named 'own_msgs'", missing
+        assert missing == "own_msgs/msg/Own has no Python class: No module named 'own_msgs'", missing
         unknown = error(lambda: node.publisher("/a", "std_msgs/msg/Bol"))
-        assert unknown == "there is no ROS 2 type std_msgs/msg/Bol", unknown
+        assert unknown == "unknown ROS 2 type std_msgs/msg/Bol", unknown
         wrong = error(lambda: node.publisher("/b", "std_msgs/msg/String").publish({"dat": "x"}))
         assert "dat" in wrong, wrong
 """
@@ -195,4 +195,4 @@ def test_types_that_are_not_those_of_the_environment(tmp_path: Path):
 @needs_ros
 def test_a_domain_that_there_is_not_is_one_error():
     script = "from cxbridge_ros2.transports.rclpy import *; RclpyNode('a', Definitions(), 9999)"
-    assert "Ros2Error: there is no domain 9999: the last of rmw_" in sourced("-c", script).stderr
+    assert "Ros2Error: the domain 9999 does not exist: the highest of rmw_" in sourced("-c", script).stderr

@@ -108,10 +108,10 @@ def test_it_goes_on_when_the_simulation_is_reset(simulation: Simulation, clock: 
 
 
 def test_no_time_is_one_error(domain: int):
-    with pytest.raises(Ros2Error, match=r"no time came on /clock within 0\.2 s") as caught:
+    with pytest.raises(Ros2Error, match=r"no time was received on /clock within 0\.2 s") as caught:
         a_clock(domain + 1, 0.2).now_us()
     assert caught.value.hint == (
-        "does the simulation run, and is it in the same ROS_DOMAIN_ID and range of discovery?"
+        "is the simulation running, and is it in the same ROS_DOMAIN_ID and range of discovery?"
     )
 
 

@@ -125,7 +125,7 @@ def test_a_robot_that_is_restarted_in_the_middle_fails_a_skill_with_a_reason(nav
     status, _, errors = end(running)
     stop(robot)
     assert status == 1
-    assert "the server of /navigate_to_pose does not know the goal: it was restarted" in errors
+    assert "the server of /navigate_to_pose does not know the goal, since it was restarted" in errors
 
 
 def begin(folder: Path, *options: str) -> Piped:
@@ -205,7 +205,7 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "a timeout": (
         {"skills/go/action": "a/action/B", "skills/go/name": "/go", "skills/go/timeout": 0},
-        "the timeout of the skill go is a number of seconds, not 0",
+        "the timeout of the skill go must be a positive number of seconds, not 0",
     ),
     "an unknown setting": ({"skill": 1}, "has no setting 'skill'"),
     "no folder": (
@@ -229,7 +229,7 @@ def test_an_unknown_type_is_told_when_the_run_begins(tmp_path: Path):
     file.write_text(file.read_text().replace("action/Fibonacci", "action/Fibonaci"))
     status, _, errors = end(begin(folder))
     assert status == 2
-    assert "there is no ROS 2 type example_interfaces/action/Fibonaci" in errors
+    assert "unknown ROS 2 type example_interfaces/action/Fibonaci" in errors
     assert "did you mean example_interfaces/action/Fibonacci" in errors
     assert "scenario.yaml:" in errors
 

@@ -170,7 +170,7 @@ def test_too_many_frames_are_left_out_and_told(buffer, domain: int, monkeypatch:
     sender = Sender(domain + 3)
     try:
         turn_until(
-            run, sender, lambda: any("is left out: there are 2 frames already" in each for each in lines)
+            run, sender, lambda: any("is ignored: the limit of 2 frames is reached" in each for each in lines)
         )
     finally:
         sender.close()

@@ -54,7 +54,7 @@ def test_a_bag_does_not_unpack_beyond_the_limit(
         told = " ".join(run.notes)
     except CxbridgeError as error:
         told = str(error)
-    assert f"more than {MEBIBYTE}" in told or "becomes more than" in told
+    assert f"more than {MEBIBYTE}" in told or "expands to more than" in told
 
 
 @pytest.fixture

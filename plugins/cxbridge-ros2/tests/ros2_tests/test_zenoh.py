@@ -304,7 +304,7 @@ def test_the_session_settings_a_configuration(plain: int):
         settings = NodeSettings.parse({"transport": "zenoh", "url": url, "domain": plain}, Path(), "it")
         with settings.join("test", types(), None, ALL_RIGHTS) as node:
             assert isinstance(node, ZenohNode)
-    with pytest.raises(ConfigError, match="'reach' goes with"):
+    with pytest.raises(ConfigError, match="'reach' belongs to"):
         NodeSettings.parse({"transport": "zenoh", "reach": "subnet"}, Path(), "it")
 
 
@@ -487,7 +487,7 @@ def test_nodes_that_do_not_fit_are_reported(plain: int):
         theirs.create_publisher("/chatter", "std_msgs/msg/Int32")
         poll_until(ours, lambda: said)
         assert said == [
-            "/chatter: a publisher there has the type std_msgs/msg/Int32, here it is std_msgs/msg/String"
+            "/chatter: another node's publisher has the type std_msgs/msg/Int32, ours has std_msgs/msg/String"
         ]
         theirs.serve("/beeep", "std_srvs/srv/Trigger", lambda _request: {})
         poll_until(ours, lambda: client.missing_server_reason() == "did you mean /beeep?")

@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 _LEVEL_NAME: Final = "info"  # the ROS 2 CX writes this level into each line, whatever the line's level
 
 
+_BUFFER_BYTES: Final = 1 << 16  # far above the default, since an agent may log thousands of lines a second
+
+
 class EnvironmentLog:
     """Writes the lines of an environment into a file.
 
@@ -30,7 +33,9 @@ class EnvironmentLog:
         file = folder / f"{name}.log"
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            self._file: TextIO = file.open("w", encoding="utf-8", errors="surrogateescape", buffering=1 << 16)
+            self._file: TextIO = file.open(
+                "w", encoding="utf-8", errors="surrogateescape", buffering=_BUFFER_BYTES
+            )
         except OSError as error:
             raise TraceError(f"cannot write the log: {error.strerror}", file=file) from error
 

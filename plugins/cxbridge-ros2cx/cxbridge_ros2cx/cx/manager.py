@@ -228,12 +228,16 @@ def read_environment_names(context: NodeContext) -> tuple[str, ...]:
             "name the parameter file of clips_manager; one of a learner is for gymnasium.make",
         )
     if not names:
-        raise parameters.make_error(ENVIRONMENTS, "names no environment", f'write {ENVIRONMENTS}: ["NAME"]')
+        raise parameters.make_error(
+            ENVIRONMENTS, "must name an environment", f'write {ENVIRONMENTS}: ["NAME"]'
+        )
     for name in names:
         if names.count(name) > 1:
             raise parameters.make_error(
-                ENVIRONMENTS, f"names the environment '{name}' twice", "name each once"
+                ENVIRONMENTS, f"names the environment '{name}' twice", "name each environment once"
             )
         if "/" in name or not name:
-            raise parameters.make_error(ENVIRONMENTS, f"names an environment '{name}'", "use no slash")
+            raise parameters.make_error(
+                ENVIRONMENTS, f"has the invalid environment name '{name}'", "use a name without slashes"
+            )
     return names

@@ -171,7 +171,7 @@ class CxNode(Executive):
                 env.refresh_agenda()
                 if env.run(MAX_FINAL_FIRINGS) >= MAX_FINAL_FIRINGS:
                     env.log.error(
-                        f"{MAX_FINAL_FIRINGS} rules fired after (executive-finalize): they have no end"
+                        f"{MAX_FINAL_FIRINGS} rules fired after (executive-finalize) without coming to an end"
                     )
                 env.emit_settings()
         for name in names:

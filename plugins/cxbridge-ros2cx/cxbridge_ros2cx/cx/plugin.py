@@ -166,11 +166,11 @@ def find_plugin_class(plugin: str, class_name: str, context: NodeContext) -> Mak
             return partial(generated.GeneratedPlugin, type_name=type_name)
     raise parameters.make_error(
         f"{plugin}.plugin",
-        f"names a class that cxbridge does not have: {class_name}",
+        f"names a class without a stand-in in cxbridge: {class_name}",
         did_you_mean(
             class_name,
             (*_SHIPPED_CLASSES, *external_classes),
-            f"an own plug-in in C++ needs a stand-in in Python: a subclass of {__name__}.CxPlugin, as the "
+            f"write a stand-in for your own plug-in in Python: a subclass of {__name__}.CxPlugin, as the "
             f"entry point '{class_name}' of the group {PLUGIN_GROUP}",
         ),
     )

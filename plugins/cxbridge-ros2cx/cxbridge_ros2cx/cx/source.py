@@ -87,7 +87,7 @@ class CxSource(Source):
         for name, value in (("fawkes-dir", self.options.fawkes_dir), ("core", self.options.core)):
             if value is not None:
                 raise CxbridgeError(
-                    f"--{name} cannot go with parameters of clips_manager",
+                    f"--{name} cannot be combined with parameters of clips_manager",
                     hint="their environments have no core and no files of Fawkes",
                 )
 
@@ -125,7 +125,7 @@ class CxSource(Source):
         return config
 
     def find_overlays(self) -> Sequence[Path]:
-        """Return nothing: ``--config`` lays files over a configuration of Fawkes, which there is not here."""
+        """Return nothing: ``--config`` lays files over a configuration of Fawkes only."""
         return ()
 
     def find_paths(self, config: Configuration, config_file: Path) -> RunPaths:  # noqa: ARG002

@@ -101,9 +101,7 @@ class StockEnvironment(ClipsEnvironment):
         """
         for item in items:
             if item.lower() not in WATCH_ITEMS:
-                raise ClipsError(
-                    f"Unknown watch item: {item}", hint=f"there are: {', '.join(sorted(WATCH_ITEMS))}"
-                )
+                raise ClipsError(f"Unknown watch item: {item}", hint=f"use: {', '.join(sorted(WATCH_ITEMS))}")
             EXTRA_FUNCTIONS.WatchString(self.env, encode(item.lower().replace("_", "-")))
 
     def redirect_stdout_to_debug(self) -> None:

@@ -118,7 +118,7 @@ class LearningAgent(Closing):
                 for name, type_name in (("reset_env", "ResetEnv"), ("action_selection", "ActionSelection"))
             }
             self._run_until(
-                self._knows_mode, f"the agent does not ask for {node}/get_status", _STARTUP_TIMEOUT_S
+                self._knows_mode, f"the agent does not call {node}/get_status", _STARTUP_TIMEOUT_S
             )
             self._tick()  # in this tick the agent saves the facts with which episodes begin
             self._stack = stack.pop_all()  # the run stays open until close()
@@ -220,7 +220,7 @@ class LearningAgent(Closing):
     def execute_action(self, action_id: str) -> Mapping[str, Any]:
         """Let the agent execute an action; return the result with reward and info.
 
-        :param number: the id of the action.
+        :param action_id: the id of the action, from a :class:`Decision`.
         """
         return self._send_goal(
             "action_selection", f"the agent does not finish the action {action_id}", action_id=action_id
@@ -276,7 +276,7 @@ class LearningAgent(Closing):
             decisions.extend(self._find_decisions())
             return bool(decisions)
 
-        self._run_until(has_decision, "no robot gets free")
+        self._run_until(has_decision, "no robot becomes free")
         return decisions[0]
 
     def _find_decisions(self) -> Iterable[Decision]:

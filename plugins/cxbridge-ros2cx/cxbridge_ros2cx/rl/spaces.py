@@ -54,8 +54,8 @@ class Spaces(Struct, frozen=True):
 
     def make_action_mask(self, actions: Iterable[str]) -> Mask:
         """Return the mask of executable actions; if there are none, the mask allows ``no-op``."""
-        make_action_mask = np.zeros(len(self.actions), dtype=np.int8)
-        make_action_mask[[self.action_indices[name] for name in actions if name in self.action_indices]] = 1
-        if not make_action_mask.any():
-            make_action_mask[self.action_indices[NO_OP]] = 1
-        return make_action_mask
+        mask = np.zeros(len(self.actions), dtype=np.int8)
+        mask[[self.action_indices[name] for name in actions if name in self.action_indices]] = 1
+        if not mask.any():
+            mask[self.action_indices[NO_OP]] = 1
+        return mask

@@ -91,12 +91,12 @@ def test_after_a_reset_it_begins_again_with_its_executors(tmp_path):
 @pytest.mark.parametrize(
     ("more", "message"),
     [
-        ({"config": Path()}, "--ros2cx goes with neither a scenario nor --fawkes-dir"),
-        ({"fawkes_dir": Path()}, "--ros2cx goes with neither a scenario nor --fawkes-dir"),
+        ({"config": Path()}, "--ros2cx cannot be combined with a scenario or --fawkes-dir"),
+        ({"fawkes_dir": Path()}, "--ros2cx cannot be combined with a scenario or --fawkes-dir"),
         ({"ros2cx": Path("/nowhere")}, "/nowhere: there is no such folder"),
         ({"ros2cx": Path("/")}, "this is not a checkout of ros2-clips-executive"),
         ({"spec": "nope"}, "the configuration has no spec 'nope'"),
-        ({"ros2cx": None, "executors": ("move=a.py:B",)}, "--executor goes with --ros2cx only"),
+        ({"ros2cx": None, "executors": ("move=a.py:B",)}, "--executor requires --ros2cx"),
         ({"overlay": Path("nope")}, "shipped with cxbridge: goals,"),
     ],
 )

@@ -141,7 +141,7 @@ def test_no_plan_fails(bench):
 @pytest.mark.parametrize(
     ("function", "arguments", "message"),
     [
-        ("psys2-add-domain-instance", ("x", "boat"), "no such type"),
+        ("psys2-add-domain-instance", ("x", "boat"), "has no type"),
         ("psys2-add-domain-predicate", ("(flies r2)",), "Unknown predicate: flies"),
         ("psys2-add-domain-predicate", ("(at r3 home)",), "there is no instance r3"),
         ("psys2-add-domain-predicate", ("()",), "Unknown predicate: "),

@@ -146,7 +146,7 @@ def test_a_file_that_no_folder_has(checkout):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ('"@FOO@/x"', "@FOO@ in clips-dirs stands for nothing; there is: @CONFDIR@"),
+        ('"@FOO@/x"', "@FOO@ in clips-dirs is not a known placeholder; use @CONFDIR@"),
         ('"@CONFDIR@/nope"', "which is not a folder"),
         ('"/nowhere"', "clips-dirs names /nowhere, which is not a folder"),
     ],
@@ -189,23 +189,26 @@ def test_another_commit_says_which_parts_are_known(checkout):
     said = complaint(checkout)
     assert "this is not commit 0abace1" in said
     assert (
-        "Other than there: cx_clips_executive (goal.clp); cx_clips_executive/test-scenario-pddl (domain.pddl)"
+        "Different files: cx_clips_executive (goal.clp); cx_clips_executive/test-scenario-pddl (domain.pddl)"
         in said
     )
     assert (
-        "The same: cx_clips, cx_clips_executive/test-scenario, cx_clips_executive/test-scenario-nav2" in said
+        "Unchanged: cx_clips, cx_clips_executive/test-scenario, cx_clips_executive/test-scenario-nav2" in said
     )
 
 
 @pytest.mark.parametrize(
     ("more", "message"),
     [
-        ({"fawkes_dir": Path()}, "--ros2cx goes with neither a scenario nor --fawkes-dir"),
-        ({"scenario": Path()}, "--ros2cx goes with neither a scenario nor --fawkes-dir"),
-        ({"overlays": (Path(),)}, "--overlay goes with Fawkes' layout only, not with --ros2cx"),
-        ({"core": "fawkes"}, "--core fawkes cannot go with --ros2cx"),
-        ({"skiller": "simulator"}, "--skiller simulator cannot go with --ros2cx"),
-        ({"skiller": "tcp://127.0.0.1:1", "clock": "real"}, "cannot go with --ros2cx"),
+        ({"fawkes_dir": Path()}, "--ros2cx cannot be combined with a scenario or --fawkes-dir"),
+        ({"scenario": Path()}, "--ros2cx cannot be combined with a scenario or --fawkes-dir"),
+        (
+            {"overlays": (Path(),)},
+            "--overlay requires Fawkes' layout, so it cannot be combined with --ros2cx",
+        ),
+        ({"core": "fawkes"}, "--core fawkes cannot be combined with --ros2cx"),
+        ({"skiller": "simulator"}, "--skiller simulator cannot be combined with --ros2cx"),
+        ({"skiller": "tcp://127.0.0.1:1", "clock": "real"}, "cannot be combined with --ros2cx"),
         ({"agent": "robot1"}, "the scenario has no agent 'robot1'"),
         ({"ros2cx": Path("/nowhere")}, "there is no such folder"),
         (

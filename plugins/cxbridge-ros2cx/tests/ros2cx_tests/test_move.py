@@ -62,7 +62,7 @@ def test_it_drives_at_its_speed_and_tells_the_distance_remaining(rig):
 def test_a_waypoint_that_is_not_there_is_an_error(rig):
     master, _, _ = drive(rig, "wp9")
     assert states(master) == ["FAILED"]
-    assert master.error.startswith("there is no waypoint wp9: there are wp_init, wp1")
+    assert master.error.startswith("unknown waypoint wp9, not one of wp_init, wp1")
 
 
 @needs_ros2cx

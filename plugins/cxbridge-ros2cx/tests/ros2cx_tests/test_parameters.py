@@ -186,7 +186,7 @@ def test_a_folder_that_is_no_checkout_names_all_that_is_missing(tmp_path):
     [
         ("ros2cx: {mode: exact}", "ros2cx/mode cannot be 'exact'"),
         ("ros2cx: {moode: sane}", "there is no ros2cx/moode"),
-        ("ros2cx: {removal-blocks: [1.0]}", "removal-blocks goes with mode: original only"),
+        ("ros2cx: {removal-blocks: [1.0]}", "removal-blocks requires mode: original"),
     ],
 )
 def test_settings_that_make_no_sense(text, message):

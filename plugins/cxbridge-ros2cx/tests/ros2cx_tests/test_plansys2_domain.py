@@ -25,7 +25,7 @@ def reason(tmp_path, text):
 @pytest.mark.parametrize(
     ("text", "line", "message"),
     [
-        (HEAD.replace(":strips", ":strips :numeric-fluents") + ")", 2, "no requirement :numeric-fluents"),
+        (HEAD.replace(":strips", ":strips :numeric-fluents") + ")", 2, "the requirement :numeric-fluents"),
         (HEAD.replace(":typing", ":adl") + ")", 3, "needs the requirement :typing"),
         ("(define (domain d)\n (:action a :parameters () :effect ()))", 2, "needs predicates before"),
         (HEAD + "(:action a :effect (free)))", 5, "must have :parameters, :effect, in this order"),
@@ -35,7 +35,11 @@ def reason(tmp_path, text):
             ":precondition, :effect",
         ),
         (HEAD + "(:action a :parameters () :effect (free) :precondition ()))", 5, "in this order"),
-        (HEAD + "(:action a :parameters ()\n :effect (and (scale-up (f) 2))))", 6, "it knows no 'scale-up'"),
+        (
+            HEAD + "(:action a :parameters ()\n :effect (and (scale-up (f) 2))))",
+            6,
+            "it does not know 'scale-up'",
+        ),
         (
             HEAD + "(:action a :parameters () :precondition (preference p (free)) :effect ()))",
             5,
@@ -107,7 +111,7 @@ def test_by_default_there_is_a_warning_and_in_the_mode_original_no_plan(tmp_path
         said = [
             line
             for line in bench.log.lines
-            if "it knows no requirement :quantified-preconditions" in line.text
+            if "it does not know the requirement :quantified-preconditions" in line.text
         ]
         assert set(statuses) == {"PLAN-FAILED" if repeats_defects else "PLANNED"}
         assert len(said) == (2 if repeats_defects else 1)

@@ -46,9 +46,9 @@ def test_a_callback_that_blocks_past_the_next_time_brings_it_at_once():
     timer = RefreshTimer(clock, 1_000_000)
     advance(clock, 1_000_000)
     assert timer.advance_if_due()
-    timer.record_block(0.9)
+    timer.record_blocking(0.9)
     assert not timer.advance_if_due()
-    timer.record_block(1.0)
+    timer.record_blocking(1.0)
     assert [timer.advance_if_due(), timer.advance_if_due()] == [True, False]
 
 

@@ -145,7 +145,7 @@ class Discovery:
             local_endpoint.topic.startswith(f"rq{self._name}/") for local_endpoint in self._local_endpoints
         ):
             self._complain(
-                "name", f"another node is called {self._name}, too: their parameters and lives mix"
+                "name", f"another node has the name {self._name}, too, so clients cannot tell the two apart"
             )
 
     @staticmethod
@@ -185,16 +185,17 @@ class Discovery:
         if status.total_count > self._incompatible_counts.get(id(entity), 0):
             self._incompatible_counts[id(entity)] = status.total_count
             policy = _POLICIES.get(status.last_policy_id, f"number {status.last_policy_id}")
-            differs = (
-                "offers less than is wanted here"
+            difference = (
+                "offers less than ours requests"
                 if local_endpoint.is_reader
-                else "wants more than is offered here"
+                else "requests more than ours offers"
             )
             name = _find_ros_name(local_endpoint.topic)
             peer = local_endpoint.peer_term
             self._complain(
                 f"qos {name} {peer}",
-                f"{name}: a {peer} there {differs}, so no message goes: see its QoS policy {policy}",
+                f"{name}: another node's {peer} {difference}, so no messages arrive; "
+                f"see its QoS policy {policy}",
             )
 
     def describe_missing_server(self, topic: str, request_type: TypeName, network: str) -> str:

@@ -39,8 +39,8 @@ def find_security_problem() -> str:
         return ""
     text = "ROS_SECURITY_ENABLE is true, but the wheel of Cyclone DDS is built without DDS security"
     if os.environ.get("ROS_SECURITY_STRATEGY") == "Enforce":
-        raise Ros2Error(text, hint="take the transport rclpy, in a sourced ROS 2")
-    return f"{text}: all goes unencrypted; the transport rclpy has it, in a sourced ROS 2"
+        raise Ros2Error(text, hint="use the transport rclpy in a sourced ROS 2")
+    return f"{text}, so no data is encrypted; the transport rclpy supports security in a sourced ROS 2"
 
 
 # By number: the configured domains of this process, and the counts of their nodes. A domain is configured by
@@ -55,7 +55,7 @@ def enter_domain(number: int, reach: str) -> Callable[[], None]:
     :returns: a function that leaves the domain; further calls of it do nothing.
     """
     if reach not in _REACHES:
-        raise Ros2Error(f"'{reach}' is no range of discovery", hint="write localhost or subnet")
+        raise Ros2Error(f"'{reach}' is not a range of discovery", hint="write localhost or subnet")
     if os.environ.get("CYCLONEDDS_URI") or reach not in _DISCOVERY_CONFIGURATIONS:
         return lambda: None
     if number not in _domains:

@@ -118,7 +118,7 @@ class DdsNode(Node):
         except DDSException as error:
             self._leave_domain()
             raise Ros2Error(
-                f"DDS cannot begin in domain {number}: {error}",
+                f"DDS cannot start in domain {number}: {error}",
                 hint="check ROS_DOMAIN_ID, CYCLONEDDS_URI, and that UDP ports are free",
             ) from None
         self._wait_set = WaitSet(self._participant)
@@ -248,7 +248,7 @@ class DdsNode(Node):
         try:  # without QoS, since the readers and writers of a topic may have different QoS
             return Topic(self._participant, topic, self._types[type_name.dds_name])
         except DDSException as error:
-            raise Ros2Error(f"DDS does not take {topic} as {type_name}: {error}") from None
+            raise Ros2Error(f"DDS rejects the topic {topic} with the type {type_name}: {error}") from None
 
     def _open_writer(
         self, topic: str, type_name: TypeName, profile: QosProfile, user_data: str = ""
@@ -300,7 +300,7 @@ class DdsNode(Node):
     @property
     def _network_description(self) -> str:
         """A description of the part of the network that this node reaches, for errors."""
-        host = " on this host (reach: subnet goes beyond)" if self._reach == "localhost" else ""
+        host = " on this host (reach: subnet includes further hosts)" if self._reach == "localhost" else ""
         return f"the domain {self._domain_number}{host}"
 
     def _type_hash(self, type_name: TypeName) -> str:

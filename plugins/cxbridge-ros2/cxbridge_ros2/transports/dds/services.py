@@ -109,7 +109,7 @@ class DdsClient(Client):
     :param writer: writes requests.
     :param encode: encodes a request.
     :param decode: decodes a response.
-    :param describe_missing_server: returns why the service has no server.
+    :param missing_server_reason: returns why the service has no server.
     """
 
     def __init__(
@@ -203,23 +203,23 @@ class _Introduction:
         self._introduced_handles: frozenset[int] = frozenset()
         self._start_s = self._last_probe_s = 0.0
 
-    def filter_introduced(self, list_handles: frozenset[int]) -> frozenset[int]:
+    def filter_introduced(self, handles: frozenset[int]) -> frozenset[int]:
         """Return the handles of readers that have found the writer.
 
         :param handles: the handles of readers.
         """
         now_s = time.monotonic()
-        if not list_handles <= self._probed_handles:
-            self._probed_handles, self._start_s, self._last_probe_s = list_handles, now_s, 0.0
-        if list_handles <= self._introduced_handles:
-            return list_handles
+        if not handles <= self._probed_handles:
+            self._probed_handles, self._start_s, self._last_probe_s = handles, now_s, 0.0
+        if handles <= self._introduced_handles:
+            return handles
         if now_s - self._last_probe_s > _PROBE_PERIOD_S:
             self._last_probe_s = now_s
             self._writer.dispose(object.__new__(self._writer.data_type))
         # give up after a while: a killed reader never acknowledges, and must not delay the live ones
         if self._is_acknowledged() or now_s - self._start_s > _INTRODUCTION_TIMEOUT_S:
             self._introduced_handles = self._probed_handles
-        return list_handles & self._introduced_handles
+        return handles & self._introduced_handles
 
     def _is_acknowledged(self) -> bool:
         try:
@@ -301,7 +301,7 @@ def write_data(writer: DataWriter[Any], data: bytes) -> None:
     try:
         writer.write(make_sample(writer.data_type, data))
     except DDSException as error:
-        raise Ros2Error(f"DDS does not take a message: {error}") from None
+        raise Ros2Error(f"DDS rejects a message: {error}") from None
 
 
 def make_sample(sample_class: Any, data: bytes, /, *_arguments: object, **_options: object) -> Any:

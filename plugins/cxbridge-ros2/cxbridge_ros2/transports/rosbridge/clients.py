@@ -28,7 +28,7 @@ class ServiceClient(Client):
 
     :param encode: converts a request to JSON.
     :param send: sends a request, and later calls its second argument with the response or its third with the
-        reason of a failure.
+        reason for a failure.
     """
 
     def __init__(

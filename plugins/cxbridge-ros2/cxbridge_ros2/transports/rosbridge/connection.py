@@ -42,7 +42,7 @@ class RosbridgeConnection:
 
     def __init__(self, url: str) -> None:
         if not url.startswith(("ws://", "wss://")):
-            raise Ros2Error(f"'{url}' is no URL of a rosbridge", hint="e.g. ws://robot:9090")
+            raise Ros2Error(f"'{url}' is not a URL of a rosbridge", hint="e.g. ws://robot:9090")
         self._url = url
         self._inbox: queue.Queue[Operation] = queue.Queue(MAX_QUEUED_OPERATIONS)
         self._registered_operations: dict[int, Operation] = {}
@@ -115,6 +115,7 @@ class RosbridgeConnection:
 
     def _connect(self) -> None:
         self._open_resources.close()  # releases the previous connection
+        # without a proxy, since a proxy of the environment rarely reaches a robot
         socket: ClientConnection = self._open_resources.enter_context(
             connect(self._url, open_timeout=_HANDSHAKE_TIMEOUT_S, max_size=MAX_MESSAGE_BYTES, proxy=None)
         )

@@ -28,7 +28,7 @@ from cxbridge_ros2.transports.rosbridge.messages import JsonCodec
 DEFAULT_URL: Final = "ws://localhost:9090"
 
 _ACTION_PART: Final = "/_action/"
-_UNREACHABLE_REASON: Final = "the rosbridge is away"
+_UNREACHABLE_REASON: Final = "the rosbridge is unreachable"
 _LOST_REASON: Final = "the connection to the rosbridge was lost"
 # Lengths in the text of a status: the start that identifies the problem, and the start that is reported.
 _COMPARED_LENGTH, _DISPLAYED_LENGTH = 40, 500
@@ -185,7 +185,7 @@ class RosbridgeNode(Node):
             text = str(op.get("msg"))
             # the start of the text names the problem, the rest quotes a message or a line of code
             self.complain(
-                f"status {text[:_COMPARED_LENGTH]}", f"the rosbridge says: {text[:_DISPLAYED_LENGTH]}"
+                f"status {text[:_COMPARED_LENGTH]}", f"the rosbridge reports: {text[:_DISPLAYED_LENGTH]}"
             )
 
     def _handle_action(self, op: Operation) -> None:
@@ -241,7 +241,7 @@ class RosbridgeNode(Node):
         action = self._actions[action_name]
         if (
             type_name.kind == "action"
-        ):  # the types of cancel requests and status messages do not type_name the action
+        ):  # the types of cancel requests and status messages do not name the action
             action.type_name = TypeName(type_name.package, "action", type_name.name.partition("_")[0])
         return action
 

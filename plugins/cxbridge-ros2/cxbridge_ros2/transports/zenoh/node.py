@@ -114,7 +114,7 @@ class ZenohNode(Node):
             try:
                 zenoh_publisher.put(data, attachment=attachment)
             except zenoh.ZError as error:
-                raise Ros2Error(f"Zenoh does not take a message: {error}") from None
+                raise Ros2Error(f"Zenoh rejects a message: {error}") from None
 
         return Publisher(
             publish,
@@ -276,7 +276,7 @@ class _Client(Client):
         graph: RosGraph,
     ) -> None:
         super().__init__()
-        self._querier, self._make_endpoint, self._node_name = querier, endpoint, type_name
+        self._querier, self._endpoint, self._type_name = querier, endpoint, type_name
         self._codec, self._graph, self._gid = codec, graph, endpoint.gid
 
     def call(
@@ -285,7 +285,7 @@ class _Client(Client):
         on_response: MessageCallback,
         on_failure: FailureCallback | None = None,
     ) -> int:
-        data = self._codec.encode(self._node_name.derive("Request"), request)
+        data = self._codec.encode(self._type_name.derive("Request"), request)
         number = self._register_request(on_response, on_failure)
         attachment = bytes(MessageAttachment(number, time.time_ns(), self._gid))
         callback: Callback[zenoh.Reply] = Callback(
@@ -295,7 +295,7 @@ class _Client(Client):
             self._querier.get(callback, payload=data, attachment=attachment)
         except zenoh.ZError as error:
             self.forget(number)
-            raise Ros2Error(f"Zenoh does not take a request: {error}") from None
+            raise Ros2Error(f"Zenoh rejects a request: {error}") from None
         return number
 
     def handle_reply(self, numbered_reply: tuple[int, zenoh.Reply | None]) -> None:
@@ -305,7 +305,7 @@ class _Client(Client):
         if on_response is None:
             return  # a response of a further server, or to a forgotten request
         try:
-            response = self._codec.decode(self._node_name.derive("Response"), _read_payload(reply))
+            response = self._codec.decode(self._type_name.derive("Response"), _read_payload(reply))
         except Ros2Error as error:
             if on_failure is not None:
                 on_failure(str(error))
@@ -314,11 +314,11 @@ class _Client(Client):
 
     @property
     def server_numbers(self) -> frozenset[int]:
-        return self._graph.endpoint_numbers("SS", self._make_endpoint.topic)
+        return self._graph.endpoint_numbers("SS", self._endpoint.topic)
 
     def missing_server_reason(self) -> str:
         return self._graph.describe_missing_server(
-            self._make_endpoint.topic, self._node_name, f"the domain {self._make_endpoint.node.domain}"
+            self._endpoint.topic, self._type_name, f"the domain {self._endpoint.node.domain}"
         )
 
     def close(self) -> None:
@@ -352,6 +352,7 @@ def _declare_publisher(
         options["sample_miss_detection"] = ext.MissDetectionConfig(
             heartbeat=None, sporadic_heartbeat=_HEARTBEAT_PERIOD_S
         )
+    # as in rmw_zenoh_cpp: late subscriptions find the publisher, and query its cache
     return ext.declare_advanced_publisher(
         session,
         key,
@@ -366,6 +367,7 @@ def _declare_subscriber(
 ) -> zenoh.Subscriber[None] | ext.AdvancedSubscriber[None]:
     if qos.durability != "transient_local":
         return session.declare_subscriber(key, queue_sample)
+    # as in rmw_zenoh_cpp: queries for the messages before the subscription, and for missed messages
     history = ext.HistoryConfig(detect_late_publishers=True, max_samples=max(1, qos.depth))
     recovery = ext.RecoveryConfig(periodic_queries=None, heartbeat=True)
     return ext.declare_advanced_subscriber(

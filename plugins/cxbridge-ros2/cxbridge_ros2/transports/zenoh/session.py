@@ -22,6 +22,7 @@ DEFAULT_ROUTER: Final = "tcp/localhost:7447"  # default router of a host
 
 _ATTEMPT_PERIOD_S: Final = 1.0  # limit of an attempt to find a router, and pause between two attempts
 _POLL_PERIOD_S: Final = 0.02  # seconds between two checks for a router
+# The defaults of rmw_zenoh_cpp: nodes find each other through the router and its gossip, not by multicast.
 _LOCAL_ROUTER_SETTINGS: Final = {
     "mode": "peer",
     "listen/endpoints": ["tcp/localhost:0"],  # any free port, unreachable from other machines
@@ -69,7 +70,7 @@ def make_session_settings(url: str, *, is_router_required: bool = True) -> dict[
     return {
         **(_LOCAL_ROUTER_SETTINGS if _is_local(endpoint) else _REMOTE_ROUTER_SETTINGS),
         "connect/endpoints": [endpoint],
-        "connect/timeout_ms": 0,
+        "connect/timeout_ms": 0,  # a single attempt, which `open_session` repeats
         "connect/exit_on_failure": is_router_required,
         "timestamping/enabled": True,  # late subscriptions need the times of messages
     }
@@ -99,7 +100,7 @@ def _make_config(url: str, *, is_router_required: bool) -> zenoh.Config:
             config.insert_json5(key, text)
     except zenoh.ZError as error:
         raise Ros2Error(
-            f"{setting} is no configuration of Zenoh: {_one_line(error)}",
+            f"{setting} is not a configuration of Zenoh: {_one_line(error)}",
             hint="a router's endpoint is e.g. tcp/robot:7447",
         ) from None
     return config
@@ -114,7 +115,7 @@ def _read_attempt_count() -> int:
     try:
         return int(text)
     except ValueError:
-        raise Ros2Error(f"ZENOH_ROUTER_CHECK_ATTEMPTS={text} is no number") from None
+        raise Ros2Error(f"ZENOH_ROUTER_CHECK_ATTEMPTS={text} is not a number") from None
 
 
 def _wait_for_router(session: zenoh.Session) -> bool:

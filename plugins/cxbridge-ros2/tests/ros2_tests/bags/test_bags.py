@@ -203,8 +203,8 @@ def test_a_bag_that_was_cut_off_is_one_error_or_a_note(tmp_path: Path, storage: 
         (lambda bag: (bag / "bag.mcap").unlink(), "Some database files are missing"),
         (lambda bag: (bag / "metadata.yaml").write_text("a: b"), "A metadata key is missing"),
         (lambda bag: (bag / "metadata.yaml").write_text("{"), "Could not load YAML"),
-        (lambda bag: (bag / "metadata.yaml").write_text("[]"), "bag of ROS 2"),
-        (lambda bag: (bag / "bag.mcap").write_bytes(b"nothing"), "bag of ROS 2"),
+        (lambda bag: (bag / "metadata.yaml").write_text("[]"), "damaged ROS 2 bag"),
+        (lambda bag: (bag / "bag.mcap").write_bytes(b"nothing"), "damaged ROS 2 bag"),
     ],
 )
 def test_mistakes(tmp_path: Path, change: Any, message: str):

@@ -124,7 +124,7 @@ def test_without_an_executor_it_says_so(terminal: Terminal, monkeypatch: pytest.
     "words", ["run it", "run num_actions", "run num_actions x", "run action", "run plan-file"]
 )
 def test_wrong_words(terminal: Terminal, words: str):
-    with pytest.raises(UsageError, match=f"there is no '{words}'"):
+    with pytest.raises(UsageError, match=f"unknown command '{words}'"):
         list(terminal.run_line(words))
 
 

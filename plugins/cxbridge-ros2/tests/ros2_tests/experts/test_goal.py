@@ -93,7 +93,7 @@ def test_a_part_of_it_is_served(domain: int, tmp_path: Path):
     ("settings", "message"),
     [
         ("{serve: all, sevre: all}", "has no setting 'sevre'"),
-        ("{serve: executor}", "'executor' is no service"),
+        ("{serve: executor}", "'executor' is not a service of the experts"),
         ("{serve: []}", "nothing is served"),
         ("{serve: all, transport: pigeon}", "there is no transport 'pigeon'"),
     ],

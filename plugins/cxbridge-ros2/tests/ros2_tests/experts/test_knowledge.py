@@ -90,7 +90,7 @@ def test_nothing_is_wanted_of_what_is_gone(expert: ProblemExpert, knowledge: Kno
     expert.remove_instance("c1")
     assert knowledge.goal == left
     assert list(knowledge.predicates) == []
-    with pytest.raises(PddlError, match="'c1' is no instance"):
+    with pytest.raises(PddlError, match="'c1' is not an instance"):
         expert.remove_instance("c1")
 
 

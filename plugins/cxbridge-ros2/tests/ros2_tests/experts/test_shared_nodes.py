@@ -19,5 +19,5 @@ def test_a_goal_tree_of_plansys2_whose_nodes_share_children_is_refused():
     nodes.append(
         {**empty, "node_type": int(TreeNodeKind.PREDICATE), "node_id": 31, "children": [], "name": "a"}
     )
-    with pytest.raises(CxbridgeError, match="one parent"):
+    with pytest.raises(CxbridgeError, match="two parents"):
         NodeCodec("jazzy").decode_tree({"nodes": nodes})

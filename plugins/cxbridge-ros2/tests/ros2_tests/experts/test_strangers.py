@@ -51,8 +51,8 @@ CRASHES = ("has no end", "has no node 7", "is not a condition")
 DIFFERENT = {
     ("add_problem_goal", ""): "false: a constant is no instance before a problem was added",
     ("get_problem_instances", ""): "without constants, until a problem was added",
-    ("add_problem", "'hall' is a room already"): "true: it adds the rest",
-    ("add_problem_instance", "'dock' is a place already"): "true",
+    ("add_problem", "'hall' already has the type room"): "true: it adds the rest",
+    ("add_problem_instance", "'dock' already has the type place"): "true",
     ("add_problem_instance", "'a b' is not a valid name"): "true: any text is a name",
     ("add_problem_instance", "is not a valid name"): "true: any text is a name",
 }

@@ -249,7 +249,7 @@ class PddlManager(GoalHandler, Closing):
     # --- planning -----------------------------------------------------------------------------------------
 
     def decide(self, served: ServedGoal) -> GoalResponse:
-        """Reject a goal while :data:`MAX_WAITING` goals wait."""
+        """Reject a goal while :data:`MAX_WAITING_GOALS` goals wait."""
         return super().decide(served) if len(self._waiting_goals) < MAX_WAITING_GOALS else GoalResponse.REJECT
 
     def begin(self, served: ServedGoal) -> None:
@@ -333,5 +333,5 @@ def _read_template(folder: Path, name: str) -> str:
         return str(environment.get_template(name).render())
     except TemplateError as error:
         raise PddlError(
-            f"the template is wrong: {error}", file=file, line=getattr(error, "lineno", None)
+            f"the template is invalid: {error}", file=file, line=getattr(error, "lineno", None)
         ) from None

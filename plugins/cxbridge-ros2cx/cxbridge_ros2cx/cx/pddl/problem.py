@@ -140,7 +140,7 @@ class ManagedProblem:
         if kind not in self._parents and kind != "object":
             raise PddlError(f"the domain has no type '{kind}'")
         if name in self.objects:
-            raise PddlError(f"there is an object '{name}' already")
+            raise PddlError(f"the object '{name}' already exists")
         self.objects[name] = kind
 
     def remove_object(self, name: str) -> None:
@@ -234,7 +234,9 @@ class ManagedProblem:
         :raises PddlError: if there is no such goal.
         """
         if name not in self.goals:
-            raise PddlError(f"there is no goal instance '{name}'", hint=f"there are: {', '.join(self.goals)}")
+            raise PddlError(
+                f"there is no goal instance '{name}'", hint=f"the problem has: {', '.join(self.goals)}"
+            )
         return self.goals[name]
 
     def add_goal_fluent(self, goal: str, name: str, arguments: Sequence[str]) -> None:

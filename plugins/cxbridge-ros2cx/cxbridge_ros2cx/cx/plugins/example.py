@@ -1,4 +1,8 @@
-"""The plug-in ``cx::ExamplePlugin``, a template for authors of plug-ins."""
+"""The plug-in ``cx::ExamplePlugin``, a template for authors of plug-ins.
+
+Copy the class under another name, define functions and templates in ``init_context``, and declare the class
+as an entry point; see :mod:`cxbridge_ros2cx.cx.plugin`.
+"""
 
 from __future__ import annotations
 

@@ -94,7 +94,7 @@ def read_period_us(plugin: str, parameters: NodeParameters) -> int:
     name = f"{plugin}.refresh_rate"
     rate = parameters.get(name, _DEFAULT_HZ)
     if not 0 < rate <= _MAX_HZ:
-        raise parameters.make_error(name, f"cannot be {rate}", f"Hz, from 1 to {_MAX_HZ}")
+        raise parameters.make_error(name, f"cannot be {rate}", f"the rate is in Hz, from 1 to {_MAX_HZ}")
     return MICROSECONDS // rate
 
 

@@ -39,15 +39,17 @@ class FileLoadPlugin(CxPlugin):
     def _find_share_folder(self, package: str) -> Path | None:
         folder = self.context.packages.share_folder(package)
         if folder is None:
-            fault = f"names a package that is not there: {package}"
-            hint = "name a checkout or workspace that has the package with --ros2cx, or source a ROS"
+            fault = f"names a package that does not exist: {package}"
+            hint = (
+                "name a checkout or workspace that has the package with --ros2cx, or source a ROS environment"
+            )
             self.log.error(str(self.parameters.make_error(self.parameter("pkg_share_dirs"), fault, hint)))
         return folder
 
     def _missing_file_error(self, name: str, file: str, folders: list[Path]) -> ConfigError:
         searched = ", ".join(map(str, folders)) or "no folder"
         return self.parameters.make_error(
-            self.parameter(name), f"names a file that is not there: {file}", f"searched: {searched}"
+            self.parameter(name), f"names a file that does not exist: {file}", f"searched: {searched}"
         )
 
     def init_context(self, env: ClipsEnvironment) -> None:

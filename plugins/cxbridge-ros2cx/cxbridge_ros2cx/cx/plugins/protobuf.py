@@ -100,7 +100,7 @@ class ProtobufPlugin(CxPlugin):
                 None,
             )
             if folder_path is None:
-                fault = f"names a folder that is not there: {path_text}"
+                fault = f"names a folder that does not exist: {path_text}"
                 self.log.error(str(self.parameters.make_error(self.parameter("proto_paths"), fault)))
             else:
                 folders.append(folder_path.resolve())

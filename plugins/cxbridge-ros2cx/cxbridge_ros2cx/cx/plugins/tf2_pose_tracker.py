@@ -35,6 +35,7 @@ _SLOTS: Final = (
 )
 # the start of a separate range of addresses, as HandleTable requires
 _FIRST_ADDRESS: Final = 0x5300_0000_1000
+# each topic, its QoS profile, and whether its frames are static
 _TOPICS: Final = (("/tf", "tf", False), ("/tf_static", "tf_static", True))
 
 
@@ -72,7 +73,7 @@ class Tf2PoseTrackerPlugin(RosPlugin):
             try:
                 self._buffer.set_transform(decode_transform(transform), static=is_static)
             except TransformError as error:  # further frames of the message may be valid
-                self.log.warn(f"a frame is left out: {error.message}")
+                self.log.warn(f"a frame is ignored: {error.message}")
 
     def init_context(self, env: ClipsEnvironment) -> None:
         if not env.has_template(_POSE_TEMPLATE):
@@ -85,7 +86,7 @@ class Tf2PoseTrackerPlugin(RosPlugin):
     def _start_lookup(self, env: ClipsEnvironment, parent: str, child: str, rate: float) -> Value:
         # the shortest period is a microsecond, the resolution of the clock
         if not 0 < rate <= MICROSECONDS:
-            raise ClipsError(f"a rate cannot be {rate} Hz")
+            raise ClipsError(f"the rate cannot be {rate} Hz")
         timer = RefreshTimer(self.context.clock, round(MICROSECONDS / rate))
         lookup = _PeriodicLookup(env, str(parent), str(child), timer)
         lookup.address = self._lookup_handles.add(lookup)
@@ -96,7 +97,7 @@ class Tf2PoseTrackerPlugin(RosPlugin):
         try:
             self._lookups.remove(self._lookup_handles.find(address))
         except ClipsError:
-            self.log.warn("the timer to stop is unknown")
+            self.log.warn("no lookup has this timer")
             return FALSE
         self._lookup_handles.destroy(address)
         return TRUE

@@ -115,8 +115,8 @@ class ActionClients(ClientGroup[ClientEndpoint]):
         plugin.define_functions(env, prefix, functions)
         self._define_handle_functions(env)
 
-    def _create_goal_message(self, text: str) -> ExternalAddress:
-        return self.plugin.messages.create(self.resolve_type(text, "action").derive("Goal"))
+    def _create_goal_message(self, type_text: str) -> ExternalAddress:
+        return self.plugin.messages.create(self.resolve_type(type_text, "action").derive("Goal"))
 
     def _define_templates(self, env: ClipsEnvironment) -> None:
         template, prefix, names = self.plugin.define_template, self.prefix, self._names
@@ -163,18 +163,18 @@ class ActionClients(ClientGroup[ClientEndpoint]):
         text = str(uuid.UUID(bytes=sent.goal_id))
         return Symbol(text) if self.type_name is None else text
 
-    def _create_client(self, env: ClipsEnvironment, server: str, text: str | None = None) -> None:
+    def _create_client(self, env: ClipsEnvironment, server: str, type_text: str | None = None) -> None:
         if self.clients.get(env, server) is not None:
             self.plugin.log.warn(f"Already registered to action client for {server}")
             return
-        type_name, ros = self.resolve_type(text, "action"), self.plugin.ros
+        type_name, ros = self.resolve_type(type_text, "action"), self.plugin.ros
         client = ActionClient(ros.node, ros.prepare_client(server, type_name), str(type_name))
-        slots = {"server": str(server)} | self.make_type_slot(text)
+        slots = {"server": str(server)} | self.make_type_slot(type_text)
         fact = self.plugin.add_fact(env, f"{self.prefix}{self._names.client}", slots)
         self.clients[env, server] = ClientEndpoint(type_name, client.close, fact, env, client, [])
 
     def call(self, name: str, client: ClientEndpoint, fields: Mapping[str, Any]) -> None:
-        client.client.send(fields, _GoalFactWriter(self, client.env, name, client.type_name))
+        client.ros_client.send(fields, _GoalFactWriter(self, client.env, name, client.type_name))
 
     def _cancel_goal(self, env: ClipsEnvironment, server: str, address: ExternalAddress) -> None:
         self.find(env, server)
@@ -183,7 +183,7 @@ class ActionClients(ClientGroup[ClientEndpoint]):
     def _cancel_goals_before(self, env: ClipsEnvironment, server: str, seconds: float = 0.0) -> None:
         """Cancel the goals that a server accepted before a time of the epoch; 0 cancels all goals."""
         on_response = partial(self.assert_cancel_response, env, str(server), NO_HANDLE)
-        self.find(env, server).client.cancel_goals_until(float(seconds), on_response)
+        self.find(env, server).ros_client.cancel_goals_until(float(seconds), on_response)
 
     def assert_cancel_response(
         self, env: ClipsEnvironment, server: str, handle: ExternalAddress, response: Message

@@ -126,7 +126,7 @@ class ActionServers(EndpointGroup):
         """
         view, message_type = self.plugin.messages.find(address), self.type_name.derive(section)
         if view.type_name != message_type:
-            raise ClipsError(f"a {message_type} is wanted, not a {view.type_name}")
+            raise ClipsError(f"the message must be a {message_type}, not a {view.type_name}")
         return view.fields
 
     def _finish_goal(self, status: GoalStatus, address: ExternalAddress, result: ExternalAddress) -> None:

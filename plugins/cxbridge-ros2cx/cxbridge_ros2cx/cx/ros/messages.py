@@ -106,7 +106,7 @@ class MessageTable:
         """
         view = self._views.get(address)
         if view is None:
-            raise ClipsError("Invalid pointer: there is no message at this address, or no more")
+            raise ClipsError("Invalid pointer: there is no message at this address, or no longer")
         return view
 
     def destroy(self, address: ExternalAddress) -> None:

@@ -133,7 +133,7 @@ class RosNode(Closing):
         # a look into __dict__, since access to the cached property would create the graph
         if "graph" in self.__dict__:
             if not self.graph.settle():
-                self._log.error("messages answer each other without an end")
+                self._log.error("messages respond to each other endlessly")
         elif "node" in self.__dict__:
             self.node.poll()
 

@@ -147,7 +147,11 @@ class RosPlugin(CxPlugin):
         create: str,
         destroy: str,
     ) -> None:
-        """Define the functions of a generated plug-in that create, read, change and destroy messages."""
+        """Define the functions of a generated plug-in that create, read, change and destroy messages.
+
+        :param create: the name of the function that creates a message, without the prefix.
+        :param destroy: the name of the function that destroys a message, without the prefix.
+        """
 
         def get_field(address: ExternalAddress, field: str) -> Value:
             try:
@@ -247,24 +251,24 @@ class EndpointGroup(ABC):
     def close(self, env: ClipsEnvironment) -> None:
         """Close the endpoints of an environment."""
 
-    def resolve_type(self, text: str | None, kind: str = "msg") -> TypeName:
+    def resolve_type(self, type_text: str | None, kind: str = "msg") -> TypeName:
         """Return the type of a new endpoint: that of the plug-in, or that in a function's argument."""
-        return self.type_name if self.type_name is not None else parse_type(str(text), kind)
+        return self.type_name if self.type_name is not None else parse_type(str(type_text), kind)
 
-    def make_type_slot(self, text: str | None) -> dict[str, Value]:
+    def make_type_slot(self, type_text: str | None) -> dict[str, Value]:
         """Return the slot ``type`` of an endpoint's fact; a generated plug-in has no such slot."""
-        return {"type": str(text)} if self.type_name is None else {}
+        return {"type": str(type_text)} if self.type_name is None else {}
 
 
 class ClientEndpoint(Endpoint):
     """A client of a service or an action.
 
-    :param client: the client of cxbridge_ros2.
+    :param ros_client: the `Client` or `ActionClient` of cxbridge_ros2.
     :param waiting: the fields of requests or goals that wait for the server.
     """
 
     env: ClipsEnvironment
-    client: Any
+    ros_client: Any
     waiting: list[Mapping[str, Any]]
 
 
@@ -306,7 +310,7 @@ class ClientGroup(EndpointGroup, Generic[ClientT]):
         """Send a message at once, or as soon as a server exists."""
         client = self.find(env, name)
         fields = self.find_fields(client, message, name)
-        if client.client.has_server and not client.waiting:
+        if client.ros_client.has_server and not client.waiting:
             self.call(str(name), client, fields)
             return
         if not client.waiting:
@@ -318,7 +322,7 @@ class ClientGroup(EndpointGroup, Generic[ClientT]):
     def tick(self) -> bool:
         """Send the messages whose servers have appeared; return whether further messages still wait."""
         for name, client in self.clients.items():
-            if client.waiting and client.client.has_server:
+            if client.waiting and client.ros_client.has_server:
                 self.plugin.log.info(f"{self.server_noun} {name} is finally reachable")
                 while client.waiting:
                     self.call(name, client, client.waiting.pop(0))

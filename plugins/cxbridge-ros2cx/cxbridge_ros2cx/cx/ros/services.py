@@ -65,7 +65,9 @@ class ServiceClients(ClientGroup[_ServiceClient]):
             plugin.define_function(
                 env,
                 f"{prefix}create-request",
-                lambda text: plugin.messages.create(self.resolve_type(text, "srv").derive("Request")),
+                lambda type_text: plugin.messages.create(
+                    self.resolve_type(type_text, "srv").derive("Request")
+                ),
                 "sy",
             )
             plugin.define_function(
@@ -85,13 +87,13 @@ class ServiceClients(ClientGroup[_ServiceClient]):
             plugin.define_template(env, f"{prefix}response", service=STRING, msg_ptr=ADDRESS)
             plugin.define_function(env, f"{prefix}send-request", partial(self.send, env), "e;sy", "v")
 
-    def _create_client(self, env: ClipsEnvironment, service: str, text: str | None = None) -> None:
+    def _create_client(self, env: ClipsEnvironment, service: str, type_text: str | None = None) -> None:
         if self.clients.get(env, service) is not None:
             self.plugin.log.warn(f"Already registered to client {service}")
             return
-        type_name, ros = self.resolve_type(text, "srv"), self.plugin.ros
+        type_name, ros = self.resolve_type(type_text, "srv"), self.plugin.ros
         client = ros.node.create_client(ros.prepare_client(service, type_name), str(type_name))
-        slots = {"service": str(service)} | self.make_type_slot(text)
+        slots = {"service": str(service)} | self.make_type_slot(type_text)
         fact = self.plugin.add_fact(env, f"{self.prefix}client", slots)
         self.clients[env, service] = _ServiceClient(
             type_name, client.close, fact, env, client, [], time.monotonic()
@@ -109,7 +111,7 @@ class ServiceClients(ClientGroup[_ServiceClient]):
     def _is_served(self, client: _ServiceClient) -> bool:
         """Return whether a server exists; on a real clock, wait for its discovery."""
         deadline_s = client.creation_s + DISCOVERY_S
-        while not client.client.has_server:
+        while not client.ros_client.has_server:
             if self.plugin.context.clock.is_virtual or time.monotonic() >= deadline_s:
                 return False
             time.sleep(_POLL_S)
@@ -126,7 +128,7 @@ class ServiceClients(ClientGroup[_ServiceClient]):
             if self.clients.get(client.env, name) is not None:  # rules may have destroyed the client
                 self.plugin.add_fact(client.env, f"{self.prefix}response", slots)
 
-        client.client.call(fields, add_response)
+        client.ros_client.call(fields, add_response)
         return number
 
 
@@ -154,17 +156,17 @@ class ServiceServers(EndpointGroup):
             env, f"{prefix}destroy-service", partial(self._services.close_endpoint, env), "sy"
         )
 
-    def _create_server(self, env: ClipsEnvironment, service: str, text: str | None = None) -> None:
+    def _create_server(self, env: ClipsEnvironment, service: str, type_text: str | None = None) -> None:
         if self._services.get(env, service) is not None:
             self.plugin.log.warn(f"Already registered to service {service}")
             return
-        type_name = self.resolve_type(text, "srv")
+        type_name = self.resolve_type(type_text, "srv")
         handler = partial(self._handle_request, env, str(service), type_name)
         close = self.plugin.ros.node.serve_later(
             self.plugin.ros.full_name(service), str(type_name), handler, right=Right.CONTROL
         )
         name_slot = "service" if self.type_name is None else "name"
-        slots = {name_slot: str(service)} | self.make_type_slot(text)
+        slots = {name_slot: str(service)} | self.make_type_slot(type_text)
         fact = self.plugin.add_fact(env, f"{self.prefix}service", slots)
         self._services[env, service] = Endpoint(type_name, close, fact)
 

@@ -59,15 +59,15 @@ class Topics(EndpointGroup):
         )
         plugin.define_functions(env, prefix, functions)
 
-    def _create_publisher(self, env: ClipsEnvironment, topic: str, text: str | None = None) -> None:
-        type_name, previous = self.resolve_type(text), self._publishers.get(env, topic)
+    def _create_publisher(self, env: ClipsEnvironment, topic: str, type_text: str | None = None) -> None:
+        type_name, previous = self.resolve_type(type_text), self._publishers.get(env, topic)
         if previous is not None and self.type_name is None:
             self.plugin.log.warn(f"Already publishing to topic {topic}")
             return
         publisher = self.plugin.ros.node.create_publisher(self.plugin.ros.full_name(topic), str(type_name))
         if previous is not None:  # as in the ROS 2 CX, a generated plug-in replaces its publisher
             previous.close()
-        slots = {"topic": str(topic)} | self.make_type_slot(text)
+        slots = {"topic": str(topic)} | self.make_type_slot(type_text)
         fact = self.plugin.add_fact(env, f"{self.prefix}publisher", slots)
         self._publishers[env, topic] = _PublisherEndpoint(type_name, publisher.close, fact, publisher)
 
@@ -82,9 +82,9 @@ class Topics(EndpointGroup):
             )
         endpoint.publisher.publish(view.fields)
 
-    def _subscribe(self, env: ClipsEnvironment, topic: str, text: str | None = None) -> None:
+    def _subscribe(self, env: ClipsEnvironment, topic: str, type_text: str | None = None) -> None:
         """Subscribe to a topic: each further message becomes a fact."""
-        type_name, previous = self.resolve_type(text), self._subscriptions.get(env, topic)
+        type_name, previous = self.resolve_type(type_text), self._subscriptions.get(env, topic)
         if previous is not None and self.type_name is None:
             self.plugin.log.warn(f"Already subscribed to topic {topic}")
             return
@@ -94,7 +94,7 @@ class Topics(EndpointGroup):
         close = self.plugin.ros.node.subscribe(
             self.plugin.ros.full_name(topic), str(type_name), receive, right=Right.CONTROL
         )
-        slots = {"topic": str(topic)} | self.make_type_slot(text)
+        slots = {"topic": str(topic)} | self.make_type_slot(type_text)
         fact = self.plugin.add_fact(env, f"{self.prefix}subscription", slots)
         self._subscriptions[env, topic] = Endpoint(type_name, close, fact)
 

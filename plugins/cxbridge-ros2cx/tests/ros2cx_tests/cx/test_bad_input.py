@@ -84,7 +84,7 @@ RATE = """    environments: [a]
 @pytest.mark.parametrize(
     ("text", "message", "line"),
     [
-        ("    environments: []\n", "names no environment", 3),
+        ("    environments: []\n", "must name an environment", 3),
         ("    environments: [a, b, a]\n", "the environment 'a' twice", 3),
         ("    environments: [a, 1]\n", "values of several types: a string .*, an integer", 3),
         ("    environments: one\n", "must be a list of strings", 3),
@@ -108,18 +108,21 @@ def test_parameters_that_make_no_sense(run, text, message, line):
         ({"x": "plugins: 'cx::ConfigPlugin'"}, "T/params.yaml: the plug-in 'x' has no class"),
         ({}, "T/params.yaml: the plug-in 'x' has no class"),
         ({"x": "plugin: 3"}, "T/params.yaml:5:17: .* must be a string"),
-        ({"x": "plugin: 'cx::CXNoMsgsNothingPlugin'"}, "names a class that cxbridge does not have: cx::CXNo"),
+        (
+            {"x": "plugin: 'cx::CXNoMsgsNothingPlugin'"},
+            "names a class without a stand-in in cxbridge: cx::CXNo",
+        ),
         (
             {"x": "plugin: 'cx::FileLoadPlugin', load: [nope.clp]"},
-            "T/params.yaml:5:45: .*not there: nope.clp",
+            "T/params.yaml:5:45: .*does not exist: nope.clp",
         ),
         (
             {"x": "plugin: 'cx::FileLoadPlugin', pkg_share_dirs: [nope]"},
-            "names a package that is not there: nope",
+            "names a package that does not exist: nope",
         ),
         (
             {"x": "plugin: 'cx::ProtobufPlugin', proto_paths: [nope]"},
-            "names a folder that is not there: nope",
+            "names a folder that does not exist: nope",
         ),
     ],
 )
@@ -152,7 +155,7 @@ FIBONACCI = "example_interfaces/action/Fibonacci"
 @pytest.mark.parametrize(
     ("action", "message"),
     [
-        ('(ros-msgs-create-message "no_msgs/msg/No")', "there is no ROS 2 type no_msgs/msg/No"),
+        ('(ros-msgs-create-message "no_msgs/msg/No")', "unknown ROS 2 type no_msgs/msg/No"),
         ('(ros-msgs-create-message "???")', "is not the name of a ROS 2 type"),
         (
             '(ros-msgs-publish (ros-msgs-create-message "std_msgs/msg/String") never)',
@@ -235,7 +238,7 @@ def test_all_hooks_of_plugins_are_tried():
     ("text", "message"),
     [
         ("int32 a\nint32 a b c\n", "Broken.msg"),
-        ("Nothing a\n", "there is no ROS 2 type own_msgs/msg/Nothing"),
+        ("Nothing a\n", "unknown ROS 2 type own_msgs/msg/Nothing"),
     ],
 )
 def test_a_definition_that_cannot_be_read_is_an_error_of_the_rule(run, tmp_path, text, message):
@@ -399,7 +402,7 @@ def test_an_agent_ends_its_run(run):
 def test_an_end_without_an_end_is_ended(run):
     program = "(defrule on ?f <- (executive-finalize) => (retract ?f) (assert (executive-finalize)))"
     result, errors = run(FILES, program)
-    assert errors == ["10000 rules fired after (executive-finalize): they have no end"]
+    assert errors == ["10000 rules fired after (executive-finalize) without coming to an end"]
     assert result.loops == 11
 
 

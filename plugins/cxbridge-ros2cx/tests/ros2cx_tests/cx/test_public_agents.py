@@ -176,5 +176,5 @@ def test_the_largest_agent_starts_with_our_pddl_manager(branch, line, tmp_path):
     result = run_scenario(
         options(tmp_path, f"expertino_{branch}", "expertino/params/clips_env_manager.yaml", 20)
     )
-    assert "names a package that is not there: cx_goal_reasoning" in result.reason
+    assert "names a package that does not exist: cx_goal_reasoning" in result.reason
     assert line in "\n".join(log(tmp_path, "main"))

@@ -604,7 +604,7 @@ DRIVE = "float32 far\n---\nstring reason\n---\nfloat32 left\ngeometry_msgs/Pose 
         [
             ("service", "std_srvs/srv/Trigger", "success: success", ""),
             ("service", "std_srvs/srv/Trigger", "error: mesage", "Trigger_Response has no field 'mesage'"),
-            ("service", "std_srvs/srv/Triger", "", "there is no ROS 2 type std_srvs/srv/Triger"),
+            ("service", "std_srvs/srv/Triger", "", "unknown ROS 2 type std_srvs/srv/Triger"),
             ("action", "robots/action/Drive", "feedback: at.position.x", ""),
             (
                 "action",
@@ -613,7 +613,7 @@ DRIVE = "float32 far\n---\nstring reason\n---\nfloat32 left\ngeometry_msgs/Pose 
                 "geometry_msgs/msg/Pose has no field 'positon'",
             ),
             ("action", "robots/action/Drive", "error: why", "Drive_Result has no field 'why'"),
-            ("action", "robots/action/Dive", "", "there is no ROS 2 type robots/action/Dive"),
+            ("action", "robots/action/Dive", "", "unknown ROS 2 type robots/action/Dive"),
         ],
         3,
     ),
