@@ -412,7 +412,7 @@ WRONG_PERFORMERS = {
     "another protocol": ("protocol: plansys3, actions: [move]", "did you mean plansys2"),
     "no actions": ("protocol: plansys2", "has no actions"),
     "which agent": ("protocol: plansys2, actions: [move]", "the performer hub must name an agent"),
-    "no agent": ("protocol: plansys2, actions: [move], agent: robot3", "serves the agent 'robot3'"),
+    "no agent": ("protocol: plansys2, actions: [move], agent: robot3", "serves the unknown agent 'robot3'"),
     "an agent's id": ("protocol: plansys2, actions: [move], agent-id: r7", "do not name a robot"),
     "an unknown key": ("protocol: plansys2, action: [move]", "did you mean actions"),
     "an action's key": ("protocol: plansys2, actions: {move: {names: [a]}}", "has no setting 'names'"),

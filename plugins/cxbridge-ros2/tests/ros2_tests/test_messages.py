@@ -146,7 +146,7 @@ WRONG: dict[str, tuple[str, Any, str]] = {
     "no number": (
         "geometry_msgs/msg/PoseStamped",
         {"pose": {"position": {"x": "1"}}},
-        "PoseStamped.pose.position.x: a number",
+        "PoseStamped.pose.position.x must be a number",
     ),
     "true is no number": ("std_msgs/msg/Int8", {"data": True}, "must be a whole number (int8), not True"),
     "no whole number": ("std_msgs/msg/Int8", {"data": 1.5}, "must be a whole number (int8), not 1.5"),
@@ -154,7 +154,7 @@ WRONG: dict[str, tuple[str, Any, str]] = {
     "too small": ("std_msgs/msg/UInt64", {"data": -1}, "-1 does not fit into uint64"),
     "too large a float": ("std_msgs/msg/Float32", {"data": 1e300}, "does not fit into float32"),
     "no text": ("std_msgs/msg/String", {"data": 5}, "must be a string, not 5"),
-    "half a character": ("std_msgs/msg/String", {"data": "\ud800"}, "no Unicode text"),
+    "half a character": ("std_msgs/msg/String", {"data": "\ud800"}, "is not valid Unicode"),
     "a NUL": ("std_msgs/msg/String", {"data": "a\0b"}, "must not contain a NUL"),
     "no truth": ("std_msgs/msg/Bool", {"data": 1}, "must be true or false"),
     "no list": ("std_msgs/msg/Int8MultiArray", {"data": 5}, "must be a list"),
