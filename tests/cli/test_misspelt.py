@@ -49,7 +49,7 @@ CASES = {
     ("check", "explain"): ("check --explain CX999", "there are: CX101"),
     ("coverage", "env"): ("coverage RECORDED --env executve", "did you mean executive?"),
     ("coverage", "spec"): ("coverage RECORDED --scenario OWN --spec mimi", "it has: mini"),
-    ("coverage", "files"): ("coverage RECORDED --files mimi.clp", "no rule is in a file like mimi.clp"),
+    ("coverage", "files"): ("coverage RECORDED --files mimi.clp", "no file with rules matches mimi.clp"),
     ("why", "words"): ("why mini-begn --run RECORDED", "did you mean mini-begin?"),
     ("why", "env"): ("why MINI --run RECORDED --env executve", "there are: executive"),
     ("why", "spec"): ("why MINI OWN --spec mimi", "it has: mini"),
@@ -234,7 +234,7 @@ def test_each_name_that_a_command_takes_is_here():
 @pytest.mark.parametrize("source", ["", " --run RECORDED"])
 def test_an_option_that_would_not_count_is_an_error(option, source, ask):
     status, _, error = ask(f"why MINI{source} {option}")
-    assert (status, f"{option.split()[0]} goes with a scenario only" in error) == (2, True)
+    assert (status, f"{option.split()[0]} needs a scenario" in error) == (2, True)
 
 
 def test_the_spec_of_no_scenario_is_an_error(ask):

@@ -7,6 +7,7 @@ from cxbridge.plugins import Row
 API = 1
 
 COMPONENTS = (
+    # Only an agent has rules to explain, and only clients ask.
     Row(
         "explainer",
         "cxbridge_studio.explain.answering:Explainer",

@@ -50,7 +50,7 @@ _INTERFACE_FUNCTIONS: Final = frozenset(
 )
 # The file of Fawkes' core that opens the interfaces.
 _BLACKBOARD_FILE: Final = "BATCH|blackboard-init.clp"
-_CORE_REQUEST: Final = "the core"  # in place of a file in the position of a request by the core itself
+_CORE_REQUEST: Final = "the core"  # shown in place of the file of a request by the core
 _MAIN_MODULE: Final = Symbol("MAIN")
 # The number of parent folders of a CLIPS file in which to search for its scenario and for the files that it
 # loads.

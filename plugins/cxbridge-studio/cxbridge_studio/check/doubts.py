@@ -41,7 +41,7 @@ IMPOSSIBLE_ACTION: Final = Code(
 UNDONE_EFFECT: Final = Code(
     "CX313",
     Severity.WARNING,
-    "an action that takes its own effect back",
+    "an action that undoes its own effect",
     "The action makes an atom true and false at the same time. In PDDL, the atom is true then.",
 )
 UNTYPED_OBJECT: Final = Code(

@@ -130,7 +130,7 @@ def _find_class_skills(
     bases = [ast.unparse(base).rpartition(".")[2] for base in definition.bases]
     is_executor_class = not subclasses
     if is_executor_class and not bases and not definition.keywords:
-        raise SkillError(f"{definition.name} is no SkillExecutor", file=file, line=definition.lineno)
+        raise SkillError(f"{definition.name} is not a SkillExecutor", file=file, line=definition.lineno)
     members = list(_walk_statements(definition.body))
     if is_executor_class:
         _check_execute(definition, members, file, is_direct=set(bases) <= _EXECUTOR_BASES)

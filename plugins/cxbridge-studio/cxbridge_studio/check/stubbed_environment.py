@@ -142,7 +142,7 @@ class StubbedEnvironment(ClipsEnvironment):
         if self._step_count > MAX_STEPS:
             self.api.halt()
         if self._step_count == MAX_STEPS + 1:
-            text = "a value, a default or a salience is computed without end: what follows it has none"
+            text = "computing a value, a default or a salience does not end: later ones are not computed"
             self.loader.report(Diagnostic(self.loader.current_file, None, "", ENDLESS, text))
 
 

@@ -19,7 +19,8 @@ CHECKS: Final[Table[ModuleType]] = Table(
     *make_module_rows(checks),
 )
 
-_PORTABLE: Final = ".portable"  # the end of the name of the module that runs only with `--portable`
+# The end of the name of the module that runs only with `--portable`.
+_PORTABLE_SUFFIX: Final = ".portable"
 
 
 def load_check_modules() -> list[ModuleType]:
@@ -30,6 +31,7 @@ def load_check_modules() -> list[ModuleType]:
 def codes() -> dict[str, Code]:
     """Return the codes of all check modules by name, in the order of the names."""
     all_codes = [
+        # These two mistakes prevent loading the agent, so no check module can report them.
         UNREADABLE_AGENT,
         CONFLICTING_PROGRAM,
         *(code for module in load_check_modules() for code in module.CODES),
@@ -47,7 +49,7 @@ def run_checks(agent: Agent, *, errors_only: bool = False, portable: bool = Fals
         module
         for module in load_check_modules()
         if not errors_only or any(code.severity is Severity.ERROR for code in module.CODES)
-        if portable or not module.__name__.endswith(_PORTABLE)
+        if portable or not module.__name__.endswith(_PORTABLE_SUFFIX)
     ]
     unique_findings = dict.fromkeys(
         finding

@@ -91,11 +91,12 @@ def field_number(field: str, values: Mapping[str, Any]) -> float:
         index = int(match[2]) if match[2] else -1
         if not 0 <= index < len(value):
             raise BlackBoardError(
-                f"which element of '{match[1]}'?", hint=f"{match[1]}[0] to {match[1]}[{len(value) - 1}]"
+                f"the field '{match[1]}' is an array",
+                hint=f"plot an element: {match[1]}[0] to {match[1]}[{len(value) - 1}]",
             )
         value = value[index]
     elif match[2]:
-        raise BlackBoardError(f"'{match[1]}' is not an array", hint=f"name it {match[1]}")
+        raise BlackBoardError(f"'{match[1]}' is not an array", hint=f"omit the index: {match[1]}")
     if isinstance(value, Enum):
         value = value.value
     if not isinstance(value, int | float):

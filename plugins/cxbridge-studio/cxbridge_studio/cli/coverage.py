@@ -105,7 +105,7 @@ def coverage(
     result = compute_coverage(agent, use, tuple(files or ()))
     if files and not result.files:
         raise CxbridgeError(
-            f"no rule is in a file like {', '.join(files)}", hint="see the files without --files"
+            f"no file with rules matches {', '.join(files)}", hint="omit --files to see all files"
         )
     if outputs.page is not None and outputs.page.exists() and any(map(outputs.page.samefile, runs)):
         raise typer.BadParameter("the page would replace a recording", param_hint="--html")
@@ -125,14 +125,14 @@ def _read_runs(
     runs = [open_run(path) for path in paths]
     agent, use = AgentSources(), RecordedUse()
     if scenario.spec is not None and not scenario.is_named:
-        raise CxbridgeError("--spec goes with a scenario only", hint="name it with --scenario")
+        raise CxbridgeError("--spec needs a scenario", hint="name it with --scenario")
     for source in scenario_sources(RunOptions(**vars(scenario))) if scenario.is_named else ():
         agent.add_source(source, include_core=core)
     for run in runs:
         use.add(run, env)
         if not scenario.is_named and not add_recorded_agent(agent, run, env, include_core=core):
             raise TraceError(
-                "this recording contains no CLIPS files, so their rules are unknown",
+                "this recording contains no CLIPS files, so its rules are unknown",
                 file=run.path,
                 hint="name the scenario that was run (--scenario), "
                 "or the Fawkes whose log it is (--fawkes-dir)",

@@ -62,7 +62,7 @@ def remove(
     """
     if not numbers and not remove_all:
         raise typer.BadParameter(
-            "which? 'cxbridge daemon break list' lists them", param_hint="NUMBER... or --all"
+            "missing; 'cxbridge daemon break list' lists the numbers", param_hint="NUMBER... or --all"
         )
     ask_daemon(url, "break-remove", numbers=numbers or [], all=remove_all)
 
@@ -83,7 +83,7 @@ def step(
     with connect(url, None) as board:
         stop_text = _take_step(board, unit, timeout)
     if not stop_text:
-        say(f"the step has not ended within {timeout:g} s; it goes on", err=True)
+        say(f"the step has not ended within {timeout:g} s; it continues", err=True)
         return TIMED_OUT
     say(f"stopped {stop_text}")
     return 0

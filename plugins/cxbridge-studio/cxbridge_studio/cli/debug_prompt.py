@@ -258,7 +258,7 @@ class _PromptAgent:
     def _print_explanation(self, question: str) -> None:
         kind, _, name = question.rpartition(" ")
         if not name or kind not in ("", "rule", "goal"):
-            raise CxbridgeError("why takes a name", hint="why [rule|goal] NAME")
+            raise CxbridgeError("why needs a name", hint="why [rule|goal] NAME")
         now_us = self.assembly.clock.now_us()
         where = f"{self.assembly.spec} at {(now_us - self._start_us) / MICROSECONDS:.3f} s"
         evidence = EnvironmentEvidence(
@@ -288,9 +288,9 @@ def _explain_unreached(item: Breakpoint, hits: int, true_hits: int) -> str:
     if not hits:
         return "was never reached"
     if not true_hits:
-        return f"was reached {_format_count(hits)}, its condition was never true"
+        return f"was reached {_format_count(hits)}, but its condition was never true"
     if not any(item.is_due(hit) for hit in range(1, true_hits + 1)):
-        return f"was reached {_format_count(true_hits)}, not as often as it wants"
+        return f"was reached {_format_count(true_hits)}, which does not meet its hit count"
     return ""
 
 

@@ -26,7 +26,7 @@ def _say_rows(
 ) -> None:
     """Print the rows of a listing as JSON or as lines.
 
-    :param line: returns the line of a row.
+    :param format_line: returns the line of a row.
     """
     if as_json:
         say_json(rows, indent=2)

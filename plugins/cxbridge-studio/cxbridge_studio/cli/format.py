@@ -33,7 +33,7 @@ def format(  # noqa: A001 - the name of the command
     texts = {path: _read_text(path) for path in _find_clips_files(files)}
     for path, text in texts.items():
         if not is_balanced(text):
-            say(f"{path}: parentheses or quotes do not match, left as it is", err=True)
+            say(f"{path}: parentheses or quotes do not match; the file stays unchanged", err=True)
             continue
         formatted = indent_clips(text)
         if formatted != text:
@@ -68,7 +68,7 @@ def _read_text(path: Path) -> str:
     try:
         text = path.read_bytes().decode("utf-8")
     except OSError as error:
-        raise CxbridgeError(f"cannot read it: {error.strerror}", file=path) from None
+        raise CxbridgeError(f"cannot read the file: {error.strerror}", file=path) from None
     except UnicodeDecodeError:
         text = "\0"
     if "\0" in text:  # UTF-16, too: ASCII letters in UTF-16 are valid UTF-8 with a NUL next to each letter

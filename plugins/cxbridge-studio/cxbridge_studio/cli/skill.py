@@ -146,7 +146,7 @@ def graph(
         )
     if output is not None and output.suffix not in (*PICTURE_SUFFIXES, ".dot"):
         raise CxbridgeError(
-            "the name does not tell the format", file=output, hint="use .svg, .png, .pdf or .dot"
+            "the suffix is not that of a supported format", file=output, hint="use .svg, .png, .pdf or .dot"
         )
     if url is None:
         text = draw_graph(

@@ -28,7 +28,7 @@ def planning(
     from cxbridge_studio.explain.planning import SECTIONS, find_answer
 
     if section and section not in SECTIONS:
-        raise typer.BadParameter(f"'{section}' is none of {', '.join(SECTIONS)}", param_hint="PART")
+        raise typer.BadParameter(f"must be one of {', '.join(SECTIONS)}, not '{section}'", param_hint="PART")
     run = open_run(file)
     answer = find_answer(run, call)
     for line in answer.section_lines(section) if section else answer.terminal_lines():

@@ -44,7 +44,7 @@ def repair(
     from cxbridge_studio.repair.recordings import recordings_in
 
     if output is not None and in_place:
-        raise typer.BadParameter("not together with --in-place", param_hint="--output")
+        raise typer.BadParameter("cannot be combined with --in-place", param_hint="--output")
     if output is not None and not dry_run and output.exists() and not (file.is_dir() and output.is_dir()):
         raise typer.BadParameter(f"'{output}' exists already", param_hint="--output")
     status = 0

@@ -58,7 +58,7 @@ class _AgentOptions:
             if getattr(self, field.name) != field.default:
                 option = field.name.removesuffix("s").replace("_", "-")
                 raise CxbridgeError(
-                    f"--{option} goes with a scenario only",
+                    f"--{option} needs a scenario",
                     hint="name the scenario after the rule or the goal",
                 )
 

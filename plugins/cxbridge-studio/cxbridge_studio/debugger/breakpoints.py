@@ -173,9 +173,7 @@ def check_hit_count(hits: str) -> None:
     """
     match = _HIT_COUNT.fullmatch(hits)
     if hits and (match is None or int(match[2]) == 0):
-        raise ExecutiveError(
-            f"'{hits}' is not a count of how often a breakpoint is reached", hint="e.g. 3, >=3, %3"
-        )
+        raise ExecutiveError(f"'{hits}' is not a hit count", hint="e.g. 3, >=3, %3")
 
 
 @dataclass(frozen=True, slots=True)

@@ -181,7 +181,9 @@ class Debugger:
         :raises ExecutiveError: if the unit is unknown.
         """
         if unit not in (*STEP_UNITS, LINE_STEP):
-            raise ExecutiveError(f"cannot step a '{unit}'", hint=f"use one of: {', '.join(STEP_UNITS)}")
+            raise ExecutiveError(
+                f"'{unit}' is not a unit of steps", hint=f"use one of: {', '.join(STEP_UNITS)}"
+            )
         with self._env.lock:
             self.go_on()
             self._step_unit = unit

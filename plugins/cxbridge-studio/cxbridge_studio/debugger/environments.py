@@ -120,7 +120,7 @@ class EnvironmentService:
         """
         self._manager.find(name)
         if name not in self._manager.extra:
-            raise ClipsError(f"the environment '{name}' is not to be destroyed", hint="it is the executive's")
+            raise ClipsError(f"the environment '{name}' cannot be destroyed", hint="it is the executive's")
         self._manager.destroy(name)
 
     def load(self, name: str, file: Path, *, batch: bool = False) -> Sequence[str]:
@@ -283,7 +283,9 @@ def _check_name(name: str, subject: str) -> None:
     :raises ClipsError: if the name has other characters, or too many.
     """
     if not _NAME.fullmatch(name):
-        raise ClipsError(f"'{name}' cannot name {subject}", hint="use up to 64 letters, digits, _, . and -")
+        raise ClipsError(
+            f"'{name}' is not a valid name for {subject}", hint="use up to 64 letters, digits, _, . and -"
+        )
 
 
 def _check_component(text: str) -> str:
@@ -292,6 +294,6 @@ def _check_component(text: str) -> str:
     :raises ClipsError: if the name is too long or has unprintable characters.
     """
     if len(text) > _MAX_COMPONENT_LENGTH or not text.isprintable():
-        hint = f"use up to {_MAX_COMPONENT_LENGTH} characters that can be printed"
-        raise ClipsError("that cannot name a component of the log", hint=hint)
+        hint = f"use up to {_MAX_COMPONENT_LENGTH} printable characters"
+        raise ClipsError("this is not a valid name of a log component", hint=hint)
     return text

@@ -85,7 +85,7 @@ def _explain_goal_without_rules(
     try:
         return _explain_goal(evidence, name, rule_count)
     except UnknownGoalError as goal_error:
-        message = f"{goal_error.message}; its rules are not known: {rules_error.message}"
+        message = f"{goal_error.message}; its rules are unknown: {rules_error.message}"
         raise type(rules_error)(message, file=rules_error.file, hint=rules_error.hint) from None
 
 

@@ -167,7 +167,7 @@ class History:
             self._record_fact_life(event)
             # A Fawkes log has no writes of interfaces, so the errors of skills come from the facts.
             if event.template == _SKILLER_TYPE and event.asserted:
-                # A log may cut a fact short; then the fact tells no error.
+                # A log may cut a fact short; then the fact shows no error.
                 with suppress(FactSyntaxError):
                     _, slots = parse_fact(event.text)
                     error, skiller = unquote(slots.get("error", "")), unquote(slots.get("id", ""))

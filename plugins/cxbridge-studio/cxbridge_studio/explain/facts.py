@@ -43,7 +43,7 @@ class FactStory:
         if self.previous_life is not None:
             yield f"instead of f-{self.previous_life.index} {self.previous_life.text}"
         if self.end_s is None:
-            yield "it is still there"
+            yield "it still exists"
         else:
             yield f"it was retracted at {self.end_s:.3f} s: {_describe_last_firing(self.life.end_rule)}"
 
@@ -63,13 +63,13 @@ def explain_fact(evidence: Evidence, name: str) -> FactStory:
     history = evidence.history
     if history is None or not history.fact_lives:
         raise CxbridgeError(
-            f"where f-{match[1]} comes from is not known: facts are not recorded", hint=_RECORD_HINT
+            f"the origin of f-{match[1]} is unknown: facts are not recorded", hint=_RECORD_HINT
         )
     life = history.fact_lives.get(int(match[1]))
     if life is None:
         # The history drops the oldest facts of a long run, so the first known index may be high.
-        hint = f"those from f-{min(history.fact_lives)} to f-{max(history.fact_lives)} are known"
-        raise CxbridgeError(f"there is no fact f-{match[1]} up to here", hint=hint)
+        hint = f"the known facts are f-{min(history.fact_lives)} to f-{max(history.fact_lives)}"
+        raise CxbridgeError(f"no fact f-{match[1]} is known before this moment", hint=hint)
     previous_life = history.fact_lives.get(life.replaced_index)
     end_s = None if life.end_us is None else evidence.seconds(life.end_us)
     return FactStory(evidence.where, life, previous_life, evidence.seconds(life.begin_us), end_s)

@@ -75,7 +75,7 @@ class RootCauseFinder:
         if misspelt is not None:
             rule_name, misspelt_class = misspelt
             yield (
-                f"rule {rule_name} is for goals of class {misspelt_class}, and there has been none: "
+                f"rule {rule_name} is for goals of class {misspelt_class}, but there has been no such goal: "
                 f"did you mean {goal.goal_class}?"
             )
         if goal.mode == "COMMITTED":
@@ -90,7 +90,7 @@ class RootCauseFinder:
         if calls and calls[-1].status in _STATUSES_WITHOUT_PLAN:
             # The output of a planner may have several lines.
             reason = " ".join(calls[-1].reason.split()) or calls[-1].status
-            yield f"the planner has no plan for {calls[-1].problem}: {reason}"
+            yield f"the planner found no plan for {calls[-1].problem}: {reason}"
 
     def _describe_missing_resources(self, goal: GoalRecord) -> Iterator[str]:
         """Yield the resources that a goal still needs, with their holders."""
@@ -112,9 +112,9 @@ class RootCauseFinder:
                 if slots.get("name") == f"resource-{resource}" and slots.get("state") == "LOCKED"
             ]
             if holders:
-                yield f"resource {resource}: goal {', '.join(holders)} has it"
+                yield f"resource {resource} is held by goal {', '.join(holders)}"
             elif locks and locks[0]:
-                yield f"resource {resource}: {locks[0]} has locked it"
+                yield f"resource {resource} is locked by {locks[0]}"
             else:
                 yield f"resource {resource}{self._describe_missing_holder()}"
 

@@ -46,7 +46,7 @@ def make_story_writer(evidence: Evidence) -> tuple[Goals, GoalStoryWriter]:
     :raises CxbridgeError: if the source has no goals.
     """
     if evidence.history is None:
-        raise CxbridgeError("goals are not known here")
+        raise CxbridgeError("the source has no data about goals")
     facts = {template: evidence.fact_slots(template) for template in FACT_TEMPLATES}
     goals = Goals(evidence.history)
     return goals, GoalStoryWriter(evidence, goals, facts)

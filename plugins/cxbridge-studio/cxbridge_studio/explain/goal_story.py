@@ -29,7 +29,7 @@ _SHOWN_STATES: Final = ("RUNNING", "EXECUTION-FAILED", "FAILED", "FINAL")
 _MAX_LEVELS: Final = 20
 
 # The text of the cause of each change in a recording without firings.
-NOT_RECORDED: Final = "which rule decided so is not known: firings were not recorded (level rules)"
+NOT_RECORDED: Final = "the rule that decided this is unknown: firings were not recorded (level rules)"
 
 # The limit of the facts in one copy, of a deftemplate or of a rule: copying a fact stops the loop for about
 # 10 us.
@@ -261,7 +261,7 @@ class GoalStoryWriter:
     def _former_outcomes_text(self, goal: GoalRecord) -> str:
         """Return the outcomes of the goal before it was formulated again."""
         ends = [f"{change.outcome} at {self._time_text(change)}" for change in goal.former_end_changes]
-        return f"; before, it was {', '.join(ends)}" if ends else ""
+        return f"; before that, it was {', '.join(ends)}" if ends else ""
 
     def _causes_of_outcome(self, goal: GoalRecord, reported_names: set[str]) -> Iterator[Cause]:
         """Yield the causes of a goal's outcome."""
@@ -352,14 +352,15 @@ class GoalStoryWriter:
         slots = {"class": goal.goal_class, "sub-type": goal.sub_type, "mode": goal.mode}
         names = find_mode_changing_rules(self._evidence.rule_texts(), slots)
         if names:
-            yield Cause(f"rules that could do it ('cxbridge why RULE' tells more): {', '.join(names)}")
+            yield Cause(f"rules that could do so ('cxbridge why RULE' explains each): {', '.join(names)}")
 
     # --- the cause of a wait
 
     def _mode_text(self, goal: GoalRecord) -> str:
         # The first change with the current mode: later changes of other slots repeat the mode.
         *_, first = takewhile(lambda change: change.mode == goal.mode, reversed(goal.changes))
-        return f"{goal.title} is {goal.mode} since {self._time_text(first)}{self._former_outcomes_text(goal)}"
+        begin, former_outcomes = self._time_text(first), self._former_outcomes_text(goal)
+        return f"{goal.title} has been {goal.mode} since {begin}{former_outcomes}"
 
     def _wait_text(self, goal: GoalRecord) -> str:
         return f"{self._mode_text(goal)}, and waits {_WAIT_REASONS.get(goal.mode, 'for a rule')}"
@@ -421,7 +422,7 @@ class GoalStoryWriter:
             skill = link.call
             begin_s = self._evidence.seconds(self._goals.time_us(skill.begin[0]))
             subject = f"{link.word}skill {skill.skill_string} of {skill.skiller}"
-            because.append(Cause(f"{subject} is {skill.status} since {begin_s:.3f} s"))
+            because.append(Cause(f"{subject} has been {skill.status} since {begin_s:.3f} s"))
         if action.state not in ("WAITING", "RUNNING"):
             because = [
                 *_make_root_causes([self._root_cause_finder.find_action_cause(goal, action)]),
@@ -433,9 +434,8 @@ class GoalStoryWriter:
         return Cause(self._action_state_text(action) + further_text, tuple(because))
 
     def _action_state_text(self, action: PlanActionRecord) -> str:
-        return (
-            f"action {action.id} {action.name} is {action.state} since {self._time_text(action.changes[-1])}"
-        )
+        begin = self._time_text(action.changes[-1])
+        return f"action {action.id} {action.name} has been {action.state} since {begin}"
 
     def _is_known_unexecutable(self, goal: GoalRecord, action: PlanActionRecord) -> bool:
         """Whether the fact of an action says that its precondition does not hold."""
@@ -468,7 +468,7 @@ _WAIT_REASONS: Final = {
     "SELECTED": "to be expanded: for a rule that gives it a plan or sub-goals",
     "EXPANDED": "for a rule that commits it to a plan or to a sub-goal",
     "COMMITTED": "to be dispatched, when it has its resources",
-    "DISPATCHED": "for what was dispatched",
+    "DISPATCHED": "for its actions and sub-goals",
     "FINISHED": "for a rule that evaluates it",
     "EVALUATED": "for a rule that retracts it",
 }

@@ -123,7 +123,7 @@ class Goals:
         if not matches:
             known_names = dict.fromkeys(word for goal in self.all for word in (goal.id, goal.goal_class))
             class_size = len(self.class_members(stem))
-            hint = f"there are {class_size} of this class" if class_size else did_you_mean(name, known_names)
+            hint = f"the class has {class_size} goals" if class_size else did_you_mean(name, known_names)
             raise UnknownGoalError(f"there is no goal '{name}'", hint=hint or None)
         # Goals that share only the beginning of their ids have nothing in common: the user must choose.
         if not {matches[0].id, matches[0].goal_class} & {name, stem} and len(matches) > 1:

@@ -1,4 +1,4 @@
-"""Prints the planner calls of a recorded run like PlanSys2's terminal.
+"""Formats the planner calls of a recorded run like PlanSys2's terminal.
 
 The terminal's commands are ``get problem instances``, ``get problem predicates``, ``get problem goal`` and
 ``get plan``. The terminal separates columns by tabs; here blanks align them, as in figure 9 of the thesis
@@ -19,7 +19,7 @@ from cxbridge.executive.planning.planner import PlannedAction, parse_plan_text
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.sources import run_sources
 
-# The sections of a call, in the order of that figure.
+# The sections of a call, in the order of figure 9.
 SECTIONS: Final = ("instances", "predicates", "goal", "plan")
 
 # The time between the starts of actions, and their duration, in a plan without times: POPF prints these

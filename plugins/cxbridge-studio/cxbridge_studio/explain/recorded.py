@@ -171,7 +171,7 @@ class RecordedEvidence(Evidence):
             ]
             if not files:
                 raise TraceError(
-                    "this recording has no CLIPS files with it, so its rules are not known",
+                    "this recording contains no CLIPS files, so its rules are unknown",
                     file=self._path,
                     hint="name the scenario that was run, or with --fawkes-dir the Fawkes that wrote the log",
                 )
@@ -236,7 +236,7 @@ def _choose_environment(env: str | None, names: set[str], path: Path) -> str:
         return next(iter(names)) if len(names) == 1 else EXECUTIVE_ENVIRONMENT
     if env not in names:
         hint = f"there are: {', '.join(sorted(names)) or 'none'}"
-        raise TraceError(f"there is no CLIPS environment '{env}' in it", file=path, hint=hint)
+        raise TraceError(f"the recording has no CLIPS environment '{env}'", file=path, hint=hint)
     return env
 
 

@@ -155,11 +155,11 @@ class _RunStoryWriter:
         """Yield a sentence about each kind of missing data, with the option that records it."""
         assert self._evidence.history is not None
         if not self._goals.all:
-            yield "no transition of a goal is known up to here"
+            yield "no transition of a goal is known before this moment"
         if not self._evidence.history.rules_known:
-            yield "which rules decided is not known: record with --trace-level rules"
+            yield "the rules that decided are unknown: record with --trace-level rules"
         if not self._evidence.has_facts("goal"):
-            yield "facts, and why rules did not fire, are not known: record with --trace-level facts"
+            yield "facts, and why rules did not fire, are unknown: record with --trace-level facts"
 
 
 def _has_failed(goal: GoalRecord) -> bool:

@@ -115,7 +115,7 @@ def _find_agent(run: Run | Team, env: str | None) -> Run:
     if agent is None:
         names = ", ".join(agent.name for agent in run.agents)
         raise CxbridgeError(
-            "this scenario has several agents, ask one of them"
+            "this scenario has several agents; choose one of them"
             if env is None
             else f"there is no agent '{env}'",
             hint=f"--env NAME, one of: {names}",

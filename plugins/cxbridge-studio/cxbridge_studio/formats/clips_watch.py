@@ -110,13 +110,13 @@ class _WatchedFacts:
         :raises FactSyntaxError: if the fact cannot be parsed.
         """
         text = self._complete_text(event)
-        is_modified = text != event.text
-        if is_modified:
+        is_completed = text != event.text
+        if is_completed:
             event = FactChange(event.time_us, ENVIRONMENT, event.asserted, event.index, event.template, text)
         transition = self._tracker.track_change(event)
         if event.asserted:
             self._store_text(event.index, text)
-        elif not is_modified:  # a modified fact is asserted next, and needs the slots of its previous text
+        elif not is_completed:  # a modified fact is asserted next, and needs the slots of its previous text
             self._texts.pop(event.index, None)
         return event, transition
 

@@ -60,7 +60,7 @@ STYLE: Final = """
 #fields { border-top: solid $primary; }
 TabPane { padding: 0; }
 Tab { padding: 0 1 0 0; }
-Rows { height: 1fr; overflow-x: hidden; }
+RowTable { height: 1fr; overflow-x: hidden; }
 .narrow #main { layout: vertical; }
 .narrow #left { width: 100%; height: 35%; border-right: none; border-bottom: solid $primary; }
 .narrow #goals { overflow-x: hidden; }

@@ -299,16 +299,16 @@ class DaemonSource:
 
     def _evaluate(self, expression: str, query: ViewQuery) -> str:
         value = self._request("env-eval", env=query.env, expression=expression)
-        return "; ".join(filter(None, (*value["output"], value["text"]))) or "it has no value"
+        return "; ".join(filter(None, (*value["output"], value["text"]))) or "the expression has no value"
 
     def _send_message(self, text: str, query: ViewQuery) -> str:
         """Send a message to the shown interface, whichever program writes it."""
         if not query.interface:
-            raise CxbridgeError("to which interface?", hint="choose one on the blackboard")
+            raise CxbridgeError("no interface is selected", hint="select one in the pane of the blackboard")
         try:
             name, *arguments = shlex.split(text)
         except ValueError as error:
-            raise CxbridgeError(f"that cannot be sent: {error or 'which message?'}") from None
+            raise CxbridgeError(f"the message cannot be sent: {error or 'its name is missing'}") from None
         with self._connected_board().open_for_reading(*parse_uid(query.interface), owner=OWNER) as interface:
             is_full_name = name in interface.MESSAGES or name.endswith("Message")
             message = interface.create_message(name if is_full_name else f"{name}Message")

@@ -100,7 +100,7 @@ class RecordedSource:
         word, _, argument = command.strip().partition(" ")
         action = self._commands.get(word)
         if action is None:
-            raise CxbridgeError(f"a recording knows no '{word}'", hint=COMMANDS_HELP)
+            raise CxbridgeError(f"a recording has no command '{word}'", hint=COMMANDS_HELP)
         return action(argument.strip())
 
     def _move(self, move: Callable[[Scrubber], None]) -> str:

@@ -42,7 +42,14 @@ from cxbridge_studio.monitor.layout import (
     key_bindings,
 )
 from cxbridge_studio.monitor.snapshot import MonitorSnapshot, MonitorSource, ViewQuery
-from cxbridge_studio.monitor.widgets import GoalTree, KeyLine, LogLines, Rows, SidePanes, make_progress_bar
+from cxbridge_studio.monitor.widgets import (
+    GoalTree,
+    KeyLine,
+    LogLines,
+    RowTable,
+    SidePanes,
+    make_progress_bar,
+)
 
 _MAX_NOTE_LENGTH: Final = 2000  # in characters: a fact may be longer than the screen
 _MESSAGE_S: Final = 5.0  # how long the message of a command is shown
@@ -109,10 +116,10 @@ class MonitorApp(App[None]):
             columns = (
                 ("interface", "writer", "readers") if self._source.is_live else ("interface", "written", "")
             )
-            yield Rows("interfaces", columns)
-            yield Rows("fields", ("field", "value"))
+            yield RowTable("interfaces", columns)
+            yield RowTable("fields", ("field", "value"))
         else:
-            yield Rows(name, COLUMNS[name])
+            yield RowTable(name, COLUMNS[name])
         yield Static("", id=f"{name}-note", classes="note", markup=False)
 
     def on_mount(self) -> None:
@@ -203,9 +210,9 @@ class MonitorApp(App[None]):
         if pane == "story":
             self._set_text("story-text", "\n".join(map(visible, snapshot.story)))
             return
-        self._find_widget(f"#{pane}", Rows).show(getattr(snapshot, pane))
+        self._find_widget(f"#{pane}", RowTable).show(getattr(snapshot, pane))
         if pane == "interfaces":
-            self._find_widget("#fields", Rows).show(snapshot.fields)
+            self._find_widget("#fields", RowTable).show(snapshot.fields)
         self._show_note(pane)
 
     def _set_text(self, name: str, text: str) -> None:
@@ -225,7 +232,7 @@ class MonitorApp(App[None]):
         """Show the note below a pane, and the full text of the selected fact."""
         table = getattr(self.snapshot, pane)
         notes = [table.note, self.snapshot.fields.note if pane == "interfaces" else ""]
-        chosen = self._find_widget("#fields" if pane == "interfaces" else f"#{pane}", Rows).chosen
+        chosen = self._find_widget("#fields" if pane == "interfaces" else f"#{pane}", RowTable).chosen
         notes.insert(0, " ".join(chosen)[:_MAX_NOTE_LENGTH] if chosen else "")
         self._set_text(f"{pane}-note", "\n".join(filter(None, notes)))
 
@@ -258,12 +265,12 @@ class MonitorApp(App[None]):
             self._change_query(pane=self._shown_pane)
             self.show(self.snapshot)
 
-    def on_data_table_row_highlighted(self, event: Rows.RowHighlighted) -> None:
+    def on_data_table_row_highlighted(self, event: RowTable.RowHighlighted) -> None:
         """Show the values of the selected interface, or the full text of the selected fact."""
         if not self.is_running:
             return
         table = event.data_table
-        if isinstance(table, Rows) and table.id == "interfaces" and table.chosen is not None:
+        if isinstance(table, RowTable) and table.id == "interfaces" and table.chosen is not None:
             if table.chosen[0] != self._view_query.interface:
                 self._change_query(interface=table.chosen[0])
         elif table.id in {self._shown_pane, "fields"}:
@@ -316,21 +323,21 @@ class MonitorApp(App[None]):
         spec, pane, goals = "", self._shown_pane, self._find_widget("#goals", GoalTree)
         if goals.has_focus:
             spec = "" if goals.chosen is None else f"goal:{goals.chosen.goal_class}:"
-        elif pane in BREAKPOINT_SPECS and (row := self._find_widget(f"#{pane}", Rows).chosen) is not None:
+        elif pane in BREAKPOINT_SPECS and (row := self._find_widget(f"#{pane}", RowTable).chosen) is not None:
             begin, column, end = BREAKPOINT_SPECS[pane]
             spec = f"{begin}:{row[column]}{end}"
         self.action_ask(f":break {spec}")
 
     def action_delete(self) -> None:
         """Remove the selected breakpoint, or open the prompt to retract the selected fact."""
-        if self._shown_pane == "breakpoints" and (row := self._find_widget("#breakpoints", Rows).chosen):
+        if self._shown_pane == "breakpoints" and (row := self._find_widget("#breakpoints", RowTable).chosen):
             self.action_do(f"delete {row[0]}")
-        elif self._shown_pane == "facts" and (row := self._find_widget("#facts", Rows).chosen):
+        elif self._shown_pane == "facts" and (row := self._find_widget("#facts", RowTable).chosen):
             self.action_ask(f":retract {row[0]}")
 
     def action_edit(self) -> None:
         """Open the prompt to modify the selected fact."""
-        if self._shown_pane == "facts" and (row := self._find_widget("#facts", Rows).chosen):
+        if self._shown_pane == "facts" and (row := self._find_widget("#facts", RowTable).chosen):
             self.action_ask(f":modify {row[0]} (")
 
     # -- prompt

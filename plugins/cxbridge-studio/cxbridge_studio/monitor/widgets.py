@@ -139,7 +139,7 @@ class GoalTree(Tree[GoalKey]):
             self.scroll_to_node(node, animate=False)
 
 
-class Rows(DataTable[Text]):
+class RowTable(DataTable[Text]):
     """A table that updates only changed cells if the number of rows is the same.
 
     :param name: the id of the table.
@@ -234,7 +234,7 @@ class SidePanes(Vertical):
 
     def __init__(self) -> None:
         super().__init__(id="aside")
-        self._skills = Rows("aside-skills", ("skiller", "skill", "status"))
+        self._skills = RowTable("aside-skills", ("skiller", "skill", "status"))
         self._log = LogLines("aside-log")
 
     def compose(self) -> ComposeResult:

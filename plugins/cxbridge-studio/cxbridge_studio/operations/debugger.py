@@ -96,7 +96,7 @@ def _check_breakpoint_exists(context: OperationContext, path: Mapping[str, str])
         [existing_breakpoint.number for existing_breakpoint in debugger_of(context.executive).breakpoints],
     )
     if not (text.isascii() and text.isdecimal()) or len(text) > _MAX_NUMBER_DIGITS:
-        raise CxbridgeError("A breakpoint has a number")
+        raise CxbridgeError("A breakpoint is named by its number")
     if int(text) not in numbers:
         raise NotFoundError(f"There is no breakpoint {text}")
 

@@ -275,7 +275,7 @@ def _set_log_level(context: OperationContext, parameters: _LogLevelSetting) -> N
 
 def _evaluate_checked_text(context: OperationContext, parameters: _Expression) -> object:
     if "\0" in parameters.expression:  # CLIPS would evaluate the text before the zero byte
-        raise CxbridgeError("CLIPS has no such text")
+        raise CxbridgeError("A text of CLIPS cannot contain a zero byte")
     return _evaluate_expression(context, parameters)
 
 

@@ -101,7 +101,7 @@ def _check_index(_context: OperationContext, path: Mapping[str, str]) -> None:
     """
     text = path["index"]
     if not text.isdecimal() or not text.isascii() or len(text) > _MAX_INDEX_DIGITS:
-        raise CxbridgeError("The index of a fact is a number")
+        raise CxbridgeError("The index of a fact must be a number")
 
 
 def _assert_over_http(context: OperationContext, parameters: _FactText) -> FactIndex:
@@ -114,7 +114,7 @@ def _assert_over_http(context: OperationContext, parameters: _FactText) -> FactI
 def _modify_over_http(context: OperationContext, parameters: _SlotChanges) -> FactIndex:
     env = _find_environment(context, parameters.env)
     if any("\0" in text for pair in parameters.slots.items() for text in pair):
-        raise CxbridgeError("CLIPS has no such text")
+        raise CxbridgeError("A text of CLIPS cannot contain a zero byte")
     with env.lock:
         if env.maker.find_fact(parameters.index) == NULL:
             raise NotFoundError(f"There is no fact f-{parameters.index}")

@@ -31,7 +31,7 @@ class _McapCopy(McapFile):
     """A new mcap file with records of the damaged file."""
 
     def copy_record(self, kind: int, content: bytes) -> None:
-        """Write a record with its numbers of schemas and channels.
+        """Write a record. Schemas and channels keep their numbers, so that the messages still refer to them.
 
         A record whose schema or channel is missing is left out.
 
@@ -112,7 +112,9 @@ def _copy_records(source: Path, target: IO[bytes]) -> list[str]:
     copy.finish()
     problems = [f"FIXING: {damaged_count} damaged records, left out"] if damaged_count else []
     if not has_end:
-        problems.append("FIXING: file without its end, keeping what is whole, writing summary and footer")
+        problems.append(
+            "FIXING: the end of the file is missing, keeping the complete records, writing summary and footer"
+        )
     return problems
 
 

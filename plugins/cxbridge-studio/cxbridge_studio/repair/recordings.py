@@ -23,7 +23,7 @@ from cxbridge.trace.formats.files import reading, writing
 from cxbridge.trace.formats.registry import open_run
 
 _SEARCH_SIZE = 1 << 16  # the bytes that are searched at once for the last line feed
-_UINT32 = 0xFFFFFFFF  # the count of a header has 32 bits and wraps, as in ffbblog
+_COUNT_MASK = 0xFFFFFFFF  # the count of a header has 32 bits and wraps, as in ffbblog
 
 
 @dataclass(frozen=True)
@@ -121,7 +121,7 @@ def _examine_bblogger(run: BBLoggerFile) -> Repair:
     actions += _truncation_actions(extra)
     if header.count != count:
         actions.append(_count_action(run.path, header, count))
-        patches.append((COUNT_OFFSET, pack_count(count & _UINT32)))
+        patches.append((COUNT_OFFSET, pack_count(count & _COUNT_MASK)))
     write = partial(_copy_patched_start, run.path, size - extra, patches)
     return Repair(run.path, run.format, actions, write)
 
@@ -160,7 +160,7 @@ def _examine_text(run: Run) -> Repair:
     end = _find_end_of_lines(run.path, size)
     actions = _truncation_actions(size - end)
     if not end and size:
-        raise TraceError("not one line of it is whole", file=run.path)
+        raise TraceError("no line of it is complete", file=run.path)
     return Repair(run.path, run.format, actions, partial(_copy_patched_start, run.path, end, []))
 
 

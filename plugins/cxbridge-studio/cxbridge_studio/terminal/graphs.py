@@ -141,13 +141,13 @@ def draw_graph(
 def render_graph(graph: str, suffix: str) -> bytes:
     """Render a graph.
 
-    :param suffix: one of :data:`PICTURES`.
+    :param suffix: one of :data:`PICTURE_SUFFIXES`.
     :raises CxbridgeError: if graphviz is not installed.
     """
     program = shutil.which("dot")
     if program is None:
         raise CxbridgeError(
-            "graphviz is not installed: its program 'dot' makes the pictures",
+            "graphviz is not installed: its program 'dot' is needed for pictures",
             hint="install it, for example with 'apt install graphviz' or 'brew install graphviz', "
             "or write the graph itself with -o FILE.dot",
         )
@@ -160,7 +160,7 @@ def render_graph(graph: str, suffix: str) -> bytes:
             check=False,
         )
     except subprocess.TimeoutExpired:
-        raise CxbridgeError(f"graphviz was not done within {_RENDER_S} s") from None
+        raise CxbridgeError(f"graphviz did not finish within {_RENDER_S} s") from None
     if process.returncode:
         reason = process.stderr.decode(errors="replace").strip().partition("\n")[0]
         raise CxbridgeError(f"graphviz cannot draw this graph: {reason}")

@@ -23,7 +23,7 @@ class MachineState:
     """A state of a machine.
 
     :param node: the unique name in the graph; ``name`` is unique only in its machine.
-    :param active: whether the machine is in this state.
+    :param is_active: whether the machine is in this state.
     :param kind: ``start``, ``final`` (success), ``failed``, ``end`` for any other end state, or empty.
     :param note: the comment in the state's definition.
     """

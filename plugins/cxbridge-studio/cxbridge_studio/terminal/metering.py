@@ -20,7 +20,7 @@ _DOT_BITS: Final = ((0x01, 0x02, 0x04, 0x40), (0x08, 0x10, 0x20, 0x80))
 
 _UNITS: Final = ("B", "kB", "MB", "GB")
 _THOUSAND: Final = 1000.0
-_LARGE: Final = 1e6  # larger numbers are shown with an exponent
+_MAX_WITHOUT_EXPONENT: Final = 1e6  # larger numbers are shown with an exponent
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,4 +139,4 @@ def _axis_range(values: Sequence[float]) -> tuple[float, float]:
 def _format_label(value: float, span: float) -> str:
     """Return the label of an axis value, with enough digits to differ from its neighbours."""
     digits = min(6, max(0, 2 - floor(log10(span))))
-    return f"{value:.{digits}f}" if abs(value) < _LARGE else f"{value:.3e}"
+    return f"{value:.{digits}f}" if abs(value) < _MAX_WITHOUT_EXPONENT else f"{value:.3e}"

@@ -47,9 +47,9 @@ UNKNOWN_KEY: Final = Code(
 WRONG_SPEC_NAME: Final = Code(
     "CX115",
     Severity.ERROR,
-    "the name of the spec is not a text",
+    "the name of the spec is not a string",
     "The configuration reads the name as a Boolean or a number, even in quotes. The rule that begins the "
-    "initialisation waits for a text: no file is ever loaded.",
+    "initialisation waits for a string: no file is ever loaded.",
 )
 OLD_FORMAT: Final = Code(
     "CX116",
@@ -130,7 +130,7 @@ def _check_time(agent: Agent) -> Iterator[Finding]:
         yield Finding(
             DEFAULT_TIME_FACTS,
             place,
-            "assert-time-each-loop is absent: here that means true, in Fawkes false",
+            "assert-time-each-loop is absent: the default is true in a scenario, but false in Fawkes",
         )
 
 
@@ -138,7 +138,7 @@ def _check_spec_name(agent: Agent) -> Iterator[Finding]:
     key = f"{_EXECUTIVE_PATH}/spec"
     if agent.config.exists(key) and (value := agent.config.get(key)).type is not ConfigType.STRING:
         kind = {ConfigType.BOOL: "a Boolean", ConfigType.FLOAT: "a number"}.get(value.type, "an integer")
-        message = f"the name of the spec, '{value.text}', is not a text but {kind}"
+        message = f"the name of the spec, '{value.text}', must be a string, not {kind}"
         yield Finding(WRONG_SPEC_NAME, place_of(value), message, "choose another name, such as my-spec")
 
 

@@ -222,7 +222,7 @@ def _explain_missing_slots(
             hint = f"write ({name} (SLOT VALUE) ...)"
             if any(source.is_core and _defines_template(source, name) for source in agent.files):
                 hint = "it is a deftemplate of the CX core: use another name"
-            message = f"{prefix}the deftemplate '{name}' has slots, and here are fields without one"
+            message = f"{prefix}the deftemplate '{name}' has slots, but these fields are not in slots"
             return Finding(UNREADABLE_CONSTRUCT, file.place(fact), message, hint)
     return None
 
@@ -314,7 +314,7 @@ def _function_hint(agent: Agent, name: str) -> str:
     functions = ("deffunction", "defgeneric")
     for file in agent.files:
         if any(item.kind in functions and item.name == name for item in file.constructs):
-            return f"{file.path.name} defines it, and is loaded later: load it before"
+            return f"{file.path.name} defines it, and is loaded later: load it earlier"
     if feature := agent.find_feature(name):
         return f"it is a function of the feature {feature}: request it in stage-1 of the spec"
     return did_you_mean(name, _defined_names(agent, *functions, "defmethod"))

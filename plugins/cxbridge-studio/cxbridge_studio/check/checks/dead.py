@@ -129,7 +129,7 @@ def _pattern_problem(agent: Agent, usage: Usage, pattern: FactUse) -> tuple[str,
     if name not in usage.asserted_facts and name in _INITIAL_FACTS:
         return (
             f"CLIPS 6.4 has no '{name}'",
-            f"leave ({name}) out: a rule without a pattern fires at the start",
+            f"omit ({name}): a rule without a pattern fires at the start",
         )
     if name not in usage.asserted_facts and not usage.is_made_elsewhere(name):
         return f"nothing asserts a fact '{name}'", did_you_mean(name, set(usage.asserted_facts) - {name})
@@ -139,12 +139,12 @@ def _pattern_problem(agent: Agent, usage: Usage, pattern: FactUse) -> tuple[str,
     minimum, maximum = pattern.field_counts
     if any(minimum <= most_fields and fewest_fields <= maximum for fewest_fields, most_fields in counts):
         return None
-    numbers = " or ".join(str(fewest_fields) for fewest_fields, _ in sorted(set(counts)))
+    field_counts = " or ".join(str(fewest_fields) for fewest_fields, _ in sorted(set(counts)))
     plural = "" if minimum == 1 else "s"
     expected_fields = f"{minimum} or more fields" if maximum > minimum else f"{minimum} field{plural}"
     example = f"({name}{' ?' * counts[0][0]})"
     return (
-        f"({name} ...) asks for {expected_fields} here, and facts '{name}' have {numbers}",
+        f"({name} ...) needs {expected_fields}, but facts '{name}' have {field_counts}",
         f"write {example}, or $? for any number of fields",
     )
 

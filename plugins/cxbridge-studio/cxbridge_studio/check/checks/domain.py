@@ -47,7 +47,7 @@ UNUSED_MAPPING: Final = Code(
     "CX401",
     Severity.WARNING,
     "a mapping of an action that does not exist",
-    "The action mapping has an entry for a name that no domain and no rule knows: the entry is never used.",
+    "The action mapping has an entry for a name that no domain and no rule defines: the entry is never used.",
 )
 UNKNOWN_PARAMETER: Final = Code(
     "CX402",

@@ -148,12 +148,17 @@ def _check_formulas(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
             if node.head not in predicates:
                 hint = did_you_mean(node.head, predicates)
                 yield Finding(
-                    UNKNOWN_GOAL_NAME, place, f"the planner's goal: no predicate '{node.head}'", hint
+                    UNKNOWN_GOAL_NAME,
+                    place,
+                    f"the planner's goal has the unknown predicate '{node.head}'",
+                    hint,
                 )
             for item in map(literal, node.arguments) if are_objects_known else ():
                 if item and item not in objects:
                     hint = did_you_mean(item, objects)
-                    yield Finding(UNKNOWN_GOAL_NAME, place, f"the planner's goal: no object '{item}'", hint)
+                    yield Finding(
+                        UNKNOWN_GOAL_NAME, place, f"the planner's goal has the unknown object '{item}'", hint
+                    )
 
 
 def _check_types(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
@@ -202,7 +207,7 @@ def _check_plan_action(action: SourceAction, parameter_names: list[str]) -> Iter
         number = None if values is None else literal_count(values)
         if number is not None and number != len(parameter_names):
             message = (
-                f"the action '{name}' has {len(parameter_names)} parameters, and here are {number} in {slot}"
+                f"the action '{name}' has {len(parameter_names)} parameters, but {slot} has {number} values"
             )
             yield Finding(
                 WRONG_PARAMETERS, file.place(values[0] if values else action.node), message, parameters_text

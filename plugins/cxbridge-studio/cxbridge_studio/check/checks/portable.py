@@ -64,13 +64,13 @@ FUNCTION_ARGUMENT: Final = Code(
     "CX607",
     Severity.WARNING,
     "not in Fawkes: a function as an argument of a skill",
-    "Fawkes converts the arguments of a skill to texts; a function has no text.",
+    "Fawkes converts the arguments of a skill to strings; a function cannot be converted.",
 )
 REFUSED_DOMAIN: Final = Code(
     "CX608",
     Severity.WARNING,
     "not in Fawkes: a PDDL domain",
-    "Fawkes' parser refuses the domain: it knows fewer operators, and requires all sections in a fixed "
+    "Fawkes' parser refuses the domain: it supports fewer operators, and requires all sections in a fixed "
     "order. docs/evidence/planning.md lists the differences.",
 )
 
@@ -130,7 +130,7 @@ def _check_expressions(file: ClipsFile) -> Iterator[Finding]:
         if fact is not None and (fact.items is not None or fact.text.isdecimal()):
             argument = fact.text if fact.items is None else "(...)"
             message = f"CLIPS 6.30 refuses ({call.head} {argument} ...)"
-            hint = f"bind the fact to a variable before: (bind ?fact {argument}) ({call.head} ?fact ...)"
+            hint = f"first bind the fact to a variable: (bind ?fact {argument}) ({call.head} ?fact ...)"
             yield Finding(REFUSED_CALL, file.place(fact), message, hint)
     for call in file.calls(*_MULTI_ARGUMENT_FUNCTIONS):
         if len(call.arguments) == 1:
@@ -163,7 +163,11 @@ def _check_functions(agent: Agent) -> Iterator[Finding]:
             if agent.is_core_path(call.file.path):
                 continue
             place = SourcePlace.at(call.file.path, call.file.lines, call.mention.start)
-            reason = f"the feature {features[name]} is ours" if name in features else "CLIPS 6.30 lacks it"
+            reason = (
+                f"only cxbridge has the feature {features[name]}"
+                if name in features
+                else "CLIPS 6.30 lacks it"
+            )
             yield Finding(ADDED_FUNCTION, place, f"Fawkes has no function '{name}': {reason}")
 
 

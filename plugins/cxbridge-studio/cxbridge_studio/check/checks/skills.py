@@ -40,7 +40,7 @@ UNKNOWN_SKILL: Final = Code(
 UNKNOWN_ARGUMENT: Final = Code(
     "CX413",
     Severity.WARNING,
-    "a skill does not know the argument",
+    "an unknown argument of a skill",
     "The mapping gives the skill an argument that is neither in its documentation (@param) nor anywhere in "
     "its text: the skill never reads the argument.",
 )
@@ -113,7 +113,7 @@ def _check_executors(agent: Agent) -> Iterator[Finding]:
 
 
 def _check_arguments(agent: Agent, skills: Mapping[str, Path | None]) -> Iterator[Finding]:
-    """Yield the named arguments that a Lua skill does not know."""
+    """Yield the named arguments that a Lua skill does not have."""
     arguments_and_texts = {name: _read_skill(path) for name, path in skills.items() if path is not None}
     for _, template, place in agent.action_mappings():
         match = _SKILL_NAME.match(template)

@@ -212,7 +212,7 @@ def check_environment(env: str, names: Collection[str], path: Path) -> None:
     """
     if names and env not in names:
         hint = did_you_mean(env, names, f"there are: {', '.join(sorted(names))}")
-        raise TraceError(f"there is no CLIPS environment '{env}' in it", file=path, hint=hint)
+        raise TraceError(f"the recording has no CLIPS environment '{env}'", file=path, hint=hint)
 
 
 def add_recorded_agent(agent: AgentSources, run: Run, env: str, *, include_core: bool) -> bool:
@@ -261,7 +261,7 @@ class FileCoverage:
 
 
 @dataclass(frozen=True, slots=True)
-class UsedNames:
+class NameCoverage:
     """Used and unused names of one kind.
 
     :param used: names with their number of uses.
@@ -281,11 +281,11 @@ class Coverage:
 
     run_count: int
     files: tuple[FileCoverage, ...]
-    goal_classes: UsedNames
+    goal_classes: NameCoverage
     missing_modes: tuple[tuple[str, tuple[str, ...]], ...]
     outcomes: tuple[tuple[str, tuple[tuple[str, int], ...]], ...]
-    actions: UsedNames
-    skills: UsedNames
+    actions: NameCoverage
+    skills: NameCoverage
     notes: tuple[str, ...]
 
     @property
@@ -321,7 +321,9 @@ def compute_coverage(agent: AgentSources, use: RecordedUse, globs: tuple[str, ..
         FileCoverage(file, tuple(sorted(rules, key=lambda item: item[0].lines[0])))
         for file, rules in sorted(rules_by_file.items())
     )
-    notes = [f"{file} was not the same in all runs; the last counts" for file in sorted(agent.changed_files)]
+    notes = [
+        f"{file} differs between the runs; the last version counts" for file in sorted(agent.changed_files)
+    ]
     notes += [f"{run}: no firings recorded (level rules)" for run in use.runs_without_firings]
     return Coverage(
         use.run_count,
@@ -340,9 +342,9 @@ def compute_coverage(agent: AgentSources, use: RecordedUse, globs: tuple[str, ..
     )
 
 
-def _compare_names(used: dict[str, int], defined: Iterable[str]) -> UsedNames:
+def _compare_names(used: dict[str, int], defined: Iterable[str]) -> NameCoverage:
     """Return the used names, and the defined names without a use."""
-    return UsedNames(tuple(sorted(used.items())), tuple(sorted(set(defined) - used.keys())))
+    return NameCoverage(tuple(sorted(used.items())), tuple(sorted(set(defined) - used.keys())))
 
 
 def _matches_any_glob(file: str, globs: tuple[str, ...]) -> bool:

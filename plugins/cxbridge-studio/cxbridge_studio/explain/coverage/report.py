@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from cxbridge.printing import short_path
 from cxbridge.run.pages import write_document
-from cxbridge_studio.explain.coverage.model import MODES, Coverage, FileCoverage, UsedNames
+from cxbridge_studio.explain.coverage.model import MODES, Coverage, FileCoverage, NameCoverage
 
 _MAX_KEPT_FOLDER_LENGTH: Final = 12  # a common folder up to this length stays in the file names
 
@@ -77,7 +77,7 @@ def _unfired_lines(coverage: Coverage) -> Iterator[str]:
         yield f"firings not recorded: {', '.join(unwatched)}"
 
 
-def _name_lines(title: str, verb: str, names: UsedNames) -> Iterator[str]:
+def _name_lines(title: str, verb: str, names: NameCoverage) -> Iterator[str]:
     total = len(names.used) + len(names.unused)
     yield f"{title}: {len(names.used)} of {total} {verb}"
     if names.unused:
@@ -114,7 +114,7 @@ def _file_to_json(file: FileCoverage) -> dict[str, Any]:
     }
 
 
-def _names_to_json(names: UsedNames) -> dict[str, Any]:
+def _names_to_json(names: NameCoverage) -> dict[str, Any]:
     return {"used": dict(names.used), "never": list(names.unused)}
 
 

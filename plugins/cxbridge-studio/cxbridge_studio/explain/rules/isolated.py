@@ -131,7 +131,7 @@ def _format_text(_target: Value, text: Value, *values: Value) -> str:
         if kind == "c":  # as in C, a number is the code of a character, here of ASCII
             return f"%{minus}{width}s" % (value[:1] if isinstance(value, str) else chr(int(value) % 128))
         if isinstance(value, str) or not isinstance(value, (int, float)):
-            raise ClipsError(f"format: {match[0]} wants a number, not {show(value)}")
+            raise ClipsError(f"format: {match[0]} needs a number, not {show(value)}")
         return f"{flags}{'d' if kind == 'u' else kind}" % (float(value) if kind in "feg" else int(value))
 
     return _DIRECTIVE.sub(format_value, str(text))

@@ -142,7 +142,7 @@ class Matcher:
     def _original_index(self, fact: Value) -> int:
         """Return the index of a fact in the snapshot, as ``fact-index`` must: conditions compare indices."""
         if not isinstance(fact, FactAddress):
-            raise ClipsError("fact-index wants a fact address")
+            raise ClipsError("fact-index needs a fact address")
         return self._original_indices.get(int(lib.FactIndex(fact.pointer)), 0)
 
     def _note_values(self, *values: Value) -> None:

@@ -133,11 +133,11 @@ def verdict(story: RuleStory) -> str:
     """Return why the rule does not fire, as a sentence without capital and full stop."""
     diagnosis, snapshot = story.diagnosis, story.snapshot
     if story.unknown:
-        return f"whether its condition matches is not known: {story.unknown}"
+        return f"whether its condition matches is unknown: {story.unknown}"
     if diagnosis is None or snapshot is None:
         return f"there is no such rule: {story.missing}"
     if diagnosis.unknown:
-        return f"why it has not fired cannot be told in full: {diagnosis.unknown}"
+        return f"why it has not fired is not fully known: {diagnosis.unknown}"
     if diagnosis.failing:
         return f"its condition does not match: CE {diagnosis.failing} has no match" + (
             " with those before it" if diagnosis.failing > 1 else ""
@@ -220,7 +220,7 @@ def _diagnosis_lines(story: RuleStory, diagnosis: Diagnosis, snapshot: Snapshot)
         if len(diagnosis.bases) > MAX_BASES:
             yield "  and more"
     for error in diagnosis.errors[:MAX_BASES]:
-        yield f"CLIPS, on evaluating the condition: {error}"
+        yield f"CLIPS, while evaluating the condition: {error}"
 
 
 def _table_lines(elements: tuple[CECount, ...], failing: int) -> Iterator[str]:

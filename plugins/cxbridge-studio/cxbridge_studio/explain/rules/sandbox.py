@@ -68,5 +68,6 @@ def _describe_exit(status: int) -> str:
     :param status: as of :attr:`subprocess.Popen.returncode`: negative for a signal.
     """
     if status < 0:
-        return f"ended CLIPS with {signal.Signals(-status).name}: it goes too deep, or takes too much memory"
+        name = signal.Signals(-status).name
+        return f"ended CLIPS with {name}: it is nested too deeply, or needs too much memory"
     return "takes too much memory"

@@ -23,9 +23,9 @@ def refuse_csv(path: Path, _registry: InterfaceRegistry | None) -> NoReturn:
     :raises TraceError: always.
     """
     raise TraceError(
-        "CSV is written, not read: nothing in it is quoted, so texts with semicolons are lost",
+        "CSV can be written, but not read: nothing in it is quoted, so texts with semicolons are lost",
         file=path,
-        hint="give the bblogger file (.log) or the recording that it was made of",
+        hint="give the bblogger file (.log) or the recording from which it was made",
     )
 
 

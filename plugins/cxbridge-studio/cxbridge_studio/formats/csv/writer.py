@@ -28,7 +28,7 @@ _UNKNOWN_ITEM: Final = "UNKNOWN"
 
 _SUFFIX = ".csv"
 _SCENARIO_FILE = "scenario.yaml"
-# The maximal bytes of a scenario's name in names of files, as in the header of a bblogger file.
+# The maximum number of bytes of a scenario's name in names of files, as in the header of a bblogger file.
 _NAME_SIZE = 31
 
 
@@ -154,7 +154,7 @@ class _CsvFile:
                 text = ", ".join(map(format_element, elements)) if format_element else str(value)
             except (TypeError, ValueError):
                 raise TraceError(
-                    f"the recording has {value!r:.40} as the field '{name}'", file=self._path
+                    f"the recorded value {value!r:.40} does not fit the field '{name}'", file=self._path
                 ) from None
             cells.append(text.encode("utf-8", "backslashreplace"))
         self._write_line(b";".join(cells))

@@ -165,7 +165,7 @@ def test_a_function_that_is_defined_later_is_named(tmp_path):
         tmp_path, "(defrule r (thing) => (late))", scenario_yaml=scenario, later_clp="(deffunction late () 1)"
     )
     (one,) = check(RunOptions(scenario=tmp_path))
-    assert one.hint == "later.clp defines it, and is loaded later: load it before"
+    assert one.hint == "later.clp defines it, and is loaded later: load it earlier"
 
 
 def test_a_function_of_a_feature_that_nobody_requests_is_named(tmp_path):
@@ -432,8 +432,8 @@ def test_functions_that_are_declared_before_they_call_each_other(tmp_path):
 @pytest.mark.parametrize(
     ("clips", "message", "hint"),
     [
-        ("(defrule r (initial-fact) => (halt))", "no 'initial-fact'", "leave (initial-fact) out"),
-        ("(defrule r (time ?now) => (halt))", "asks for 1 field here, and facts 'time' have 2", "(time ? ?)"),
+        ("(defrule r (initial-fact) => (halt))", "no 'initial-fact'", "omit (initial-fact)"),
+        ("(defrule r (time ?now) => (halt))", "needs 1 field, but facts 'time' have 2", "(time ? ?)"),
         ("(defrule r (time ? ? ? $?) => (halt))", "3 or more fields", "(time ? ?)"),
         ("(deffacts f (pair 1 2)) (defrule r (pair ?x) => (assert (pair ?x 3)))", "1 field", "(pair ? ?)"),
         ("(deffacts f (e)) (defrule r (exists (e ?x&~3)) => (halt))", "facts 'e' have 0", "write (e)"),

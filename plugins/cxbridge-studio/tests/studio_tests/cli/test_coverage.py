@@ -88,7 +88,7 @@ def test_a_run_without_firings(mini, tmp_path, capsys):
     ("words", "message"),
     [
         (["RUN", "--fail-under", "101"], "--fail-under cannot be 101"),
-        (["RUN", "--files", "none*"], "no rule is in a file like none*"),
+        (["RUN", "--files", "none*"], "no file with rules matches none*"),
         (["RUN", "no-such-run"], "cannot be read"),
         (["RUN", "--lcov", "/no/such/folder/c.info"], "/no/such/folder/c.info"),
     ],

@@ -179,8 +179,8 @@ def test_a_rule_of_a_file_that_is_not_loaded(run, folder):
         ("action:atc", "was never reached: there was no action 'atc' (did you mean act?)"),
         ("goal:MINI:FINISHED:FAILED", "was never reached"),
         ('skill:say{text="x*', "was never reached"),
-        ("goal:MINI if (> 1 2)", "was reached 8 times, its condition was never true"),
-        ("goal:MINI hit 9", "was reached 8 times, not as often as it wants"),
+        ("goal:MINI if (> 1 2)", "was reached 8 times, but its condition was never true"),
+        ("goal:MINI hit 9", "was reached 8 times, which does not meet its hit count"),
     ],
 )
 def test_a_breakpoint_that_was_not_reached_is_reported_at_the_end(run, spec, line):

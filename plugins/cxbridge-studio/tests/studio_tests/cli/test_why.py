@@ -50,7 +50,7 @@ def test_a_rule_that_fired_during_the_initialisation(mini, capsys):
 
 
 def test_a_goal_that_waits_and_one_that_is_over(mini, capsys):
-    assert "action 1 act is RUNNING since" in ask(capsys, "G", mini, "--at", "0.5")[1]
+    assert "action 1 act has been RUNNING since" in ask(capsys, "G", mini, "--at", "0.5")[1]
     status, out, _ = ask(capsys, "goal", "MINI", mini)
     assert status == 0
     assert "G (MINI) COMPLETED at" in out

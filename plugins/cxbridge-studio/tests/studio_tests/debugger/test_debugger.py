@@ -212,7 +212,7 @@ def test_step_a_transition(env, debugger):
     debugger.run()
     assert debugger.stopped.reason == "at goal a (TALK) is SELECTED"
     assert debugger.stopped.breakpoint == 0
-    with pytest.raises(ExecutiveError, match="cannot step a 'year'"):
+    with pytest.raises(ExecutiveError, match="'year' is not a unit of steps"):
         debugger.step("year")
 
 

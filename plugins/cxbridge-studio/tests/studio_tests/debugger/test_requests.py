@@ -80,7 +80,7 @@ def test_steps(board, ask):
     ask("go-on")
     ask("stop")
     assert until(lambda: ask("where") is not None)
-    with pytest.raises(CxbridgeError, match="cannot step a 'year'"):
+    with pytest.raises(CxbridgeError, match="'year' is not a unit of steps"):
         step(board, "year", WAIT_S)
 
 

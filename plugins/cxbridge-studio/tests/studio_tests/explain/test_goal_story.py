@@ -51,7 +51,7 @@ def test_a_failure_is_followed_to_the_skill():
         '│  │  └─ probably skill say{text="hi"} of Skiller ended S_FAILED: no speaker\n'
         "│  └─ rule talk-fails set talk1 to FAILED\n"
         "├─ rule run-all-fails set top1 to FAILED\n"
-        "└─ top1 (TOP) is FINISHED since 3.300 s, and waits for a rule that evaluates it\n"
+        "└─ top1 (TOP) has been FINISHED since 3.300 s, and waits for a rule that evaluates it\n"
     ) in text
 
 
@@ -66,7 +66,7 @@ def test_a_parent_without_an_error_is_followed_to_the_sub_goal_that_ended_last()
 
 def test_without_firings_it_says_what_to_record():
     events = [event for event in FAILED if type(event).__name__ != "RuleFired"]
-    assert "└─ which rule decided so is not known: firings were not recorded (level rules)" in told(
+    assert "└─ the rule that decided this is unknown: firings were not recorded (level rules)" in told(
         events, "top1"
     )
 
@@ -87,18 +87,19 @@ RULES = {
 def test_rules_that_could_move_a_goal_on_are_named_the_most_specific_first():
     evidence = RecordedEvidence(ListRun(started(0, "talk1", modes=MODES[:1]), RULES), None, None)
     assert explain(evidence, "talk1").lines[6] == (
-        "└─ rules that could do it ('cxbridge why RULE' tells more): talk-select, any-select"
+        "└─ rules that could do so ('cxbridge why RULE' explains each): talk-select, any-select"
     )
 
 
 def test_a_goal_that_is_tried_again_has_its_last_outcome():
     first = [*started(0, "a1"), goal(1, "a1", "FINISHED", "FAILED"), goal(1, "a1", "RETRACTED", "FAILED")]
     again = [*first, *started(2, "a1")]
-    assert "a1 (A) is DISPATCHED since 2.000 s; before, it was FAILED at 1.000 s, and waits" in told(
-        again, "a1"
+    assert (
+        "a1 (A) has been DISPATCHED since 2.000 s; before that, it was FAILED at 1.000 s, and waits"
+        in told(again, "a1")
     )
     done = [*again, goal(3, "a1", "FINISHED", "COMPLETED"), goal(3, "a1", "RETRACTED", "COMPLETED")]
-    assert "a1 (A) COMPLETED at 3.000 s; before, it was FAILED at 1.000 s\n" in told(done, "a1")
+    assert "a1 (A) COMPLETED at 3.000 s; before that, it was FAILED at 1.000 s\n" in told(done, "a1")
 
 
 def test_a_skill_of_somebody_else_is_not_taken_for_an_action_s():
@@ -110,7 +111,7 @@ def test_a_skill_of_somebody_else_is_not_taken_for_an_action_s():
         skill(1, "say{}", "S_RUNNING"),
         action(1, "a1", 10, "say", "RUNNING"),
     ]
-    assert "skill say{} of Skiller is S_RUNNING since 1.000 s" in told(events, "a1")
+    assert "skill say{} of Skiller has been S_RUNNING since 1.000 s" in told(events, "a1")
 
 
 def test_goals_that_blame_each_other_end():
@@ -126,10 +127,10 @@ def test_goals_that_blame_each_other_end():
 def test_a_running_action():
     text = told(FAILED, "top1", at=2.5)
     assert (
-        "top1 (TOP) is DISPATCHED since 0.000 s, and waits for what was dispatched\n"
-        "└─ talk1 (TALK) is DISPATCHED since 1.000 s\n"
-        "   └─ action 10 say is RUNNING since 2.200 s\n"
-        '      └─ probably skill say{text="hi"} of Skiller is S_RUNNING since 2.100 s\n'
+        "top1 (TOP) has been DISPATCHED since 0.000 s, and waits for its actions and sub-goals\n"
+        "└─ talk1 (TALK) has been DISPATCHED since 1.000 s\n"
+        "   └─ action 10 say has been RUNNING since 2.200 s\n"
+        '      └─ probably skill say{text="hi"} of Skiller has been S_RUNNING since 2.100 s\n'
     ) in text
 
 
@@ -141,7 +142,7 @@ def test_an_action_whose_precondition_does_not_hold():
         fact(1, 5, "(plan-action (id 10) (goal-id talk1) (plan-id talk1-PLAN) (executable FALSE))"),
     ]
     text = told(events, "talk1")
-    assert "└─ action 10 say is FORMULATED since 1.000 s, 1 more after it\n" in text
+    assert "└─ action 10 say has been FORMULATED since 1.000 s, 1 more after it\n" in text
     assert "   └─ it is not executable: its precondition does not hold\n" in text
 
 
@@ -153,7 +154,8 @@ def test_resources_that_another_goal_has():
     ]
     text = told(events, "a1")
     assert (
-        "a1 (A) is COMMITTED since 0.000 s, and waits to be dispatched, when it has its resources\n" in text
+        "a1 (A) has been COMMITTED since 0.000 s, and waits to be dispatched, when it has its resources\n"
+        in text
     )
     assert "└─ resource arm: goal b1 has it\n" in text
 
@@ -164,7 +166,7 @@ def test_a_resource_that_another_agent_has_locked():
         fact(1, 1, "(goal (id a1) (required-resources arm) (acquired-resources))"),
         fact(1, 2, '(mutex (name resource-arm) (state LOCKED) (locked-by "robot2"))'),
     ]
-    assert '└─ resource arm: "robot2" has locked it\n' in told(events, "a1")
+    assert '└─ resource arm is locked by "robot2"\n' in told(events, "a1")
 
 
 def test_a_goal_that_was_never_selected_is_told_with_those_above():
@@ -175,10 +177,10 @@ def test_a_goal_that_was_never_selected_is_told_with_those_above():
         *started(1, "c1", "b1", modes=MODES[:1]),
     ]
     assert (
-        "c1 (C) is FORMULATED since 1.000 s, and waits for a rule that selects it\n"
-        "└─ b1 (B) is FORMULATED since 1.000 s\n"
-        "   ├─ top1 (TOP) is DISPATCHED since 0.000 s\n"
-        "   └─ its sibling a1 (A) is DISPATCHED since 1.000 s\n"
+        "c1 (C) has been FORMULATED since 1.000 s, and waits for a rule that selects it\n"
+        "└─ b1 (B) has been FORMULATED since 1.000 s\n"
+        "   ├─ top1 (TOP) has been DISPATCHED since 0.000 s\n"
+        "   └─ its sibling a1 (A) has been DISPATCHED since 1.000 s\n"
     ) in told(events, "c1")
 
 
@@ -191,9 +193,9 @@ def test_a_class_its_numbers_and_begins_of_ids():
     events = [*started(0, "walk1"), *started(1, "walk2"), goal(2, "walk1", "FINISHED", "COMPLETED")]
     assert told(events, "WALK") == (
         "2 goals of class WALK in list.mcap at its end, 2.000 s; WALK#2: "
-        "walk2 (WALK) is DISPATCHED since 1.000 s, and waits for what was dispatched\n\n"
+        "walk2 (WALK) has been DISPATCHED since 1.000 s, and waits for its actions and sub-goals\n\n"
         "WALK#1  walk1 (WALK) COMPLETED at 2.000 s\n"
-        "WALK#2  walk2 (WALK) is DISPATCHED since 1.000 s, and waits for what was dispatched"
+        "WALK#2  walk2 (WALK) has been DISPATCHED since 1.000 s, and waits for its actions and sub-goals"
     )
     assert "\ngoal walk2 (WALK#2)" in told(events, "WALK#2")
     with pytest.raises(CxbridgeError, match="there is no goal 'WALK#3'"):
@@ -227,7 +229,9 @@ def test_a_rejected_goal_of_a_real_fawkes():
 @needs_shared
 def test_a_goal_of_a_real_fawkes_that_succeeds_at_its_second_try():
     lines = explain(RecordedEvidence(open_run(LOG), None, None), "gen10").lines
-    assert lines[5] == ("gen10 (SUCCEED-SECOND-TRY) COMPLETED at 1.890 s; before, it was FAILED at 1.887 s")
+    assert lines[5] == (
+        "gen10 (SUCCEED-SECOND-TRY) COMPLETED at 1.890 s; before that, it was FAILED at 1.887 s"
+    )
 
 
 @needs_shared
@@ -245,7 +249,7 @@ def test_a_failed_goal_of_a_real_fawkes():
 def test_a_goal_of_a_real_fawkes_while_its_skill_runs():
     lines = explain(RecordedEvidence(open_run(LOG), 5, None), "TALK").lines
     assert lines[5:8] == (
-        "gen9 (TALK) is DISPATCHED since 1.893 s, and waits for what was dispatched",
-        "└─ action 40 say-hello-again is RUNNING since 4.239 s, 1 more after it",
-        '   └─ skill say{text="Hello again peggy", wait=true} of Skiller is S_RUNNING since 4.238 s',
+        "gen9 (TALK) has been DISPATCHED since 1.893 s, and waits for its actions and sub-goals",
+        "└─ action 40 say-hello-again has been RUNNING since 4.239 s, 1 more after it",
+        '   └─ skill say{text="Hello again peggy", wait=true} of Skiller has been S_RUNNING since 4.238 s',
     )

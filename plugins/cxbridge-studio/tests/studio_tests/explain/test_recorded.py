@@ -73,7 +73,7 @@ def test_of_two_rules_of_one_name_the_later_counts():
     ("run", "message", "hint"),
     [
         (ListRun((), FILES), "this recording has no events", None),
-        (ListRun(EVENTS), "this recording has no CLIPS files with it", "name the scenario"),
+        (ListRun(EVENTS), "this recording contains no CLIPS files", "name the scenario"),
     ],
 )
 def test_a_recording_that_cannot_tell_says_what_to_record(run, message, hint):
@@ -86,7 +86,7 @@ def test_a_recording_that_cannot_tell_says_what_to_record(run, message, hint):
 def test_without_facts_it_says_what_is_known_and_what_to_record():
     answer = explain(RecordedEvidence(ListRun([fired(1, "drive")], FILES), None, None), "drive")
     assert answer.data["fired"] == 1
-    assert "whether its condition matches is not known" in answer.data["verdict"]
+    assert "whether its condition matches is unknown" in answer.data["verdict"]
     assert "record with --trace-level facts" in answer.data["verdict"]
 
 
@@ -106,7 +106,7 @@ def test_a_name_that_is_no_goal_where_the_rules_are_not_known():
     with pytest.raises(TraceError) as caught:
         explain(RecordedEvidence(ListRun(EVENTS), None, None), "drive")
     assert caught.value.message.startswith(
-        "there is no goal 'drive'; its rules are not known: this recording has no CLIPS files"
+        "there is no goal 'drive'; its rules are unknown: this recording contains no CLIPS files"
     )
     with pytest.raises(CxbridgeError, match="several goals begin with 'g'"):
         explain(RecordedEvidence(ListRun((*EVENTS, goal(9, "g2", "FORMULATED"))), None, None), "g")
@@ -114,5 +114,5 @@ def test_a_name_that_is_no_goal_where_the_rules_are_not_known():
 
 def test_a_goal_is_told_without_files_or_facts():
     answer = explain(RecordedEvidence(ListRun(EVENTS[:1]), None, None), "g1")
-    assert answer.lines[0].startswith("g1 (G) is FORMULATED since 0.000 s")
+    assert answer.lines[0].startswith("g1 (G) has been FORMULATED since 0.000 s")
     assert answer.lines[2] == "goal g1 (G#1)"

@@ -26,7 +26,7 @@ def test_a_run_that_failed_begins_with_the_reason():
     assert [each["text"] for each in story["wanted"]] == ["top1 (TOP), with 1 sub-goal: FAILED"]
     assert story["now"] == []
     assert story["unknown"] == [
-        "facts, and why rules did not fire, are not known: record with --trace-level facts"
+        "facts, and why rules did not fire, are unknown: record with --trace-level facts"
     ]
 
 
@@ -38,7 +38,10 @@ def test_a_run_that_works_names_the_skill():
 
 def test_a_run_that_waits_says_for_what():
     story = told(started(0, "a1"), "run").data
-    assert story["headline"] == "a1 (A) is DISPATCHED since 0.000 s, and waits for what was dispatched"
+    assert (
+        story["headline"]
+        == "a1 (A) has been DISPATCHED since 0.000 s, and waits for its actions and sub-goals"
+    )
     assert [each["text"] for each in story["wrong"]] == [story["headline"]]
 
 
@@ -72,7 +75,7 @@ def test_an_action_answers_why():
     assert failed["headline"].endswith("ended S_FAILED: no speaker")
     assert [moment["text"] for moment in failed["actions"][0]["moments"]][-1] == "FAILED"
     waiting = told([*started(0, "a1"), action(1, "a1", 2, "go", "PENDING")], "action", "a1/go").data
-    assert waiting["headline"].startswith("action 2 go is PENDING since 1.000 s")
+    assert waiting["headline"].startswith("action 2 go has been PENDING since 1.000 s")
     with pytest.raises(CxbridgeError, match="no plan-action 'a1/3'"):
         told(started(0, "a1"), "action", "a1/3")
 

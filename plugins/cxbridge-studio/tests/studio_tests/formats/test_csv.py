@@ -111,4 +111,4 @@ def test_reading_it_is_refused_with_what_to_give_instead(
             open_run(given)
     arguments = [str(path)] * (2 if command == ["diff"] else 1)
     assert invoke(["trace", *command, *arguments]) == 2
-    assert "CSV is written, not read" in capsys.readouterr().err
+    assert "CSV can be written, but not read" in capsys.readouterr().err

@@ -70,7 +70,7 @@ TOLD = {
     "long": ("within 1 s",),
     "memory": ("too much memory", "within 25 s"),
     "many-matches": ("within 1 s", "too much memory"),
-    "recursion": ("goes too deep", "calls itself"),
+    "recursion": ("is nested too deeply", "calls itself"),
     "wide": ("matches in one way",),
     "deep": ("nested more than 500 deep", "nested too deep"),
 }

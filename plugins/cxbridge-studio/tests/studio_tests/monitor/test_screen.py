@@ -13,7 +13,7 @@ from textual.widgets import Input, Static
 from cxbridge_studio.monitor.layout import HelpScreen
 from cxbridge_studio.monitor.screen import make_monitor_app
 from cxbridge_studio.monitor.snapshot import GoalRow, LogRow, MonitorSnapshot, Table
-from cxbridge_studio.monitor.widgets import GoalTree, LogLines, Rows, make_progress_bar
+from cxbridge_studio.monitor.widgets import GoalTree, LogLines, RowTable, make_progress_bar
 from studio_tests.monitor.scripted import GOALS, SNAPSHOT, Scripted, drive, labels
 
 
@@ -22,7 +22,7 @@ def text(app, name):
 
 
 def rows(app, name):
-    table = app.query_one(f"#{name}", Rows)
+    table = app.query_one(f"#{name}", RowTable)
     return [[str(cell) for cell in table.get_row_at(number)] for number in range(table.row_count)]
 
 
@@ -211,7 +211,7 @@ def test_rows_that_come_and_go_leave_the_cursor_where_it_was():
     source = Scripted()
 
     async def script(app, pilot, until):
-        table = app.query_one("#facts", Rows)
+        table = app.query_one("#facts", RowTable)
         await pilot.press("5", "down")
         source.change(facts=Table([("f-0", "(z)"), ("f-1", "(a)"), ("f-2", "(b (n 2))")]))
         await until(lambda: table.row_count == 3)
@@ -239,7 +239,7 @@ def test_keys_of_a_recording_scrub_wherever_the_cursor_is():
         wanted = ["event -1", "event 1", "transition -1", "transition 1", "begin", "end", "play"]
         wanted += ["event -1", "begin", "transition -1", "transition 1", "speed +", "speed -"]
         await until(lambda: source.done == wanted)
-        assert app.query_one("#events", Rows).cursor_row == 1
+        assert app.query_one("#events", RowTable).cursor_row == 1
         await pilot.press("j", *"12.5", "left", "left", "home", "end", "enter")
         await until(lambda: source.done[-1] == "jump 12.5")
         await pilot.press("p", "s", "d")

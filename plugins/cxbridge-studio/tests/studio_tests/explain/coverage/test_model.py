@@ -106,7 +106,7 @@ def test_globs_choose_files():
 def test_a_file_that_changed_between_runs():
     found = covered(RUN, files=(("/a/o.clp", OTHER), ("/a/o.clp", "(defrule four =>)")))
     assert [rule.name for file in found.files for rule, _ in file.rules] == ["four"]
-    assert "/a/o.clp was not the same in all runs; the last counts" in found.notes
+    assert "/a/o.clp differs between the runs; the last version counts" in found.notes
 
 
 def test_rules_that_are_not_watched_do_not_count():
