@@ -33,7 +33,7 @@ def test_its_parts():
 
 @pytest.mark.parametrize("hits", ["0", "x", "-1", ">", "1e9", "%0"])
 def test_what_is_no_count(hits):
-    with pytest.raises(ExecutiveError, match="is not a count"):
+    with pytest.raises(ExecutiveError, match="is not a hit count"):
         parse_breakpoint(f"rule:a hit {hits}")
 
 

@@ -107,7 +107,7 @@ def test_reading_it_is_refused_with_what_to_give_instead(
     path = tmp_path / NAME
     path.write_text(f"{HEADING}\n{rows}")
     for given in (path, tmp_path):
-        with pytest.raises(TraceError, match=r"(?s)written, not read.*the bblogger file \(\.log\)"):
+        with pytest.raises(TraceError, match=r"(?s)written, but not read.*the bblogger file \(\.log\)"):
             open_run(given)
     arguments = [str(path)] * (2 if command == ["diff"] else 1)
     assert invoke(["trace", *command, *arguments]) == 2

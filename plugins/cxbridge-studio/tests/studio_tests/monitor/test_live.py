@@ -76,7 +76,7 @@ def test_values_of_an_interface_and_messages_to_it(source):
     for wrong in ("send Nonsense", "send", "send 'Pause"):
         with pytest.raises(CxbridgeError):
             source.execute_command(wrong, query)
-    with pytest.raises(CxbridgeError, match="which interface"):
+    with pytest.raises(CxbridgeError, match="no interface is selected"):
         source.execute_command("send Pause", ViewQuery())
     assert (
         "'NoType' not found"

@@ -113,7 +113,7 @@ def test_an_mcap_file_gets_its_end_back(tmp_path: Path) -> None:
         path.write_bytes(whole[:length])
         with suppress(TraceError):
             _, actions = mend(path)
-            assert actions[-1].startswith("FIXING: file without its end")
+            assert actions[-1].startswith("FIXING: the end of the file is missing")
             run = open_run(tmp_path / "mended")
             found = list(run)
             assert found == events[: len(found)]

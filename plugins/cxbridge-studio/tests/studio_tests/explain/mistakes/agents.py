@@ -163,7 +163,7 @@ MISTAKES = (
         "(assert (goal (id HOLDER) (class HOLD) (mode DISPATCHED) (acquired-resources arm)))"
         "(assert (goal (class ?class) (id ?id) (required-resources arm)))",
         "TALK",
-        ("resource arm", "HOLDER has it"),
+        ("resource arm", "held by goal HOLDER"),
     ),
     Mistake(
         "nobody sees the effect of an action",
