@@ -101,8 +101,8 @@ def test_mistakes_are_one_clear_error(service, tmp_path):
     service.create("mine")
     for wrong, call in (
         ("already exists", lambda: service.create("mine")),
-        ("cannot name an environment", lambda: service.create("a b")),
-        ("not to be destroyed", lambda: service.destroy("executive")),
+        ("is not a valid name for an environment", lambda: service.create("a b")),
+        ("cannot be destroyed", lambda: service.destroy("executive")),
         ("no CLIPS environment 'other'", lambda: service.destroy("other")),
         ("no CLIPS environment 'other'", lambda: service.load("other", tmp_path / "x")),
         ("cannot read this file", lambda: service.load("mine", tmp_path / "nothing.clp")),

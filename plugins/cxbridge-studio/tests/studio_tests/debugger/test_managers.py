@@ -317,7 +317,7 @@ def test_loggers_stack_by_priority(lab: Way, served: tuple[Any, list[str]]) -> N
     for arguments, what in (
         ({"logger": "beside"}, "a logger 'beside' already"),
         ({"logger": "log"}, "a logger 'log' already"),
-        ({"logger": "a b"}, "cannot name a logger"),
+        ({"logger": "a b"}, "is not a valid name for a logger"),
         ({"logger": "x", "level": "loud"}, "no log level 'loud'"),
         ({"logger": "x", "priority": 9999}, "priority 9999"),
         ({"logger": "x", "component": "a\nb"}, "component of the log"),
