@@ -92,7 +92,7 @@ RIGHT = {
 }
 WRONG: tuple[tuple[str, Any, str], ...] = (
     ("add_problem", {}, "Problem not valid: "),
-    ("add_problem", {"problem": PROBLEM_TEXT.replace("tour", "walk")}, "of the domain walk, not of tour"),
+    ("add_problem", {"problem": PROBLEM_TEXT.replace("tour", "walk")}, "to the domain walk, not to tour"),
     ("add_problem", {"problem": PROBLEM_TEXT.replace("r3", "hall")}, "'hall' already has the type room"),
     ("add_problem_goal", {}, "Goal not valid: Malformed expression"),
     ("add_problem_goal", goal("(clean nowhere)"), "Unknown constant nowhere"),
