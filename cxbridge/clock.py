@@ -15,7 +15,7 @@ from functools import cached_property
 from cxbridge.errors import ConfigError
 
 MICROSECONDS = 1_000_000
-"""The microseconds of a second."""
+"""The number of microseconds in a second."""
 
 _MAX_US = 2**63 - 1  # the largest time stamp of 64 bits
 

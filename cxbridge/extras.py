@@ -95,7 +95,7 @@ def missing_package_error(error: ModuleNotFoundError) -> CxbridgeError | None:
     module = (error.name or "").partition(".")[0]
     if module.startswith(f"{CORE}_"):
         hint = plugin_command(module.replace("_", "-"))
-        return CxbridgeError(f"the package '{module}' is not there", hint=hint)
+        return CxbridgeError(f"the package '{module}' is not installed", hint=hint)
     for package in _cxbridge_packages():
         for requirement in metadata.requires(package) or []:
             text, _, marker = requirement.partition(";")
@@ -103,7 +103,7 @@ def missing_package_error(error: ModuleNotFoundError) -> CxbridgeError | None:
             is_match = name is not None and module and _module_name(name[0]) == module.lower()
             if is_match and (extra is None or extra[1] != _DEVELOPERS):
                 hint = plugin_command(package) if extra is None else install_command(extra[1], package)
-                return CxbridgeError(f"the package '{module}' is not there", hint=hint)
+                return CxbridgeError(f"the package '{module}' is not installed", hint=hint)
     return None
 
 

@@ -14,7 +14,7 @@ from typing import Final
 
 from cxbridge.errors import CxbridgeError
 
-ABSENT: Final = "is not there"
+ABSENT: Final = "does not exist"
 """The phrase of :func:`why_unreadable` for a path at which nothing exists."""
 
 _ABSENCE_CODES: Final = frozenset({errno.ENOENT, errno.ENOTDIR, errno.ELOOP})
@@ -54,7 +54,7 @@ def why_unreadable(path: str | Path) -> str:
     except (OSError, ValueError) as error:  # ValueError: the path has a null byte
         if getattr(error, "errno", None) not in _ABSENCE_CODES:
             return f"cannot be read: {getattr(error, 'strerror', None) or error}"
-        return f"is a link to {path.readlink()}, which leads to no file" if path.is_symlink() else ABSENT
+        return f"is a broken link to {path.readlink()}" if path.is_symlink() else ABSENT
     return ""
 
 

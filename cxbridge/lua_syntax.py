@@ -23,7 +23,7 @@ class LuaCompiler:
         self._lua: Any = LuaRuntime(encoding="latin-1", register_eval=False, register_builtins=False)
 
     def find_error(self, text: bytes) -> tuple[int, str] | None:
-        """Return line (0: unknown) and message of the first error; None if the text is Lua."""
+        """Return line (0: unknown) and message of the first error; None if the text is valid Lua."""
         if text.startswith(_BYTECODE_START):
             return 1, "precompiled Lua is not accepted"
         try:

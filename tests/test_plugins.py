@@ -179,7 +179,7 @@ def test_its_template(greeter, tmp_path):
     assert {file.name for file in folder.iterdir()} == {"hall.clp", "conftest.py"}
     assert "Hello Robin" in (folder / "hall.clp").read_text()
     other = ["--from-fawkes", "test", "--fawkes-dir", tmp_path]
-    assert "cannot go together" in command(site, "new", tmp_path / "x", "--from-greet", "R", *other).stderr
+    assert "cannot be combined" in command(site, "new", tmp_path / "x", "--from-greet", "R", *other).stderr
 
 
 def test_its_decider(greeter, tmp_path):
@@ -340,7 +340,7 @@ def test_its_settings(greeter):
     assert not settings.sections["greeter"].is_local
     assert not settings.rights.programs
     config.set("/cxbridge/greeter/port", 1)
-    with pytest.raises(ConfigError, match="knows no /cxbridge/greeter/port"):
+    with pytest.raises(ConfigError, match="/cxbridge/greeter/port is not a setting"):
         DaemonSettings.from_config(config)
 
 
@@ -436,7 +436,7 @@ def test_a_request_that_belongs_to_an_absent_plug_in_names_its_package(monkeypat
     with (
         running(settings=(("executive", False),)) as (daemon, _lines, _),
         connected(daemon) as board,
-        pytest.raises(CxbridgeError, match="this daemon knows no request 'facts'") as caught,
+        pytest.raises(CxbridgeError, match="the request 'facts' is unknown to this daemon") as caught,
     ):
         request(board, "facts", WAIT_S, env="executive")
     assert "request facts belongs to the plug-in cxbridge-studio: " in str(caught.value.hint)

@@ -1,6 +1,6 @@
 """Lines and keys from a terminal or a pipe.
 
-The function ``is_done`` of a caller ends a wait for input, for example after a signal.
+A wait for input also ends when the caller's function ``is_done`` returns True, for example after a signal.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _QUIT_KEYS: Final = (b"q", b"Q", b"\x04")  # the last is Ctrl-D, which does not 
 
 
 class CommandLines:
-    """Waits for lines.
+    """Reads lines; a wait for input can be ended.
 
     :param stream: a file or a terminal; by default stdin.
     """
@@ -49,9 +49,9 @@ class CommandLines:
 
     def _read(self, size: int) -> None:
         """Add at most ``size`` bytes to the buffer, or return after `_POLL_S` without input."""
-        # select instead of a blocking read, because ``is_done`` may end the wait at any time
         assert self._stream is not None
-        # this is also why Windows has no keys: its select takes sockets only
+        # select instead of a blocking read, because ``is_done`` may end the wait at any time; on Windows,
+        # select accepts only sockets, so StepKeys refuses Windows
         ready, _, _ = select.select([self._stream], [], [], _POLL_S)
         if ready:
             data = os.read(self._stream.fileno(), size)
@@ -60,7 +60,7 @@ class CommandLines:
 
 
 class StepKeys(CommandLines):
-    """Waits for keys on a terminal, otherwise for lines; a context manager that restores the terminal.
+    """Reads keys on a terminal, otherwise lines; a context manager that restores the terminal.
 
     :raises CxbridgeError: on entry, if the system is Windows.
     """
@@ -69,9 +69,7 @@ class StepKeys(CommandLines):
 
     def __enter__(self) -> Self:
         if sys.platform == "win32":
-            raise CxbridgeError(
-                "keys are read as on Linux and macOS, which Windows cannot", hint="use --speed, or WSL"
-            )
+            raise CxbridgeError("reading single keys is not supported on Windows", hint="use --speed, or WSL")
         if self.is_terminal:
             import termios
             import tty
@@ -89,7 +87,7 @@ class StepKeys(CommandLines):
             termios.tcsetattr(self._stream, termios.TCSADRAIN, self._terminal_settings)
 
     def __call__(self, is_done: Callable[[], bool]) -> bool:
-        """Wait for a key or a line; return False at the end of input, at ``q``, or once ``is_done()``."""
+        """Wait for a key or a line; return False at the end of input or ``q``, or if ``is_done`` ends it."""
         if not self.is_terminal:
             return self.next(is_done) is not None
         while not (self._buffer or self._has_ended or is_done()):

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 TIMED_OUT = 3
 """The exit status if an awaited event does not occur in time."""
 
-# Seconds to wait for the reply of a daemon, which may load the files of an agent before.
+# Seconds to wait for the reply of a daemon, which may first load the files of an agent.
 REPLY_TIMEOUT_S: Final = 30.0
 
 DEFAULT_URL = DAEMON_URL

@@ -148,7 +148,7 @@ class ConsoleLog:
             self._levels.add(Level.INFO)
 
     def finish(self) -> None:
-        """Print the numbers of omitted lines, and forget the counts."""
+        """Print how many equal and similar lines were omitted, and reset the counts."""
         for (level, component, text), count in self._equal_counts.items():
             if count > _MAX_EQUAL:
                 self._print(level, component, f"{text} ... repeated {count - _MAX_EQUAL:,} times")

@@ -143,7 +143,7 @@ def _try_lua() -> str:
     from lupa import lua51
 
     if lua51.LuaRuntime(encoding="latin-1").eval("6 * 7") != 42:  # noqa: PLR2004 - the product
-        raise RuntimeError("Lua cannot count")
+        raise RuntimeError("Lua computes wrong results")
     return "Lua 5.1 runs"
 
 
@@ -186,7 +186,7 @@ def _check_speaker() -> list[HealthCheck]:
     """Check the audio player on Linux; other systems include a player."""
     if platform.system() != "Linux":
         return []
-    return [_check_program("speaker", "aplay", "--speech on is not heard", "apt install alsa-utils")]
+    return [_check_program("speaker", "aplay", "--speech on is silent", "apt install alsa-utils")]
 
 
 def _check_program(name: str, program: str, purpose: str, remedy: str) -> HealthCheck:

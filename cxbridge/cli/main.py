@@ -148,7 +148,7 @@ def _report_system_error(error: OSError) -> int:
         return FAULT if _is_exhaustion(error) else USAGE
     frame = traceback.extract_tb(error.__traceback__)[-1]
     complain(
-        f"the system refused something: {error.strerror or error} "
+        f"the operating system reported an error: {error.strerror or error} "
         f"(in {frame.name}, {os.path.basename(frame.filename)}:{frame.lineno})"  # noqa: PTH119 - the name may be '<string>'
     )
     return FAULT

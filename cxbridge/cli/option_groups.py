@@ -77,10 +77,10 @@ OVERRIDES: Final[Mapping[str, Any]] = {
     "ExecutorOptions.settings": {"flags": ("--set",), "metavar": "NAME=VALUE"},
     "ExecutorOptions.interface_dirs": INTERFACE_DIR,
 }
-"""The fields of which the parameter differs from name, type and description of the field.
+"""The fields whose options cannot be derived from the name, type and description of the field.
 
-A value has keywords of ``typer.Option``, or is a ``typer.Option``. The keyword ``flags`` has the names of the
-option; ``is_argument`` marks arguments.
+A value is a ``typer.Option`` or its keyword arguments. Two further keywords: ``flags`` are the names of the
+option, and ``is_argument`` makes the field an argument.
 """
 
 
@@ -170,7 +170,7 @@ def _typer_hint(group: type, field: dataclasses.Field[Any], hint: Any) -> Any:
 
 
 def _option_flags(field: dataclasses.Field[Any], kind: Any) -> tuple[str, ...]:
-    """Return the flags of an option if typer's default differs; otherwise none."""
+    """Return the flags of an option; empty if they are those that typer derives from the field's name."""
     name = field.name.replace("_", "-")
     if kind is bool and field.default is False:
         return (f"--{name}",)

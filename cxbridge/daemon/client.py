@@ -172,7 +172,9 @@ def ask_why(board: BlackBoard, name: str, kind: str, rules: int, timeout_s: floa
 def check_serves_requests(board: BlackBoard) -> None:
     """Raise an error if the blackboard has no daemon that takes requests."""
     if not _has_writer(board, REQUEST_TYPE, DAEMON_ID):
-        raise BlackBoardError("there is no daemon here", hint="only 'cxbridge daemon' takes such requests")
+        raise BlackBoardError(
+            "this blackboard has no daemon", hint="only 'cxbridge daemon' takes such requests"
+        )
 
 
 def request(board: BlackBoard, verb: str, timeout_s: float, **arguments: Any) -> Any:

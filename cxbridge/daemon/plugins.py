@@ -44,12 +44,12 @@ class DaemonPlugins:
     """Starts and stops components for other threads, in the thread of the main loop.
 
     :param manager: the manager of the components. Steady components serve the clients and are not plugins.
-    :param allowed: whether clients may load and unload plugins.
+    :param may_change: whether clients may load and unload plugins.
     """
 
-    def __init__(self, manager: ComponentManager, *, allowed: bool) -> None:
+    def __init__(self, manager: ComponentManager, *, may_change: bool) -> None:
         self._manager = manager
-        self._may_change = allowed
+        self._may_change = may_change
         self._requests: deque[_Request] = deque()
         self._is_closed = False
         self._notified_names: list[str] = []

@@ -229,7 +229,8 @@ class DaemonRequests:
         operation = operations().get(verb)
         if operation is None or not operation.is_verb:
             raise CxbridgeError(
-                f"this daemon knows no request '{verb}'", hint=package_hint(f"request {verb}") or None
+                f"the request '{verb}' is unknown to this daemon",
+                hint=package_hint(f"request {verb}") or None,
             )
         if operation.right is not Right.LOOK:
             self.context.rights.check(operation.right, verb)

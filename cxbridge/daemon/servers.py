@@ -95,7 +95,7 @@ class FawkesComponent(ServerComponent[FawkesServer]):
         daemon = self._daemon
         settings, rights = daemon.settings.fawkes, daemon.settings.rights
         assert settings is not None  # the table makes this component only with these settings
-        plugins = daemon.plugins = DaemonPlugins(daemon.lifecycle, allowed=rights.allow(Right.CONTROL))
+        plugins = daemon.plugins = DaemonPlugins(daemon.lifecycle, may_change=rights.allow(Right.CONTROL))
         manager = plugins.watchers = PluginManager(plugins, daemon.log.warn)
         components = (
             manager,

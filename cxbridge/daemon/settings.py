@@ -71,14 +71,24 @@ class FawkesSettings:
 class DaemonSettings:
     """The settings of a daemon.
 
+    :param clock: ``real``, ``scaled:N`` or ``ros2``.
+    :param executive: whether to run the executive.
     :param skiller: ``lua``, ``simulator``, ``none``, or the URL of a blackboard with a Skiller.
+    :param speech: ``on`` or ``off``.
     :param endpoints: the endpoints of the ZeroMQ server.
+    :param insecure: whether endpoints that other machines reach may lack CURVE keys.
     :param secret_key: the CURVE key file of the daemon; requires ``clients``.
     :param clients: the folder with the public keys of allowed clients.
     :param fawkes: the server for Fawkes' tools; None without this server.
     :param sections: the settings of plug-ins by the names of their rows in the table SETTINGS.
+    :param on_failure: the reaction to the failure of a component.
     :param rights: the rights of clients.
     :param watchdog_s: the duration of a cycle in seconds after which the daemon warns; 0: never.
+    :param trace: the mcap file of the recording; None: no recording.
+    :param trace_level: ``transitions``, ``rules`` or ``facts``.
+    :param trace_files: whether to attach the files of the agent to the recording.
+    :param log: the file for a log in the format of Fawkes; None: no log.
+    :param bblog: the folder for files in the format of Fawkes' bblogger; None: no such files.
     """
 
     clock: str
@@ -156,7 +166,7 @@ class DaemonSettings:
         """Raise :class:`ConfigError` if settings contradict each other."""
         if self.clock == "virtual":
             raise ConfigError(
-                "a daemon cannot live on a virtual clock", hint="cxbridge/clock: real, scaled:N, or ros2"
+                "a daemon cannot run on a virtual clock", hint="cxbridge/clock: real, scaled:N, or ros2"
             )
         if (self.secret_key is None) != (self.clients is None):
             raise ConfigError(
@@ -194,7 +204,7 @@ def _read_seconds(config: Configuration, name: str, default: float) -> float:
     path = f"{TREE}/{name}"
     value = config.get_float(path, default=default)
     if not 0 <= value < math.inf:
-        raise config.error(path, f"{path} cannot be {value:g}", "seconds; 0: off")
+        raise config.error(path, f"{path} cannot be {value:g}", "use a number of seconds; 0 disables it")
     return value
 
 
@@ -210,7 +220,7 @@ def _refuse_unknown(config: Configuration) -> None:
         name = value.path.removeprefix(f"{TREE}/")
         if name not in keys and not name.startswith("agents/"):
             raise value.error(
-                f"a daemon knows no {value.path}",
+                f"{value.path} is not a setting of a daemon",
                 hint=package_hint(name.partition("/")[0])
-                or did_you_mean(name, keys, f"it knows: {', '.join(sorted(keys))}"),
+                or did_you_mean(name, keys, f"known: {', '.join(sorted(keys))}"),
             )

@@ -367,9 +367,9 @@ class Run(Closing):
         )
 
     @property
-    def loss(self) -> str:
+    def loss_reason(self) -> str:
         """The lost component that the run needs, with the reason; empty if none is lost."""
-        return next((component.loss for component in self.components if component.loss), "")
+        return next((component.loss_reason for component in self.components if component.loss_reason), "")
 
     def interrupt(self) -> None:
         """Stop the current rule and all further rules. Callable from any thread."""

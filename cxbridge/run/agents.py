@@ -89,12 +89,12 @@ def agent_names(config: Configuration) -> list[str]:
         # the name also names the CLIPS environment, and is part of interface ids and file names
         if not _AGENT_NAME.fullmatch(name) or name == ENVIRONMENT:
             hint = f"use letters, digits, _ and -; '{ENVIRONMENT}' is the environment of an unnamed agent"
-            raise config.error(path, f"{path} is not a name of an agent", hint)
+            raise config.error(path, f"{path} is not a valid name of an agent", hint)
         if _is_value(config, path):
             raise config.error(path, f"{path} must be a map", f"with: {', '.join(_AGENT_KEYS)}")
         for key in config.keys(path):
             if key not in _AGENT_KEYS:
-                message = f"{path}/{key} means nothing"
+                message = f"{path}/{key} is unknown"
                 raise config.error(f"{path}/{key}", message, f"use: {', '.join(_AGENT_KEYS)}")
         if _is_value(config, f"{path}/config"):
             hint = "it is laid over the configuration for this agent"

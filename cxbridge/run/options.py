@@ -272,7 +272,7 @@ class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions,
             self._check_replay()
         if self.has_remote_skiller and self.clock is not None and self.clock.startswith(_UNREAL_CLOCKS):
             raise CxbridgeError(
-                f"--clock {self.clock} cannot go with a Skiller on another blackboard",
+                f"--clock {self.clock} cannot be combined with a Skiller on another blackboard",
                 hint="the Skiller there works in real time: use --clock real (the default)",
             )
         if not 0 < self.timeout <= MAX_TIMEOUT:
@@ -304,7 +304,7 @@ class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions,
         ):
             if value != permitted:
                 raise CxbridgeError(
-                    f"--{name} {value} cannot go with --replay",
+                    f"--{name} {value} cannot be combined with --replay",
                     hint="the recordings replace Skillers and sensors, on the virtual clock",
                 )
 

@@ -115,7 +115,7 @@ def _rename_existing_files(bus: EventBus, files: Iterable[Path | None]) -> None:
     # the previous recording may show why a program crashed before this restart
     for file in files:
         if file is not None and (renamed := rename_previous(file)) is not None:
-            bus.logger("Recorder").info(f"The recording before is kept as {renamed}")
+            bus.logger("Recorder").info(f"The previous recording is kept as {renamed}")
 
 
 def make_parent_folder(file: Path) -> Path:

@@ -152,7 +152,7 @@ class RunResult:
             for line in result.tree():
                 yield f"  {line}" if isinstance(line, str) else replace(line, branch=f"  {line.branch}")
         if self.forgotten:
-            yield f"({self.forgotten} goals before are not listed)"
+            yield f"({self.forgotten} earlier goals are not listed)"
         yield from goal_lines(self.goals)
 
     def goal_lines(self) -> list[str]:

@@ -36,7 +36,7 @@ def read_rights(
     programs_by_default = control and local and all(setting.is_local for setting in settings)
     programs = config.get_bool(_PROGRAMS_KEY, default=programs_by_default)
     if programs and not control:
-        message = "clients that may change nothing may run no programs: remote-programs needs remote-control"
+        message = "clients that may run programs must be able to change state: set remote-control, too"
         raise config.error(_PROGRAMS_KEY, message)
     modes = ["/skiller/mode", *(f"{INSTANCES}/{name}/mode" for name in config.keys(INSTANCES))]
     evaluates_lua = skiller.startswith(_FAWKES_URL) or any(

@@ -23,7 +23,7 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.program.additions import NOTHING, Additions
 from cxbridge.run.recording import RecorderComponent
 from cxbridge.run.result import COMPLETED, FAULT, TIMED_OUT, UNSUCCESSFUL, RunResult, sum_up
-from cxbridge.run.servers import ATTEND_PAUSE_S, RunServer, Stay, no_stay
+from cxbridge.run.servers import ATTEND_PAUSE_S, RunServer, WaitForUser, end_with_run
 from cxbridge.run.stuck import StuckWatch
 from cxbridge.run.watchdog import Stall, Stalls, environments_by_agent
 
@@ -46,7 +46,7 @@ def run_scenario(
     additions: Additions = NOTHING,
     *,
     interactive: bool = False,
-    stay: Stay = no_stay,
+    stay: WaitForUser = end_with_run,
 ) -> RunResult:
     """Run a scenario until its root goals end or the timeout expires.
 
@@ -80,7 +80,7 @@ def _run(
     additions: Additions = NOTHING,
     *,
     interactive: bool,
-    stay: Stay = no_stay,
+    stay: WaitForUser = end_with_run,
 ) -> RunResult:
     """Run a scenario, see :func:`run_scenario`.
 
@@ -139,7 +139,7 @@ def _run(
             nonlocal over, loss
             checks.check_new_files()
             over = assembly.is_over
-            loss = assembly.loss  # read in the same cycle: goals may have failed because of the loss
+            loss = assembly.loss_reason  # read in the same cycle: goals may have failed because of the loss
             if interrupt.is_signalled or over or assembly.clock.now_us() >= deadline_us:
                 return True
             return bool(loss) or (may_be_stuck and watch.check())
@@ -160,7 +160,7 @@ def _run(
         recorder.describe({"status": str(result.status), "reason": result.reason})
         _finish_servers(servers, result, stay, lambda: interrupt.is_signalled, recorder.loop)
     if recorder.fault:
-        reason = f"{result.reason}, but the recording is not whole: {recorder.fault}"
+        reason = f"{result.reason}, but the recording is incomplete: {recorder.fault}"
         return dataclasses.replace(result, status=FAULT, reason=reason)
     return result
 
@@ -168,18 +168,18 @@ def _run(
 def _finish_servers(
     servers: Sequence[RunServer],
     result: RunResult,
-    stay: Stay,
+    stay: WaitForUser,
     is_interrupted: Callable[[], bool],
     tick: Callable[[], None],
 ) -> None:
-    """Report the result to the servers; serve clients until the user ends the servers that stay.
+    """Report the result to the servers; serve clients until the user ends the servers that continue.
 
     :param is_interrupted: whether a signal has been received.
     :param tick: called after each round.
     """
     for server in servers:
         server.finish(result)
-    if not any(server.stays for server in servers):
+    if not any(server.lingering_name for server in servers):
         return
     has_ended = stay(result, servers)
     while not (is_interrupted() or has_ended()):
@@ -322,7 +322,7 @@ def _verdict_without_goals(assembly: Run) -> tuple[int, str]:
         return UNSUCCESSFUL, f"an error was reported: {error}"
     if assembly.executive.env.quit_requested:
         return COMPLETED, "the agent quit, and reported no error"
-    return COMPLETED, "its time is over, and no error was reported"
+    return COMPLETED, "its time limit was reached, and no error was reported"
 
 
 def _shortcomings(goals: GoalWatch, *, quit_early: bool) -> list[str]:

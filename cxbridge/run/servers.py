@@ -17,8 +17,8 @@ ATTEND_PAUSE_S: Final = 0.02
 class RunServer:
     """A server of a run. Subclasses override the methods they need."""
 
-    stays: ClassVar[str] = ""
-    """The name of a server that stays after the end of the run until the user ends it, e.g. ``the page``."""
+    lingering_name: ClassVar[str] = ""
+    """The name of a server that continues after the run, e.g. ``the page``; empty if it ends with the run."""
 
     def serve(self, run: Any) -> AbstractContextManager[object]:  # noqa: ARG002 - for subclasses
         """Return a context manager that serves a run, entered before the run starts.
@@ -34,10 +34,14 @@ class RunServer:
         """Report the result of the run to clients."""
 
 
-Stay: TypeAlias = "Callable[[RunResult, Sequence[RunServer]], Callable[[], bool]]"
-"""Gets the result of a run and its staying servers; returns a test whether the user has ended them."""
+WaitForUser: TypeAlias = "Callable[[RunResult, Sequence[RunServer]], Callable[[], bool]]"
+"""A function that is called when a run has ended, with the result and the servers that continue.
+
+It returns a function that returns whether the user has ended these servers. A text, because the class of the
+result is only imported for type checks.
+"""
 
 
-def no_stay(_result: RunResult, _servers: Sequence[RunServer]) -> Callable[[], bool]:
-    """End the servers with the run."""
+def end_with_run(_result: RunResult, _servers: Sequence[RunServer]) -> Callable[[], bool]:
+    """Let the servers end with the run; a :data:`WaitForUser`."""
     return lambda: True

@@ -32,7 +32,9 @@ def read_samples(path: Path) -> list[Sample]:
     run = open_run(path)
     if run.format == "transitions":
         raise TraceError(
-            "this format knows no times, so not how long skills took", file=path, hint="name the recorded run"
+            "this format has no times, so the durations of skills are unknown",
+            file=path,
+            hint="name the recorded run",
         )
     sources: tuple[type[Event], ...] = InterfaceWrite, FactChange, SkillStatus
     histories = {source: RunHistory(UNLIMITED) for source in sources}

@@ -26,7 +26,7 @@ class SkillerSettings(Struct, frozen=True):
     :param name: the id of its interfaces.
     :param kind: one of :data:`KINDS`.
     :param space: the skill space; None: the skill space of all Skillers.
-    :param mode: whether the Skiller imitates Fawkes' oddities.
+    :param mode: decides whether the Skiller imitates Fawkes' oddities.
     """
 
     name: str
@@ -36,7 +36,7 @@ class SkillerSettings(Struct, frozen=True):
 
 
 def skiller_mode(config: Configuration, path: str = "/skiller/mode", default: Mode = "strict") -> Mode:
-    """Return whether Skillers and action mappings imitate Fawkes' oddities.
+    """Return the mode, which decides whether Skillers and action mappings imitate Fawkes' oddities.
 
     :raises ConfigError: unless the value is a mode.
     """
@@ -63,7 +63,7 @@ def skiller_settings(
         for key in config.keys(f"{INSTANCES}/{name}"):
             if key not in _INSTANCE_KEYS:
                 path = f"{INSTANCES}/{name}/{key}"
-                raise config.error(path, f"{path} means nothing", f"use: {', '.join(_INSTANCE_KEYS)}")
+                raise config.error(path, f"{path} is unknown", f"use: {', '.join(_INSTANCE_KEYS)}")
     skillers = [_read_settings(config, name, kind, mode) for name in names]
     skillers = skillers or [SkillerSettings(DEFAULT_SKILLER, kind, None, mode)]
     return tuple(settings for settings in skillers if settings.name not in served)
@@ -75,7 +75,7 @@ def _read_settings(
     path = f"{INSTANCES}/{name}"
     kind = config.get_str(f"{path}/kind", default=default_kind)
     if kind not in KINDS:
-        raise config.error(f"{path}/kind", f"{path}/kind is '{kind}'", f"one of: {', '.join(KINDS)}")
+        raise config.error(f"{path}/kind", f"{path}/kind cannot be '{kind}'", f"one of: {', '.join(KINDS)}")
     space = config.get_str(f"{path}/skillspace", default="") or None
     return SkillerSettings(name, kind, space, skiller_mode(config, f"{path}/mode", default_mode))
 

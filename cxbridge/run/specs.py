@@ -30,7 +30,7 @@ _KEYS = ("spec", "specs", "clips-dirs", "debug", "exact-retry", "refresh-rate", 
 _SPEC_KEYS = ("init", "action-mapping", "blackboard-preload", "parameters")
 _SKILLER_KEYS = ("skillspace", "mode", "watch_files", "features", "limits", "instances")
 _SECTIONS = {"clips-executive": _KEYS, "skiller": _SKILLER_KEYS}
-# The minimum similarity of an unread key to an absent_keys key that counts as a misspelling: higher than for
+# The minimum similarity of an unread key to an absent one that counts as a misspelling: higher than for
 # names, because Fawkes' configurations have keys for other programs.
 _MIN_LIKENESS = 0.75
 
@@ -204,7 +204,7 @@ def _check_stage(config: Configuration, base: str, stage: str) -> Iterator[str]:
     for index in config.keys(path):
         if not index.isdigit():
             hint = "begin each with a dash: - name: ..."
-            raise _error(f"{stage} is a list of entries", _first_value(config, f"{path}/{index}"), hint)
+            raise _error(f"{stage} must be a list of entries", _first_value(config, f"{path}/{index}"), hint)
         yield from _check_entry(config, f"{path}/{index}", f"{stage}, entry {int(index) + 1}")
 
 
@@ -222,10 +222,10 @@ def _check_entry(config: Configuration, path: str, entry: str) -> Iterator[str]:
     if "files" in keys:
         if config.keys(f"{path}/files"):
             value = _first_value(config, f"{path}/files")
-            raise _error(f"the files of {entry} are a map", value, "write [a.clp, b.clp]")
+            raise _error(f"the files of {entry} must be a list, not a map", value, "write [a.clp, b.clp]")
         files = config.get(f"{path}/files")
         if not files.is_list or (files.items and files.type is not ConfigType.STRING):
-            raise _error(f"the files of {entry} are not a list of file names", files, "write [a.clp, b.clp]")
+            raise _error(f"the files of {entry} must be a list of file names", files, "write [a.clp, b.clp]")
     unknown = sorted(set(keys) - _ENTRY_KEYS)
     for key in unknown:
         keys_of_entries = ", ".join(sorted(_ENTRY_KEYS))

@@ -49,7 +49,7 @@ class StuckWatch:
         self.missing_events: dict[str, str] = {}
         """The events that a stuck run waits for, by agent; empty unless the run is stuck."""
         self.hint = ""
-        """The package that explains why an idle run waits; empty with an explainer, or unless idle."""
+        """The advice to install the package that explains why an idle run waits; else empty."""
         self._run = run
         self._agents: Sequence[Run] = run.agents
         self._firings = self._quiet_cycles = 0
@@ -65,8 +65,8 @@ class StuckWatch:
 
     def check(self) -> bool:
         """Return whether the run is stuck. To be called after each cycle."""
-        # a check takes milliseconds: the first check waits for some cycles without firings except those of
-        # each cycle, and the next check for twice as many after each negative result
+        # A check takes milliseconds. The first check waits for some cycles in which only the rules of a cycle
+        # fire, and each further check waits for twice as many cycles as the previous one.
         agents, firings_before = self._run.agents, self._firings
         self._firings = sum(agent.firings for agent in agents)
         is_quiet = self._firings - firings_before <= len(TICK_RULES) * len(agents)

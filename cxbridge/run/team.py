@@ -127,9 +127,9 @@ class Team(Closing):
         return all(agent.is_over for agent in self.agents)
 
     @property
-    def loss(self) -> str:
+    def loss_reason(self) -> str:
         """The lost component that the run needs, with the reason; empty if none is lost."""
-        return next((agent.loss for agent in self.agents if agent.loss), "")
+        return next((agent.loss_reason for agent in self.agents if agent.loss_reason), "")
 
     def interrupt(self) -> None:
         """Stop the current rules and all further rules. Callable from any thread."""

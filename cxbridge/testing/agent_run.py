@@ -264,7 +264,7 @@ class AgentRun(Closing):
         :raises AssertionError: if the run was not made with ``skiller="scripted"``.
         """
         if self._skills is None:
-            raise AssertionError(f"skills are executed by '{self.options.skiller}', they cannot be scripted")
+            raise AssertionError(f"skills are executed by '{self.options.skiller}' and cannot be scripted")
         return self._skills
 
     def unmet_skills(self) -> list[str]:

@@ -84,7 +84,7 @@ class GoldenFiles:
             file, transitions, view=view, order=order, tolerance=tolerance, start_us=time_origin_us, page=page
         )
         if report:
-            raise AssertionError("\n".join(["this run is not the golden one", *report]))
+            raise AssertionError("\n".join(["this run differs from the golden run", *report]))
 
 
 def portable_file_name(text: str) -> str:

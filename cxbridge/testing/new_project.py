@@ -77,7 +77,7 @@ class NewOptions:
             if name.startswith(_SOURCE_OPTION_PREFIX) and value is not None
         }
         if len(selected_template) > 1:
-            raise CxbridgeError(f"{' and '.join(selected_template)} cannot go together")
+            raise CxbridgeError(f"{' and '.join(selected_template)} cannot be combined")
         return next(iter(selected_template.values()), None)
 
 
@@ -163,9 +163,9 @@ def _checked_agent_name(folder: Path) -> str:
     """
     name = folder.absolute().name
     if _AGENT_NAME.fullmatch(name) is None:
-        raise CxbridgeError(f"'{name}' cannot name an agent", hint="use letters, digits, - and _")
+        raise CxbridgeError(f"'{name}' cannot be the name of an agent", hint="use letters, digits, - and _")
     if yaml.safe_load(name) != name:  # e.g. no, or 1e3
-        raise CxbridgeError(f"'{name}' cannot name an agent: YAML takes it for a value, not a text")
+        raise CxbridgeError(f"'{name}' cannot be the name of an agent: YAML does not read it as a string")
     return name
 
 

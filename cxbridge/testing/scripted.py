@@ -81,9 +81,9 @@ class ScriptedSkills(SkillScript):
     def come_back(self, skiller: str = "Skiller") -> None:
         """Restart a crashed Skiller."""
         if skiller in self._skillers:
-            raise AssertionError(f"Skiller '{skiller}' is running already")
+            raise AssertionError(f"Skiller '{skiller}' is already running")
         if skiller not in self._names:
-            raise AssertionError(f"there is no Skiller '{skiller}', but: {', '.join(self._names)}")
+            raise AssertionError(f"there is no Skiller '{skiller}'; there are: {', '.join(self._names)}")
         context, deciders = self._context, [self.decider(skiller), *self._usual_deciders]
         self._skillers[skiller] = SkillerSimulator(
             context.board, context.clock, context.bus, deciders, name=skiller
@@ -99,4 +99,4 @@ class ScriptedSkills(SkillScript):
 
     def _check_skiller_name(self, skiller: str) -> None:
         if skiller not in self._skillers:
-            raise AssertionError(f"there is no Skiller '{skiller}', but: {', '.join(self._skillers)}")
+            raise AssertionError(f"there is no Skiller '{skiller}'; there are: {', '.join(self._skillers)}")

@@ -139,15 +139,19 @@ class SkillRule:
             return ""
         if self.name not in skills:
             similar = nearest_names(self.name, skills)
-            hint = f": skills here are {', '.join(sorted(skills))}" if skills else ""
+            hint = f": the skills are {', '.join(sorted(skills))}" if skills else ""
             hint = f"; did you mean '{similar[0]}'?" if similar else hint
             # a rule without outcomes only looks calls up, often to check that there are none: its name is a
             # typo only if it is a plain name, and the names of the skills are known
             is_typo = self._has_script or (skills and not _PATTERN_CHARACTER.search(self.name))
-            return f"{self} has met no call, there is no skill '{self.name}'{hint}" if is_typo else ""
+            return f"{self} matches no call: there is no skill '{self.name}'{hint}" if is_typo else ""
         skill_calls = dict.fromkeys(str(call) for call in calls if fnmatchcase(call.name, self.name))
         examples = f", calls were {', '.join(list(skill_calls)[:_MAX_EXAMPLES])}" if skill_calls else ""
-        return f"{self} has met no call{examples}; say .optional() if it need not" if self._has_script else ""
+        return (
+            f"{self} matches no call{examples}; say .optional() if it need not match"
+            if self._has_script
+            else ""
+        )
 
     @property
     def has_outcomes(self) -> bool:

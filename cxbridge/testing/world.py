@@ -46,7 +46,7 @@ class World:
             unknown_names = [name for name, slot in names.items() if slot not in fact]
             if unknown_names:
                 raise AssertionError(
-                    f"deftemplate '{template}' has no slot '{unknown_names[0]}', but: {', '.join(fact)}"
+                    f"deftemplate '{template}' has no slot '{unknown_names[0]}'; it has: {', '.join(fact)}"
                 )
             if all(_to_comparable(fact[names[name]]) == value for name, value in values.items()):
                 matching_facts.append((index, fact))

@@ -49,6 +49,6 @@ def test_a_missing_package_is_one_error(tmp_path: Path, module: str, plugin: str
         [*run, *words], cwd=tmp_path, env=environment, capture_output=True, text=True, check=False, timeout=60
     )
     assert done.returncode == 2, done.stderr
-    assert f"the package '{module}' is not there" in done.stderr
+    assert f"the package '{module}' is not installed" in done.stderr
     assert f"cxbridge-{plugin}" in done.stderr
     assert "Traceback" not in done.stderr

@@ -159,9 +159,9 @@ def test_a_folder_with_other_files_is_taken(here):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["a b"], "'a b' cannot name an agent"),
-        (["1st"], "'1st' cannot name an agent"),
-        (["yes"], "YAML takes it for a value"),
+        (["a b"], "'a b' cannot be the name of an agent"),
+        (["1st"], "'1st' cannot be the name of an agent"),
+        (["yes"], "YAML does not read it as a string"),
         (["x", "--from-fawkes", "test"], "needs a checkout"),
         (["x", "--from-fawkes", "test", "--fawkes-dir", "nowhere"], "no such folder"),
     ],

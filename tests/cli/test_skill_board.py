@@ -84,7 +84,7 @@ def test_a_skiller_on_the_board_knows_what_its_executors_know(board, capsys):
         "  bow",
         "  wave",
         "r2: S_INACTIVE '', controlled by nobody",
-        "  (it does not tell its skills)",
+        "  (it does not report its skills)",
     ]
 
 
@@ -100,7 +100,7 @@ def test_nobody_there(board, capsys):
         ("wave.py", [], "is not the name of an executor class"),
         ("none.py:Wave", [], "there is no such file"),
         ("no.such:Wave", [], "there is no Python module 'no.such'"),
-        ("wave.py:Wave", ["times"], "'times' sets nothing"),
+        ("wave.py:Wave", ["times"], "'times' is not a setting"),
     ],
 )
 def test_a_users_mistake_is_one_message(tmp_path, monkeypatch, capsys, target, settings, message):
@@ -133,5 +133,5 @@ def test_what_cannot_be_made_leaves_nothing_behind(tmp_path, monkeypatch, agent,
 def test_settings_are_numbers_truth_values_and_texts():
     texts = ["a=1", "b=0.5", "c=true", "d=x=y", "e="]
     assert parse_settings(texts) == {"a": 1, "b": 0.5, "c": True, "d": "x=y", "e": ""}
-    with pytest.raises(SkillerError, match="sets nothing"):
+    with pytest.raises(SkillerError, match="is not a setting"):
         parse_settings(["=3"])

@@ -15,7 +15,7 @@ from cxbridge.run.components.manager import ComponentFailedError
 from tests.programs import Started
 
 FULL_DISK = Path("/dev/full")
-REFUSED = "the system refused something"
+REFUSED = "the operating system reported an error"
 EMFILE, ENOSPC = "Too many open files", "No space left on device"
 RESET = "Connection reset by peer"
 

@@ -91,7 +91,7 @@ def test_json_is_complete(runs: tuple[str, str], capsys: pytest.CaptureFixture[s
     assert (rows[6]["a"]["number"], rows[6]["b"]) == (10, None)
     assert report["first"]["a"]["goals"][0]["goal"] == "RUN-gen3"
     assert [rule.split()[2] for rule in report["first"]["b"]["rules"]][-1] == "goal-<rule>:"
-    assert "pattern 'goal:gen7' met nothing" in captured.err
+    assert "pattern 'goal:gen7' matches no event" in captured.err
 
 
 def test_equal_runs_as_json(runs: tuple[str, str], capsys: pytest.CaptureFixture[str]) -> None:
@@ -174,7 +174,7 @@ def test_the_page_of_equal_runs(runs: tuple[str, str], tmp_path: Path) -> None:
     [
         (["--only", "odd"], "pattern 'odd': unknown kind 'odd'"),
         (["--only", "rule:x"], "the level transitions does not compare rule"),
-        (["--time-from", "odd"], "'odd' is none of begin, thread"),
+        (["--time-from", "odd"], "'odd' is not one of begin, thread"),
         (["--time-tolerance", "-1"], "-1"),
         (["--html", "A"], "is one of the runs"),
         (["--time-tolerance", "1", "--level", "rules", "--order", "partial"], "rules have no times"),

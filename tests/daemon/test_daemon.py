@@ -104,11 +104,15 @@ def test_files_are_seen_from_the_configuration():
 @pytest.mark.parametrize(
     ("text", "message", "hint"),
     [
-        ("cxbridge:\n  skillr: lua\n", "a daemon knows no /cxbridge/skillr", "did you mean skiller?"),
+        (
+            "cxbridge:\n  skillr: lua\n",
+            "/cxbridge/skillr is not a setting of a daemon",
+            "did you mean skiller?",
+        ),
         ("cxbridge:\n  skiller: butler\n", "/cxbridge/skiller cannot be 'butler'", "lua, simulator, none"),
         ("cxbridge:\n  on-failure: cry\n", "/cxbridge/on-failure cannot be 'cry'", "continue, stop"),
         ("cxbridge:\n  executive: perhaps\n", "/cxbridge/executive must be true or false", None),
-        ("cxbridge:\n  clock: virtual\n", "cannot live on a virtual clock", "real"),
+        ("cxbridge:\n  clock: virtual\n", "cannot run on a virtual clock", "real"),
         ("cxbridge:\n  zmq: {clients: keys}\n", "CURVE needs both keys", "make keys"),
     ],
 )

@@ -66,13 +66,13 @@ class Ask(threading.Thread):
 
 
 def test_those_that_serve_clients_are_no_plugins(manager):
-    plugins = DaemonPlugins(manager, allowed=True)
+    plugins = DaemonPlugins(manager, may_change=True)
     assert [plugin.name for plugin in plugins.list_available()] == ["skiller", "executive"]
     assert plugins.list_loaded() == ["skiller", "executive"]
 
 
 def test_unloading_and_loading(manager):
-    plugins = DaemonPlugins(manager, allowed=True)
+    plugins = DaemonPlugins(manager, may_change=True)
     assert Ask(plugins.unload, "skiller").served_by(plugins) is None
     assert plugins.list_loaded() == ["executive"]
     assert Ask(plugins.load, "skiller,executive").served_by(plugins) is None
@@ -81,7 +81,7 @@ def test_unloading_and_loading(manager):
 
 @pytest.mark.parametrize("name", ["navgraph", "board", ""])
 def test_what_is_not_there_cannot_be_changed(manager, name):
-    plugins = DaemonPlugins(manager, allowed=True)
+    plugins = DaemonPlugins(manager, may_change=True)
     for call in (plugins.load, plugins.unload):
         error = Ask(call, name).served_by(plugins)
         assert "there is no component" in error.message
@@ -90,7 +90,7 @@ def test_what_is_not_there_cannot_be_changed(manager, name):
 
 def test_a_request_that_was_given_up_is_not_carried_out_later(manager, monkeypatch):
     monkeypatch.setattr("cxbridge.daemon.plugins.REPLY_TIMEOUT_S", 0)
-    plugins = DaemonPlugins(manager, allowed=True)
+    plugins = DaemonPlugins(manager, may_change=True)
     with pytest.raises(LifecycleError, match="skiller: no answer"):
         plugins.unload("skiller")
     assert plugins.poll() is False
@@ -100,20 +100,20 @@ def test_a_request_that_was_given_up_is_not_carried_out_later(manager, monkeypat
 def test_a_load_that_fails_is_an_error_for_the_client_and_not_the_end():
     clock = VirtualClock()
     manager = ComponentManager([ManagedNode("broken", Broken, Broken)], clock, EventBus(clock).logger("L"))
-    plugins = DaemonPlugins(manager, allowed=True)
+    plugins = DaemonPlugins(manager, may_change=True)
     error = Ask(plugins.load, "broken").served_by(plugins)
     assert error.message == "broken cannot configure: ValueError: on purpose"
     assert manager.failure == ""
 
 
 def test_without_remote_control_nothing_changes(manager):
-    plugins = DaemonPlugins(manager, allowed=False)
+    plugins = DaemonPlugins(manager, may_change=False)
     with pytest.raises(LifecycleError, match="remote-control is off"):
         plugins.unload("skiller")
 
 
 def test_whoever_waits_when_the_daemon_stops_is_told(manager):
-    plugins = DaemonPlugins(manager, allowed=True)
+    plugins = DaemonPlugins(manager, may_change=True)
     ask = Ask(plugins.unload, "skiller")
     while ask.is_alive():
         plugins.close()
@@ -132,7 +132,7 @@ def test_watchers_hear_of_what_comes_and_goes_whoever_asked(manager):
         def notify_unloaded(self, name):
             self.heard.append(f"-{name}")
 
-    plugins = DaemonPlugins(manager, allowed=True)
+    plugins = DaemonPlugins(manager, may_change=True)
     plugins.notify_watchers()
     watch = plugins.watchers = Watch()
     manager.pause()

@@ -266,7 +266,7 @@ def test_a_skill_string_that_is_data_is_no_program():
 
 
 def test_programs_without_control_make_no_sense():
-    with pytest.raises(ConfigError, match="remote-programs needs remote-control"):
+    with pytest.raises(ConfigError, match="clients that may run programs must be able to change state"):
         settings("cxbridge: {remote-programs: true, remote-control: false}")
 
 

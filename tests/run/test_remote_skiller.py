@@ -189,7 +189,7 @@ def test_control_is_given_back_when_a_fawkes_loads_its_skiller_again_after_the_r
     until(lambda: not first.msgq_empty())
     source = first.msgq_pop().source_id
     first.close()
-    until(lambda: remote.loss)
+    until(lambda: remote.loss_reason)
     closing = threading.Thread(target=remote.close)
     closing.start()
     second = there.open_for_writing(SkillerInterface, "Skiller", owner="skiller")

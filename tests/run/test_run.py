@@ -171,7 +171,7 @@ def test_the_goals_of_a_long_run_are_listed_as_far_as_memory_goes(tmp_path, monk
           (assert (goal (id (sym-cat G ?n)) (mode RETRACTED) (outcome COMPLETED))))"""
     result, _ = run(write_scenario(tmp_path, agent=agent))
     assert [goal.goal for goal in result.goals] == ["G37", "G38", "G39", "G40", "G41"]
-    assert (result.forgotten, result.goal_lines()[0]) == (36, "(36 goals before are not listed)")
+    assert (result.forgotten, result.goal_lines()[0]) == (36, "(36 earlier goals are not listed)")
 
 
 def test_runs_are_byte_identical_under_any_hash_seed(tmp_path):
@@ -412,7 +412,7 @@ def test_a_recording_that_is_not_whole_is_status_4_and_does_not_stop_the_run(tmp
     result, _ = run(write_scenario(tmp_path / "s"), log=Path("/dev/full"))
     assert result.status == 4
     assert result.reason.startswith(
-        "every root goal ended COMPLETED, but the recording is not whole: /dev/full"
+        "every root goal ended COMPLETED, but the recording is incomplete: /dev/full"
     )
 
 

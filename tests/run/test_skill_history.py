@@ -95,7 +95,7 @@ def test_without_writes_the_facts_of_the_executive_count_then_the_transitions(tm
 def test_a_format_without_times_is_refused(tmp_path: Path):
     path = tmp_path / "run.txt"
     path.write_text('SkillerInterface skill="say{}" msgid=2 status=S_RUNNING\n')
-    with pytest.raises(TraceError, match="knows no times"):
+    with pytest.raises(TraceError, match="has no times"):
         read_samples(path)
 
 

@@ -40,8 +40,8 @@ def test_instances_say_what_they_are_and_inherit_the_rest():
     ("text", "message", "hint"),
     [
         ("skiller/mode: odd", "/skiller/mode cannot be 'odd'", "strict, fawkes"),
-        ("skiller/instances/a: {kind: none}", "/skiller/instances/a/kind is 'none'", "lua, simulator"),
-        ("skiller/instances/a: {space: x}", "/skiller/instances/a/space means nothing", "skillspace"),
+        ("skiller/instances/a: {kind: none}", "/skiller/instances/a/kind cannot be 'none'", "lua, simulator"),
+        ("skiller/instances/a: {space: x}", "/skiller/instances/a/space is unknown", "skillspace"),
     ],
 )
 def test_a_slip_is_one_error_with_its_place(text: str, message: str, hint: str):

@@ -137,9 +137,9 @@ def test_one_agent_alone(tmp_path: Path) -> None:
     [
         ("[ann, ben]", "/cxbridge/agents must be a map"),
         ("{ann: 5}", "/cxbridge/agents/ann must be a map"),
-        ("{ann: {specs: x}}", "/cxbridge/agents/ann/specs means nothing"),
-        ("{'a b': {}}", "is not a name of an agent"),
-        ("{executive: {}}", "is not a name of an agent"),
+        ("{ann: {specs: x}}", "/cxbridge/agents/ann/specs is unknown"),
+        ("{'a b': {}}", "is not a valid name of an agent"),
+        ("{executive: {}}", "is not a valid name of an agent"),
         ("{ann: {config: 5}}", "/cxbridge/agents/ann/config must be a map"),
     ],
 )
@@ -217,7 +217,7 @@ def test_an_agent_that_was_not_recorded_cannot_be_replayed(tmp_path: Path) -> No
     folder, recording = write(tmp_path), tmp_path / "run.mcap"
     run(folder, trace=recording)
     write(tmp_path, "\ncxbridge: {agents: {ann: {}, joe: {}}}\n")
-    with pytest.raises(CxbridgeError, match="nothing of the agent 'joe'"):
+    with pytest.raises(CxbridgeError, match="no events of the agent 'joe'"):
         run(folder, replay=(recording,))
     with pytest.raises(CxbridgeError, match="without --agent; in the recording are: ann, ben"):
         run(folder, replay=(recording,), agent="ann")

@@ -74,7 +74,7 @@ def test_the_log_says_that_a_skill_does_not_end(cx, mini):
 
 @pytest.mark.parametrize("option", ["config", "clips_dirs", "interface_dirs", "skill_dirs", "overlays"])
 def test_values_in_place_of_paths_are_refused(cx, mini, option):
-    with pytest.raises(CxbridgeError, match=f"'{option}' wants the paths of files or folders, not {{'a/b'"):
+    with pytest.raises(CxbridgeError, match=f"'{option}' must be a path or a list of paths, not {{'a/b'"):
         cx.run(mini, **{option: {"a/b": 1}})
 
 

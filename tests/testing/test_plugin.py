@@ -50,7 +50,7 @@ def test_a_golden_file_is_written_compared_with_and_written_anew(project, pytest
     project("succeeds(after=4.0)").assert_outcomes(passed=1)
     differs = project("fails('slipped')")
     differs.assert_outcomes(failed=1)
-    differs.stdout.fnmatch_lines(["*this run is not the golden one*", "*first difference: *"])
+    differs.stdout.fnmatch_lines(["*this run differs from the golden run*", "*first difference: *"])
     project("fails('slipped')", "--update-golden").assert_outcomes(passed=1)
     project("fails('slipped')").assert_outcomes(passed=1)
 
@@ -151,9 +151,9 @@ def test_optional(cx):
     found.assert_outcomes(passed=2, failed=3)
     found.stdout.fnmatch_lines(
         [
-            "run.skills('wrok') has met no call, there is no skill 'wrok'; did you mean 'work'[?]",
-            "run.skills('wrok') has met no call, there is no skill 'wrok'; did you mean 'work'[?]",
-            "run.skills('work', what='nothing') has met no call, calls were work(what='hello'); say *",
+            "run.skills('wrok') matches no call: there is no skill 'wrok'; did you mean 'work'[?]",
+            "run.skills('wrok') matches no call: there is no skill 'wrok'; did you mean 'work'[?]",
+            "run.skills('work', what='nothing') matches no call, calls were work(what='hello'); say *",
         ]
     )
     found.stdout.no_fnmatch_line("*pytest_plugin.py*")

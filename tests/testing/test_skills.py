@@ -107,7 +107,7 @@ def test_a_complaint_names_the_arguments_of_the_calls(skills):
     skills.begin("robot1", SkillStringCall("goto", {1: "lab", "speed": 2}))
     outcome(skills, "pick", thing="cup")
     (complaint,) = skills.complaints()
-    assert " has met no call, calls were goto(place='hall'), goto('lab', speed=2); say " in complaint
+    assert " matches no call, calls were goto(place='hall'), goto('lab', speed=2); say " in complaint
 
 
 def test_times_below_one_are_refused(skills):

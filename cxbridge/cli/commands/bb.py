@@ -154,7 +154,7 @@ def set_fields(
         float | None, typer.Option(min=0, help="remain the writer for SECONDS afterwards")
     ] = None,
 ) -> None:
-    """Write fields of an interface without another writer; the other fields keep their values.
+    """Write fields of an interface that has no other writer; its other fields keep their values.
 
     The values last as long as a process has the interface open, with --hold at least SECONDS.
 
@@ -208,7 +208,7 @@ def send(
         instance = feed.open(info.type, info.id)
         if wait and instance.SCHEMA.field("msgid") is None:
             raise BlackBoardError(
-                f"{info.type} has no field msgid to wait for", hint="leave --wait, and look with 'bb watch'"
+                f"{info.type} has no field msgid to wait for", hint="omit --wait, and look with 'bb watch'"
             )
         is_full_name = message in instance.MESSAGES or message.endswith("Message")
         outgoing = instance.create_message(message if is_full_name else f"{message}Message")

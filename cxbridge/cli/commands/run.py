@@ -74,7 +74,7 @@ def run(options: RunOptions, output: _OutputOptions) -> int:
         nonlocal is_shown
         is_shown = True
         show(result)
-        names = " and ".join(server.stays for server in servers if server.stays)
+        names = " and ".join(server.lingering_name for server in servers if server.lingering_name)
         end = "Enter or Ctrl-C" if sys.stdin.isatty() else "Ctrl-C"
         say(f"Serving {names} until {end}", err=True, flush=True)
         return _has_pressed_enter

@@ -111,7 +111,7 @@ def list_skills(
         for name in row["skills"] or ():
             say(f"  {name}")
         if row["skills"] is None:
-            say("  (it does not tell its skills)")
+            say("  (it does not report its skills)")
     if not rows:
         say("there is no Skiller", err=True)
 

@@ -79,7 +79,7 @@ def run_executor(
                 next_step_s = time.monotonic() + PERIOD_S
                 host.step()
             if not host.valid:
-                raise SkillerError(f"another process is the executor {name} now")
+                raise SkillerError(f"another process has taken over the executor {name}")
             signal.arrived.wait(max(0.0, next_step_s - time.monotonic()))
             signal.arrived.clear()
 
@@ -111,7 +111,7 @@ def parse_settings(texts: Iterable[str]) -> dict[str, Any]:
     for text in texts:
         name, equals, value = text.partition("=")
         if not name or not equals:
-            raise SkillerError(f"'{text}' sets nothing", hint="write NAME=VALUE")
+            raise SkillerError(f"'{text}' is not a setting", hint="write NAME=VALUE")
         settings[name] = parse_value(value)
     return settings
 

@@ -214,7 +214,7 @@ def _find_moves(run: Run, selection: ReplaySelection) -> ReplaySurvey:
         return overview
     if overview.unselected_writes:
         raise TraceError(
-            "no interface write of it is selected",
+            "none of its interface writes is selected",
             file=run.path,
             hint="see 'cxbridge trace cat FILE --kind interface'",
         )

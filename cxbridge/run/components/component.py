@@ -64,7 +64,7 @@ class Component:
         return False
 
     @property
-    def loss(self) -> str:
+    def loss_reason(self) -> str:
         """The lost connection or object that the run needs, with the reason; empty if none is lost."""
         return ""
 

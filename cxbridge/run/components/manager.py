@@ -362,7 +362,7 @@ class ComponentManager:
             raise LifecycleError(f"{name} cannot {transition}: {node.reason}")
 
     def _find_changeable_node(self, name: str) -> ManagedNode[Any]:
-        """Return a node that clients may start and stop; steady components are none.
+        """Return a node that clients may start and stop; steady components are excluded.
 
         :raises LifecycleError: if there is no such node.
         """

@@ -12,13 +12,13 @@ from cxbridge.events import EventBus
 from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
 
-PATTERNS = ("SkillerInterface", "SkillerDebugInterface")
-"""The mirrored interfaces."""
+MIRRORED_TYPES = ("SkillerInterface", "SkillerDebugInterface")
+"""The types of the mirrored interfaces."""
 
 PATIENCE_S = 5.0
 """Seconds to wait for a Skiller at the start."""
 
-RELEASE_S = 2.0
+RELEASE_TIMEOUT_S = 2.0
 """Seconds to wait for a lost Skiller before giving up control of it."""
 
 _POLL_S = 0.05  # seconds between two checks of the remote Skiller
@@ -32,6 +32,7 @@ class RemoteSkiller:
     Uses a thread, because the remote blackboard may be slow or disconnected.
 
     :param board: the local blackboard.
+    :param connect: opens the blackboard at the URL.
     :param patience_s: seconds to wait for the Skiller; 0 does not wait.
     :raises SkillerError: if no Skiller appears.
     :raises BlackBoardError: if the URL has no blackboard.
@@ -42,7 +43,7 @@ class RemoteSkiller:
         url: str,
         board: BlackBoard,
         bus: EventBus,
-        open_blackboard: OpenBlackBoard,
+        connect: OpenBlackBoard,
         *,
         patience_s: float = PATIENCE_S,
     ) -> None:
@@ -50,11 +51,11 @@ class RemoteSkiller:
 
         self.url = url
         self._was_there = False
-        self._loss = ""
-        self._remote = open_blackboard(url)
+        self._loss_reason = ""
+        self._remote = connect(url)
         names = (url, "here")
         self._gateway = Gateway(
-            self._remote, board, PATTERNS, bus=bus, names=names, hide_past=True, on_end=self._note_end
+            self._remote, board, MIRRORED_TYPES, bus=bus, names=names, hide_past=True, on_end=self._note_end
         )
         self._gateway.start()
         if patience_s:
@@ -80,17 +81,19 @@ class RemoteSkiller:
 
     def _note_end(self, _uid: str, reason: str) -> None:
         """Record the end of a mirrored interface. Called in the gateway's thread."""
-        if self._was_there and not self._loss and not self._has_skiller():
-            self._loss = f"the Skiller at {self.url} is gone, and with it the skills under way: {reason}"
+        if self._was_there and not self._loss_reason and not self._has_skiller():
+            self._loss_reason = (
+                f"the Skiller at {self.url} is gone, and with it the skills under way: {reason}"
+            )
 
     @property
-    def loss(self) -> str:
-        """The reason of a lost Skiller; empty if connected."""
-        return self._loss
+    def loss_reason(self) -> str:
+        """Why the Skiller is lost; empty while it is mirrored."""
+        return self._loss_reason
 
     def close(self) -> None:
         """Deliver the pending messages and disconnect from both blackboards."""
-        end_s = time.monotonic() + RELEASE_S
+        end_s = time.monotonic() + RELEASE_TIMEOUT_S
         # a Fawkes that reloads its Skiller keeps the old controller, so wait for the Skiller to release
         # control
         while self._remote.connected and self._gateway.owes_release and time.monotonic() < end_s:
@@ -102,21 +105,19 @@ class RemoteSkiller:
         self._remote.shutdown()
 
 
-class RemoteSkillers(RemoteSkiller, Component):
-    """Mirrors the Skiller of the blackboard at a URL.
+class RemoteSkillerComponent(RemoteSkiller, Component):
+    """Mirrors the Skiller of the blackboard that the option ``skiller`` names.
 
     A run waits for the Skiller and ends without it. A daemon continues without it.
 
     :raises CxbridgeError: if the URL has no blackboard, or no Skiller appears in time.
     """
 
-    description = "Executes skills, or mirrors the Skiller that does"
+    description = "Mirrors the Skiller that executes skills"
 
     def __init__(self, context: Run) -> None:
-        def open_there(url: str) -> BlackBoard:
+        def connect(url: str) -> BlackBoard:
             return open_blackboard(url, context.registry, context.clock, context.bus)
 
         patience_s = PATIENCE_S if context.waits_for_skiller else 0
-        super().__init__(
-            context.options.skiller, context.board, context.bus, open_there, patience_s=patience_s
-        )
+        super().__init__(context.options.skiller, context.board, context.bus, connect, patience_s=patience_s)

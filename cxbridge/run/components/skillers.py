@@ -26,7 +26,7 @@ class Skillers(Component):
     """
 
     hooks = (Hook.SKILL,)
-    description = "Executes skills, or mirrors the Skiller that does"
+    description = "Executes skills"
 
     def __init__(self, context: Run, skillers: Sequence[SkillerBackend] | None = None) -> None:
         self._skillers = _make_skillers(context) if skillers is None else skillers

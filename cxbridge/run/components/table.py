@@ -46,7 +46,7 @@ COMPONENTS: Final[Table[type[Any]]] = Table(
     "a subclass of cxbridge.run.components.component.Component",
     Row(
         "skiller",
-        f"{_PACKAGE}.remote_skiller:RemoteSkillers",
+        f"{_PACKAGE}.remote_skiller:RemoteSkillerComponent",
         lambda run: run.options.has_remote_skiller,
     ),
     Row("speech", f"{_PACKAGE}.skillers:Speech", _speaks),  # before the skills that open its interface

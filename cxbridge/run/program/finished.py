@@ -85,7 +85,7 @@ class Run:
         if len(goals) != 1:
             classes = ", ".join(dict.fromkeys(goal.goal_class for goal in self.goals)) or "none"
             raise CxbridgeError(
-                f"{len(goals) or 'no'} goals are '{name}'",
+                f"{len(goals) or 'no'} goals match '{name}'",
                 hint=f"give an id, or one of the classes: {classes}",
             )
         return goals[0]

@@ -13,13 +13,12 @@ from typing import Any, Final, Union, get_args, get_origin, get_type_hints
 from cxbridge.errors import CxbridgeError
 from cxbridge.run.options import RunOptions
 
-# The options that take several paths, and the options that take one path.
-_PATHS = ("config", "clips_dirs", "interface_dirs", "skill_dirs", "overlays", "replay")
-_PATH = ("scenario", "trace", "log", "bblog", "fawkes_dir")
+_MULTI_PATH_OPTIONS = ("config", "clips_dirs", "interface_dirs", "skill_dirs", "overlays", "replay")
+_SINGLE_PATH_OPTIONS = ("scenario", "trace", "log", "bblog", "fawkes_dir")
 
 _CAPITAL: Final = re.compile(r"[A-Z]")
-# Accepted types of plain values, by option type.
-_PLAIN: Final[Mapping[Any, tuple[type, ...]]] = {
+# The accepted types of JSON values, by the type of the option.
+_JSON_TYPES: Final[Mapping[Any, tuple[type, ...]]] = {
     bool: (bool,),
     int: (int,),
     float: (float, int),
@@ -27,15 +26,21 @@ _PLAIN: Final[Mapping[Any, tuple[type, ...]]] = {
     Path: (str,),
     tuple: (str, list),
 }
-_TITLES: Final = {bool: "true or false", int: "a number", float: "a number", str: "a text", list: "texts"}
+_TITLES: Final = {
+    bool: "true or false",
+    int: "a number",
+    float: "a number",
+    str: "a string",
+    list: "a list of strings",
+}
 
 
 def make_options(
     scenario: str | Path | None, *, find: Callable[[str | Path], Path] = Path, **options: Any
 ) -> RunOptions:
-    """Return the options of a run. Paths may be texts, and a single path may stand for several.
+    """Return the options of a run from keywords of Python. Paths may be strings, one or several.
 
-    :param find: returns the path for a text.
+    :param find: returns the path for a string, which may be relative.
     :param options: the values by name; None counts as missing.
     :raises CxbridgeError: if an option is unknown.
     """
@@ -45,9 +50,9 @@ def make_options(
     unknown = [name for name in values if name not in names]
     if unknown:
         raise CxbridgeError(f"a run has no option '{unknown[0]}'", hint=f"it has: {', '.join(sorted(names))}")
-    for name in values.keys() & {*_PATHS}:
+    for name in values.keys() & {*_MULTI_PATH_OPTIONS}:
         values[name] = _convert_paths(name, values[name], find)
-    for name in values.keys() & {*_PATH}:
+    for name in values.keys() & {*_SINGLE_PATH_OPTIONS}:
         values[name] = find(values[name])
     return RunOptions(**values)
 
@@ -76,15 +81,15 @@ def _convert_paths(name: str, value: object, find: Callable[[str | Path], Path])
     for item in items:
         if not isinstance(item, str | Path):
             hint = "write the values into a YAML file, and give its path" if isinstance(item, Mapping) else ""
-            raise CxbridgeError(f"'{name}' wants the paths of files or folders, not {item!r}", hint=hint)
+            raise CxbridgeError(f"'{name}' must be a path or a list of paths, not {item!r}", hint=hint)
         paths.append(find(item))
     return tuple(paths)
 
 
 def plain_options(values: Mapping[str, Any]) -> RunOptions:
-    """Return the options of a run.
+    """Return the options of a run from JSON values, and check their types.
 
-    :param values: by name: ``skill_dirs``, ``skill-dirs`` or ``skillDirs``. Null counts as missing.
+    :param values: values by name: ``skill_dirs``, ``skill-dirs`` or ``skillDirs``. Null counts as missing.
     :raises CxbridgeError: if an option is unknown or has a value of another type.
     """
     options = {
@@ -102,7 +107,7 @@ def _accepted_types() -> dict[str, tuple[type, ...]]:
     """Return the accepted types of each option."""
     return {
         name: tuple(
-            dict.fromkeys(plain for member in _union_members(hint) for plain in _PLAIN.get(member, ()))
+            dict.fromkeys(plain for member in _union_members(hint) for plain in _JSON_TYPES.get(member, ()))
         )
         for group in (RunOptions, *RunOptions.added_groups())
         for name, hint in get_type_hints(group).items()

@@ -49,10 +49,10 @@ class Divergence:
     def __str__(self) -> str:
         expected, actual = self.expected or "nothing more", self.actual or "nothing"
         if self.recorded_s is not None:
-            expected += f" ({self.recorded_s:.3f} s after the begin)"
+            expected += f" ({self.recorded_s:.3f} s after the start)"
         return (
             f"{self.uid}, command number {self.number}: expected {expected}, "
-            f"came {actual} ({self.seconds:.3f} s after the begin)"
+            f"got {actual} ({self.seconds:.3f} s after the start)"
         )
 
 

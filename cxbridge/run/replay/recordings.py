@@ -105,7 +105,7 @@ class Recordings:
             if recorded := scan.metadata.get("scenario"):
                 if not _is_shipped(recorded):
                     raise TraceError(
-                        f"it was recorded of the scenario {recorded!r}, which a recording must not start",
+                        f"it is a recording of the scenario {recorded!r}, which a recording must not start",
                         file=scan.run.path,
                         hint=f"if you trust that scenario, name it: cxbridge run {recorded} --replay FILE",
                     )
@@ -259,7 +259,7 @@ def agent_recordings(team: Recordings, agent: str) -> Recordings:
         scans.append(scan)
     if not any(scan.transitions or scan.samples for scan in scans):
         raise TraceError(
-            f"it has nothing of the agent '{agent}'",
+            f"it has no events of the agent '{agent}'",
             file=team.scans[0].run.path,
             hint="the recording must be of all agents in one run; one alone is replayed with --agent",
         )

@@ -77,8 +77,10 @@ def judge(
     if not is_complete:
         run, recorded = _cut_recordings(run, recorded, view, order)
     if not _count_events(run, view.event_types):
-        nothing = ("It has come to nothing that can be compared.",)
-        return ReplayOutcome(compared, order.value, None, same=False, is_complete=is_complete, lines=nothing)
+        no_events = ("It has no events that can be compared.",)
+        return ReplayOutcome(
+            compared, order.value, None, same=False, is_complete=is_complete, lines=no_events
+        )
     comparison = compare_runs(run, [recorded], view, order, tolerance=tolerance)
     report = make_report(comparison, run, [recorded])
     lines = list(text_report(report))

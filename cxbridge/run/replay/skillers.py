@@ -114,7 +114,9 @@ class RecordedSkiller(SkillerBackend):
             self.expected.refuse(f"{kind.value} '{text}'" if text else kind.value, now_us)
             return
         if self._due:
-            self._log.warn(f"{self.name}: {expected} came before the recorded commands before it")
+            self._log.warn(
+                f"{self.name}: {expected} came before the commands that precede it in the recording"
+            )
         self.expected.meet(now_us)
         self._begun = expected
         self._initial_writes.clear()

@@ -225,7 +225,7 @@ class RefereeClient(Component):
         self.send(message)
 
     @property
-    def loss(self) -> str:
+    def loss_reason(self) -> str:
         """The reason why the game cannot end, if the connection is lost; empty otherwise."""
         if not self._is_lost or self.game.is_over:
             return ""

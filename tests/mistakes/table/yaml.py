@@ -67,7 +67,7 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
         _FILE,
         "[hello-goals.clp, hello-plan.clp]",
         "hello-goals.clp",
-        "not a list",
+        "must be a list of file names",
         "scenario.yaml:17",
     ),
     mistake(
@@ -75,7 +75,7 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
         _FILE,
         "          - name: pddl-parser",
         "          name: pddl-parser",
-        "stage-1 is a list of entries",
+        "stage-1 must be a list of entries",
         "scenario.yaml:12",
     ),
     mistake(

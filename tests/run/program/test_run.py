@@ -54,7 +54,7 @@ def test_it_has_what_a_recording_of_the_run_has(run, tmp_path):
 def test_a_goal_is_found_by_id_and_by_class(run):
     parent = run.goal("TESTGOAL-PARENT")
     assert (parent.outcome, run.goal(parent.id)) == ("COMPLETED", parent)
-    with pytest.raises(cx.CxbridgeError, match="no goals are 'PARENT'") as error:
+    with pytest.raises(cx.CxbridgeError, match="no goals match 'PARENT'") as error:
         run.goal("PARENT")
     assert "TESTGOAL-PARENT" in str(error.value.hint)
 
@@ -153,9 +153,9 @@ def test_a_configured_executor_is_replaced_as_a_whole():
         ({"skills": [3]}, "3 is not a skill"),
         ({"skills": [lambda text: None]}, "this function has no name"),
         ({"config": "nowhere.yaml"}, "nowhere.yaml"),
-        ({"config": {"a/b": 1}}, "'config' wants the paths of files or folders, not {'a/b': 1}"),
+        ({"config": {"a/b": 1}}, "'config' must be a path or a list of paths, not {'a/b': 1}"),
         ({"config": [{"a/b": 1}]}, "write the values into a YAML file"),
-        ({"clips_dirs": 3}, "'clips_dirs' wants the paths of files or folders, not 3"),
+        ({"clips_dirs": 3}, "'clips_dirs' must be a path or a list of paths, not 3"),
     ],
 )
 def test_a_mistake_is_one_error(options, message):

@@ -270,14 +270,14 @@ def test_a_skill_that_was_not_recorded_is_a_divergence(mini: Path) -> None:
     assert result.replay is not None
     assert result.replay.divergence is not None
     assert result.replay.divergence.expected == ""
-    assert 'expected nothing more, came ExecSkill \'say{text="hello"' in result.reason
+    assert 'expected nothing more, got ExecSkill \'say{text="hello"' in result.reason
 
 
 def test_a_skill_that_does_not_come_is_a_divergence(mini: Path, tmp_path: Path) -> None:
     scenario = write_scenario(tmp_path / "other", agent=AGENT.replace("(mode FORMULATED)", "(mode FINISHED)"))
     result = replay(mini, scenario=scenario)
     assert result.status == 1
-    assert "came nothing" in result.reason
+    assert "got nothing" in result.reason
     assert 60 < result.run_seconds < 70
 
 
@@ -417,7 +417,7 @@ def test_a_skiller_whose_definition_has_changed_is_one_error(mini: Path) -> None
 
 @pytest.mark.parametrize("options", [{"skiller": "simulator"}, {"speech": "on"}, {"clock": "real"}])
 def test_what_cannot_go_with_it(options: dict[str, str], mini: Path) -> None:
-    with pytest.raises(CxbridgeError, match="cannot go with --replay"):
+    with pytest.raises(CxbridgeError, match="cannot be combined with --replay"):
         replay(mini, **options)
 
 

@@ -117,7 +117,7 @@ def test_a_door_that_does_not_open_is_another_decision(recording: Path) -> None:
         RunOptions(scenario=recording.parent, replay=(rewrite(recording, "shut.mcap", shut),))
     )
     assert result.status == 1
-    assert "came nothing" in result.reason
+    assert "got nothing" in result.reason
 
 
 def test_who_opens_an_interface_for_writing_gets_it(recording: Path, tmp_path: Path) -> None:

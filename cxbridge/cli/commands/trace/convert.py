@@ -32,7 +32,7 @@ def convert(
     if to not in (format_names := copy_formats()):
         if hint := package_hint(to):
             raise CxbridgeError(f"--to cannot be '{to}'", hint=hint)
-        raise typer.BadParameter(f"'{to}' is none of {', '.join(format_names)}", param_hint="--to")
+        raise typer.BadParameter(f"'{to}' is not one of {', '.join(format_names)}", param_hint="--to")
     run = open_run(file, make_registry(interface_dir))
     if output.exists() and output.samefile(file):
         raise typer.BadParameter("a file cannot be converted to itself", param_hint="OUT")

@@ -157,7 +157,7 @@ def _list_notes(report: ComparisonReport, selection: Selection) -> Iterator[str]
     """Yield warnings for the user."""
     for _, run, _ in report.sides:
         yield from (f"{run.path}: {note}" for note in run.notes)
-    yield from (f"pattern '{pattern}' met nothing" for pattern in selection.unused_patterns)
+    yield from (f"pattern '{pattern}' matches no event" for pattern in selection.unused_patterns)
 
 
 def _parse_choice(kinds: type[Choice], option: str, value: str) -> Choice:
@@ -166,4 +166,4 @@ def _parse_choice(kinds: type[Choice], option: str, value: str) -> Choice:
         return kinds(value)
     except ValueError:
         names = ", ".join(str(kind.value) for kind in kinds)
-        raise typer.BadParameter(f"'{value}' is none of {names}", param_hint=option) from None
+        raise typer.BadParameter(f"'{value}' is not one of {names}", param_hint=option) from None

@@ -47,9 +47,9 @@ def replay(
 
     start_s, end_s = options.start_s, options.end_s
     if start_s is not None and end_s is not None and start_s > end_s:
-        raise typer.BadParameter(f"it ends before it begins, at {start_s:g} s", param_hint="--to")
+        raise typer.BadParameter(f"the end is before the start, at {start_s:g} s", param_hint="--to")
     if options.step and options.loop:
-        raise typer.BadParameter("cannot go with --step", param_hint="--loop")
+        raise typer.BadParameter("cannot be combined with --step", param_hint="--loop")
     shows_progress = sys.stderr.isatty() and not console.quiet and not options.step
     with StepKeys() if options.step else nullcontext() as keys:
         report = replaying.replay(

@@ -133,9 +133,9 @@ def _parse_message(message: Section) -> MessageFault:
 
 
 def _parse_planner(planner: Section) -> PlannerModel:
-    probabilities = [planner.probability(key, 0.0) for key in ("none", "fails", "late")]
-    planner.check_total(probabilities)
-    return PlannerModel(*probabilities, planner.seconds("delay", 1.0))
+    no_plan, failure, delay = (planner.probability(key, 0.0) for key in ("none", "fails", "late"))
+    planner.check_total([no_plan, failure, delay])
+    return PlannerModel(no_plan, failure, delay, planner.seconds("delay", 1.0))
 
 
 def _parse_absence(skiller: Section) -> Absence:

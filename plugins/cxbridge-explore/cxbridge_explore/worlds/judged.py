@@ -66,7 +66,7 @@ class JudgedRun(Closing):
             self._is_checked = True
             self._checks.check_loaded_files()
         self._checks.check_new_files()
-        self._loss_reason = self.world.assembly.loss
+        self._loss_reason = self.world.assembly.loss_reason
         # A team that waits for a restart is not stuck, since the restarted agent can change its state.
         return bool(self._loss_reason) or (not self.world.awaits_restart and self._stuck_watch.check())
 

@@ -73,7 +73,7 @@ def test_the_test_of_a_project_fails_when_the_agent_reports_an_error(here):
         (["--from-ros2cx", "other.yaml"], "no parameters of clips_manager"),
         (["--from-ros2cx", ".", "--ros2cx", "."], "requires the parameters of an agent"),
         (["--from-ros2cx", "broken.yaml"], "broken.yaml:1"),
-        (["--from-ros2cx", ".", "--from-fawkes", "test"], "cannot go together"),
+        (["--from-ros2cx", ".", "--from-fawkes", "test"], "cannot be combined"),
     ],
 )
 def test_a_mistake_makes_nothing(arguments, message, here, capsys, monkeypatch):

@@ -69,7 +69,7 @@ class RunFoxglove(RunServer):
     :param on_ready: called with the address of the server.
     """
 
-    stays = "Foxglove"
+    lingering_name = "Foxglove"
 
     def __init__(self, settings: FoxgloveSettings, on_ready: Callable[[str], None]) -> None:
         self._settings = settings

@@ -127,7 +127,7 @@ class RunPage(RunServer):
     :param on_ready: called with the page's address.
     """
 
-    stays = "the page"
+    lingering_name = "the page"
 
     def __init__(self, settings: WebSettings, on_ready: Callable[[str], None]) -> None:
         self._settings = settings

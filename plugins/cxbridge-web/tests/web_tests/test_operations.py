@@ -72,6 +72,6 @@ def test_a_new_view_of_the_rest_api_is_one_file(tmp_path: Path, monkeypatch: pyt
 
 def test_without_its_plug_in_no_way_has_it(tmp_path: Path) -> None:
     found = ways(write_scenario(tmp_path / "mini"), tmp_path)
-    assert "knows no request 'count-words'" in found["verb"]
+    assert "the request 'count-words' is unknown" in found["verb"]
     assert found["rest"].status == 404
     assert (found["path"], found["body"]) == (None, None)

@@ -161,7 +161,7 @@ def test_a_token_lets_in():
         ("{tls-cert: a.pem}", "TLS needs both"),
         ("{tls-cert: a.pem, tls-key: b.pem}", "the file does not exist"),
         ("{port: 70000}", "must not be 70000"),
-        ("{prot: 1}", "a daemon knows no /cxbridge/web/prot"),
+        ("{prot: 1}", "/cxbridge/web/prot is not a setting of a daemon"),
     ],
 )
 def test_settings_that_are_not_safe_or_make_no_sense(text, message):

@@ -144,7 +144,7 @@ def test_environments(ask, tmp_path):
 
 def test_what_cannot_be_done_is_one_clear_error(ask):
     for wrong, verb, arguments in (
-        ("knows no request 'fly'", "fly", {}),
+        ("the request 'fly' is unknown", "fly", {}),
         ("arguments of facts are wrong", "facts", {}),
         ("arguments of facts are wrong", "facts", {"env": "executive", "limit": float("inf")}),
         ("no CLIPS environment 'x'", "facts", {"env": "x"}),
