@@ -53,7 +53,7 @@ def test_a_daemon_takes_the_samples(name, text):
         DaemonSettings.from_config(Configuration.from_text(text, str(DOCS / name)))
     except ConfigError as error:
         absent = error.message  # of a file that the sample names
-    assert not absent or absent.endswith("there is no such file")
+    assert not absent or absent.endswith("the file does not exist")
 
 
 def documented_keys() -> list[str]:

@@ -143,7 +143,7 @@ def test_a_mapping_that_is_a_list_is_an_error_with_its_place():
     config = Configuration.from_text(
         "a: 1\nclips-executive/specs/x/action-mapping:\n  say: [a, b]\n", "f.yaml"
     )
-    with pytest.raises(ConfigError, match=r"f.yaml:3.*'say' is a list") as caught:
+    with pytest.raises(ConfigError, match=r"f.yaml:3.*'say' must be a string, not a list") as caught:
         action_mapping(config, "x")
     assert caught.value.line == 3
 
@@ -155,4 +155,4 @@ def test_rules_that_go_round_in_circles_at_the_end_are_ended(bus, log, tmp_path,
     executive.init()
     executive.env.assert_string("(n 0)")
     executive.finalize()
-    assert any("round in circles" in text for text in log.texts(Level.WARN))
+    assert any("fire in a cycle" in text for text in log.texts(Level.WARN))

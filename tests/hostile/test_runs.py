@@ -118,7 +118,7 @@ def test_a_loop_that_takes_no_time_is_refused(tmp_path, capsys, period):
 
 def test_a_mapping_that_is_a_map_is_refused(tmp_path, capsys):
     assert invoke(["run", str(write_scenario(tmp_path, mapping="act: {say: hello}"))]) == 2
-    assert "the mapping of action 'act' is a map" in capsys.readouterr().err
+    assert "the mapping of action 'act' must be a string, not a map" in capsys.readouterr().err
 
 
 def test_a_pipe_in_place_of_a_file_of_the_agent(tmp_path, capsys):

@@ -165,7 +165,7 @@ def test_what_is_strange_in_the_configuration_is_told_once(tmp_path: Path, optio
 
 def test_a_list_is_no_configuration_of_an_agent() -> None:
     config = Configuration.from_text("a: 1\ncxbridge/agents: {ann: {config: [{a: 2}]}}", "f.yaml")
-    with pytest.raises(ConfigError, match="a list of maps here"):
+    with pytest.raises(ConfigError, match="is a list of maps"):
         choose_agent(config, "ann")
 
 

@@ -107,7 +107,7 @@ def test_facts_are_seen_asserted_and_retracted(cx, mini):
     with pytest.raises(AssertionError, match="0 facts match"):
         run.fact("domain-object", name="a-cup")
     run.assert_fact("(domain-object (name x) (type y))")
-    with pytest.raises(AssertionError, match="has no slot 'colour', but: "):
+    with pytest.raises(AssertionError, match="has no slot 'colour'; it has: "):
         run.facts("domain-object", colour="red")
     with pytest.raises(AssertionError, match="there is no deftemplate 'nothing'"):
         run.facts("nothing")
@@ -144,7 +144,7 @@ def test_a_skiller_that_vanishes_and_comes_back(cx, mini):
         run.skills.vanish()
     run.skills.come_back()
     assert has_skiller(run)
-    with pytest.raises(AssertionError, match="there is no Skiller 'other', but: Skiller"):
+    with pytest.raises(AssertionError, match="there is no Skiller 'other'; there are: Skiller"):
         run.skills.come_back("other")
 
 

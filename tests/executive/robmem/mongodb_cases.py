@@ -146,7 +146,7 @@ BAD_QUERIES: list[tuple[Any, str]] = [
     ({"a": {"$not": {}}}, "$not"),
     ({"a": {"$gt": Regex("x")}}, "$gt"),
     ({"a": {"$ne": Regex("x")}}, "$ne"),
-    ({"a": {"$regex": 1}}, "regular expression"),
+    ({"a": {"$regex": 1}}, "must be strings"),
     ({"a": {"$regex": "("}}, "regular expression"),
     ({"a": {"$regex": "a", "$options": "g"}}, "'g'"),
     ({"a": {"$regex": Regex("a", "i"), "$options": "m"}}, "$options"),

@@ -165,7 +165,7 @@ def test_the_settings_are_fawkes():
 
 def test_without_a_configuration_it_is_in_this_process():
     found = settings("a: b")
-    assert (found.backend, found.file, found.mutexes) == ("embedded", None, M)
+    assert (found.backend, found.file, found.mutex_collection) == ("embedded", None, M)
     assert found.replica_sets == ("robot-memory-distributed", "robot-memory-local")
 
 

@@ -58,7 +58,7 @@ def test_a_case_is_planned(name, capsys):
     )
     out, said = capsys.readouterr()
     if name in CRASH_ARIES and not is_installed("lpg"):
-        reason = "its server no longer answers" if is_installed("aries") else "no planner can take"
+        reason = "its server no longer answers" if is_installed("aries") else "no planner supports"
         assert status in (2, 4)
         assert reason in said
         return

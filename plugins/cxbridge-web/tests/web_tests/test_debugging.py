@@ -95,12 +95,12 @@ def test_a_fact_is_edited_while_it_is_stopped(client):
     ]
     for where, body, status, message in (
         (index, {"slots": slots}, 404, "There is no fact"),
-        ("x", {"slots": slots}, 400, "is a number"),
+        ("x", {"slots": slots}, 400, "must be a number"),
         (edited["index"], {"slots": {"lvel": "1"}}, 400, "has no slot 'lvel'"),
         (edited["index"], {"slots": {"level": "("}}, 400, "cannot evaluate"),
         (edited["index"], {"slots": {}}, 400, "no slot"),
         (edited["index"], {"slots": {"level": 4}}, 400, "'slots' must be"),
-        (edited["index"], {"slots": {"level": "\0"}}, 400, "no such text"),
+        (edited["index"], {"slots": {"level": "\0"}}, 400, "zero byte"),
         (edited["index"], {}, 400, "'slots' must be"),
     ):
         answer = client.ask("PATCH", f"/api/cxbridge/facts/{where}", body)

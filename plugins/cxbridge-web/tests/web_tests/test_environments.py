@@ -32,7 +32,7 @@ def test_environments_are_created_listed_and_destroyed(there):
         ("DELETE", "/other", None, 404, "is unknown"),
         ("DELETE", "/executive", None, 400, "it is the executive's"),
         ("POST", "", {"name": "lab"}, 400, "lab"),
-        ("POST", "", {"name": "a b"}, 400, "cannot name an environment"),
+        ("POST", "", {"name": "a b"}, 400, "not a valid name for an environment"),
         ("POST", "", {}, 400, "lacks 'name'"),
     ):
         answer = client.ask(method, PATH + path, body)

@@ -114,7 +114,7 @@ def test_a_form_that_is_wrong(text: str, error: str):
     [
         ("never (gaol (mode FAILED))", "did you mean goal"),
         ("never (goal (mod FAILED))", "did you mean mode"),
-        ("never (goal (mode FAILLED))", "does not take"),
+        ("never (goal (mode FAILLED))", "CLIPS rejects the pattern"),
     ],
 )
 def test_a_name_that_the_agent_lacks(text: str, error: str):

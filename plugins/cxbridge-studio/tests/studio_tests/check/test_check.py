@@ -559,8 +559,8 @@ PLANNER = (
     [
         ("(and (met Anna) (not (met Bob)))", ""),
         ("(forall (?x - object) (met ?x))", ""),
-        ("(meet Anna)", "no predicate 'meet'"),
-        ("(and (met Ana))", "no object 'Ana'"),
+        ("(meet Anna)", "unknown predicate 'meet'"),
+        ("(and (met Ana))", "unknown object 'Ana'"),
     ],
 )
 def test_the_names_in_a_goal_of_a_planner(tmp_path, formula, message):

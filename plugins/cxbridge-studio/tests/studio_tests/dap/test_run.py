@@ -131,7 +131,7 @@ def test_conditions_hits_and_log_points(client):
         "setBreakpoints", source={"path": str(GOALS)}, breakpoints=[broken, third, selected, spoken]
     )["breakpoints"]
     assert [each["verified"] for each in found] == [False, True, True, True]
-    assert "'often' is not a count" in found[0]["message"]
+    assert "'often' is not a hit count" in found[0]["message"]
     client.begin()
     first = client.stopped()
     assert (first["hitBreakpointIds"], first["description"]) == (

@@ -263,7 +263,7 @@ NAMES = {
     "rule:talk-root-goes-onn": "talk-root-goes-on",
     "after:nothing-like-it": "there is no rule",
     "TALK": "is not a breakpoint",
-    "goal:TALK hit often": "is not a count",
+    "goal:TALK hit often": "is not a hit count",
 }
 
 

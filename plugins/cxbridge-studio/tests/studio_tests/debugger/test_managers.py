@@ -204,7 +204,7 @@ def test_environments_are_created_and_destroyed(way: Way, served: tuple[Any, lis
     assert [logger["component"] for logger in way.ask("env-loggers", env="other")] == ["MyLog"]
     with pytest.raises(RefusedError, match="already exists"):
         way.ask("env-create", env="other")
-    with pytest.raises(RefusedError, match="component of the log"):
+    with pytest.raises(RefusedError, match="name of a log component"):
         way.ask("env-create", env="more", log="x\ny")
     way.ask("env-destroy", env="other")
     with pytest.raises(RefusedError, match="other"):
@@ -320,7 +320,7 @@ def test_loggers_stack_by_priority(lab: Way, served: tuple[Any, list[str]]) -> N
         ({"logger": "a b"}, "is not a valid name for a logger"),
         ({"logger": "x", "level": "loud"}, "no log level 'loud'"),
         ({"logger": "x", "priority": 9999}, "priority 9999"),
-        ({"logger": "x", "component": "a\nb"}, "component of the log"),
+        ({"logger": "x", "component": "a\nb"}, "name of a log component"),
     ):
         with pytest.raises(RefusedError, match=what):
             lab.ask("env-logger-add", env="lab", **arguments)

@@ -157,7 +157,7 @@ def test_resources_that_another_goal_has():
         "a1 (A) has been COMMITTED since 0.000 s, and waits to be dispatched, when it has its resources\n"
         in text
     )
-    assert "└─ resource arm: goal b1 has it\n" in text
+    assert "└─ resource arm is held by goal b1\n" in text
 
 
 def test_a_resource_that_another_agent_has_locked():
@@ -186,7 +186,7 @@ def test_a_goal_that_was_never_selected_is_told_with_those_above():
 
 def test_parents_in_a_circle_end():
     events = [*started(0, "a1", "b1", modes=MODES[:1]), *started(0, "b1", "a1", modes=MODES[:1])]
-    assert "a1 (A) is FORMULATED" in told(events, "a1")
+    assert "a1 (A) has been FORMULATED" in told(events, "a1")
 
 
 def test_a_class_its_numbers_and_begins_of_ids():
