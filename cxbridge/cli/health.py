@@ -186,7 +186,7 @@ def _check_speaker() -> list[HealthCheck]:
     """Check the audio player on Linux; other systems include a player."""
     if platform.system() != "Linux":
         return []
-    return [_check_program("speaker", "aplay", "--speech on is silent", "apt install alsa-utils")]
+    return [_check_program("speaker", "aplay", "without it, --speech on is silent", "apt install alsa-utils")]
 
 
 def _check_program(name: str, program: str, purpose: str, remedy: str) -> HealthCheck:

@@ -77,7 +77,7 @@ class StateTranslator:
     def _replace_stale_error(self, block: bytes, message_id: int, field: FieldSchema) -> bytes:
         """Return the block with the error of the present skill string instead of an earlier one."""
         view = self._class.VIEW.from_buffer_copy(block)
-        # the two values of READ_FIELDS after those of the fields have no name in ACCESSORS
+        # READ_FIELDS returns two further values after the fields, for which ACCESSORS has no names
         values = dict(zip(self._class.ACCESSORS, self._class.READ_FIELDS(view), strict=False))
         skill_string, error = (values[name].decode("utf-8", "replace") for name in ("skill_string", "error"))
         failed = values["status"] == getattr(self._class, "S_FAILED", None)

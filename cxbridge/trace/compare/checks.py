@@ -1,7 +1,7 @@
 """Checks of the message ids and times of paired events.
 
-Two events are paired if their contents are equal. Message ids and times differ in any two runs; compared are
-their distances to those of earlier pairs.
+Two events are paired if their contents are equal. The message ids and times of any two runs differ, so
+the checks compare the offsets between both runs with the offsets of earlier pairs.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class MessageIdCheck:
         if not id_a or not id_b:
             return bool(id_a or id_b)
         offset = id_b - id_a
-        # one wrong id is one difference: the next pair may have its offset, or the offset before it
+        # a single wrong id is one difference: the next pair may keep the new offset or return to the old one
         offsets = self._offsets.setdefault(stream, (offset, offset))
         if offset in offsets:
             return False

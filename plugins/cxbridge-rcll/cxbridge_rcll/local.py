@@ -36,7 +36,7 @@ class LocalReferee:
         self._network = LocalNetwork()
         self._config = config = refbox.load_configuration(*overlays)
         for station in config.keys(STATIONS_PATH):
-            # with `mockup`, which is configured, the rules do not count the bases in slides
+            # with the configured connection `mockup`, the rules do not count the bases in the slides
             config.set(f"{STATIONS_PATH}{station}/connection", "simulated")
         self._refbox, self._seed = refbox, seed
         self._referee: Referee | None = None

@@ -113,7 +113,9 @@ class PlayedLeague(RefboxOptions):
     speed: Annotated[
         float,
         typer.Option(
-            min=0.01, metavar="N", help="The speedup of the referee box of --referee: the speed of its time."
+            min=0.01,
+            metavar="N",
+            help="How many times faster than real time the referee box of --referee runs.",
         ),
     ] = 1.0
 

@@ -78,8 +78,8 @@ def diff(
 ) -> None:
     """Compare recorded runs. Exit status: 0 equal; 1 different; 2 a run is unreadable.
 
-    With several runs B, A must equal each of them. In partial order, the order between parents and children
-    counts only if all runs B agree on it.
+    With several runs B, A must equal each of them. In partial order, the order of a parent's events and its
+    children's events is compared only if it is the same in all runs B.
 
     Example: cxbridge trace diff out/a.mcap out/b.mcap --level rules --order partial
     """

@@ -28,7 +28,8 @@ class _ScenarioOptions:
     scenario: Annotated[
         Path | None,
         typer.Option(
-            help="The scenario with the files; by default, those in the recordings.", show_default=False
+            help="The scenario whose files are counted; by default, the files in the recordings.",
+            show_default=False,
         ),
     ] = None
     spec: Annotated[

@@ -110,7 +110,7 @@ def _describe_actions(agent: Run, positions: SourcePositions) -> Iterator[str]:
 
 
 def _describe_control_requests(agent: Run) -> Iterator[str]:
-    """Yield the client with control of each requested Skiller, or that the agent requests no control."""
+    """Yield a sentence about each Skiller that another client controls, or about the missing request."""
     env = agent.executive.env
     skillers = env.facts("SkillerInterface") if env.has_template("SkillerInterface") else ()
     controllers = {slots["id"]: slots["exclusive_controller"] for _, _, slots in skillers}

@@ -92,7 +92,7 @@ class RosbridgeAction:
 
     :param defer: queues a function for the next poll of the node.
     :param send: sends a goal with its id, and returns whether there was a connection.
-    :ivar type_name: the type of the action; without parts before a type of the action is known.
+    :ivar type_name: the type of the action; empty until a type is known.
     """
 
     def __init__(
