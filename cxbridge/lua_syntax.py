@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Any, Final
 
-_LINE: Final = re.compile(r"\]:(\d+): (.*)")  # [string "..."]:3: unexpected symbol near ...
+_LINE: Final = re.compile(r"\]:(\d{1,9}): (.*)")  # [string "..."]:3: unexpected symbol near ...
 _BYTECODE_START: Final = b"\x1b"  # Lua does not check bytecode, which may crash the process
 
 

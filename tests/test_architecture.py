@@ -17,7 +17,7 @@ from tests.support import ROOT, module_files
 
 PACKAGE = ROOT / "cxbridge"
 LAYERS = (  # lowest first; packages of one layer do not import each other
-    {"closing", "errors", "interrupt", "spawning", "suggestions"},
+    {"closing", "errors", "interrupt", "numbers", "spawning", "suggestions"},
     {
         "resources",
         "clock",

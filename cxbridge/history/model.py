@@ -18,6 +18,7 @@ from cxbridge.history.forest import Forest, parent_id
 from cxbridge.history.outcome import ENDED_MODES
 from cxbridge.history.transitions import unquote
 from cxbridge.history.tree import draw_branches, goal_title
+from cxbridge.numbers import parse_decimal
 
 DONE_STATES: Final = ("FINAL", "FAILED")
 """The final states of a plan-action."""
@@ -309,6 +310,7 @@ def find_goals(goals: Sequence[GoalRecord], name: str) -> list[GoalRecord]:
     """
     # an id may contain `#2` itself, so a complete id or class takes precedence
     stem, _, digits = name.rpartition("#")
+    number = parse_decimal(digits)
     for named_goals, numbered_goals in (
         ([goal for goal in goals if goal.id == name], [goal for goal in goals if goal.id == stem]),
         (
@@ -318,8 +320,8 @@ def find_goals(goals: Sequence[GoalRecord], name: str) -> list[GoalRecord]:
     ):
         if named_goals:
             return named_goals
-        if numbered_goals and digits.isdecimal():
-            return numbered_goals[max(0, int(digits) - 1) : int(digits)]
+        if numbered_goals and number is not None:
+            return numbered_goals[max(0, number - 1) : number]
     return [goal for goal in goals if goal.id.startswith(name)]
 
 

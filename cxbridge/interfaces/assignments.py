@@ -13,7 +13,7 @@ from cxbridge.errors import InterfaceError
 from cxbridge.interfaces.block import Block
 from cxbridge.interfaces.schema import FieldSchema
 
-_ASSIGNMENT = re.compile(r"(?P<name>[A-Za-z_]\w*)(?:\[(?P<index>\d+)\])?=(?P<value>.*)", re.DOTALL)
+_ASSIGNMENT = re.compile(r"(?P<name>[A-Za-z_]\w*)(?:\[(?P<index>\d{1,9})\])?=(?P<value>.*)", re.DOTALL)
 _QUOTED = re.compile(r'".*"', re.DOTALL)
 _BOOL_LITERALS = {
     "true": True,

@@ -12,6 +12,7 @@ from pathlib import Path
 from cxbridge.config import ConfigType, Configuration, ConfigValue
 from cxbridge.errors import ConfigError
 from cxbridge.file_access import ABSENT, why_unreadable
+from cxbridge.numbers import parse_decimal
 from cxbridge.plugins import package_hint
 from cxbridge.suggestions import did_you_mean, nearest_names
 
@@ -202,10 +203,11 @@ def _check_stage(config: Configuration, base: str, stage: str) -> Iterator[str]:
         raise _error(f"there is no '{stage}'", value, f"the stages are {', '.join(STAGES)}")
     _check_container(config, path, "a list of entries, each with a name")
     for index in config.keys(path):
-        if not index.isdigit():
+        number = parse_decimal(index)
+        if number is None:
             hint = "begin each with a dash: - name: ..."
             raise _error(f"{stage} must be a list of entries", _first_value(config, f"{path}/{index}"), hint)
-        yield from _check_entry(config, f"{path}/{index}", f"{stage}, entry {int(index) + 1}")
+        yield from _check_entry(config, f"{path}/{index}", f"{stage}, entry {number + 1}")
 
 
 def _check_entry(config: Configuration, path: str, entry: str) -> Iterator[str]:

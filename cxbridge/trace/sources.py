@@ -13,7 +13,8 @@ from pathlib import Path, PurePosixPath
 
 from cxbridge.errors import TraceError
 from cxbridge.events import SourceRead
-from cxbridge.trace.formats.base import Run, StoredFile, parse_number
+from cxbridge.numbers import parse_decimal
+from cxbridge.trace.formats.base import Run, StoredFile
 from cxbridge.trace.formats.files import writing
 
 _COMMON_KEYS = frozenset({"role", "owner", "name", "attachment", "time_us"})
@@ -68,7 +69,7 @@ def run_sources(run: Run, *roles: str, owner: str | None = None) -> Iterator[Run
             role,
             source_owner,
             record.get("name", ""),
-            parse_number(time_us) or 0,
+            parse_decimal(time_us) or 0,
             {key: value for key, value in record.items() if key not in _COMMON_KEYS},
             files.get(record.get("attachment", "")),
         )

@@ -25,7 +25,6 @@ SKILL_BOARD: Final = "SkillBoardInterface"
 
 _LOG: Final = "fawkes-log"
 _CLIPS: Final = "CLIPS ("
-_MAX_DIGITS: Final = 18  # numbers of 18 digits fit into 64 bits
 _OVER: Final = "RETRACTED"
 
 
@@ -139,9 +138,9 @@ def scan_recording(run: Run) -> Scan:
     """
     scan = scan_events(run)
     scan.metadata = dict(run.metadata())
-    start = scan.metadata.get("start_us", "")
-    if start.isdecimal() and len(start) <= _MAX_DIGITS and scan.is_timed:
-        scan.begin_us = int(start)
+    start_us = run.start_us
+    if start_us is not None and scan.is_timed:
+        scan.begin_us = start_us
     if not scan.transitions and not scan.samples:
         raise TraceError(
             "it holds nothing to replay", file=run.path, hint="neither interface writes nor transitions"

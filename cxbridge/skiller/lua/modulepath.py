@@ -10,7 +10,7 @@ from pathlib import Path
 from cxbridge.errors import SkillError
 
 _MODULE_NAME = re.compile(r"[A-Za-z0-9_-]+(?:\.[A-Za-z0-9_-]+)*")
-_PLACE = re.compile(r"([^\s:|]+):(\d+):")
+_PLACE = re.compile(r"([^\s:|]+):(\d{1,9}):")
 # editors of Windows write it at the start of a text, and Lua 5.1 refuses it
 _BYTE_ORDER_MARK = b"\xef\xbb\xbf".decode("latin-1")
 # a place in the Lua files of the engine at the start of an error

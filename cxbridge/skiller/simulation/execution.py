@@ -7,6 +7,7 @@ from contextlib import closing
 from typing import TYPE_CHECKING, Any
 
 from cxbridge.clock import MICROSECONDS
+from cxbridge.numbers import parse_decimal
 from cxbridge.skiller.board.executor import Progress, SkillExecutor, SkillFailedError, Steps
 from cxbridge.skiller.board.protocol import SkillCall
 from cxbridge.skiller.simulation.deciders import Deciders, Outcome
@@ -18,7 +19,10 @@ if TYPE_CHECKING:
 
 def to_string_call(call: SkillCall) -> SkillStringCall:
     """Return a skill board's call as a skill string's call."""
-    args: dict[str | int, Any] = {int(k) if k.isdecimal() else k: v for k, v in call.parameters.items()}
+    args: dict[str | int, Any] = {}
+    for name, value in call.parameters.items():
+        position = parse_decimal(name)
+        args[name if position is None else position] = value
     return SkillStringCall(call.skill, args)
 
 

@@ -14,9 +14,9 @@ from cxbridge.closing import Closing
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event
 from cxbridge.interfaces.registry import InterfaceRegistry, default_registry
+from cxbridge.numbers import parse_decimal
 from cxbridge.trace.formats.files import writing
 
-_MAX_DIGITS = 18  # any number of so many digits fits 64 bits
 MAX_NOTES = 100
 """The maximal number of notes about a run."""
 
@@ -93,11 +93,11 @@ class Run(ABC):
     @property
     def start_us(self) -> int | None:
         """The clock at the start of the run, in microseconds since the epoch, if it was recorded."""
-        return parse_number(self.metadata().get("start_us", ""))
+        return parse_decimal(self.metadata().get("start_us", ""))
 
     def exit_status(self) -> int | None:
         """Return the exit status of the recorded ``cxbridge run``; None if it was not recorded."""
-        return parse_number(self.metadata().get("status", ""))
+        return parse_decimal(self.metadata().get("status", ""))
 
     def attachments(self) -> Iterator[Attachment]:
         """Yield the recorded files with their data, one at a time."""
@@ -120,12 +120,6 @@ class Run(ABC):
         """Add a note for the user unless the note exists; at most `MAX_NOTES` are kept."""
         if len(self.notes) <= MAX_NOTES and text not in self.notes:
             self.notes.append(text if len(self.notes) < MAX_NOTES else "and more of this kind")
-
-
-def parse_number(text: str) -> int | None:
-    """Return a recorded number without sign, or None for any other text, such as that of a damaged file."""
-    # Python refuses to convert thousands of digits
-    return int(text) if text.isdecimal() and len(text) <= _MAX_DIGITS else None
 
 
 class FolderRun(Run):

@@ -18,7 +18,7 @@ from cxbridge.executive.pddl.ast import ActionSchema, Formula, Quantified
 from cxbridge.executive.planning.errors import PlanningError
 
 _PROBLEM_NAME: Final = re.compile(r"(\(\s*problem\s+)[^\s()]+", re.IGNORECASE)
-_LINE_NUMBER: Final = re.compile(r"\bline:?\s*(\d+)", re.IGNORECASE)
+_LINE_NUMBER: Final = re.compile(r"\bline:?\s*(\d{1,9})", re.IGNORECASE)
 _MAX_EXCERPT: Final = 300  # the maximal characters of a parser's message in an error
 _COMMENT: Final = re.compile(r";[^\n]*")
 

@@ -13,6 +13,7 @@ from cxbridge.errors import CxbridgeError, ProtobufError
 from cxbridge.executive.host.values import Value
 from cxbridge.listening import is_loopback
 from cxbridge.mainloop import Hook
+from cxbridge.numbers import parse_decimal
 from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
 from cxbridge_explore.game.judge import GameState
@@ -50,11 +51,12 @@ class Address(NamedTuple):
         :raises CxbridgeError: if the text has another form.
         """
         host, colon, port = text.rpartition(":")
-        if not colon or not host or not port.isdigit() or not 0 < int(port) <= _MAX_PORT:
+        number = parse_decimal(port)
+        if not colon or not host or number is None or not 0 < number <= _MAX_PORT:
             raise CxbridgeError(
                 f"'{text}' is not the address of a referee box", hint="write HOST:PORT, e.g. localhost:4444"
             )
-        return cls(host.strip("[]"), int(port))
+        return cls(host.strip("[]"), number)
 
     def __str__(self) -> str:
         return f"{self.host}:{self.port}"

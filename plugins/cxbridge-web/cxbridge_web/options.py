@@ -12,6 +12,7 @@ import typer
 
 from cxbridge.cli.console import say
 from cxbridge.errors import CxbridgeError
+from cxbridge.numbers import parse_decimal
 from cxbridge.run.options import PluginOptions, RunOptions, Setting
 from cxbridge_web import FOXGLOVE_PORT
 
@@ -74,12 +75,13 @@ class WatchOptions(PluginOptions):
         text = self.port_text
         if not text:
             return None
-        if not (text.isascii() and text.isdecimal() and int(text) <= _MAX_PORT):
+        port = parse_decimal(text)
+        if port is None or port > _MAX_PORT:
             raise CxbridgeError(
                 f"{self.name} cannot use the port '{text}'",
                 hint="use a port from 0 to 65535; 0: any free port",
             )
-        return int(text)
+        return port
 
     @property
     def needs_real_time(self) -> bool:

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from typing import Any, Final
 
+from cxbridge.numbers import parse_decimal
+
 _MAX_DIGITS: Final = 15  # numbers of 15 digits are exact in JavaScript
 
 MAX_COUNT: Final = 10**_MAX_DIGITS - 1  # largest number in a query
@@ -78,9 +80,10 @@ def _parse_count(query: Mapping[str, str], name: str) -> int | None:
     text = query.get(name, "")
     if not text:
         return None
-    if not (text.isascii() and text.isdecimal()) or len(text) > _MAX_DIGITS:
+    count = parse_decimal(text, _MAX_DIGITS)
+    if count is None:
         raise PagingError(f"'{name}' must be a whole number, 0 or more")
-    return int(text)
+    return count
 
 
 def has_text(model: Any, search: str) -> bool:

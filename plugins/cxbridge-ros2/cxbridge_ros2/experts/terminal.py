@@ -23,6 +23,7 @@ from cxbridge.executive.pddl.ast import (
     number_of,
 )
 from cxbridge.executive.pddl.printer import format_number
+from cxbridge.numbers import parse_decimal
 from cxbridge.rights import Right
 from cxbridge.suggestions import did_you_mean
 from cxbridge_ros2.experts.client import ExpertClient
@@ -296,8 +297,8 @@ class Terminal:
         operand = operand.strip()
         if not kind:
             items = self._make_plan()
-        elif kind == "num_actions" and operand.isdecimal():
-            items = self._make_plan()[: int(operand)]
+        elif kind == "num_actions" and (action_count := parse_decimal(operand)) is not None:
+            items = self._make_plan()[:action_count]
         elif kind == "action" and (item := parse_item(f"0: {_add_parentheses(operand)}")):
             items = [item]
         elif kind == "plan-file" and operand:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Final
 
 from cxbridge.errors import Ros2Error
+from cxbridge.numbers import parse_decimal
 
 MAX_DDS_DOMAIN: Final = 232  # DDS computes port numbers from the domain, and those of 233 exceed 65535
 
@@ -20,12 +21,12 @@ def read_domain_id(max_id: int | None = None) -> int:
     :raises Ros2Error: if the variable is not a domain.
     """
     text = os.environ.get("ROS_DOMAIN_ID", "0") or "0"
-    # isdecimal() alone accepts digits of other scripts, such as Arabic ones
-    if not (text.isascii() and text.isdecimal()) or (max_id is not None and int(text) > max_id):
+    domain_id = parse_decimal(text)
+    if domain_id is None or (max_id is not None and domain_id > max_id):
         # 101 instead of 232: on Linux, the ports of higher domains overlap with ephemeral ports
         hint = "use a number, on most systems from 0 to 101" if max_id is not None else "use a number"
         raise Ros2Error(f"ROS_DOMAIN_ID={text} is not a domain", hint=hint)
-    return int(text)
+    return domain_id
 
 
 def default_reach(default_range: str = "localhost") -> str:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 _FRAME_S: Final = 0.1  # between two drawings
 _MAX_POINTS: Final = 100_000  # points of a field that are kept, so that the memory is bounded
 # a field is NAME or NAME[INDEX]
-_FIELD_PATTERN: Final = re.compile(r"(\w+)(?:\[(\d+)\])?\Z")
+_FIELD_PATTERN: Final = re.compile(r"(\w+)(?:\[(\d{1,9})\])?\Z")
 # escape sequences of terminals; the plot is on the alternative screen, so that the shell's text stays
 _ENTER_SCREEN: Final = "\x1b[?1049h\x1b[?25l"
 _LEAVE_SCREEN: Final = "\x1b[?25h\x1b[?1049l"

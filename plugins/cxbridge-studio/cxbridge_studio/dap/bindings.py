@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Final
 
 from cxbridge.clipstext.values import FactRef, Value
 from cxbridge.errors import ClipsError
+from cxbridge.numbers import parse_decimal
 from cxbridge_studio.agent.condition import CE, GroupCE, PatternCE, TestCE, find_patterns
 from cxbridge_studio.agent.rule import parse_rule
 from cxbridge_studio.explain.rules.matcher import Matcher
@@ -31,10 +32,9 @@ _MAX_MATCHES: Final = 1000  # matches of a rule that are compared with the firin
 
 def parse_basis(basis: str) -> list[int]:
     """Return the indices of the facts in a basis such as ``f-1,*,f-3``."""
-    items = (item.strip().removeprefix("f-") for item in basis.split(","))
-    return [
-        int(item) for item in items if item.isdecimal()
-    ]  # `*` stands for a conditional element without a fact, e.g. `not`
+    numbers = (parse_decimal(item.strip().removeprefix("f-")) for item in basis.split(","))
+    # `*` stands for a conditional element without a fact, e.g. `not`
+    return [number for number in numbers if number is not None]
 
 
 def find_bindings(

@@ -9,6 +9,7 @@ from typing import BinaryIO, Final
 import msgspec
 
 from cxbridge.errors import CxbridgeError
+from cxbridge.numbers import parse_decimal
 from cxbridge_studio.dap.protocol import Event, Request, Response
 
 # limits of what a client may send, so that a faulty client cannot exhaust the memory
@@ -77,14 +78,10 @@ class Wire:
                     raise WireError("a message without Content-Length")
                 return length
             if colon and name.strip().lower() == _LENGTH_HEADER:
-                text = value.strip()
-                if (
-                    not text.isdigit()
-                    or len(text) > len(str(MAX_MESSAGE_BYTES))
-                    or int(text) > MAX_MESSAGE_BYTES
-                ):
-                    raise WireError(f"a message cannot have the length {text.decode('ascii', 'replace')}")
-                length = int(text)
+                text = value.strip().decode("ascii", "replace")
+                length = parse_decimal(text)
+                if length is None or length > MAX_MESSAGE_BYTES:
+                    raise WireError(f"a message cannot have the length {text}")
         raise WireError("a message with too many headers")
 
     def write(self, message: Response | Event) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
 from cxbridge.errors import CxbridgeError
+from cxbridge.numbers import parse_decimal
 
 
 def parse_number(word: str) -> int:
@@ -13,10 +14,10 @@ def parse_number(word: str) -> int:
 
     :raises CxbridgeError: if the word is not a number.
     """
-    digits = word.removeprefix("f-")
-    if not digits.isdecimal():
+    number = parse_decimal(word.removeprefix("f-"))
+    if number is None:
         raise CxbridgeError(f"'{word}' is not a number", hint="use a number, e.g. 12, or f-12 for a fact")
-    return int(digits)
+    return number
 
 
 def parse_fact_change(text: str) -> tuple[int, Mapping[str, str]]:

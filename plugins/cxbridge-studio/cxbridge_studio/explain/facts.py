@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Final
 
 from cxbridge.errors import CxbridgeError
+from cxbridge.numbers import parse_decimal
 from cxbridge_studio.explain.evidence import Evidence, FactLife
 
-_FACT_INDEX: Final = re.compile(r"(?:f-)?(\d+)")
 _RECORD_HINT: Final = "record with --trace-level facts"
 
 
@@ -57,19 +56,17 @@ def explain_fact(evidence: Evidence, name: str) -> FactStory:
 
     :raises CxbridgeError: if the fact is unknown; the hint says what to record.
     """
-    match = _FACT_INDEX.fullmatch(name)
-    if match is None:
+    index = parse_decimal(name.removeprefix("f-"))
+    if index is None:
         raise CxbridgeError(f"'{name}' is not a fact", hint="name its index: f-12")
     history = evidence.history
     if history is None or not history.fact_lives:
-        raise CxbridgeError(
-            f"the origin of f-{match[1]} is unknown: facts are not recorded", hint=_RECORD_HINT
-        )
-    life = history.fact_lives.get(int(match[1]))
+        raise CxbridgeError(f"the origin of f-{index} is unknown: facts are not recorded", hint=_RECORD_HINT)
+    life = history.fact_lives.get(index)
     if life is None:
         # The history drops the oldest facts of a long run, so the first known index may be high.
         hint = f"the known facts are f-{min(history.fact_lives)} to f-{max(history.fact_lives)}"
-        raise CxbridgeError(f"no fact f-{match[1]} is known before this moment", hint=hint)
+        raise CxbridgeError(f"no fact f-{index} is known before this moment", hint=hint)
     previous_life = history.fact_lives.get(life.replaced_index)
     end_s = None if life.end_us is None else evidence.seconds(life.end_us)
     return FactStory(evidence.where, life, previous_life, evidence.seconds(life.begin_us), end_s)

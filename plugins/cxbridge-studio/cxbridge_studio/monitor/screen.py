@@ -25,6 +25,7 @@ from textual.widgets import Input, Static, TabbedContent, TabPane
 from cxbridge.errors import CxbridgeError
 from cxbridge.history.outcome import LEGEND
 from cxbridge.history.tree import goal_line
+from cxbridge.numbers import parse_decimal
 from cxbridge.printing import one_line, visible
 from cxbridge_studio.monitor import live, recorded
 from cxbridge_studio.monitor.keys import make_help_text
@@ -288,8 +289,9 @@ class MonitorApp(App[None]):
 
     def on_key(self, event: events.Key) -> None:
         """Show a pane by its number."""
-        if event.key.isdecimal() and 0 < int(event.key) <= len(self._panes) and not self._is_typing:
-            name = self._panes[int(event.key) - 1]
+        number = parse_decimal(event.key)
+        if number is not None and 0 < number <= len(self._panes) and not self._is_typing:
+            name = self._panes[number - 1]
             self._find_widget("#panes", TabbedContent).active = f"pane-{name}"
             self._find_widget(f"#{name}", Widget).focus()
             event.stop()

@@ -21,6 +21,7 @@ from cxbridge.daemon.operations.operation import (
 )
 from cxbridge.daemon.operations.rules import stop_info
 from cxbridge.errors import CxbridgeError
+from cxbridge.numbers import parse_decimal
 from cxbridge.rights import Right
 from cxbridge_studio.debugger.breakpoints import parse_breakpoint
 from cxbridge_studio.debugger.debugger import debugger_of
@@ -31,7 +32,6 @@ if TYPE_CHECKING:
 
 OPERATIONS: Final = Operations()
 _PATH: Final = "/cxbridge/debugger"
-_MAX_NUMBER_DIGITS: Final = 9  # of a breakpoint's number: a longer text of a client is not parsed
 
 
 class _BreakpointSpecs(Struct):
@@ -91,14 +91,11 @@ def _check_breakpoint_exists(context: OperationContext, path: Mapping[str, str])
     :raises CxbridgeError: if the text is not a number.
     :raises NotFoundError: if there is no such breakpoint.
     """
-    text, numbers = (
-        path["number"],
-        [existing_breakpoint.number for existing_breakpoint in debugger_of(context.executive).breakpoints],
-    )
-    if not (text.isascii() and text.isdecimal()) or len(text) > _MAX_NUMBER_DIGITS:
+    number = parse_decimal(path["number"])
+    if number is None:
         raise CxbridgeError("A breakpoint is named by its number")
-    if int(text) not in numbers:
-        raise NotFoundError(f"There is no breakpoint {text}")
+    if all(point.number != number for point in debugger_of(context.executive).breakpoints):
+        raise NotFoundError(f"There is no breakpoint {number}")
 
 
 def _check_executive_runs(context: OperationContext, _path: Mapping[str, str]) -> None:

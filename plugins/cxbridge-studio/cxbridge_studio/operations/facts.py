@@ -16,6 +16,7 @@ from cxbridge.daemon.operations.operation import (
 )
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.host.capi import NULL
+from cxbridge.numbers import parse_decimal
 from cxbridge.rights import Right
 from cxbridge_studio.debugger.agenda import activations
 from cxbridge_studio.debugger.fact_editing import (
@@ -39,7 +40,6 @@ _SLOTS_DESCRIPTION: Final = "An object with the names of slots and their new val
 # The limit of a search in seconds, because the search holds the lock of CLIPS. The client sends a further
 # request, which starts after the last searched fact.
 _MAX_SEARCH_S: Final = 0.005
-_MAX_INDEX_DIGITS: Final = 18  # of a fact's index: any number with 18 digits fits into 64 bits
 _DEFAULT_ENVIRONMENT: Final = "executive"
 # The default of the environment over HTTP; RequestInterface requires the name.
 _HTTP_DEFAULTS: Final = {"env": _DEFAULT_ENVIRONMENT}
@@ -99,8 +99,7 @@ def _check_index(_context: OperationContext, path: Mapping[str, str]) -> None:
 
     :raises CxbridgeError: if the text is not an index.
     """
-    text = path["index"]
-    if not text.isdecimal() or not text.isascii() or len(text) > _MAX_INDEX_DIGITS:
+    if parse_decimal(path["index"]) is None:
         raise CxbridgeError("The index of a fact must be a number")
 
 

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from cxbridge.errors import SkillerError
+from cxbridge.numbers import parse_decimal
 
 _TOKEN = re.compile(r'"((?:\\.|[^"\\])*)"|(->|[{}\[\];,=])|([^\s"{}\[\];,=]+)', re.DOTALL)
 # fsmgrapher of Fawkes draws end states in this shape: green for success, red for failure
@@ -169,5 +170,6 @@ def _parse_state(node: str, attributes: dict[str, str]) -> MachineState:
 
 
 def _parse_transition(source: str, target: str, attributes: dict[str, str]) -> MachineTransition:
-    steps = tuple(int(step) for step in attributes.get("taillabel", "").split(",") if step.isdecimal())
+    numbers = map(parse_decimal, attributes.get("taillabel", "").split(","))
+    steps = tuple(number for number in numbers if number is not None)
     return MachineTransition(source, target, _to_one_line(attributes.get("label", "")), steps)
