@@ -125,7 +125,7 @@ class EndlessRules:
         if not self._uses_no_older_facts:
             return False
         firing_count, seconds = self.firing_count - self._since_fired, now_s - self._since_s
-        if any(firing_count >= max_fired and seconds >= max_s for max_fired, max_s in ENDLESS):
+        if any(firing_count >= min_firings and seconds >= min_s for min_firings, min_s in ENDLESS):
             return True
         if not self._has_warned and now_s - self._began_s >= WARN_AFTER_S:
             self._has_warned = True

@@ -9,7 +9,7 @@ from cxbridge.printing import visible
 from cxbridge_mcp.commands import run_command
 from cxbridge_mcp.folders import Folders
 
-# A language model reads the answers, and can read only so much.
+# Limits of answers, because the context of a language model is limited.
 MAX_ROWS: Final = 200
 """The maximal number of rows in an answer."""
 

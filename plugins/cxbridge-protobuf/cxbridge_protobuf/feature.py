@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 _CLIPS_FILE = Path(__file__).with_name("protobuf.clp")
 _LOG_COMPONENT = "CLIPS-Protobuf"
 _FIRST_HANDLE = 1 << 40  # differs from 0, the null pointer, and from the addresses of further features
-_MANY_MESSAGES = 100_000  # so many messages suggest that a rule lacks a pb-destroy
+_MANY_MESSAGES = 100_000  # this number suggests that a rule lacks a pb-destroy
 
 _INVALID_MESSAGE = Symbol("INVALID-MESSAGE")
 _UNKNOWN_FIELD = Symbol("DOES-NOT-EXIST")

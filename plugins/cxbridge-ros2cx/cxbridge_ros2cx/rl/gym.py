@@ -61,7 +61,7 @@ class ClipsGym(gymnasium.Env[Observation, np.int64]):
                 patience=patience,
                 watch=watch,
             )
-        except BaseException:  # also after an interrupt, nobody else removes the folder
+        except BaseException:  # also after an interrupt: close() is never called then
             self._folder.cleanup()
             raise
         self.spaces = Spaces.from_agent(self.agent)

@@ -33,8 +33,8 @@ _ENTRY_AFTER_TEXT = re.compile(
     r"(?:==>|<==) f-\d+ +\(.*\)\Z|FIRE (?: {0,3}\d{1,4}|\d{5,}) [^: ]+:(?: [^ ]*)?\Z"
 )
 _OMITTED_SLOTS = " ..."  # CLIPS 6.4 prints this in place of the unchanged slots of a modified fact
-# A fact with line feeds is parsed again with each further line. After so many lines, the next entry ends the
-# fact.
+# A fact with line feeds is parsed again with each further line. After this number of lines, the next entry
+# ends the fact.
 _MAX_LINES_OF_FACT = 200
 
 

@@ -21,7 +21,7 @@ from cxbridge_studio.recorded_state import RunState
 
 MAX_EVENTS: Final = 1_000_000  # loaded events, which take about 1 GB of memory
 
-# the number of events between two stored states: at most so many are applied on the way to a position
+# events between two stored states; a jump to a position applies at most this number of events
 STATE_STRIDE: Final = 10_000
 
 _BATCH: Final = 500  # events that are read between two checks of the time
