@@ -30,7 +30,7 @@ TOOLS = ("pytest", "pytest-xdist", "hypothesis", "jsonschema-rs", "mcap", "mongo
 SOURCES = (CORE, "plugins", "tests", "conftest.py", "pyproject.toml")
 """The parts of the checkout to which there are no links: the sources, and what is copied."""
 
-OF_THE_CHECKOUT = ("architecture", "dependencies", "extras", "output_files", "packaging", "release")
+OF_THE_CHECKOUT = ("architecture", "dependencies", "extras", "long", "output_files", "packaging", "release")
 """The tests of the checkout as a whole, which has no sources here."""
 
 
