@@ -8,7 +8,7 @@
 PYTHON ?= python3
 VENV   ?= .venv
 # processes that test: more than a small machine has cores, for tests wait much of their time
-WORKERS ?= 3
+WORKERS ?= 4
 BIN    := $(VENV)/bin
 # what is installed: the program for those who run it, or all that developers need
 RUN    := $(VENV)/.ready-run

@@ -51,6 +51,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     long.leave_out(config, items)
+    long.put_tests_with_a_browser_first(items)
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from cxbridge_web import pages
-from tests.support import needs_full
+from tests.support import needs_full, share
 from web_tests.page.conftest import DESK, PHONE, in_both
 from web_tests.page.fake import START_US, fact_model, goal_event, goal_model
 from web_tests.page.test_map import GRAPH, pose, transform
@@ -140,7 +140,7 @@ def test_axe_finds_nothing_serious(browser, site, daemon, axe, size):
     page.evaluate(f"() => {{ {axe} }}")  # a script of the page itself would be against its policy
     page.click("#debug-open")
     found: dict[str, list[str]] = {}
-    for view in (*sorted(path.stem for path in pages.VIEWS_FOLDER.glob("*.js")), *ADDRESSES):
+    for view in share([*sorted(path.stem for path in pages.VIEWS_FOLDER.glob("*.js")), *ADDRESSES], 10):
         page.goto(f"{site.url}#/{view}")
         page.wait_for_selector("#main h2:visible")
         page.wait_for_timeout(300)

@@ -31,8 +31,8 @@ def test_what_it_does_now_and_what_is_late(tab: Any, site: Served, daemon: FakeD
     now = tab.locator(".story section:has(h3:text-is('Now')) li")
     wait_for(tab, lambda: 'robot1 move{to="lab"} for 53' in now.inner_text())
     assert "late: at most 6.0 s before" in now.inner_text()
-    late = tab.evaluate("[...document.querySelector('.tl').timeline.late].map(({ text }) => text)")
-    assert late == ['move{to="lab"}']
+    late = "[...document.querySelector('.tl').timeline.late].map(({ text }) => text)"
+    wait_for(tab, lambda: tab.evaluate(late) == ['move{to="lab"}'])  # looked for twice a second
 
 
 def test_is_it_stuck_and_on_what(tab: Any, site: Served, daemon: FakeDaemon):
