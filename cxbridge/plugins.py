@@ -184,7 +184,7 @@ class Table(Generic[T]):
         hint = package_hint(name) or did_you_mean(name, names, f"known: {', '.join(names)}")
         raise PluginError(f"there is no {_row_noun(self.hook)} '{name}'", hint=hint)
 
-    def load(self, row: Row) -> T:
+    def load_target(self, row: Row) -> T:
         """Import the object of a row.
 
         :raises PluginError: if the import fails, or the object has another kind.

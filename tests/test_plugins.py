@@ -316,7 +316,7 @@ def test_an_object_that_cannot_be_used_is_an_error_with_its_package(broken, targ
     table: Table[object] = Table("FORMATS", is_module, "a module")
     row = table.find("bad")
     with pytest.raises(PluginError, match=r"the format 'bad' \(\S+ of broken \(broken 1.0\)\)"):
-        table.load(row)
+        table.load_target(row)
 
 
 def test_a_name_that_no_row_has_is_an_error_with_the_nearest():
@@ -351,7 +351,7 @@ def test_its_clock(greeter, tmp_path):
 
 def test_its_view(greeter, tmp_path):
     (tmp_path / "run").write_bytes(b"HELLO")
-    view = VIEWS.load(VIEWS.find("greeting"))
+    view = VIEWS.load_target(VIEWS.find("greeting"))
     assert view(open_run(tmp_path / "run")) == "<h1>Hello run</h1>"
 
 

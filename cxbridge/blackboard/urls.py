@@ -48,7 +48,7 @@ def find_transport(url: str) -> Transport:
         raise BadUrlError(
             f"'{url}' is not a blackboard's URL", hint=f"a URL must start with one of {prefixes}"
         )
-    return TRANSPORTS.load(row)()
+    return TRANSPORTS.load_target(row)()
 
 
 def open_blackboard(

@@ -65,7 +65,7 @@ class LazyCommands(UserDict[str, Any]):
 
 def _load(row: Row) -> Any:
     """Import the command of a row."""
-    name, loaded = row.name, COMMANDS.load(row)
+    name, loaded = row.name, COMMANDS.load_target(row)
     if isinstance(loaded, ModuleType):
         loaded = getattr(loaded, "app", None) or getattr(loaded, name.replace("-", "_"))
     # typer turns a function into a command only within a group

@@ -84,13 +84,13 @@ def mask_value(value: ConfigValue) -> ConfigValue:
     return replace(value, text=mask(value.path, value.text), items=items)
 
 
-def remove_secrets(data: bytes, name: str) -> bytes | None:
+def remove_secrets(data: bytes) -> bytes | None:
     """Return a configuration file without its secrets, or None if they cannot be removed.
 
     All other text is kept, including comments.
     """
     try:
-        secrets = _find_secrets(data, name)
+        secrets = _find_secrets(data)
         if not secrets:
             return data
         lines = data.decode("utf-8").split("\n")
@@ -99,16 +99,16 @@ def remove_secrets(data: bytes, name: str) -> bytes | None:
             lines[mark.line - 1] = _replace_scalar(lines[mark.line - 1], mark.column - 1, text, masked_text)
         masked_file = "\n".join(lines).encode()
         # a secret over several lines, for example, is still there
-        return None if _find_secrets(masked_file, name) else masked_file
+        return None if _find_secrets(masked_file) else masked_file
     except (ConfigError, UnicodeDecodeError, IndexError):
         return None
 
 
-def _find_secrets(data: bytes, name: str) -> set[tuple[Mark, str, str]]:
+def _find_secrets(data: bytes) -> set[tuple[Mark, str, str]]:
     """Return the places and texts of the secrets in a file, and the texts without secrets."""
     return {
         (node.mark, node.text, masked_text)
-        for root in parse_documents(data, name)
+        for root in parse_documents(data, "")
         for path, node in _walk_scalars(root, "")
         if (masked_text := mask(path, node.text)) != node.text
     }

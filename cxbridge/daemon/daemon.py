@@ -116,7 +116,7 @@ class Daemon(Run):
         )
 
     def _make_node(self, row: Row) -> ManagedNode[Any]:
-        kind = COMPONENTS.load(row)
+        kind = COMPONENTS.load_target(row)
 
         def make() -> Any:
             return kind(self)

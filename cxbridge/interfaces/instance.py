@@ -132,7 +132,7 @@ class Interface(SharedBlock):
         """Append a message to the queue of this writer without an event, for example in a listener."""
         # a writer uses its queue in each cycle: the usual case needs no call
         queue = self._queue if self._queue is not None else self._writer_queue("append")
-        queue.append(message, self._port.now_us())
+        queue.enqueue(message, self._port.now_us())
 
     def divert_queue(self, queue: MessageQueue) -> None:
         """Replace the queue of incoming messages; for transports."""

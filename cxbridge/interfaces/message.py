@@ -296,7 +296,7 @@ class MessageQueue:
         with self._lock:
             return iter(tuple(self.waiting))
 
-    def append(self, message: Message, time_us: int) -> None:
+    def enqueue(self, message: Message, time_us: int) -> None:
         """Append a message with a time stamp.
 
         :raises MessageAlreadyQueuedError: if the message is, or was, in a queue.

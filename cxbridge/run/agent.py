@@ -34,8 +34,8 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.paths import RunPaths
 from cxbridge.run.program.additions import NOTHING, Additions
 from cxbridge.run.rights import read_rights
-from cxbridge.run.source import skill_board_settings, source_of
-from cxbridge.run.specs import check_spec, choose_spec, find_key_mistakes, find_missing_files
+from cxbridge.run.source import source_of
+from cxbridge.run.specs import find_missing_files
 from cxbridge.trace.sourcing import EarlySources
 
 if TYPE_CHECKING:
@@ -166,15 +166,14 @@ class Run(Closing):
         # logged by start(): consoles and recorders do not listen yet
         self.warnings = [str(plugin.error) for plugin in installed_plugins() if plugin.error is not None]
         self.warnings += [*unused_section_warnings(self.config.keys), *map(str, self.config.warnings)]
-        self.spec = self._choose_spec(base) if self.has_executive else ""
+        self.spec = self._choose_spec(base.config_file) if self.has_executive else ""
         self.paths: RunPaths = self.source.find_paths(self.config, base.config_file)
-        self.warnings += self.source.find_oddities(self.config, self.spec) if self.spec else ()
         self.missing_files: list[ConfigError] = (
             find_missing_files(self.config, self.spec, self.paths.rule_dirs) if self.spec else []
         )
         """An error for each missing file of the spec, with its place in the configuration."""
         self.skill_board: BoardSettings | None = self.source.board_settings(
-            skill_board_settings(self.config, self.paths, additions.executors), self.config
+            self.config, self.paths, additions.executors
         )
         self.skill_service: SkillBoardService | None = None
         """The active skill board."""
@@ -199,21 +198,14 @@ class Run(Closing):
         if not is_inspection:
             self._make_nodes()
 
-    def _choose_spec(self, base: RunBase) -> str:
+    def _choose_spec(self, config_file: Path) -> str:
         """Return the spec and add warnings about the configuration."""
-        config, source = self.config, self.source
-        spec = choose_spec(config, self.options.spec, base.config_file)
-        key_mistakes = find_key_mistakes(config, spec)
-        if key_mistakes and not source.is_lenient:
-            raise key_mistakes[0]
-        self.warnings += map(str, check_spec(config, spec))
-        # a misspelt key of a spec is unread, too, and one warning suffices
-        reported = "\n".join(self.warnings)
-        self.warnings += [str(mistake) for mistake in key_mistakes if mistake.location not in reported]
+        spec, warnings = self.source.choose_spec(self.config, config_file)
+        self.warnings += warnings
         return spec
 
     def _make_nodes(self) -> None:
-        thinking: ThinkingComponent = COMPONENTS.load(COMPONENTS.find(EXECUTIVE))(self)
+        thinking: ThinkingComponent = COMPONENTS.load_target(COMPONENTS.find(EXECUTIVE))(self)
         self.thinking_node = ManagedNode(EXECUTIVE, lambda: thinking, type(thinking), thinking)
         self.lifecycle.add(self.thinking_node)
 
@@ -298,7 +290,7 @@ class Run(Closing):
             self._start_component(make(self))
         for row in needed_components(self, replayed=self._replay is not None):
             if row.name != EXECUTIVE:
-                self._start_component(COMPONENTS.load(row)(self), row.name)
+                self._start_component(COMPONENTS.load_target(row)(self), row.name)
         self.lifecycle.start(node)
         self._enter_hooks(thinking)
 

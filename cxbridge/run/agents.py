@@ -41,7 +41,7 @@ def make_configured_clock(name: str, config: Configuration, folder: Path) -> Clo
     """
     for row in CLOCKS.rows:
         if row.name == name:
-            return CLOCKS.load(row)(config, folder)
+            return CLOCKS.load_target(row)(config, folder)
     if hint := package_hint(name):
         raise ConfigError(f"unknown clock '{name}'", hint=hint)
     return make_clock(name)

@@ -42,7 +42,7 @@ class Explainer(Protocol):
 
 def _functions(name: str) -> Iterator[Callable[..., Any]]:
     """Yield a function of each explainer module that has a function of this name."""
-    modules = map(EXPLAINERS.load, EXPLAINERS.rows)
+    modules = map(EXPLAINERS.load_target, EXPLAINERS.rows)
     return (getattr(module, name) for module in modules if hasattr(module, name))
 
 

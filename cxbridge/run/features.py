@@ -115,7 +115,7 @@ def _make_lazy_feature(row: Row, context: Run) -> LazyFeature:
 
 
 def _make_feature(row: Row, context: Run) -> Feature:
-    make = FEATURES.load(row)
+    make = FEATURES.load_target(row)
     if not row.origin:
         return make(context)
     # a plug-in's mistake must name the plug-in

@@ -81,7 +81,7 @@ OPTIONS: Final[Table[type[PluginOptions]]] = Table(
 
 def option_groups(commands: frozenset[str]) -> list[type[PluginOptions]]:
     """Return the option groups of plug-ins for these commands."""
-    groups = map(OPTIONS.load, OPTIONS.rows)
+    groups = map(OPTIONS.load_target, OPTIONS.rows)
     return [group for group in groups if group.commands & commands]
 
 

@@ -49,7 +49,7 @@ def plugin_settings(config: Configuration, *, of_daemon: bool) -> Mapping[str, P
     :param of_daemon: False selects the settings for runs.
     :raises ConfigError: if a setting is invalid.
     """
-    classes = {row.name: SETTINGS.load(row) for row in SETTINGS.rows if row.needed(config)}
+    classes = {row.name: SETTINGS.load_target(row) for row in SETTINGS.rows if row.needed(config)}
     found = {name: cls.read(config) for name, cls in classes.items() if of_daemon or cls.in_runs}
     return {name: settings for name, settings in found.items() if settings is not None}
 
@@ -57,4 +57,4 @@ def plugin_settings(config: Configuration, *, of_daemon: bool) -> Mapping[str, P
 def plugin_keys() -> Iterator[str]:
     """Yield the configuration keys of plug-ins, relative to ``cxbridge``."""
     for row in SETTINGS.rows:
-        yield from SETTINGS.load(row).KEYS
+        yield from SETTINGS.load_target(row).KEYS

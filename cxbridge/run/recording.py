@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from functools import partial
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from pkgutil import resolve_name
+from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.errors import TraceError
 from cxbridge.event_kinds import RecordLevel
@@ -14,15 +14,22 @@ from cxbridge.mainloop import Hook
 from cxbridge.resources import VERSION
 from cxbridge.run.components.component import Component
 from cxbridge.run.options import RunOptions
+from cxbridge.trace.formats.base import RecordedRun, RunWriter
 from cxbridge.trace.formats.files import rename_previous
 from cxbridge.trace.recorder import Recorder
-from cxbridge.trace.sourcing import emit_configuration, read_interface_source
+from cxbridge.trace.sourcing import emit_configuration
 
 if TYPE_CHECKING:
     from cxbridge.run.agent import Run
     from cxbridge.run.team import Team
-    from cxbridge.trace.formats.base import RunWriter
 
+
+_OPENERS: Final = {
+    "mcap": "cxbridge.trace.formats.mcap.writer:open_recording",
+    "fawkes-log": "cxbridge.trace.formats.fawkes_log:open_recording",
+    "bblogger": "cxbridge.trace.formats.bblogger.writer:open_recording",
+}
+"""The function of each format that opens a file for a recording; a run imports only those of its files."""
 
 DAEMON = "daemon"
 """The scenario name in bblogger files of a daemon without an executive."""
@@ -74,24 +81,18 @@ def start_recording(
     """
     if keep:
         _rename_existing_files(run.bus, [options.trace, options.log])
-    writers = [*writers]
-    if options.trace is not None:
-        from cxbridge.trace.formats.mcap.writer import McapWriter  # noqa: PLC0415 - slow to import
-
-        definition = partial(read_interface_source, run.registry)
-        writers.append(
-            McapWriter(make_parent_folder(options.trace), definition=definition, files=options.trace_files)
-        )
-    if options.log is not None:
-        from cxbridge.trace.formats.fawkes_log import FawkesLogWriter  # noqa: PLC0415
-
-        writers.append(FawkesLogWriter(make_parent_folder(options.log), utc=run.clock.is_virtual))
-    if options.bblog is not None:
-        from cxbridge.trace.formats.bblogger.writer import BBLoggerWriter  # noqa: PLC0415
-
-        start_us, utc = run.clock.now_us(), run.clock.is_virtual
-        writers.append(BBLoggerWriter(options.bblog, run.spec or DAEMON, start_us=start_us, utc=utc))
-    recorder = Recorder(run.bus, writers, RecordLevel(options.trace_level))
+    recorded = RecordedRun(
+        run.registry,
+        run.spec or DAEMON,
+        run.clock.now_us(),
+        utc=run.clock.is_virtual,
+        files=options.trace_files,
+    )
+    outputs = {"mcap": options.trace, "fawkes-log": options.log, "bblogger": options.bblog}
+    files = {name: path for name, path in outputs.items() if path is not None}
+    recorder = Recorder(
+        run.bus, [*writers, *open_writers(files.items(), recorded)], RecordLevel(options.trace_level)
+    )
     recorder.describe(
         {
             "cxbridge": VERSION,
@@ -108,6 +109,23 @@ def start_recording(
     for event in early_events:
         run.bus.emit(event)
     return recorder
+
+
+def open_writers(files: Iterable[tuple[str, Path]], run: RecordedRun) -> list[RunWriter]:
+    """Open files for the recording of a run, each with the name of its format; all, or none.
+
+    :raises TraceError: if a file cannot be written.
+    """
+    writers: list[RunWriter] = []
+    try:
+        for name, path in files:
+            open_recording: Callable[[Path, RecordedRun], RunWriter] = resolve_name(_OPENERS[name])
+            writers.append(open_recording(make_parent_folder(path), run))
+    except TraceError:
+        for writer in writers:
+            writer.close()
+        raise
+    return writers
 
 
 def _rename_existing_files(bus: EventBus, files: Iterable[Path | None]) -> None:

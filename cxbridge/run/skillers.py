@@ -93,4 +93,4 @@ def make_deciders(context: Any, skiller: str) -> list[Decider]:
 
     :param context: the run.
     """
-    return [DECIDERS.load(row)(context, skiller) for row in DECIDERS.rows if row.needed(context)]
+    return [DECIDERS.load_target(row)(context, skiller) for row in DECIDERS.rows if row.needed(context)]

@@ -25,6 +25,7 @@ from cxbridge.run.paths import (
     fawkes_folder,
     fawkes_interface_dirs,
 )
+from cxbridge.run.specs import check_spec, choose_spec, find_key_mistakes
 from cxbridge.skiller.backend import DEFAULT_SKILLER, INSTANCES
 
 if TYPE_CHECKING:
@@ -75,7 +76,7 @@ class LoadedFile(Struct, frozen=True):
 def source_of(options: RunOptions) -> Source:
     """Return the source of a run: the first of :data:`SOURCES` that matches the options, or the default."""
     row = next((row for row in SOURCES.rows if row.needed(options)), None)
-    return Source(options) if row is None else SOURCES.load(row)(options)
+    return Source(options) if row is None else SOURCES.load_target(row)(options)
 
 
 class Source:
@@ -190,6 +191,20 @@ class Source:
         files = self.options.config
         return (files,) if isinstance(files, Path) else tuple(files or ())
 
+    def choose_spec(self, config: Configuration, config_file: Path) -> tuple[str, list[str]]:
+        """Return the spec of options and configuration, and warnings about the configuration.
+
+        :raises ConfigError: if there is no such spec, or its settings are wrong.
+        """
+        spec = choose_spec(config, self.options.spec, config_file)
+        key_mistakes = find_key_mistakes(config, spec)
+        if key_mistakes and not self.is_lenient:
+            raise key_mistakes[0]
+        warnings = [str(warning) for warning in check_spec(config, spec)]
+        # a misspelt key of a spec is unread, too, and one warning suffices
+        reported = "\n".join([*map(str, config.warnings), *warnings])
+        return spec, warnings + [str(mistake) for mistake in key_mistakes if mistake.location not in reported]
+
     def find_paths(self, config: Configuration, config_file: Path) -> RunPaths:
         """Return the files and folders of options and configuration.
 
@@ -242,10 +257,6 @@ class Source:
             checkouts=checkouts,
         )
 
-    def find_oddities(self, config: Configuration, spec: str) -> list[str]:  # noqa: ARG002 - for other sources
-        """Return warnings about files and configuration."""
-        return []
-
     def loop_period_us(self, config: Configuration) -> int:
         """Return the target period of the main loop in microseconds.
 
@@ -253,12 +264,21 @@ class Source:
         """
         return loop_period_us(config)
 
-    def board_settings(self, settings: BoardSettings | None, config: Configuration) -> BoardSettings | None:  # noqa: ARG002
+    def board_settings(
+        self, config: Configuration, paths: RunPaths, executors: tuple[type[SkillExecutor], ...] = ()
+    ) -> BoardSettings | None:
         """Return the settings of the run's skill board; None for no skill board.
 
-        :param settings: the configured settings; None if there are none.
+        :param executors: executors of a program. They need a skill board even if none is configured.
         :raises ConfigError: if a setting is wrong.
         """
+        if not config.keys("/skill-board") and not executors:
+            return None
+        from cxbridge.skiller.board.settings import BoardSettings  # noqa: PLC0415 - start-up time is a feature
+
+        settings = BoardSettings.from_config(config, paths.confdir) or BoardSettings()
+        if executors:
+            settings = settings.replace_executors(executors, config.keys(INSTANCES) or [DEFAULT_SKILLER])
         return settings
 
     def board_class(self, config: Configuration) -> type[SkillBoard] | None:  # noqa: ARG002
@@ -327,24 +347,6 @@ def loop_period_us(config: Configuration) -> int:
         f"{_PERIOD_KEY} cannot be {period_us}",
         f"microseconds, {_MIN_PERIOD_US} at least; Fawkes has {DEFAULT_PERIOD_US}",
     )
-
-
-def skill_board_settings(
-    config: Configuration, paths: RunPaths, executors: tuple[type[SkillExecutor], ...] = ()
-) -> BoardSettings | None:
-    """Return the settings of the skill board; None without one.
-
-    :param executors: executors of a program. They need a skill board even if none is configured.
-    :raises ConfigError: if a setting is wrong.
-    """
-    if not config.keys("/skill-board") and not executors:
-        return None
-    from cxbridge.skiller.board.settings import BoardSettings  # noqa: PLC0415 - start-up time is a feature
-
-    settings = BoardSettings.from_config(config, paths.confdir) or BoardSettings()
-    if executors:
-        settings = settings.replace_executors(executors, config.keys(INSTANCES) or [DEFAULT_SKILLER])
-    return settings
 
 
 def _find_file_in(folder: Path) -> Path:

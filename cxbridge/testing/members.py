@@ -25,6 +25,6 @@ def find_member(owner: str, subject: object, name: str) -> Callable[..., Any]:
     member = f"{owner}.{name}"
     row = next((row for row in MEMBERS.rows if row.name == member), None)
     if row is not None:
-        return partial(MEMBERS.load(row), subject)
+        return partial(MEMBERS.load_target(row), subject)
     hint = package_hint(member) or "docs/testing.md lists the members"
     raise AttributeError(f"{owner} has no member '{name}'; {hint}", name=name, obj=subject)

@@ -63,7 +63,7 @@ class NewOptions:
     @classmethod
     def added_groups(cls) -> list[type[Template]]:
         """Return all templates."""
-        return [TEMPLATES.load(row) for row in TEMPLATES.rows]
+        return [TEMPLATES.load_target(row) for row in TEMPLATES.rows]
 
     def selected_template(self) -> Template | None:
         """Return the selected template, None for the agent of the tutorial.

@@ -124,7 +124,7 @@ def emit_configuration(bus: EventBus, config: Configuration) -> None:
             data = Path(file).read_bytes()
         except OSError:
             continue  # the file was deleted after it was read; the tree has its values
-        if (harmless := remove_secrets(data, str(file))) is not None:
+        if (harmless := remove_secrets(data)) is not None:
             bus.emit_source("config", "", str(file), harmless)
     tree = {
         item.path: list(item.items) if item.is_list else item.text

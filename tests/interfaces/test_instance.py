@@ -201,12 +201,12 @@ def test_a_copy_of_a_queued_message_is_in_no_queue(port):
 def test_a_message_that_a_bounded_queue_refuses_can_be_sent_later():
     queue = MessageQueue("CountInterface::a", limit=1)
     first, second = CountInterface.SetCountMessage(1), CountInterface.SetCountMessage(2)
-    queue.append(first, 5)
+    queue.enqueue(first, 5)
     with pytest.raises(instance_errors.QueueFullError):
-        queue.append(second, 6)
+        queue.enqueue(second, 6)
     assert not second.enqueued
     queue.pop()
-    queue.append(second, 7)
+    queue.enqueue(second, 7)
     assert [message.time_enqueued_us for message in queue] == [7]
 
 

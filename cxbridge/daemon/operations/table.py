@@ -31,7 +31,7 @@ def _load_operations(rows: tuple[Row, ...]) -> Mapping[str, Operation[Any]]:
     loaded: dict[str, Operation[Any]] = {}
     origins: dict[str, Row] = {}
     for row in rows:
-        for operation in getattr(OPERATION_MODULES.load(row), "OPERATIONS", ()):
+        for operation in getattr(OPERATION_MODULES.load_target(row), "OPERATIONS", ()):
             name = operation.name
             if name in loaded:
                 raise PluginError(f"two operations are called '{name}': of {origins[name]}, and of {row}")

@@ -6,26 +6,22 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from cxbridge.blackboard import BlackBoard
 from cxbridge.blackboard.patterns import Pattern
 from cxbridge.daemon.services.options import RecordOptions
 from cxbridge.daemon.services.service import ReadyCallback, Service, do_nothing
-from cxbridge.errors import BlackBoardError, TraceError
-from cxbridge.events import EventBus, Sink, SourceRead
+from cxbridge.errors import BlackBoardError
+from cxbridge.events import EventBus, Sink
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.resources import VERSION
-from cxbridge.run.recording import make_parent_folder
+from cxbridge.run.recording import open_writers
+from cxbridge.trace.formats.base import RecordedRun
 from cxbridge.trace.forwarding import COMPONENT, WriteForwarder
 from cxbridge.trace.recorder import Recorder
-from cxbridge.trace.sourcing import read_interface_source
 from cxbridge.trace.switch import RecordingSwitch
-
-if TYPE_CHECKING:
-    from cxbridge.trace.formats.base import RunWriter
 
 _PROGRESS_INTERVAL_S = 0.5  # seconds between progress reports
 
@@ -95,8 +91,11 @@ def record(
         # a separate bus: the blackboard emits its own events on the bus of the service
         recorded_bus = service.make_bus()
         board = service.open_blackboard(options.url, InterfaceRegistry(options.interface_dirs))
-        find_definition = partial(read_interface_source, InterfaceRegistry(options.interface_dirs))
-        writers = _open_writers(options, service.clock.now_us(), find_definition)
+        recorded = RecordedRun(
+            InterfaceRegistry(options.interface_dirs), options.scenario, service.clock.now_us()
+        )
+        outputs = [("mcap" if path.suffix == ".mcap" else "bblogger", path) for path in options.outputs]
+        writers = open_writers(outputs, recorded)
         recorder = service.enter_context(Recorder(recorded_bus, writers))
         recorder.describe({"cxbridge": VERSION, "clock": service.clock.name, "blackboard": options.url})
         forwarder = WriteForwarder(board, patterns, recorded_bus)
@@ -131,31 +130,6 @@ def record(
         recorder.close()
         update_report()
     return report
-
-
-def _open_writers(
-    options: RecordOptions, start_us: int, find_definition: Callable[[str, int], SourceRead | None]
-) -> list[RunWriter]:
-    """Return a writer for each output, or close all of them if an output cannot be opened.
-
-    :param find_definition: returns the definition of an interface type.
-    """
-    writers: list[RunWriter] = []
-    try:
-        for path in options.outputs:
-            if path.suffix == ".mcap":
-                from cxbridge.trace.formats.mcap.writer import McapWriter  # noqa: PLC0415 - slow to import
-
-                writers.append(McapWriter(make_parent_folder(path), definition=find_definition))
-            else:
-                from cxbridge.trace.formats.bblogger.writer import BBLoggerWriter  # noqa: PLC0415
-
-                writers.append(BBLoggerWriter(path, options.scenario, start_us=start_us))
-    except TraceError:
-        for writer in writers:
-            writer.close()
-        raise
-    return writers
 
 
 def _serve_switch(

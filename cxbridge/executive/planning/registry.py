@@ -36,7 +36,7 @@ def make_planner(name: str, options: Mapping[str, str] | None = None) -> Planner
     """
     options = dict(options or {})
     try:
-        return PLANNERS.load(PLANNERS.find(name))(**options)
+        return PLANNERS.load_target(PLANNERS.find(name))(**options)
     except PluginError as error:
         raise UnknownPlannerError(error.message, hint=error.hint) from None
     except TypeError:

@@ -125,7 +125,7 @@ class Run:
 
         :raises TraceError: if the file cannot be written.
         """
-        report = VIEWS.load(VIEWS.find(_REPORT))
+        report = VIEWS.load_target(VIEWS.find(_REPORT))
         write_file(Path(path), report(self.source).encode("utf-8"))
         return Path(path)
 
@@ -141,7 +141,7 @@ class Run:
         row = next((row for row in VIEWS.rows if row.name == _REPORT), None)
         if row is None:
             return f"<pre>{escape(str(self))}</pre>"
-        page = b64encode(VIEWS.load(row)(self.source).encode("utf-8")).decode()
+        page = b64encode(VIEWS.load_target(row)(self.source).encode("utf-8")).decode()
         return (  # not srcdoc, which would resolve the page's links against the notebook
             f'<iframe src="data:text/html;base64,{page}" title="{escape(repr(self))}" sandbox="allow-scripts"'
             ' style="width:100%;height:36rem;border:0"></iframe>'

@@ -182,6 +182,24 @@ class RunWriter(Closing):
         """Write a file of the run; formats without attachments ignore the call."""
 
 
+class RecordedRun(Struct, frozen=True):
+    """The facts of a run that the writers of its recording need.
+
+    :param registry: the interface types.
+    :param scenario: the name of the run.
+    :param start_us: the start in microseconds since the epoch.
+    :param utc: whether times of day are in UTC, for runs on the virtual clock: the files are then the same on
+        every machine. Fawkes uses the machine's time zone.
+    :param files: whether the recording has the files of the run.
+    """
+
+    registry: InterfaceRegistry
+    scenario: str
+    start_us: int
+    utc: bool = False
+    files: bool = True
+
+
 class StreamWriter(RunWriter):
     """Writes events as lines to an open file.
 

@@ -21,7 +21,7 @@ from cxbridge.events import Event, FactChange, Level, LogLine, RuleFired
 from cxbridge.history.transitions import TransitionTracker
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.printing import escape_log_entry, escape_record, unescape_record
-from cxbridge.trace.formats.base import CopyFormat, Format, Run, StreamWriter
+from cxbridge.trace.formats.base import CopyFormat, Format, RecordedRun, Run, StreamWriter
 from cxbridge.trace.formats.files import MAX_LINE, open_exclusively, read_lines, writing
 
 _ENTRY_LINES = re.compile(r"([DIWE]) (\d\d:\d\d:\d\d)\.(\d{6}) (.*?): (.*)", re.DOTALL)
@@ -267,6 +267,11 @@ def _encode_text(text: str) -> bytes:
         return text.encode("utf-8", "surrogateescape")
     except UnicodeEncodeError:  # a surrogate that stands for no byte
         return text.encode("utf-8", "backslashreplace")
+
+
+def open_recording(path: Path, run: RecordedRun) -> FawkesLogWriter:
+    """Open a log of a run."""
+    return FawkesLogWriter(path, utc=run.utc)
 
 
 def open_copy(path: Path, _registry: InterfaceRegistry) -> FawkesLogWriter:

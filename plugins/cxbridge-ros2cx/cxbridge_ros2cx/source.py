@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from cxbridge.executive.executive import Executive
     from cxbridge.run.agent import Run
     from cxbridge.skiller.board.board import SkillBoard
+    from cxbridge.skiller.board.executor import SkillExecutor
     from cxbridge.skiller.board.service import SkillBoardService
 
 # shipped configurations, which `--config NAME` lays over the parameters of a checkout
@@ -133,16 +134,20 @@ class Ros2CxSource(Source):
             substitutions={"@CONFDIR@": str(checkout.bringup_folder)},
         )
 
-    def find_oddities(self, config: Configuration, spec: str) -> list[str]:
-        """Return warnings about the parameters and the checkout."""
-        return check_parameters(config, spec, self._checkout)
+    def choose_spec(self, config: Configuration, config_file: Path) -> tuple[str, list[str]]:
+        """Return the spec, and warnings about the parameters and the checkout."""
+        spec, warnings = super().choose_spec(config, config_file)
+        return spec, [*warnings, *check_parameters(config, spec, self._checkout)]
 
     def loop_period_us(self, config: Configuration) -> int:
         """Return the duration of a main loop, which is at most the time between two runs of the rules."""
         return min(super().loop_period_us(config), refresh_period_us(config))
 
-    def board_settings(self, settings: BoardSettings | None, config: Configuration) -> BoardSettings:
-        return add_response_timeout(settings or BoardSettings(), config)
+    def board_settings(
+        self, config: Configuration, paths: RunPaths, executors: tuple[type[SkillExecutor], ...] = ()
+    ) -> BoardSettings:
+        settings = super().board_settings(config, paths, executors) or BoardSettings()
+        return add_response_timeout(settings, config)
 
     def board_class(self, config: Configuration) -> type[SkillBoard]:
         return select_board_class(config)

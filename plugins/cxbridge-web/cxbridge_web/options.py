@@ -83,6 +83,13 @@ class WatchOptions(PluginOptions):
             )
         return port
 
+    def make_server(self) -> RunServer:
+        """Make the server of a run."""
+        raise NotImplementedError
+
+    def servers(self) -> Sequence[RunServer]:
+        return (self.make_server(),) if self.is_on else ()
+
     @property
     def needs_real_time(self) -> bool:
         """Whether a run uses the real clock by default."""
@@ -135,12 +142,10 @@ class WebOptions(BrowserOptions, WatchOptions):
             port = DEFAULT_PORT if is_port_free(DEFAULT_PORT) else 0
         return WebSettings(port=port)
 
-    def servers(self) -> Sequence[RunServer]:
-        if not self.is_on:
-            return ()
+    def make_server(self) -> RunServer:
         from cxbridge_web.servers.run_page import RunPage  # noqa: PLC0415 - start-up time is a feature
 
-        return (RunPage(self.server_settings(), self.announce),)
+        return RunPage(self.server_settings(), self.announce)
 
     def settings(self) -> Iterable[tuple[str, Setting]]:
         if self.is_on:
@@ -172,14 +177,12 @@ class FoxgloveOptions(WatchOptions):
     def port_text(self) -> str | None:
         return self.foxglove
 
-    def servers(self) -> Sequence[RunServer]:
-        if not self.is_on:
-            return ()
+    def make_server(self) -> RunServer:
         from cxbridge_web.foxglove.settings import FoxgloveSettings  # noqa: PLC0415 - start-up time is a feature
         from cxbridge_web.servers.foxglove import RunFoxglove  # noqa: PLC0415
 
         settings = FoxgloveSettings(port=FOXGLOVE_PORT if self.port is None else self.port)
-        return (RunFoxglove(settings, lambda url: say(f"Foxglove connects to {url}", err=True, flush=True)),)
+        return RunFoxglove(settings, lambda url: say(f"Foxglove connects to {url}", err=True, flush=True))
 
     def settings(self) -> Iterable[tuple[str, Setting]]:
         if self.is_on:

@@ -151,7 +151,7 @@ class ForwardedQueue(MessageQueue):
         super().__init__(uid)
         self._forwarder = forwarder
 
-    def append(self, message: Message, time_us: int) -> None:
+    def enqueue(self, message: Message, time_us: int) -> None:
         """Report the outcome of the present message, which the `Forwarder` has sent, to its sender.
 
         :raises NoWriterError: if the writer was closed before its reply.

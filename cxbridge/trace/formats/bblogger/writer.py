@@ -14,7 +14,7 @@ from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import BlockWrite, Event
 from cxbridge.interfaces.known_hashes import hash_for_wire
 from cxbridge.interfaces.registry import default_registry
-from cxbridge.trace.formats.base import RunWriter
+from cxbridge.trace.formats.base import RecordedRun, RunWriter
 from cxbridge.trace.formats.bblogger.header import (
     COUNT_OFFSET,
     HEADER_SIZE,
@@ -186,3 +186,8 @@ def _fawkes_hash(event: BlockWrite) -> bytes:
     if registry.path(kind) is not None and (schema := registry.schema(kind)).hash == event.hash:
         return hash_for_wire(schema)
     return event.hash
+
+
+def open_recording(folder: Path, run: RecordedRun) -> BBLoggerWriter:
+    """Open a folder for the files of a run."""
+    return BBLoggerWriter(folder, run.scenario, start_us=run.start_us, utc=run.utc)

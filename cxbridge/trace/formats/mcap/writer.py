@@ -8,6 +8,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 
 from cxbridge.errors import TraceError
@@ -16,11 +17,11 @@ from cxbridge.events import Event, InterfaceMessage, InterfaceWrite, SourceRead
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.resources import VERSION
 from cxbridge.trace.codec import dump_json, encode, event_json_schema
-from cxbridge.trace.formats.base import Attachment, RunWriter
+from cxbridge.trace.formats.base import Attachment, RecordedRun, RunWriter
 from cxbridge.trace.formats.files import open_exclusively, writing
 from cxbridge.trace.formats.mcap.file import McapFile
 from cxbridge.trace.formats.mcap.records import METADATA_NAME, PROFILE, SOURCE_NAME
-from cxbridge.trace.sourcing import SourceNamer
+from cxbridge.trace.sourcing import SourceNamer, read_interface_source
 
 _FLUSH_INTERVAL_S = 0.5  # in real time
 _MAX_PENDING_EVENTS = 512  # writing many events in a row costs a third of writing single events
@@ -163,6 +164,11 @@ class McapWriter(RunWriter):
             self._schemas[event_type] = schema
         topic = event_type.KIND.topic + topic_end.replace("::", "/", 1)
         return self._mcap.add_channel(topic, "json", schema)
+
+
+def open_recording(path: Path, run: RecordedRun) -> McapWriter:
+    """Open a recording of a run, with the definitions of its interfaces."""
+    return McapWriter(path, definition=partial(read_interface_source, run.registry), files=run.files)
 
 
 def open_copy(path: Path, _registry: InterfaceRegistry) -> McapWriter:

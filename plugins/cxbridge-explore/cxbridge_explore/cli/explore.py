@@ -81,7 +81,7 @@ class _JudgingOptions:
 
 
 def _game_options() -> list[type[Any]]:
-    return [EXPLORED_GAMES.load(row) for row in EXPLORED_GAMES.rows]
+    return [EXPLORED_GAMES.load_target(row) for row in EXPLORED_GAMES.rows]
 
 
 @dataclass(frozen=True, kw_only=True)

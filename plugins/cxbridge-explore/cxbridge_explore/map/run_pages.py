@@ -45,7 +45,7 @@ def write_run_pages(
     """
     folder = page.with_suffix(".runs")
     folder.mkdir(exist_ok=True)
-    report = VIEWS.load(VIEWS.find("report"))
+    report = VIEWS.load_target(VIEWS.find("report"))
     ended_rows = [number for number, row in enumerate(rows) if row.outcome not in {MERGED, OPEN}]
     ended_rows.sort(key=lambda number: (not rows[number].violations, rows[number].faults, number))
     addresses: dict[int, str] = {}
@@ -72,7 +72,7 @@ def write_violation_pages(
     :returns: by property, the ``story`` of the counterexample, a sentence, and the ``address`` of its page
         relative to the page of the exploration.
     """
-    report = VIEWS.load(VIEWS.find("report"))
+    report = VIEWS.load_target(VIEWS.find("report"))
     stories = {}
     for name, example in counterexamples.items():
         run = open_run(example.recording)

@@ -21,6 +21,7 @@ from cxbridge.resources import shipped_dir
 from cxbridge.run.paths import RunPaths
 from cxbridge.run.rights import read_rights
 from cxbridge.run.source import LoadedFile, Source
+from cxbridge.run.specs import choose_spec
 from cxbridge_protobuf.settings import CONNECTIONS_KEY
 from cxbridge_ros2cx.cx.hash_order import order_by_hash
 from cxbridge_ros2cx.cx.log_files import EnvironmentLogs
@@ -127,6 +128,10 @@ class CxSource(Source):
     def find_overlays(self) -> Sequence[Path]:
         """Return nothing: ``--config`` lays files over a configuration of Fawkes only."""
         return ()
+
+    def choose_spec(self, config: Configuration, config_file: Path) -> tuple[str, list[str]]:
+        """Return the name of the parameter file; the settings of Fawkes' specs do not exist."""
+        return choose_spec(config, self.options.spec, config_file), []
 
     def find_paths(self, config: Configuration, config_file: Path) -> RunPaths:  # noqa: ARG002
         return RunPaths(

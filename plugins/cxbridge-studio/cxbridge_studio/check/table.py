@@ -25,7 +25,7 @@ _PORTABLE_SUFFIX: Final = ".portable"
 
 def load_check_modules() -> list[ModuleType]:
     """Return the check modules: those of the studio, then those of plug-ins."""
-    return [CHECKS.load(row) for row in CHECKS.rows]
+    return [CHECKS.load_target(row) for row in CHECKS.rows]
 
 
 def codes() -> dict[str, Code]:

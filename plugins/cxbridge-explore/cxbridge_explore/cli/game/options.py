@@ -81,7 +81,7 @@ class PlayOptions:
 
 
 def _game_options() -> list[type[Any]]:
-    return [PLAYED_GAMES.load(row) for row in PLAYED_GAMES.rows]
+    return [PLAYED_GAMES.load_target(row) for row in PLAYED_GAMES.rows]
 
 
 @dataclass(frozen=True, kw_only=True)
