@@ -13,7 +13,7 @@ represent bytes that are not UTF-8. JSON output remains valid with the same mean
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from itertools import chain
 from pathlib import Path
 from typing import IO, Any, Final
 
@@ -21,14 +21,15 @@ _SURROGATES: Final = range(0xD800, 0xE000)
 # The surrogates by which Python (surrogateescape) represents the bytes 0xA0 to 0xFF, letters in Latin-1.
 _LATIN_1_SURROGATES: Final = range(0xDCA0, 0xDD00)
 
-UNSAFE_CODE_POINTS: Final = (
-    *range(0x09),
-    *range(0x0B, 0x20),
-    *range(0x7F, 0xA0),
-    *range(0x2028, 0x202F),
-    *range(0x2066, 0x206A),
-    *_SURROGATES,
+_UNSAFE_RANGES: Final = (
+    range(0x09),
+    range(0x0B, 0x20),
+    range(0x7F, 0xA0),
+    range(0x2028, 0x202F),
+    range(0x2066, 0x206A),
+    _SURROGATES,
 )
+UNSAFE_CODE_POINTS: Final = tuple(chain.from_iterable(_UNSAFE_RANGES))
 """The code points that are never printed; line feeds are printed in texts of several lines."""
 
 
@@ -37,28 +38,37 @@ def escape_code_point(code: int) -> str:
     return f"\\u{code:04x}"
 
 
-_ESCAPES: Final[Mapping[int, str]] = {code: escape_code_point(code) for code in UNSAFE_CODE_POINTS}
-_ONE_LINE_ESCAPES: Final[Mapping[int, str]] = {**_ESCAPES, 0x0A: escape_code_point(0x0A)}
-_RECORD_ESCAPES: Final[Mapping[int, str]] = {
-    code: text for code, text in _ONE_LINE_ESCAPES.items() if code not in _LATIN_1_SURROGATES
-}
-_UNSAFE_CHARACTER: Final = re.compile(f"[{''.join(map(chr, UNSAFE_CODE_POINTS))}]")
+_LINE_FEED: Final = range(0x0A, 0x0B)
+
+
+def _pattern(*ranges: range) -> re.Pattern[str]:
+    """Return the pattern of a character in one of the ranges."""
+    # a table of all code points would take milliseconds of each start
+    return re.compile(f"[{''.join(f'{chr(each.start)}-{chr(each.stop - 1)}' for each in ranges)}]")
+
+
+_UNSAFE_CHARACTER: Final = _pattern(*_UNSAFE_RANGES)
+_UNSAFE_IN_LINE: Final = _pattern(*_UNSAFE_RANGES, _LINE_FEED)
+_UNSAFE_IN_RECORD: Final = re.compile(f"(?!{_pattern(_LATIN_1_SURROGATES).pattern}){_UNSAFE_IN_LINE.pattern}")
 # A backslash before text that looks like an escaped code point.
 _AMBIGUOUS_BACKSLASH: Final = re.compile(r"\\(?=u[0-9a-f]{4})")
 _ESCAPE: Final = re.compile(r"\\u([0-9a-f]{4})")
 # A line feed within an entry of Fawkes' log: no entry starts with a blank, a tab or a parenthesis.
 _INNER_LINE_FEED: Final = re.compile(r"\n(?=[ \t()\n]|\Z)")
-_BACKSLASH: Final = 0x5C
+
+
+def _escape_match(match: re.Match[str]) -> str:
+    return escape_code_point(ord(match.group()))
 
 
 def visible(text: str) -> str:
     """Return a text of any number of lines without control characters."""
-    return text if text.isprintable() or not _UNSAFE_CHARACTER.search(text) else text.translate(_ESCAPES)
+    return text if text.isprintable() else _UNSAFE_CHARACTER.sub(_escape_match, text)
 
 
 def one_line(text: str) -> str:
     """Return a text as one line without control characters."""
-    return text if text.isprintable() else text.translate(_ONE_LINE_ESCAPES)
+    return text if text.isprintable() else _UNSAFE_IN_LINE.sub(_escape_match, text)
 
 
 def indent_lines(text: str) -> str:
@@ -78,7 +88,7 @@ def escape_record(text: str) -> str:
     """
     if text.isprintable() and "\\u" not in text:
         return text
-    return _AMBIGUOUS_BACKSLASH.sub(lambda _: escape_code_point(_BACKSLASH), text).translate(_RECORD_ESCAPES)
+    return _UNSAFE_IN_RECORD.sub(_escape_match, _AMBIGUOUS_BACKSLASH.sub(_escape_match, text))
 
 
 def escape_log_entry(text: str) -> str:
@@ -100,8 +110,8 @@ def unescape_record(text: str) -> str:
 
 def _unescape_match(match: re.Match[str]) -> str:
     """Return the character of an escape, unless :func:`escape_record` would keep the character."""
-    code = int(match.group(1), 16)
-    return chr(code) if code in _ONE_LINE_ESCAPES or code == _BACKSLASH else match.group()
+    character = chr(int(match.group(1), 16))
+    return character if character == "\\" or _UNSAFE_IN_LINE.match(character) else match.group()
 
 
 class VisibleStream:

@@ -115,8 +115,8 @@ def _has_running_timeout(agent: Run) -> bool:
     """Return whether the time of a goal with a timeout is running, so that the goal ends by itself."""
     # the rules of timeout.clp store the start time; they need the time fact of each cycle
     return agent.config.get_bool("/clips-executive/assert-time-each-loop", default=False) and any(
-        slots.get("mode") == "DISPATCHED" and "start-time" in map(str, slots.get("meta", ()))
-        for _, _, slots in agent.executive.env.facts("goal")
+        mode == "DISPATCHED" and "start-time" in map(str, meta or ())
+        for mode, meta in agent.executive.env.columns("goal", "mode", "meta")
     )
 
 

@@ -329,9 +329,13 @@ class ClipsEnvironment:
             yield int(lib.FactIndex(fact)), name, slot_values(fact)
 
     def columns(self, template: str, *slots: str) -> Iterator[tuple[Value, ...]]:
-        """Yield the values of some slots for each fact of a deftemplate."""
+        """Yield the values of some slots for each fact of a deftemplate; none if a slot does not exist."""
         names, value = [encode(slot) for slot in slots], ffi.new("CLIPSValue *")
-        for fact in self._facts(template):
+        deftemplate = lib.FindDeftemplate(self.env, encode(template))
+        # an agent may define a deftemplate of this name with other slots, whose values do not exist
+        if deftemplate == NULL or not all(lib.DeftemplateSlotExistP(deftemplate, name) for name in names):
+            return
+        for fact in items_of(lib.GetNextFactInTemplate, deftemplate):
             yield tuple(slot_value(fact, name, value) for name in names)
 
     def _facts(self, template: str | None) -> Iterator[CData]:

@@ -307,3 +307,11 @@ def test_the_chunks_of_a_run_leave_no_trace_in_the_log(env, log, firings):
     env.assert_string("(n 0)")
     assert env.run() == firings
     assert log.texts() == []
+
+
+def test_columns_of_a_deftemplate_that_lacks_a_slot_are_empty(env):
+    env.build("(deftemplate goal (slot id) (multislot meta))")
+    env.assert_string("(goal (id G) (meta a b))")
+    assert list(env.columns("goal", "id", "meta")) == [(Symbol("G"), (Symbol("a"), Symbol("b")))]
+    assert list(env.columns("goal", "mode", "id")) == []
+    assert list(env.columns("plan", "id")) == []
