@@ -81,7 +81,8 @@ class CoreFiles(Struct, frozen=True):
     :param substitutions: values of ``@BASEDIR@`` and other placeholders.
     :param config_feature: the feature that provides the configuration to init.clp.
     :param redefine_feature: the feature that reports redefinitions.
-    :param time_of: converts microseconds since the epoch to the fields of ``(now)`` and the ``time`` fact.
+    :param to_time_fields: converts microseconds since the epoch to the fields of ``(now)`` and of the fact
+        ``time``.
     """
 
     cx: Path = BUILTIN_CX
@@ -90,7 +91,7 @@ class CoreFiles(Struct, frozen=True):
     override_dirs: tuple[Path, ...] = ()
     config_feature: str = "config"
     redefine_feature: str = "redefine-warning"
-    time_of: Callable[[int], tuple[float | int, ...]] = split_us
+    to_time_fields: Callable[[int], tuple[float | int, ...]] = split_us
 
 
 class Stopped(Protocol):
@@ -161,8 +162,8 @@ class Executive:
         """The debugger of the rules, if any."""
         self.place_of_action: Callable[[str], str] = lambda _action: ""
         """Returns ``FILE:LINE`` of the rule that has planned an action, for messages; empty if unknown."""
-        self._time = NumberFact(self.env.env, "time")
-        self.env.time_of = files.time_of
+        self._time = NumberFact(self.env.c_env, "time")
+        self.env.to_time_fields = files.to_time_fields
 
     def init(self) -> None:
         """Load core and agent.
@@ -225,7 +226,7 @@ class Executive:
             self.manager.before_run(env.name)
             # rules wait for the fact `time`: blackboard-read, which reads the interfaces, and rules of agents
             if self._assert_time:
-                self._time.add(*self._files.time_of(self.bus.clock.now_us()))
+                self._time.add(*self._files.to_time_fields(self.bus.clock.now_us()))
             env.refresh_agenda()
             return self._run()
 

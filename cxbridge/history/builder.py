@@ -212,7 +212,7 @@ class RunHistory:
             self.actions.append(action)
             if goal is not None:
                 goal.actions.append(action)
-        if event.call and [sent[1:] for sent in action.sent[-1:]] != [(event.skiller, event.call)]:
+        if event.call and (not action.sent or action.sent[-1][1:] != (event.skiller, event.call)):
             action.sent.append(SentCall(self.event_count, event.skiller, event.call))
         self._append_change(action.changes, ActionChange(*self._moment, event.state))
 
@@ -221,11 +221,10 @@ class RunHistory:
         action: PlanActionRecord, goal: GoalRecord | None, event: PlanActionTransition
     ) -> bool:
         """Return whether an event belongs to a new plan-action that reuses ids after a retry of its goal."""
-        return (
-            (action.goal_record is not None and action.goal_record is not goal)
-            or action.name != event.action
-            or ("" != action.params != event.params != "")
-        )
+        # empty parameters are not recorded, so that they differ from no others
+        has_other_params = bool(action.params and event.params) and action.params != event.params
+        has_other_goal = action.goal_record is not None and action.goal_record is not goal
+        return has_other_goal or has_other_params or action.name != event.action
 
     def _append_change(self, changes: list[_Change], change: _Change) -> None:
         """Append a change. Beyond the limit, replace the last change, so that start and end are correct."""
@@ -240,9 +239,12 @@ class RunHistory:
         key = event.env, event.skiller
         if event.skiller not in self._read_skillers:
             self._read_skillers.add(event.skiller)
+            # a write on the blackboard of a single agent names no environment: the first read moves the call of
+            # the write to the environment
             call = self._last_call.pop(("", event.skiller), None)
             if call is not None and key not in self._last_call:
                 call.env = event.env
+                # a skill that still runs begins at the read, like the skills of later reads
                 call.begin = call.begin if call.end else self._moment
                 self._last_call[key] = call
         self._record_status(key, event)

@@ -33,11 +33,10 @@ class NavGraphFeature(Feature):
     def init_context(self, env: ClipsEnvironment) -> None:
         env.load(_FILE)
         self._assert_graph(env)
-        define = env.define
-        define(
+        env.define(
             "navgraph-block-edge", lambda *ends: self._set_blocked(env, *ends, block=True), 2, types="*;sy;sy"
         )
-        define(
+        env.define(
             "navgraph-unblock-edge",
             lambda *ends: self._set_blocked(env, *ends, block=False),
             2,
@@ -46,7 +45,8 @@ class NavGraphFeature(Feature):
 
     def before_run(self, env: ClipsEnvironment) -> None:
         """Assert the facts of the graph again after a change."""
-        revision = self._revisions.get(env.name)  # None after a failure, which is not repeated
+        # without a revision, the graph could not be read: another attempt in each loop would fail, too
+        revision = self._revisions.get(env.name)
         if revision is not None and revision != self._graph().revision:
             env.bus.logger(_LOG).debug(f"Graph changed, re-asserting in environment {env.name}")
             env.call("navgraph-cleanup")
@@ -102,7 +102,7 @@ class NavGraphFeature(Feature):
         for origin, destination in ((start, end), (end, start)):
             if not block:
                 graph.unblock(origin, destination)
-            elif edge.joins(origin, destination):  # a directed edge has one direction
+            elif edge.joins(origin, destination):  # not for the opposite direction of a directed edge
                 graph.block(origin, destination)
 
 

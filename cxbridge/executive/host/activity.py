@@ -26,7 +26,7 @@ def executing_rule_name(env: ClipsEnvironment) -> str:
     # the query whether a rule is deletable (see executing_rule) changes nothing, so that it needs no lock
     # except the one against the destruction of the environment
     with env.destruction_lock:
-        return executing_rule(env.env) if env.is_firing else ""
+        return executing_rule(env.c_env) if env.is_firing else ""
 
 
 def executing_function_names(env: ClipsEnvironment) -> list[str]:
@@ -36,7 +36,7 @@ def executing_function_names(env: ClipsEnvironment) -> list[str]:
     and define it after its callers: then it comes before them.
     """
     with env.destruction_lock:
-        functions = list(items_of(lib.GetNextDeffunction, env.env)) if env.is_firing else []
+        functions = list(items_of(lib.GetNextDeffunction, env.c_env)) if env.is_firing else []
         # CLIPS lists functions in the order of their definition, callees before their callers
         return [
             decode(lib.DeffunctionName(function))

@@ -32,13 +32,13 @@ WARN_AFTER_S: Final = 1.5
 MAX_FIRINGS: Final = 1_000_000
 """The maximum number of firings in a run, whatever their facts."""
 
-_TRACE_AFTER_S: Final = 0.25  # seconds of a run before tracing starts
+_TRACE_AFTER_S: Final = 0.25  # seconds of a phase without tracing
 # firings between checks: doubled after a fast chunk, halved after a slow chunk
-_MIN_CHUNK, _MAX_CHUNK = 20, 200
+_MIN_CHUNK_SIZE, _MAX_CHUNK_SIZE = 20, 200
 _FAST_S, _SLOW_S = 0.02, 0.1
-# firings in which a ring of rules is searched: doubled while firings use older facts
-_MIN_WINDOW, _FIRST_WINDOW, _MAX_WINDOW = 20, 4_000, 64_000
-_WINDOW_S: Final = 0.2  # seconds after which a window of few, slow firings is evaluated
+# firings in a window, in which a ring of rules is searched: doubled while firings use older facts
+_MIN_WINDOW_SIZE, _FIRST_WINDOW_SIZE, _MAX_WINDOW_SIZE = 20, 4_000, 64_000
+_MAX_WINDOW_DURATION_S: Final = 0.2  # seconds after which a window of few, slow firings is evaluated
 _MAX_NAMES: Final = 8  # rules in a message
 
 
@@ -79,14 +79,15 @@ class EndlessRules:
         """The number of firings in this run up to the last check."""
         self.ring: tuple[str, ...] = ()
         """The rules that the last window repeated, in firing order; all its rules if it repeated none."""
-        self.chunk_size = _MIN_CHUNK
+        self.chunk_size = _MIN_CHUNK_SIZE
         """The number of firings until the next check."""
-        self._began_s = self._checked_s = self._since_s = time.monotonic()
-        self._since_fired = 0
+        # a phase is a part of the run with or without tracing
+        self._began_s = self._checked_s = self._phase_began_s = time.monotonic()
+        self._count_before_trace = 0
         # whether no firing of the last window used an older fact for the first time
         self._uses_no_older_facts = False
         self._has_warned = False
-        self._window = _FIRST_WINDOW
+        self._window_size = _FIRST_WINDOW_SIZE
 
     def end(self) -> None:
         """Stop tracing at the end of a run."""
@@ -99,21 +100,21 @@ class EndlessRules:
         self._api.set_hook("BeforeRuleFires", firing_hook, TRACE_OWNER)
         self._api.set_hook("Assert", fact_hook, TRACE_OWNER)
 
-    def check(self, firing_count: int) -> str:
+    def check(self, new_firings: int) -> str:
         """Return why the run is endless; empty if it is not.
 
-        :param firing_count: the number of firings since the last check.
+        :param new_firings: the number of firings since the last check.
         """
         now_s = time.monotonic()
         duration_s, self._checked_s = now_s - self._checked_s, now_s
-        self.firing_count += firing_count
+        self.firing_count += new_firings
         if duration_s < _FAST_S:
-            self.chunk_size = min(2 * self.chunk_size, _MAX_CHUNK)
+            self.chunk_size = min(2 * self.chunk_size, _MAX_CHUNK_SIZE)
         elif duration_s > _SLOW_S:
             self.chunk_size = max(self.chunk_size // 2, 1)
         if self._is_tracing:
             self._evaluate_window(now_s)
-        elif now_s - self._since_s >= _TRACE_AFTER_S:
+        elif now_s - self._phase_began_s >= _TRACE_AFTER_S:
             self._start_tracing(now_s)
         if self.firing_count >= MAX_FIRINGS or self._is_endless(now_s):
             self._log.error(f"{self._describe_ring()}, ended after {self._describe_length(now_s)}")
@@ -124,8 +125,8 @@ class EndlessRules:
         """Return whether the run is endless; warn of a run that may be."""
         if not self._uses_no_older_facts:
             return False
-        firing_count, seconds = self.firing_count - self._since_fired, now_s - self._since_s
-        if any(firing_count >= min_firings and seconds >= min_s for min_firings, min_s in ENDLESS):
+        traced_firings, traced_s = self.firing_count - self._count_before_trace, now_s - self._phase_began_s
+        if any(traced_firings >= min_firings and traced_s >= min_s for min_firings, min_s in ENDLESS):
             return True
         if not self._has_warned and now_s - self._began_s >= WARN_AFTER_S:
             self._has_warned = True
@@ -147,12 +148,12 @@ class EndlessRules:
 
     def _start_tracing(self, now_s: float) -> None:
         self._is_tracing = True
-        self._since_s, self._since_fired = now_s, self.firing_count
+        self._phase_began_s, self._count_before_trace = now_s, self.firing_count
         self._begin_window(now_s)
         self._set_trace_hooks(*self._hooks)
 
     def _begin_window(self, now_s: float) -> None:
-        self._window_s = now_s
+        self._window_began_s = now_s
         self._firings: list[tuple[str, str]] = []
         self._first_new_index: int | None = None
 
@@ -165,7 +166,9 @@ class EndlessRules:
 
     def _evaluate_window(self, now_s: float) -> None:
         count = len(self._firings)
-        if count < self._window and (count < _MIN_WINDOW or now_s - self._window_s < _WINDOW_S):
+        if count < self._window_size and (
+            count < _MIN_WINDOW_SIZE or now_s - self._window_began_s < _MAX_WINDOW_DURATION_S
+        ):
             return
         self.ring = find_ring([rule for rule, _ in self._firings[count // 2 :]])
         self._uses_no_older_facts = not _consumes_older_facts(self._firings, self._first_new_index)
@@ -173,8 +176,8 @@ class EndlessRules:
             self._begin_window(now_s)
         else:
             self.end()
-            self._since_s, self._has_warned = now_s, False
-            self._window = min(2 * self._window, _MAX_WINDOW)
+            self._phase_began_s, self._has_warned = now_s, False  # the next phase has no tracing
+            self._window_size = min(2 * self._window_size, _MAX_WINDOW_SIZE)
 
 
 def _consumes_older_facts(firings: Sequence[tuple[str, str]], first_new_index: int | None) -> bool:

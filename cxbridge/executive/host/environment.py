@@ -30,7 +30,7 @@ from cxbridge.executive.host.loading import ClipsLoader
 from cxbridge.executive.host.loggers import LoggerStack
 from cxbridge.executive.host.output import OutputRouter
 from cxbridge.executive.host.recursion import GUARD_FUNCTION, make_guard
-from cxbridge.executive.host.shims import FUNCTIONS, REMOVED, Clips630Functions, make_room
+from cxbridge.executive.host.shims import FUNCTIONS, REMOVED, Clips630Functions, remove_replaced_builtins
 from cxbridge.executive.host.source import (
     DUPLICATE_FUNCTION,
     MODIFY_FUNCTION,
@@ -69,20 +69,21 @@ class ClipsEnvironment:
         self.log: Logger = bus.logger(component)
         self.lock = threading.RLock()
         self.faults: list[str] = []
-        self.quit_requested = self._is_held = self._is_halted = False
-        self.time_of: Callable[[int], tuple[float | int, ...]] = split_us
-        """Converts microseconds since the epoch to the result of ``(now)``."""
+        self.quit_requested = self._is_ended_by_host = self._is_ended_by_halt = False
+        self.to_time_fields: Callable[[int], tuple[float | int, ...]] = split_us
+        """Converts microseconds since the epoch to the fields of ``(now)`` and of the fact ``time``."""
         self.is_ended = False
         """Whether no rule will fire any more, after ``(exit)`` or an interruption."""
-        self.env: CData = lib.CreateEnvironment()
-        self.api = ClipsApi(self.env)
-        self.maker = FactMaker(self.env)
+        self.c_env: CData = lib.CreateEnvironment()
+        """CLIPS' own environment, an ``Environment *``."""
+        self.api = ClipsApi(self.c_env)
+        self.maker = FactMaker(self.c_env)
         self.loggers = LoggerStack(self.log.log, component)
-        self.output = self.output_router(self.env, self.loggers.log)
-        self.watcher = Watcher(self.env, self.api, self.output, bus, name)
-        self.loader = ClipsLoader(self.env, self.output, self.log, self._is_core_file, name)
-        self.udfs = UdfTable(self.env, self._record_failure)
-        self._call_builder = lib.CreateFunctionCallBuilder(self.env, 8)
+        self.output = self.output_router(self.c_env, self.loggers.log)
+        self.watcher = Watcher(self.c_env, self.api, self.output, bus, name)
+        self.loader = ClipsLoader(self.c_env, self.output, self.log, self._is_core_file, name)
+        self.udfs = UdfTable(self.c_env, self._record_failure)
+        self._call_builder = lib.CreateFunctionCallBuilder(self.c_env, 8)
         self._alive = True
         self.destruction_lock = threading.Lock()
         """Prevents the destruction of the environment while another thread reads it."""
@@ -95,10 +96,10 @@ class ClipsEnvironment:
         bus.emit_source("environment", name, name, clipspy=clips.__version__, removed=" ".join(REMOVED))
 
     def _apply_shims(self) -> None:
-        make_room(self.env, self.udfs)
-        self._clips630_functions = Clips630Functions(self.env, self.udfs, self.build_unrecorded)
+        remove_replaced_builtins(self.c_env, self.udfs)
+        self._clips630_functions = Clips630Functions(self.c_env, self.udfs, self.build_unrecorded)
         self._build_clips630_functions()
-        modify_arguments = (self.env, self.api, self.maker, self.log.error)
+        modify_arguments = (self.c_env, self.api, self.maker, self.log.error)
         functions: tuple[tuple[str, Callable[..., Value], int, int, str], ...] = (
             ("load", self._load, 1, 1, "*;sy"),
             ("load*", self._load, 1, 1, "*;sy"),  # CLIPS would load without messages
@@ -119,16 +120,16 @@ class ClipsEnvironment:
             ("cx-unwatch", self.watcher.unwatch_undefined, 2, 2, "y"),
             (MODIFY_FUNCTION, Modify(*modify_arguments), 1, UNBOUNDED, "*"),
             (DUPLICATE_FUNCTION, Duplicate(*modify_arguments), 1, UNBOUNDED, "*"),
-            (DATA_FUNCTION, lambda text: assert_data(self.env, text), 1, 1, "s"),
+            (DATA_FUNCTION, lambda text: assert_data(self.c_env, text), 1, 1, "s"),
             ("cx-is-file", lambda path: TRUE if is_readable_file(str(path)) else FALSE, 1, 1, "*;sy"),
             ("cx-not-found", self.loader.report_missing_file, 1, 1, "*;sy"),
-            ("now", lambda: self.time_of(self.bus.clock.now_us()), 0, 0, "*"),
+            ("now", lambda: self.to_time_fields(self.bus.clock.now_us()), 0, 0, "*"),
             ("now-systime", lambda: split_us(self.bus.clock.now_us()), 0, 0, "*"),
         )
         for name, function, minimum, maximum, types in functions:
             self.udfs.define(name, function, minimum, maximum, types)
         self.udfs.define_c(GUARD_FUNCTION, make_guard(self._report_recursion), 1, 1, "y")
-        self._facts_by_index = FactsByIndex(self.env)
+        self._facts_by_index = FactsByIndex(self.c_env)
         self.udfs.define_c(EXISTS_FUNCTION, self._facts_by_index.function, 1, 1, "*;fl")
 
     def _build_clips630_functions(self) -> None:
@@ -190,7 +191,7 @@ class ClipsEnvironment:
         """Execute ``(clear)``, and restore the host's functions."""
         self._forget_templates()
         self._facts_by_index.forget()
-        lib.Clear(self.env)
+        lib.Clear(self.c_env)
         self._build_clips630_functions()
 
     def _exit(self, _code: Value = 0) -> None:
@@ -200,8 +201,8 @@ class ClipsEnvironment:
 
     def _halt(self) -> None:
         """End the run after the active rule."""
-        # CLIPS clears its own flag before the end of the run
-        self._is_halted = True
+        # fire() needs a flag of its own, because CLIPS clears its flag before the end of the run
+        self._is_ended_by_halt = True
         self.api.request_halt()
 
     def _quit(self) -> None:
@@ -225,17 +226,17 @@ class ClipsEnvironment:
         :raises ClipsError: if CLIPS refuses it.
         """
         outer = self.output.begin_error_capture()
-        error = lib.Build(self.env, encode(construct))
+        error = lib.Build(self.c_env, encode(construct))
         text = self.output.end_error_capture(outer)
         if error != lib.BE_NO_ERROR:
             raise ClipsError(f"CLIPS refuses {construct.split(maxsplit=2)[:2]}: {' '.join(text.split())}")
 
     def has_function(self, name: str) -> bool:
         """Return whether a function other than a deffunction exists, in C or Python."""
-        return bool(EXTRA_FUNCTIONS.FindFunction(self.env, encode(name)))
+        return bool(EXTRA_FUNCTIONS.FindFunction(self.c_env, encode(name)))
 
     def has_deffunction(self, name: str) -> bool:
-        return bool(lib.FindDeffunction(self.env, encode(name)) != NULL)
+        return bool(lib.FindDeffunction(self.c_env, encode(name)) != NULL)
 
     def eval(self, expression: str) -> Value:
         """Return the value of an expression.
@@ -245,7 +246,7 @@ class ClipsEnvironment:
         check_parser_limits(expression)
         value = ffi.new("CLIPSValue *")
         outer = self.output.begin_error_capture()
-        error = lib.Eval(self.env, encode(rewrite_expression(expression)), value)
+        error = lib.Eval(self.c_env, encode(rewrite_expression(expression)), value)
         text = self.output.end_error_capture(outer)
         if error != lib.EE_NO_ERROR:
             self.api.clear_halt()
@@ -259,7 +260,7 @@ class ClipsEnvironment:
         """
         lib.FCBReset(self._call_builder)
         for argument in arguments:
-            lib.FCBAppend(self._call_builder, clips_value(self.env, argument))
+            lib.FCBAppend(self._call_builder, clips_value(self.c_env, argument))
         value = ffi.new("CLIPSValue *")
         error = lib.FCBCall(self._call_builder, encode(function), value)
         if error != lib.FCBE_NO_ERROR:
@@ -273,14 +274,14 @@ class ClipsEnvironment:
         :returns: the index of the fact, or of an equal fact; None if CLIPS refuses the fact.
         :raises ClipsError: if the deftemplate or a slot is unknown.
         """
-        return _fact_index(self.add_fact(template, slots))
+        return _fact_index(self.assert_fact_pointer(template, slots))
 
-    def add_fact(self, template: str, slots: Mapping[str, Value]) -> CData:
-        """Assert a fact as :meth:`assert_fact` does; return its pointer, or NULL if CLIPS refuses it."""
-        deftemplate = lib.FindDeftemplate(self.env, encode(template))
+    def assert_fact_pointer(self, template: str, slots: Mapping[str, Value]) -> CData:
+        """Assert a fact like :meth:`assert_fact`; return its ``Fact *``, or NULL if CLIPS refuses it."""
+        deftemplate = lib.FindDeftemplate(self.c_env, encode(template))
         if deftemplate == NULL:
             raise ClipsError(f"there is no deftemplate '{template}'")
-        values = [(encode(slot), clips_value(self.env, value)) for slot, value in slots.items()]
+        values = [(encode(slot), clips_value(self.c_env, value)) for slot, value in slots.items()]
         try:
             return self.maker.assert_fact(self.maker.make_fact(deftemplate, values))
         except KeyError as error:
@@ -292,11 +293,11 @@ class ClipsEnvironment:
         :returns: the index of the fact; None if CLIPS refuses it.
         :raises ClipsError: if the relation is unknown.
         """
-        deftemplate = lib.FindDeftemplate(self.env, encode(relation))
+        deftemplate = lib.FindDeftemplate(self.c_env, encode(relation))
         if deftemplate == NULL:
             raise ClipsError(f"there is no relation '{relation}'")
         try:
-            new = self.maker.make_fact(deftemplate, [(NULL, clips_value(self.env, fields))])
+            new = self.maker.make_fact(deftemplate, [(NULL, clips_value(self.c_env, fields))])
         except KeyError:
             raise ClipsError(f"'{relation}' is a deftemplate with slots, not an ordered relation") from None
         return _fact_index(self.maker.assert_fact(new))
@@ -307,7 +308,7 @@ class ClipsEnvironment:
         :returns: the index of the fact; None if CLIPS refuses it.
         """
         self.output.pause()
-        pointer = lib.AssertString(self.env, encode(fact))
+        pointer = lib.AssertString(self.c_env, encode(fact))
         self.output.resume()
         return _fact_index(pointer)
 
@@ -320,7 +321,7 @@ class ClipsEnvironment:
         return bool(self.maker.find_fact(index) != NULL)
 
     def has_template(self, name: str) -> bool:
-        return bool(lib.FindDeftemplate(self.env, encode(name)) != NULL)
+        return bool(lib.FindDeftemplate(self.c_env, encode(name)) != NULL)
 
     def facts(self, template: str | None = None) -> Iterator[tuple[int, str, dict[str, Value]]]:
         """Yield index, deftemplate and slots of all facts, or of one deftemplate's facts."""
@@ -341,8 +342,8 @@ class ClipsEnvironment:
     def _facts(self, template: str | None) -> Iterator[CData]:
         """Yield all facts, or those of a deftemplate; none if it is unknown."""
         if template is None:
-            return items_of(lib.GetNextFact, self.env)
-        deftemplate = lib.FindDeftemplate(self.env, encode(template))
+            return items_of(lib.GetNextFact, self.c_env)
+        deftemplate = lib.FindDeftemplate(self.c_env, encode(template))
         return iter(()) if deftemplate == NULL else items_of(lib.GetNextFactInTemplate, deftemplate)
 
     def load(self, path: Path) -> bool:
@@ -369,7 +370,7 @@ class ClipsEnvironment:
 
     def refresh_agenda(self) -> None:
         """Evaluate saliences again, as Fawkes does before each run."""
-        lib.RefreshAllAgendas(self.env)
+        lib.RefreshAllAgendas(self.c_env)
 
     def run(self, limit: int = -1) -> int:
         """Run rules until the agenda is empty or ``limit`` rules have fired; return the number of firings.
@@ -388,7 +389,7 @@ class ClipsEnvironment:
         :param fired_before: the number of firings in earlier parts.
         """
         fired = 0
-        self._is_held = self._is_halted = False
+        self._is_ended_by_host = self._is_ended_by_halt = False
         if not fired_before:
             self.endless.begin()
         while not self.is_ended:
@@ -397,14 +398,14 @@ class ClipsEnvironment:
                 break
             # chunks give signal handlers a turn and let endless rules be detected
             self.is_firing = self.output.is_firing = True
-            chunk_fired = int(lib.Run(self.env, chunk_size))
+            chunk_fired = int(lib.Run(self.c_env, chunk_size))
             self.is_firing = self.output.is_firing = False
             fired += chunk_fired
             if self.api.is_halted():  # an error has ended a right-hand side, and the run with it
                 self.api.clear_halt()
-                if chunk_fired == 0 or self._is_held or not self.has_activations(1):
+                if chunk_fired == 0 or self._is_ended_by_host or not self.has_activations(1):
                     break
-            elif chunk_fired < chunk_size or self._is_halted:
+            elif chunk_fired < chunk_size or self._is_ended_by_halt:
                 break
             # a limited run ends by itself, unless it is a part of a run without limit
             if (reason := self.endless.check(chunk_fired)) and (limit < 0 or fired_before):
@@ -419,7 +420,7 @@ class ClipsEnvironment:
 
     def end_after_rule(self) -> None:
         """End the active :meth:`fire` after the active rule."""
-        self._is_held = True
+        self._is_ended_by_host = True
         self.api.request_halt()
 
     def interrupt(self) -> None:
@@ -444,12 +445,12 @@ class ClipsEnvironment:
         with self.destruction_lock:
             if self._alive and self.is_firing:
                 self.output.drop_further_errors()  # each halted match would print a separate error
-                self._is_held = True
+                self._is_ended_by_host = True
                 self.api.halt()
 
     def has_activations(self, count: int) -> bool:
         """Return whether the agenda has at least ``count`` activations."""
-        activations = islice(items_of(lib.GetNextActivation, self.env), count)
+        activations = islice(items_of(lib.GetNextActivation, self.c_env), count)
         return sum(1 for _ in activations) == count
 
     def destroy(self) -> None:
@@ -461,7 +462,7 @@ class ClipsEnvironment:
             self.api.dispose()
             self._facts_by_index.forget()
             lib.FCBDispose(self._call_builder)
-            lib.DestroyEnvironment(self.env)
+            lib.DestroyEnvironment(self.c_env)
 
 
 def _fact_index(fact: CData) -> int | None:

@@ -1,8 +1,9 @@
 """CLIPS 6.30's functions that 6.4 removed or changed, made from 6.4's functions.
 
-:func:`make_room` removes changed built-ins, and keeps the originals under names that begin with ``cx-``.
-:data:`FUNCTIONS` are deffunctions that behave as in 6.30 and call the originals. docs/evidence/clips.md lists
-the remaining differences. ``tests/executive/clips630`` compares every function with a real CLIPS 6.30.
+:func:`remove_replaced_builtins` removes changed built-ins, and keeps the originals under names that begin
+with ``cx-``. :data:`FUNCTIONS` are deffunctions that behave as in 6.30 and call the originals.
+docs/evidence/clips.md lists the remaining differences. ``tests/executive/clips630`` compares every function
+with a real CLIPS 6.30.
 """
 
 from __future__ import annotations
@@ -315,8 +316,8 @@ def round_half_down(value: Value) -> int:
     return rounded if _INT64_MIN <= rounded <= _INT64_MAX else _INT64_MIN
 
 
-def make_room(env: CData, udfs: UdfTable) -> None:
-    """Remove the built-ins that 6.30's versions replace, and keep the originals that these call."""
+def remove_replaced_builtins(env: CData, udfs: UdfTable) -> None:
+    """Remove the built-ins that 6.30's versions replace, and keep the originals that these versions call."""
     for name, (function, minimum, maximum, types) in _KEPT.items():
         udfs.define_c(f"cx-{name}", getattr(EXTRA_FUNCTIONS, function), minimum, maximum, types)
     for name in REMOVED:

@@ -63,6 +63,7 @@ def parse_domain(
     else:
         domain = spell_domain(domain, source.kinds, words_as_numbers)
     DomainChecker(domain, fawkes_compat=fawkes_compat, warn=warn).check()
+    # Fawkes ignores a part of the text, and a planner must not read more than Fawkes
     return domain if fawkes_compat else replace(domain, text=text)
 
 

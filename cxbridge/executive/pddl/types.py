@@ -47,7 +47,7 @@ class ObjectTable:
             for type_ in hierarchy.supertypes(declared or ROOT_TYPE):
                 self._objects.setdefault(type_, {})[name] = None
 
-    def of(self, types: tuple[str, ...]) -> dict[str, None]:
+    def of_types(self, types: tuple[str, ...]) -> dict[str, None]:
         """Return the objects of any of these types, in order of declaration; without types all objects."""
         objects: dict[str, None] = {}
         for type_ in types or (ROOT_TYPE,):

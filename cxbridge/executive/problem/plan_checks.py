@@ -143,7 +143,7 @@ class PlanChecks:
         objects = self._objects(plan)
         if plan.object_names is not None:
             # the check would refuse facts about objects that the problem lacks
-            known_objects = objects.of(())
+            known_objects = objects.of_types(())
             facts = [fact for fact in facts if all(name in known_objects for name in fact[1])]
         state = WorldState(frozenset(facts), numbers)
         try:

@@ -54,13 +54,13 @@ class IndexSpec:
 class _UniqueIndex:
     """A unique index.
 
-    :param owners: the keys of the documents' ``_id`` by the keys of their values.
+    :param owners: the identity (key of ``_id``) of the document with the values of each key.
     """
 
     paths: tuple[str, ...]
     owners: dict[Hashable, Hashable] = field(default_factory=dict)
 
-    def values(self, document: Document) -> tuple[Key, ...]:
+    def value_keys(self, document: Document) -> tuple[Key, ...]:
         """Return the keys of a document's values in the index."""
         return tuple(sort_key(document, path, "a unique index on") for path in self.paths)
 
@@ -122,21 +122,21 @@ class Collection:
         if index is None and len(self._indexes) < _MAX_INDEXES:
             index = self._indexes[path] = {}
             for identity, document in self._documents.items():
-                for value in _leaf_keys(document, path):
-                    index.setdefault(value, {})[identity] = None
+                for key in _leaf_keys(document, path):
+                    index.setdefault(key, {})[identity] = None
         return index
 
     def check_unique(self, document: Document, replaced: Document | None = None) -> None:
         """Check that no other document has the same ``_id`` or the same values in a unique index.
 
         :param replaced: the stored document that the document replaces; None for a new document.
-        :raises DuplicateKeyError: if another document has.
+        :raises DuplicateKeyError: if another document has the same ``_id`` or values.
         """
         identity = order_key(document["_id"])
         if replaced is None and identity in self._documents:
             raise DuplicateKeyError(f"a document with the _id {document['_id']!r} already exists")
         for unique in self._unique.values():
-            if unique.owners.get(unique.values(document), identity) != identity:
+            if unique.owners.get(unique.value_keys(document), identity) != identity:
                 raise DuplicateKeyError(f"another document has the same {', '.join(unique.paths)}")
 
     def store_document(self, document: Document, replaced: Document | None = None) -> None:
@@ -146,12 +146,12 @@ class Collection:
             old_keys = set() if replaced is None else _leaf_keys(replaced, path)
             new_keys = _leaf_keys(document, path)
             _remove_from_index(index, old_keys - new_keys, identity)
-            for value in new_keys - old_keys:
-                index.setdefault(value, {})[identity] = None
+            for key in new_keys - old_keys:
+                index.setdefault(key, {})[identity] = None
         for unique in self._unique.values():
             if replaced is not None:
-                unique.owners.pop(unique.values(replaced), None)
-            unique.owners[unique.values(document)] = identity
+                unique.owners.pop(unique.value_keys(replaced), None)
+            unique.owners[unique.value_keys(document)] = identity
         self._documents[identity] = document
 
     def delete(self, document: Document) -> None:
@@ -160,7 +160,7 @@ class Collection:
         for path, index in self._indexes.items():
             _remove_from_index(index, _leaf_keys(document, path), identity)
         for unique in self._unique.values():
-            unique.owners.pop(unique.values(document), None)
+            unique.owners.pop(unique.value_keys(document), None)
         del self._documents[identity]
 
     def add_index(self, spec: IndexSpec) -> bool:
@@ -177,7 +177,7 @@ class Collection:
         if spec.unique:
             unique = _UniqueIndex(spec.paths)
             for identity, document in self._documents.items():
-                if unique.owners.setdefault(unique.values(document), identity) != identity:
+                if unique.owners.setdefault(unique.value_keys(document), identity) != identity:
                     raise DuplicateKeyError(f"existing documents have the same {', '.join(spec.paths)}")
             self._unique[spec.paths] = unique
         self._specs[spec.keys] = spec
@@ -209,12 +209,12 @@ def _leaf_keys(document: Document, path: str) -> set[Hashable]:
 def _remove_from_index(
     index: dict[Hashable, dict[Hashable, None]], keys: set[Hashable], identity: Hashable
 ) -> None:
-    """Remove a document from an index, and the values that no document has any more.
+    """Remove a document from an index, and the keys of values that no document has any more.
 
     :param keys: the keys of the values that the document no longer has.
     """
-    for value in keys:
-        identities = index[value]
+    for key in keys:
+        identities = index[key]
         identities.pop(identity, None)
         if not identities:
-            del index[value]
+            del index[key]

@@ -65,7 +65,7 @@ class EmbeddedStore(Store):
         self._next_sweep_us = 0
         self._journal = None if file is None else Journal(file)
         if self._journal is not None:
-            with self._journal.converted_read_errors():
+            with self._journal.convert_read_errors():
                 for collection, document in self._journal.read_documents():
                     self._collection(collection).store_document(document)
                 for collection, spec in self._journal.read_indexes():

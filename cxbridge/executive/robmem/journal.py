@@ -91,7 +91,7 @@ class Journal:
         query = "SELECT collection, id, document FROM documents ORDER BY rowid"
         for collection, identity, data in self._db.execute(query):
             document = _decode(data)
-            split_name(collection)
+            split_name(collection)  # refuses an invalid name
             if _encoded_id(document["_id"]) != identity:
                 raise self._damage_error("the '_id' of a document differs from that of its row")
             yield collection, document
@@ -109,7 +109,7 @@ class Journal:
             )
 
     @contextmanager
-    def converted_read_errors(self) -> Iterator[None]:
+    def convert_read_errors(self) -> Iterator[None]:
         """Convert all errors of reading a damaged file to a ``RobotMemoryError``, and close the file."""
         try:
             (result,) = self._db.execute("PRAGMA quick_check(1)").fetchone()

@@ -1,4 +1,4 @@
-"""Deciders of a simulated skill's end. The first one with an answer decides."""
+"""Deciders of a simulated skill's end. The first decider with an answer decides."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Outcome:
 
     :param seconds: the duration; None: the next decider or the executor chooses the duration.
     :param share: the used part of this duration, from 0 to 1.
-    :param then: called at the end.
+    :param then: changes the world at the end.
     """
 
     seconds: float | None = None
@@ -41,8 +41,8 @@ class Outcome:
         return self.status is not Status.S_FINAL
 
     def take_duration(self, usual: Outcome) -> Outcome:
-        """Return this outcome with the duration of another one; a success becomes the other outcome."""
-        # a failure takes its share of the usual duration; the share of a known duration is spent
+        """Return this outcome with the duration of a usual outcome; a success becomes the usual outcome."""
+        # a failure takes its share of the usual duration, which then includes the share
         seconds = None if usual.seconds is None else usual.seconds * self.share
         then = self.then or usual.then
         if not self.failed:

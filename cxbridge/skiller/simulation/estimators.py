@@ -1,4 +1,4 @@
-"""The estimator of fixed durations, and the common settings of estimators."""
+"""The estimator of fixed durations, and the settings that all estimators have."""
 
 from __future__ import annotations
 
@@ -15,21 +15,22 @@ from cxbridge.skiller.skillstring import SkillStringCall
 if TYPE_CHECKING:
     from cxbridge.config import Configuration
 
-PREFIX = "/plugins/execution-time-estimator"
-"""The configuration of estimators."""
+CONFIG_PREFIX = "/plugins/execution-time-estimator"
+"""The path of the estimators' configuration."""
 
-STATIC_PREFIX = f"{PREFIX}/static"
-"""The configuration of the static estimator."""
+STATIC_PREFIX = f"{CONFIG_PREFIX}/static"
+"""The path of the static estimator's configuration."""
 
 T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
 class SkillPattern:
-    """An entry of a whitelist or blacklist.
+    """A pattern of skill calls: an entry of a whitelist or blacklist, or of the injected failures.
 
     :param args: regular expressions by argument, each of which must match the whole value.
     :param seconds: the duration, for the static estimator.
+    :param key: the key of the entry in the configuration.
     """
 
     name: str
@@ -46,11 +47,13 @@ class SkillPattern:
 
 
 @dataclass(frozen=True)
-class SkillSelection:
-    """The common settings of estimators.
+class EstimatorSettings:
+    """The settings that all estimators have.
 
     :param whitelist: the skills that the estimator supports; the first match wins; empty: all skills.
+    :param blacklist: the skills that the estimator does not support.
     :param speed: the factor by which skills are faster: it divides their durations.
+    :param priority: the priority as a decider, see :class:`Decider`.
     """
 
     whitelist: Sequence[SkillPattern] = ()
@@ -66,7 +69,7 @@ class SkillSelection:
         """
         speed = config.get_float(f"{prefix}/speed", default=1.0)
         if not 0 < speed < math.inf:
-            raise invalid_value(config, f"{prefix}/speed", f"is {speed:g}", "a speed must be above 0")
+            raise invalid_value_error(config, f"{prefix}/speed", f"is {speed:g}", "a speed must be above 0")
         return cls(
             whitelist=read_patterns(config, f"{prefix}/whitelist"),
             blacklist=read_patterns(config, f"{prefix}/blacklist"),
@@ -111,13 +114,13 @@ class EstimatorProperty(Generic[T]):
             {key: get(path_of_entry) for key, path_of_entry in paths.items() if config.exists(path_of_entry)},
         )
 
-    def of(self, entry: SkillPattern | None) -> T:
+    def value_for(self, entry: SkillPattern | None) -> T:
         """Return the value for an entry."""
         return self.default if entry is None else self.overrides.get(entry.key, self.default)
 
 
 @dataclass(frozen=True)
-class StaticEstimator(SkillSelection, Decider):
+class StaticEstimator(EstimatorSettings, Decider):
     """Durations from the configuration: that of the first matching entry of the whitelist, else the default.
 
     :param seconds: the default duration; None: no default.
@@ -127,9 +130,9 @@ class StaticEstimator(SkillSelection, Decider):
 
     @classmethod
     def from_config(cls, config: Configuration, prefix: str = STATIC_PREFIX) -> Self:
-        """Read ``exec-time`` and the settings of :class:`SkillSelection` below ``prefix``.
+        """Read ``exec-time`` and the :class:`EstimatorSettings` below ``prefix``.
 
-        :raises SkillerError: as :meth:`SkillSelection.from_config`.
+        :raises SkillerError: as :meth:`EstimatorSettings.from_config`.
         """
         return replace(
             super().from_config(config, prefix), seconds=_read_seconds(config, f"{prefix}/exec-time")
@@ -148,7 +151,7 @@ def argument_text(value: object) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
-def invalid_value(config: Configuration, path: str, fault: str, hint: str) -> SkillerError:
+def invalid_value_error(config: Configuration, path: str, fault: str, hint: str) -> SkillerError:
     """Return the error about a configured value, with its file and line."""
     value = config.get(path)
     return SkillerError(f"{path} {fault}", file=value.file or None, line=value.line or None, hint=hint)
@@ -174,7 +177,7 @@ def read_pattern(config: Configuration, path: str, key: str) -> SkillPattern:
     for text in config.get_strings(args_path) if config.exists(args_path) else []:
         name, separator, value = text.partition("=")
         if not separator:
-            raise invalid_value(
+            raise invalid_value_error(
                 config, args_path, f"has '{text}'", 'write NAME=PATTERN, e.g. ["text=hello .*"]'
             )
         args[name.strip()] = value.strip().strip("'\"")
@@ -182,7 +185,9 @@ def read_pattern(config: Configuration, path: str, key: str) -> SkillPattern:
             re.compile(args[name.strip()])
         except re.error as error:
             hint = "a regular expression for the whole value, e.g. hello .*"
-            raise invalid_value(config, args_path, f"has the pattern '{value}': {error}", hint) from None
+            raise invalid_value_error(
+                config, args_path, f"has the pattern '{value}': {error}", hint
+            ) from None
     return SkillPattern(
         name=config.get_str(f"{path}/{key}/name"),
         args=args,
@@ -196,5 +201,5 @@ def _read_seconds(config: Configuration, path: str) -> float | None:
         return None
     seconds = config.get_float(path)
     if not 0 <= seconds <= FOREVER:
-        raise invalid_value(config, path, f"is {seconds:g}", f"write seconds, from 0 to {FOREVER:g}")
+        raise invalid_value_error(config, path, f"is {seconds:g}", f"write seconds, from 0 to {FOREVER:g}")
     return seconds

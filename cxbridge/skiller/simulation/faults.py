@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from cxbridge.skiller.simulation.deciders import Decider, Outcome
-from cxbridge.skiller.simulation.estimators import SkillPattern, invalid_value, read_pattern
+from cxbridge.skiller.simulation.estimators import SkillPattern, invalid_value_error, read_pattern
 from cxbridge.skiller.skillstring import SkillStringCall
 from cxbridge.skiller.status import Status
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from cxbridge.config import Configuration
 
 FAILURES_PREFIX = "/plugins/skiller-simulator/failures"
-"""The configuration of failures."""
+"""The path of the configuration of failures."""
 
 _ENTRY_KEYS = frozenset({"name", "args", "probability", "calls", "error", "after"})
 
@@ -87,11 +87,11 @@ def _read_failure(config: Configuration, prefix: str, key: str) -> Failure:
     hint = "an entry must have name, and probability or calls; it may have args, error, after"
     for name in keys:
         if name not in _ENTRY_KEYS:
-            raise invalid_value(config, f"{path}/{name}", "is not a setting of a failure", hint)
+            raise invalid_value_error(config, f"{path}/{name}", "is not a setting of a failure", hint)
     # without a probability or calls the failure would silently never strike
     if "name" not in keys or not {"probability", "calls"} & set(keys):
         first_path = f"{path}/{keys[0]}" if keys else path
-        raise invalid_value(
+        raise invalid_value_error(
             config,
             first_path,
             f"belongs to the failure '{key}', which needs 'probability' or 'calls'",
@@ -111,7 +111,7 @@ def _read_share(config: Configuration, path: str, default: float) -> float:
         return default
     share = config.get_float(path)
     if not 0 <= share <= 1:
-        raise invalid_value(config, path, f"is {share:g}", "write a number from 0 to 1")
+        raise invalid_value_error(config, path, f"is {share:g}", "write a number from 0 to 1")
     return share
 
 
@@ -120,5 +120,5 @@ def _read_calls(config: Configuration, path: str) -> Sequence[int]:
         return ()
     numbers = config.get_uints(path) if config.is_list(path) else [config.get_uint(path)]
     if 0 in numbers:
-        raise invalid_value(config, path, "has a call 0", "calls are counted from 1")
+        raise invalid_value_error(config, path, "has a call 0", "calls are counted from 1")
     return numbers

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from cxbridge.skiller.simulation.deciders import Decider, Outcome
 from cxbridge.skiller.simulation.estimators import (
-    PREFIX,
+    CONFIG_PREFIX,
     EstimatorProperty,
-    SkillSelection,
+    EstimatorSettings,
     argument_text,
 )
 from cxbridge.skiller.skillstring import SkillStringCall
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
     from cxbridge.config import Configuration
 
-NAVGRAPH_PREFIX = f"{PREFIX}/navgraph"
-"""The configuration of this estimator."""
+NAVGRAPH_PREFIX = f"{CONFIG_PREFIX}/navgraph"
+"""The path of this estimator's configuration."""
 
 OWNER = "NavGraphEstimator"
 """The owner of the pose."""
@@ -54,7 +54,7 @@ class _Drive:
 class NavGraphEstimator(Decider):
     """Estimates skills that drive to a reachable node, from the length of the path.
 
-    :param selection: the supported skills; its ``speed`` is in metres per second.
+    :param settings: the settings that all estimators have; the ``speed`` is in metres per second.
     :param target: the argument with the target node.
     :param start: the argument with the start node; if empty or missing, the node closest to the pose.
     :param pose: the coordinates x and y of the start, in metres in the fixed frame.
@@ -64,15 +64,15 @@ class NavGraphEstimator(Decider):
     def __init__(
         self,
         graph: NavGraph,
-        selection: SkillSelection | None = None,
+        settings: EstimatorSettings | None = None,
         *,
         target: EstimatorProperty[str] | None = None,
         start: EstimatorProperty[str] | None = None,
         pose: tuple[float, float] = (0.0, 0.0),
         interface: Any = None,
     ) -> None:
-        self.selection = selection or SkillSelection()
-        self.priority = self.selection.priority
+        self.settings = settings or EstimatorSettings()
+        self.priority = self.settings.priority
         self._graph = graph
         self._target = target or EstimatorProperty("place")
         self._start = start or EstimatorProperty("")
@@ -84,14 +84,14 @@ class NavGraphEstimator(Decider):
     def from_config(
         cls, config: Configuration, graph: NavGraph, board: BlackBoard, prefix: str = NAVGRAPH_PREFIX
     ) -> NavGraphEstimator:
-        """Read ``target``, ``start``, ``pose-update`` and the settings of :class:`SkillSelection`.
+        """Read ``target``, ``start``, ``pose-update`` and the :class:`EstimatorSettings` below ``prefix``.
 
         The configuration of amcl names the interface of the pose, and the pose at the start.
 
-        :raises SkillerError: as :meth:`SkillSelection.from_config`.
+        :raises SkillerError: as :meth:`EstimatorSettings.from_config`.
         :raises BlackBoardError: if the pose has another writer.
         """
-        selection = SkillSelection.from_config(config, prefix)
+        settings = EstimatorSettings.from_config(config, prefix)
         interface: Any = None
         if config.get_bool(f"{prefix}/pose-update", default=True):
             name = config.get_str(f"{_AMCL_PREFIX}/pose_interface_id", default="Pose")
@@ -99,7 +99,7 @@ class NavGraphEstimator(Decider):
             interface.frame = config.get_str("/frames/fixed", default="map")
         return cls(
             graph,
-            selection,
+            settings,
             target=EstimatorProperty.from_config(config, prefix, "target", config.get_str, "place"),
             start=EstimatorProperty.from_config(config, prefix, "start", config.get_str, ""),
             pose=(
@@ -116,11 +116,11 @@ class NavGraphEstimator(Decider):
 
     def decide(self, call: SkillStringCall) -> Outcome | None:
         """Return the duration of the path; None if the target is not a reachable node."""
-        if not self.selection.allows(call):
+        if not self.settings.allows(call):
             return None
-        entry = self.selection.find_entry(call)
-        target = argument_text(call.args.get(self._target.of(entry), ""))
-        start = argument_text(call.args.get(self._start.of(entry), ""))
+        entry = self.settings.find_entry(call)
+        target = argument_text(call.args.get(self._target.value_for(entry), ""))
+        start = argument_text(call.args.get(self._start.value_for(entry), ""))
         if not start:
             closest = self._graph.closest_node(*self._pose[:2])
             start = closest.name if closest is not None else ""
@@ -130,13 +130,13 @@ class NavGraphEstimator(Decider):
         if path is None:
             return None
         self._drive = _Drive(call, path.nodes)
-        return Outcome(path.cost / self.selection.speed)
+        return Outcome(path.cost / self.settings.speed)
 
     def progress(self, call: SkillStringCall, seconds: float) -> None:
         """Advance along the path and publish the pose."""
         # another decider may have the duration of a later call
         if self._drive is not None and self._drive.call is call:
-            self._publish_pose(self._drive.pose(seconds * self.selection.speed))
+            self._publish_pose(self._drive.pose(seconds * self.settings.speed))
 
     def _publish_pose(self, pose: tuple[float, float, float]) -> None:
         self._pose = pose

@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING
 from cxbridge.errors import SkillError
 from cxbridge.skiller.simulation.deciders import Decider, Outcome
 from cxbridge.skiller.simulation.estimators import (
-    PREFIX,
+    CONFIG_PREFIX,
     EstimatorProperty,
+    EstimatorSettings,
     SkillPattern,
-    SkillSelection,
     argument_text,
-    invalid_value,
+    invalid_value_error,
 )
 from cxbridge.skiller.skillstring import SkillStringCall, parse_skill_call
 from cxbridge.skiller.status import Status
@@ -25,8 +25,8 @@ from cxbridge.skiller.status import Status
 if TYPE_CHECKING:
     from cxbridge.config import Configuration
 
-LOOKUP_PREFIX = f"{PREFIX}/lookup"
-"""The configuration of the lookup estimator."""
+LOOKUP_PREFIX = f"{CONFIG_PREFIX}/lookup"
+"""The path of the lookup estimator's configuration."""
 
 ANY = ".*"
 """A recorded argument that matches every value, as in Fawkes' collections."""
@@ -63,14 +63,14 @@ class LookupEstimator(Decider):
     def __init__(
         self,
         samples: Iterable[Sample],
-        selection: SkillSelection | None = None,
+        settings: EstimatorSettings | None = None,
         *,
         fully_match_args: EstimatorProperty[bool] | None = None,
         include_failures: EstimatorProperty[bool] | None = None,
         rng: random.Random | None = None,
     ) -> None:
-        self.selection = selection or SkillSelection()
-        self.priority = self.selection.priority
+        self.settings = settings or EstimatorSettings()
+        self.priority = self.settings.priority
         self._fully_match = fully_match_args or EstimatorProperty(default=True)
         self._failures = include_failures or EstimatorProperty(default=False)
         self._rng = rng or random.Random(0)  # noqa: S311 - a simulation is reproducible
@@ -90,7 +90,7 @@ class LookupEstimator(Decider):
         rng: random.Random | None = None,
         prefix: str = LOOKUP_PREFIX,
     ) -> LookupEstimator:
-        """Read ``recordings``, ``fully-match-args``, ``include-failures`` and the settings of SkillSelection.
+        """Read ``recordings``, ``fully-match-args``, ``include-failures`` and the :class:`EstimatorSettings`.
 
         :param read_samples: reads a recording, whose path is relative to the configuration file.
         :raises CxbridgeError: if a recording is unreadable or the configuration is wrong.
@@ -102,13 +102,13 @@ class LookupEstimator(Decider):
         for text in texts:
             run_samples = list(read_samples(folder / Path(text).expanduser()))
             if not run_samples:
-                raise invalid_value(
+                raise invalid_value_error(
                     config, path, f"names '{text}', in which no skill ends", "name runs with skills"
                 )
             samples += run_samples
         return cls(
             samples,
-            SkillSelection.from_config(config, prefix),
+            EstimatorSettings.from_config(config, prefix),
             fully_match_args=EstimatorProperty.from_config(
                 config, prefix, "fully-match-args", config.get_bool, True
             ),
@@ -120,10 +120,10 @@ class LookupEstimator(Decider):
 
     def decide(self, call: SkillStringCall) -> Outcome | None:
         """Draw an execution of the skill; None without one."""
-        if not self.selection.allows(call):
+        if not self.settings.allows(call):
             return None
-        entry = self.selection.find_entry(call)
-        failures = self._failures.of(entry)
+        entry = self.settings.find_entry(call)
+        failures = self._failures.value_for(entry)
         matches = [
             sample
             for sample_call, sample in self._samples.get(call.name, ())
@@ -132,9 +132,7 @@ class LookupEstimator(Decider):
         if not matches:
             return None
         chosen_sample = self._rng.choice(matches)
-        return Outcome(
-            chosen_sample.seconds / self.selection.speed, chosen_sample.status, chosen_sample.error
-        )
+        return Outcome(chosen_sample.seconds / self.settings.speed, chosen_sample.status, chosen_sample.error)
 
     def _matches(
         self, sample_call: SkillStringCall, call: SkillStringCall, entry: SkillPattern | None
@@ -142,7 +140,7 @@ class LookupEstimator(Decider):
         recorded_args = {key: argument_text(value) for key, value in sample_call.args.items()}
         # all arguments of the call count; a recorded execution may have further ones, which the call leaves
         # out
-        if self._fully_match.of(entry):
+        if self._fully_match.value_for(entry):
             return all(
                 recorded_args.get(key) in (ANY, argument_text(value)) for key, value in call.args.items()
             )

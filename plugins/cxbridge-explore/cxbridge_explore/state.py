@@ -214,10 +214,10 @@ def _walk_items(env: ClipsEnvironment, next_item: Callable[[CData, CData], CData
 
     :param next_item: a function of CLIPS that returns the construct after a construct, the first after NULL.
     """
-    item = next_item(env.env, NULL)
+    item = next_item(env.c_env, NULL)
     while item != NULL:
         yield item
-        item = next_item(env.env, item)
+        item = next_item(env.c_env, item)
 
 
 def _read_board_state(board: LocalBlackBoard, normalizer: _Normalizer) -> Hashable:
@@ -257,7 +257,7 @@ def _list_hidden_reasons(agent: Run) -> list[str]:
         reasons.append("the robot memory has a hidden state")
     if agent.additions.features:
         reasons.append("a program's own features have a hidden state")
-    if lib.GetNextInstance(env.env, NULL) != NULL:
+    if lib.GetNextInstance(env.c_env, NULL) != NULL:
         reasons.append("the agent has instances of COOL")
     drawing = _find_drawing_functions(env)
     reasons += [

@@ -56,7 +56,7 @@ class Referee(Component):
         self._protobuf = ProtobufFeature(ProtobufSettings((message_folder,)), network.join, templates=False)
         try:
             self._define_functions(refbox, config, seed)
-            self._time = NumberFact(env.env, "time")
+            self._time = NumberFact(env.c_env, "time")
             self._load_rules(refbox, seed)
         except Exception:
             self._close_environment()
@@ -99,7 +99,7 @@ class Referee(Component):
         with env.lock:
             self._machines.loop()
             self._protobuf.before_run(env)
-            self._time.add(*env.time_of(self._clock.now_us()))
+            self._time.add(*env.to_time_fields(self._clock.now_us()))
             env.refresh_agenda()
             env.run()
             self._protobuf.delete_messages(env)

@@ -213,10 +213,10 @@ class Ros2CxSource(Source):
         files = super().core_files(paths, config)
         if paths.is_builtin:
             return files
-        time_of = (
+        to_time_fields = (
             to_seconds_and_nanoseconds
             if Ros2CxSettings.from_config(config).repeats_defects
-            else files.time_of
+            else files.to_time_fields
         )
         return CoreFiles(
             files.cx,
@@ -225,7 +225,7 @@ class Ros2CxSource(Source):
             files.override_dirs,
             config_feature=CONFIG_FEATURE,
             redefine_feature=REDEFINE_FEATURE,
-            time_of=time_of,
+            to_time_fields=to_time_fields,
         )
 
     def start_thinking(self, clock: Clock, config: Configuration) -> None:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 def defrules(env: ClipsEnvironment) -> Iterator[tuple[str, CData]]:
     """Yield the name and the pointer of each rule. Call this between runs of the rules."""
-    for rule in items_of(lib.GetNextDefrule, env.env):
+    for rule in items_of(lib.GetNextDefrule, env.c_env):
         yield decode(lib.DefruleName(rule)), rule
 
 

@@ -27,10 +27,10 @@ def _iterate_items(env: ClipsEnvironment, next_item: Callable[[CData, CData], CD
 
     :param next_item: a function of CLIPS that returns the item after an item, and the first item after NULL.
     """
-    item = next_item(env.env, NULL)
+    item = next_item(env.c_env, NULL)
     while item != NULL:
         yield item
-        item = next_item(env.env, item)
+        item = next_item(env.c_env, item)
 
 
 def count_items(env: ClipsEnvironment) -> dict[str, int]:

@@ -194,7 +194,7 @@ def _check_default(core: WholeCore, template: str, slot: Description) -> None:
 
 def _signature(core: WholeCore, function: str) -> tuple[int, str | None] | None:
     """Return the number of parameters and the wildcard of a deffunction; None for an unknown one."""
-    pointer = lib.FindDeffunction(core.env.env, function.encode())
+    pointer = lib.FindDeffunction(core.env.c_env, function.encode())
     if pointer == ffi.NULL:
         return None
     text = ffi.string(lib.DeffunctionPPForm(pointer)).decode()

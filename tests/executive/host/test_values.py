@@ -31,7 +31,7 @@ def values_env() -> Iterator[ClipsEnvironment]:
 def test_a_value_of_clips_is_printed_as_the_same_value_of_python_is_shown(
     values_env: ClipsEnvironment, value: Value
 ) -> None:
-    assert print_value(clips_value(values_env.env, value)) == show(value)
+    assert print_value(clips_value(values_env.c_env, value)) == show(value)
 
 
 @given(st.text(st.characters(exclude_categories=["Cc", "Cs"])))

@@ -16,8 +16,8 @@ from cxbridge.events import Level
 from cxbridge.skiller.simulation.deciders import Decider, Outcome
 from cxbridge.skiller.simulation.estimators import (
     EstimatorProperty,
+    EstimatorSettings,
     SkillPattern,
-    SkillSelection,
     StaticEstimator,
 )
 from cxbridge.skiller.simulation.faults import Failure, FailureInjector
@@ -127,22 +127,24 @@ def test_a_failure_without_a_duration_has_its_share_of_the_next_one():
 
 
 @pytest.mark.parametrize(
-    ("selection", "allowed"),
+    ("settings", "allowed"),
     [
-        (SkillSelection(), True),
-        (SkillSelection(whitelist=[SkillPattern("other")]), False),
-        (SkillSelection(whitelist=[SkillPattern("say", {"text": "hi.*"})]), True),
-        (SkillSelection(whitelist=[SkillPattern("say", {"text": "hi"})]), False),  # the whole value
-        (SkillSelection(whitelist=[SkillPattern("say", {"more": ".*"})]), False),  # no such argument
-        (SkillSelection(blacklist=[SkillPattern("say")]), False),
+        (EstimatorSettings(), True),
+        (EstimatorSettings(whitelist=[SkillPattern("other")]), False),
+        (EstimatorSettings(whitelist=[SkillPattern("say", {"text": "hi.*"})]), True),
+        (EstimatorSettings(whitelist=[SkillPattern("say", {"text": "hi"})]), False),  # the whole value
+        (EstimatorSettings(whitelist=[SkillPattern("say", {"more": ".*"})]), False),  # no such argument
+        (EstimatorSettings(blacklist=[SkillPattern("say")]), False),
         (
-            SkillSelection(whitelist=[SkillPattern("say")], blacklist=[SkillPattern("say", {"text": "x"})]),
+            EstimatorSettings(
+                whitelist=[SkillPattern("say")], blacklist=[SkillPattern("say", {"text": "x"})]
+            ),
             True,
         ),
     ],
 )
-def test_white_and_black_lists(selection: SkillSelection, allowed: bool):
-    assert selection.allows(parse_skill_call('say{text="hi you"}')) is allowed
+def test_white_and_black_lists(settings: EstimatorSettings, allowed: bool):
+    assert settings.allows(parse_skill_call('say{text="hi you"}')) is allowed
 
 
 def test_the_blacklist_of_static():
@@ -191,7 +193,7 @@ def test_lookup_includes_failures_when_told_to():
 
 def test_lookup_without_fully_matching_looks_at_the_entry_of_the_whitelist():
     entry = SkillPattern("pick", {"what": "c.*"}, key="cups")
-    chosen = SkillSelection(whitelist=[entry], speed=2.0)
+    chosen = EstimatorSettings(whitelist=[entry], speed=2.0)
     estimator = LookupEstimator(PICKS, chosen, fully_match_args=EstimatorProperty(True, {"cups": False}))
     assert set(draws(estimator, 'pick{what="cap", from="Z"}')) == {Outcome(1.0), Outcome(2.0)}
     assert set(draws(estimator, 'pick{what="pot"}')) == {None}

@@ -11,7 +11,7 @@ import pytest
 from cxbridge.blackboard.errors import BlackBoardError
 from cxbridge.config import Configuration
 from cxbridge.skiller.simulation.deciders import Outcome
-from cxbridge.skiller.simulation.estimators import EstimatorProperty, SkillPattern, SkillSelection
+from cxbridge.skiller.simulation.estimators import EstimatorProperty, EstimatorSettings, SkillPattern
 from cxbridge.skiller.simulation.make import make_simulator
 from cxbridge.skiller.simulation.navigation import NavGraphEstimator
 from cxbridge.skiller.skillstring import parse_skill_call
@@ -39,7 +39,7 @@ def seconds(estimator: NavGraphEstimator, text: str) -> float | None:
 
 
 def test_the_length_of_the_way_by_the_speed(graph: NavGraph):
-    estimator = NavGraphEstimator(graph, SkillSelection(speed=0.5))
+    estimator = NavGraphEstimator(graph, EstimatorSettings(speed=0.5))
     assert seconds(estimator, 'goto{place="C"}') == 14.0
     assert seconds(estimator, 'goto{place="A"}') == 0.0
 
@@ -50,7 +50,7 @@ def test_what_is_no_node_that_can_be_reached_is_for_others(graph: NavGraph, text
 
 
 def test_start_and_target_are_arguments_by_the_entry_of_the_whitelist(graph: NavGraph):
-    chosen = SkillSelection(whitelist=[SkillPattern("drive", key="d"), SkillPattern("goto", key="g")])
+    chosen = EstimatorSettings(whitelist=[SkillPattern("drive", key="d"), SkillPattern("goto", key="g")])
     estimator = NavGraphEstimator(
         graph,
         chosen,
@@ -69,7 +69,7 @@ def test_without_a_start_it_is_the_closest_node_to_the_pose(graph: NavGraph):
 
 
 def test_the_pose_moves_along_the_way(graph: NavGraph):
-    estimator = NavGraphEstimator(graph, SkillSelection(speed=2.0))
+    estimator = NavGraphEstimator(graph, EstimatorSettings(speed=2.0))
     call = parse_skill_call('goto{place="C"}')
     estimator.decide(call)
     poses = []

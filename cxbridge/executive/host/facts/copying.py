@@ -67,7 +67,7 @@ class FactCopy(Struct):
     rows: list[FactRow] = field(default_factory=list)
     total: int = 0
 
-    def of(self, template: str) -> Iterator[Mapping[str, Value]]:
+    def facts_of(self, template: str) -> Iterator[Mapping[str, Value]]:
         """Yield the slots of a deftemplate's facts."""
         for row in self.rows:
             if row.template == template:

@@ -30,7 +30,7 @@ class HeldFact:
 
         :raises ClipsError: if the deftemplate or a slot is unknown.
         """
-        fact = env.add_fact(template, slots)
+        fact = env.assert_fact_pointer(template, slots)
         return None if fact == NULL else cls(fact)
 
     def retract(self) -> None:

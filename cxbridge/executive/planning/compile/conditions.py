@@ -102,7 +102,7 @@ class Evaluator:
 
     def bindings(self, variables: TypedList, binding: Binding) -> Iterator[Binding]:
         """Yield the binding extended by each choice of objects for the variables."""
-        return extended_bindings(variables, binding, self._objects.of)
+        return extended_bindings(variables, binding, self._objects.of_types)
 
     def _atom(self, atom: Atom, binding: Binding, *, negated: bool) -> Alternatives:
         fact = fact_of(atom, binding)

@@ -43,7 +43,7 @@ class GroundedSchema:
 
     def __init__(self, action: ActionSchema, objects: ObjectTable) -> None:
         self.parameters = {
-            name: objects.of(group.types) for group in action.parameters for name in group.names
+            name: objects.of_types(group.types) for group in action.parameters for name in group.names
         }
         self.atoms = list(_required_atoms(action.condition))
 

@@ -75,12 +75,12 @@ class Moment:
 
     def known_state(self) -> KnownState:
         """Return the state in the form in which conditions are evaluated."""
-        return KnownState(self.state.facts, self.state.numbers, self.objects.of, self.duration)
+        return KnownState(self.state.facts, self.state.numbers, self.objects.of_types, self.duration)
 
     def read_by(self, formulas: list[Formula], binding: Binding) -> tuple[set[Ground], set[Ground]]:
         """Return the facts that conditions read as true, and all other facts and functions that they read."""
         facts, numbers = RecordingFacts(self.state.facts), RecordingNumbers(self.state.numbers)
-        state = KnownState(facts, numbers, self.objects.of, self.duration)
+        state = KnownState(facts, numbers, self.objects.of_types, self.duration)
         for formula in formulas:
             formula.holds(state, binding)
         return facts.true_reads, facts.false_reads | numbers.reads

@@ -208,7 +208,7 @@ class _Checker:
             raise step_error(f"{action.name} takes {len(names)} objects, not {len(planned.arguments)}")
         binding = dict(zip(names, planned.arguments, strict=True))
         for group in action.parameters:
-            allowed = self._objects.of(group.types)
+            allowed = self._objects.of_types(group.types)
             for name in group.names:
                 if binding[name] not in allowed:
                     kind = " or ".join(group.types) or "object"

@@ -77,8 +77,8 @@ class StockEnvironment(ClipsEnvironment):
     output_router: ClassVar[type[OutputRouter]] = StockOutput
 
     def _apply_shims(self) -> None:
-        self._facts_by_index = FactsByIndex(self.env)
-        self._clips630_functions = Clips630Functions(self.env, self.udfs, self.build_unrecorded)
+        self._facts_by_index = FactsByIndex(self.c_env)
+        self._clips630_functions = Clips630Functions(self.c_env, self.udfs, self.build_unrecorded)
         self._executing: list[Path] = []
         for name, function, minimum, maximum, types in (
             ("exit", self._exit, 0, 1, "*"),
@@ -86,10 +86,10 @@ class StockEnvironment(ClipsEnvironment):
             ("load*", self._load_star, 1, 1, "*;sy"),
             ("batch*", self._batch_star, 1, 1, "*;sy"),
         ):
-            EXTRA_FUNCTIONS.RemoveUDF(self.env, encode(name))
+            EXTRA_FUNCTIONS.RemoveUDF(self.c_env, encode(name))
             self.define(name, function, minimum, maximum, types)
         self.define("cx-shutdown", self._quit)
-        EXTRA_FUNCTIONS.UnwatchString(self.env, b"all")
+        EXTRA_FUNCTIONS.UnwatchString(self.c_env, b"all")
 
     def _build_clips630_functions(self) -> None:
         """Do nothing: a cleared environment has all functions of CLIPS."""
@@ -102,7 +102,7 @@ class StockEnvironment(ClipsEnvironment):
         for item in items:
             if item.lower() not in WATCH_ITEMS:
                 raise ClipsError(f"Unknown watch item: {item}", hint=f"use: {', '.join(sorted(WATCH_ITEMS))}")
-            EXTRA_FUNCTIONS.WatchString(self.env, encode(item.lower().replace("_", "-")))
+            EXTRA_FUNCTIONS.WatchString(self.c_env, encode(item.lower().replace("_", "-")))
 
     def redirect_stdout_to_debug(self) -> None:
         """Log the output to stdout at the level DEBUG."""
@@ -114,17 +114,17 @@ class StockEnvironment(ClipsEnvironment):
         self._clear()
 
     def reset(self) -> None:
-        lib.Reset(self.env)
+        lib.Reset(self.c_env)
 
     def load(self, path: Path) -> bool:
         """Load a file's constructs like ``load*``; return whether the file could be opened."""
         with self._mark_reading(path):
-            return bool(lib.Load(self.env, encode(str(path))) != lib.LE_OPEN_FILE_ERROR)
+            return bool(lib.Load(self.c_env, encode(str(path))) != lib.LE_OPEN_FILE_ERROR)
 
     def batch(self, path: Path) -> bool:
         """Execute a file like ``batch*``; return whether the file could be opened."""
         with self._mark_reading(path, batch=True):
-            return bool(lib.BatchStar(self.env, encode(str(path))))
+            return bool(lib.BatchStar(self.c_env, encode(str(path))))
 
     @contextmanager
     def _mark_reading(self, path: Path, *, batch: bool = False) -> Iterator[None]:
@@ -146,7 +146,7 @@ class StockEnvironment(ClipsEnvironment):
 
     def _load_star(self, file: str) -> Value:
         with self._mark_reading(Path(file)):
-            return bool(lib.Load(self.env, encode(file)) == lib.LE_NO_ERROR)
+            return bool(lib.Load(self.c_env, encode(file)) == lib.LE_NO_ERROR)
 
     def _batch_star(self, file: str) -> Value:
         return self.batch(Path(file))
@@ -158,7 +158,7 @@ class StockEnvironment(ClipsEnvironment):
         """
         value = ffi.new("CLIPSValue *")
         outer = self.output.begin_error_capture()
-        error = lib.Eval(self.env, encode(expression), value)
+        error = lib.Eval(self.c_env, encode(expression), value)
         text = self.output.end_error_capture(outer)
         if error != lib.EE_NO_ERROR:
             self.api.clear_halt()
@@ -170,7 +170,7 @@ class StockEnvironment(ClipsEnvironment):
 
         :returns: the index of the fact; None if CLIPS rejects the fact.
         """
-        pointer = lib.AssertString(self.env, encode(fact))
+        pointer = lib.AssertString(self.c_env, encode(fact))
         return None if pointer == NULL else int(lib.FactIndex(pointer))
 
     def fire(self, limit: int = -1, fired_before: int = 0) -> int:
@@ -180,7 +180,7 @@ class StockEnvironment(ClipsEnvironment):
         :param fired_before: the number of firings in previous calls for the same run.
         """
         fired = 0
-        self._held = self._is_halted = False
+        self._is_ended_by_host = self._is_ended_by_halt = False
         if not fired_before:
             self.endless.begin()
         while not self.is_ended:
@@ -188,7 +188,7 @@ class StockEnvironment(ClipsEnvironment):
             if max_firings <= 0:
                 break
             self.is_firing = self.output.is_firing = True
-            chunk_fired = int(lib.Run(self.env, max_firings))
+            chunk_fired = int(lib.Run(self.c_env, max_firings))
             self.is_firing = self.output.is_firing = False
             fired += chunk_fired
             if self.api.is_halted() or self.api.is_halt_requested():

@@ -80,12 +80,12 @@ class StubbedEnvironment(ClipsEnvironment):
         self._step_count = 0
         self._is_initialised = False
         super().__init__(name, bus, log_component)
-        _check_record_layout(self.env)
+        _check_record_layout(self.c_env)
         for function in self.call("get-function-list"):
             self._replace_by_stub(str(function))
         self._is_initialised = True
         self._step_callback = make_callback("void(Environment *, void *)", self._count_step)
-        EXTRA_FUNCTIONS.AddPeriodicFunction(self.env, b"cxbridge-look", self._step_callback, 0, NULL)
+        EXTRA_FUNCTIONS.AddPeriodicFunction(self.c_env, b"cxbridge-look", self._step_callback, 0, NULL)
 
     @property
     def stub_addresses(self) -> frozenset[int]:
@@ -127,7 +127,7 @@ class StubbedEnvironment(ClipsEnvironment):
         """Replace a function by a stub unless :data:`KEPT_FUNCTIONS` keeps it."""
         if name in KEPT_FUNCTIONS:
             return
-        record = ffi.cast("intptr_t *", EXTRA_FUNCTIONS.FindFunction(self.env, encode(name)))
+        record = ffi.cast("intptr_t *", EXTRA_FUNCTIONS.FindFunction(self.c_env, encode(name)))
         types = int(ffi.cast("unsigned *", record + _TYPES_OFFSET)[0])
         # One stub serves all functions with the same types of results; `open` has the key -1.
         key = -1 if name == "open" else types

@@ -138,7 +138,7 @@ class LiveStoppedEnvironment(StoppedEnvironment):
         return Counter(name for _, name, _ in self._env.facts())
 
     def find_template(self, name: str) -> FactTemplate | None:
-        pointer = lib.FindDeftemplate(self._env.env, encode(name))
+        pointer = lib.FindDeftemplate(self._env.c_env, encode(name))
         return None if pointer == NULL else template_of(pointer)
 
     def facts(self, template: str) -> Sequence[FactChange]:
@@ -166,7 +166,7 @@ class LiveStoppedEnvironment(StoppedEnvironment):
         return None if probes is None or not self._is_within_rule else probes.values()
 
     def has_function(self, name: str) -> bool:
-        function = EXTRA_FUNCTIONS.FindFunction(self._env.env, encode(name))
+        function = EXTRA_FUNCTIONS.FindFunction(self._env.c_env, encode(name))
         return bool(function != NULL) or self._env.loader.has_function(name)
 
     def evaluate(self, expression: str) -> Evaluation:

@@ -15,16 +15,16 @@ if TYPE_CHECKING:
 
 def activations(env: ClipsEnvironment) -> Iterator[tuple[int, str, str]]:
     """Yield the salience, the rule and the facts (``f-1,f-2``) of each activation, in firing order."""
-    for activation in items_of(lib.GetNextActivation, env.env):
+    for activation in items_of(lib.GetNextActivation, env.c_env):
         rule, basis = decode(lib.ActivationRuleName(activation)), env.watcher.activation_basis(activation)
         yield int(lib.ActivationGetSalience(activation)), rule, basis
 
 
 def next_rule(env: ClipsEnvironment) -> str:
     """Return the name of the rule that fires next; empty if the agenda is empty."""
-    activation = lib.GetNextActivation(env.env, NULL)
+    activation = lib.GetNextActivation(env.c_env, NULL)
     return "" if activation == NULL else decode(lib.ActivationRuleName(activation))
 
 
 def activation_count(env: ClipsEnvironment) -> int:
-    return sum(1 for _ in items_of(lib.GetNextActivation, env.env))
+    return sum(1 for _ in items_of(lib.GetNextActivation, env.c_env))

@@ -52,7 +52,7 @@ def search_facts(
     """
     facts: list[tuple[int, str]] = []
     deadline, last_index = perf_counter() + max_seconds, after
-    for fact in items_of(lib.GetNextFact, env.env):
+    for fact in items_of(lib.GetNextFact, env.c_env):
         index = int(lib.FactIndex(fact))
         if index > after:
             # Search at least one fact, so that a client that continues makes progress.
@@ -66,7 +66,7 @@ def search_facts(
 
 
 def count_facts(env: ClipsEnvironment) -> int:
-    return sum(1 for _ in items_of(lib.GetNextFact, env.env))
+    return sum(1 for _ in items_of(lib.GetNextFact, env.c_env))
 
 
 def assert_text(env: ClipsEnvironment, text: str, *, constant: bool = False) -> int:
@@ -75,12 +75,12 @@ def assert_text(env: ClipsEnvironment, text: str, *, constant: bool = False) -> 
     :param constant: whether only constants are accepted, not calls, which CLIPS would evaluate.
     :raises ClipsError: if CLIPS refuses the fact.
     """
-    text = constant_text(env.env, text) if constant else text
+    text = constant_text(env.c_env, text) if constant else text
     check_parser_limits(text)
     # Read the names before the assertion, which defines an unknown deftemplate of ordered facts.
     templates = construct_names(env, "deftemplate")
     outer_sink = env.output.begin_error_capture()
-    fact = lib.AssertString(env.env, encode(text))
+    fact = lib.AssertString(env.c_env, encode(text))
     errors = " ".join(env.output.end_error_capture(outer_sink).split())
     env.api.clear_halt()
     if fact == NULL or errors:
@@ -99,7 +99,7 @@ def _find_similar_name(env: ClipsEnvironment, text: str, errors: str, templates:
     slot = _INVALID_SLOT.search(errors)
     if slot is None:
         return None
-    return _find_similar_slot(slot[1], template_of(lib.FindDeftemplate(env.env, encode(relation))))
+    return _find_similar_slot(slot[1], template_of(lib.FindDeftemplate(env.c_env, encode(relation))))
 
 
 def _find_similar_slot(name: str, template: FactTemplate) -> str:
@@ -143,7 +143,7 @@ def modify_fact(
         values = constant_values(text) if constant else text
         changes += (Symbol(slot), env.eval(f"(create$ {values})"))
     complaints: list[str] = []
-    modified = Modify(env.env, env.api, env.maker, complaints.append)(index, *changes)
+    modified = Modify(env.c_env, env.api, env.maker, complaints.append)(index, *changes)
     env.api.clear_halt()
     if not isinstance(modified, FactAddress):
         raise ClipsError(" ".join(complaints) or f"CLIPS refuses to modify f-{index}")

@@ -57,7 +57,7 @@ def copy_facts(
     """
     env = find_environment(call, name, status)
     begin, end = (0, None) if window is None or window.search else window.range
-    copier = FactCopier(env.env, is_selected, begin, end)
+    copier = FactCopier(env.c_env, is_selected, begin, end)
     pieces, end_marker = copier.pieces(), object()
     while True:
         with env.lock:
@@ -70,7 +70,7 @@ def copy_facts(
 
 def facts(call: ApiCall, template: str) -> Iterator[Slots]:
     """Yield the slots of the copied facts of a deftemplate in order."""
-    return call.facts.of(template)
+    return call.facts.facts_of(template)
 
 
 def _first_value(slots: Slots, name: str) -> Value:

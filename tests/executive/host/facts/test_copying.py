@@ -24,7 +24,7 @@ def _env():
 
 
 def copied(env, wanted=lambda _name: True, **window):
-    copier = FactCopier(env.env, wanted, **window)
+    copier = FactCopier(env.c_env, wanted, **window)
     for _ in copier.pieces():
         pass
     return copier.copy
@@ -50,7 +50,7 @@ def test_a_copy_is_what_the_environment_tells(env):
     assert [type(value) for row in copy.rows[1:2] for value in row.values] == [
         type(value) for _, _, slots in list(env.facts())[1:2] for value in slots.values()
     ]
-    assert list(copy.of("box")) == [slots for _, _, slots in env.facts("box")]
+    assert list(copy.facts_of("box")) == [slots for _, _, slots in env.facts("box")]
     assert copy.templates["empty"].slots is None
     assert copy.templates["box"].slots == (("id", False), ("size", False), ("notes", True))
 
@@ -67,7 +67,7 @@ def test_a_window_of_some_deftemplates(env):
     fill(env, 20)
     env.assert_string("(other)")
     copy = copied(env, "box".__eq__, begin=5, end=8)
-    assert ([slots["id"] for slots in copy.of("box")], copy.total) == ([5, 6, 7], 20)
+    assert ([slots["id"] for slots in copy.facts_of("box")], copy.total) == ([5, 6, 7], 20)
     assert copied(env, "box".__eq__, begin=99).rows == []
     assert copied(env, "nothing".__eq__).total == 0
 
@@ -75,7 +75,7 @@ def test_a_window_of_some_deftemplates(env):
 def test_what_changes_meanwhile_is_as_it_was_or_as_it_is(env):
     fill(env)
     indices = [index for index, _, _ in env.facts()]
-    copier = FactCopier(env.env, lambda _name: True)
+    copier = FactCopier(env.c_env, lambda _name: True)
     pieces = copier.pieces()
     next(pieces)
     gone_before, here, gone_after = indices[0], indices[PIECE_SIZE - 1], indices[-1]
@@ -90,7 +90,7 @@ def test_what_changes_meanwhile_is_as_it_was_or_as_it_is(env):
     assert not {gone_before, here, gone_after} & set(rows)
     assert rows[new].values[0] == "new"
     assert copier.copy.total == len(copier.copy.rows)
-    assert {slots["id"] for slots in copier.copy.of("box")} == {
+    assert {slots["id"] for slots in copier.copy.facts_of("box")} == {
         slots["id"] for _, _, slots in env.facts("box")
     }
 
@@ -107,7 +107,7 @@ def test_whatever_rules_do_all_that_is_there_at_the_end_is_copied(changes):
     try:
         env.build("(deftemplate box (slot id) (slot size) (multislot notes))")
         fill(env, 33)
-        copier = FactCopier(env.env, "box".__eq__, piece_size=10)
+        copier = FactCopier(env.c_env, "box".__eq__, piece_size=10)
         for piece, _ in enumerate(copier.pieces()):
             for at, what, number in changes:
                 indices = [index for index, _, _ in env.facts("box")]

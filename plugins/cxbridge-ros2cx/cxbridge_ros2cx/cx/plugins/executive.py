@@ -54,7 +54,7 @@ class ExecutivePlugin(CxPlugin):
                 env.define(name, self._now_s)
             self._init_time_fact(env)
         else:  # an environment for inspection, in which no rule fires
-            env.time_of = lambda time_us: (time_us / MICROSECONDS,)
+            env.to_time_fields = lambda time_us: (time_us / MICROSECONDS,)
 
     def _init_time_fact(self, env: StockEnvironment) -> None:
         if env not in self._time_facts:  # an environment may load the plug-in twice
@@ -62,7 +62,7 @@ class ExecutivePlugin(CxPlugin):
                 env.build(construct)
             env.eval("(unwatch facts time)")
             env.eval("(unwatch rules time-retract)")
-            self._time_facts[env] = NumberFact(env.env, "time")
+            self._time_facts[env] = NumberFact(env.c_env, "time")
 
     def _now_s(self) -> float:
         return self.context.clock.now_us() / MICROSECONDS

@@ -129,7 +129,7 @@ class FocusStackExecutivePlugin(ExecutivePlugin):
             return [_MAIN_MODULE]
         modules = []
         for module in self.parameters.get_strings(name):
-            if lib.FindDefmodule(env.env, encode(module)) == ffi.NULL:
+            if lib.FindDefmodule(env.c_env, encode(module)) == ffi.NULL:
                 self.log.error(f"Focus stack entry '{module}' is not a valid module, removing from stack.")
             else:
                 modules.append(module)
@@ -176,14 +176,14 @@ class FocusStackExecutivePlugin(ExecutivePlugin):
     def _eval(self, request: Message) -> Mapping[str, Any]:
         return self._run_command(
             request,
-            lambda env, text: int(lib.Eval(env.env, text, ffi.new("CLIPSValue *"))),
+            lambda env, text: int(lib.Eval(env.c_env, text, ffi.new("CLIPSValue *"))),
             "Eval",
             _EVAL_ERRORS,
         )
 
     def _build(self, request: Message) -> Mapping[str, Any]:
         return self._run_command(
-            request, lambda env, text: int(lib.Build(env.env, text)), "Build", _BUILD_ERRORS
+            request, lambda env, text: int(lib.Build(env.c_env, text)), "Build", _BUILD_ERRORS
         )
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:

@@ -170,7 +170,7 @@ class ActionClients(ClientGroup[ClientEndpoint]):
         type_name, ros = self.resolve_type(type_text, "action"), self.plugin.ros
         client = ActionClient(ros.node, ros.prepare_client(server, type_name), str(type_name))
         slots = {"server": str(server)} | self.make_type_slot(type_text)
-        fact = self.plugin.add_fact(env, f"{self.prefix}{self._names.client}", slots)
+        fact = self.plugin.assert_fact_pointer(env, f"{self.prefix}{self._names.client}", slots)
         self.clients[env, server] = ClientEndpoint(type_name, client.close, fact, env, client, [])
 
     def call(self, name: str, client: ClientEndpoint, fields: Mapping[str, Any]) -> None:
@@ -194,17 +194,17 @@ class ActionClients(ClientGroup[ClientEndpoint]):
             type_name = parse_type(CANCEL_GOAL_TYPE, "srv").derive("Response")
             address = plugin.messages.take(type_name, response)
             slots = {"server": server, "client-goal-handle-ptr": handle, "cancel-response-ptr": address}
-            plugin.add_fact(env, f"{prefix}cancel-response", slots)
+            plugin.assert_fact_pointer(env, f"{prefix}cancel-response", slots)
             return
         code, goals = response["return_code"], response["goals_canceling"]
         name = _RETURN_CODES[code] if 0 <= code < len(_RETURN_CODES) else "ERROR_UNKNOWN"
         slots = {"server": server, "return-code": Symbol(name), "num-goals": len(goals)}
-        plugin.add_fact(env, f"{prefix}cancel-goal-response", slots)
+        plugin.assert_fact_pointer(env, f"{prefix}cancel-goal-response", slots)
         for goal in goals:
             stamp = goal["stamp"]["sec"] + goal["stamp"]["nanosec"] / 1e9
             goal_id = str(uuid.UUID(bytes=bytes(goal["goal_id"]["uuid"])))
             slots = {"server": server, "goal-id": goal_id, "stamp": stamp}
-            plugin.add_fact(env, f"{prefix}cancel-goal-entry", slots)
+            plugin.assert_fact_pointer(env, f"{prefix}cancel-goal-entry", slots)
 
 
 class _GoalFactWriter(GoalObserver):
@@ -219,7 +219,9 @@ class _GoalFactWriter(GoalObserver):
     def _add_goal_fact(self, name: str, slots: Mapping[str, Value]) -> None:
         clients = self._clients
         if clients.clients.get(self._env, self._server) is not None:  # rules may have destroyed the client
-            clients.plugin.add_fact(self._env, f"{clients.prefix}{name}", {"server": self._server, **slots})
+            clients.plugin.assert_fact_pointer(
+                self._env, f"{clients.prefix}{name}", {"server": self._server, **slots}
+            )
 
     def on_response(self, sent: SentGoal) -> None:
         if sent.is_accepted:

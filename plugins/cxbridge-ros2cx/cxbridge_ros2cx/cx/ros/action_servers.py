@@ -99,7 +99,7 @@ class ActionServers(EndpointGroup):
             self.plugin.context.clock,
             right=Right.CONTROL,
         )
-        fact = self.plugin.add_fact(env, f"{self.prefix}server", {"name": str(server)})
+        fact = self.plugin.assert_fact_pointer(env, f"{self.prefix}server", {"name": str(server)})
         self._servers[env, server] = _ActionServerEndpoint(self.type_name, goal_server.close, fact, handler)
 
     def find_handler(self, env: ClipsEnvironment, server: str) -> GoalHandler | None:
@@ -182,7 +182,7 @@ class _DeffunctionGoalHandler(GoalHandler):
         # the address is kept: a later cancel request names the goal by its id
         address = self._goal_addresses[served.goal_id] = self._servers.handles.add(served)
         slots = {"server": self._server, "server-goal-handle-ptr": address}
-        self._plugin.add_fact(self._env, f"{self._prefix}accepted-goal", slots)
+        self._plugin.assert_fact_pointer(self._env, f"{self._prefix}accepted-goal", slots)
 
     def may_cancel(self, served: ServedGoal) -> bool:
         """Let the deffunction decide about a cancel request; without a deffunction, accept the request."""

@@ -107,7 +107,9 @@ class RosPlugin(CxPlugin):
             )
             env.build(f"(deftemplate {name} {text})")
 
-    def add_fact(self, env: ClipsEnvironment, template: str, slots: Mapping[str, Value]) -> int | None:
+    def assert_fact_pointer(
+        self, env: ClipsEnvironment, template: str, slots: Mapping[str, Value]
+    ) -> int | None:
         """Assert a fact, and return its index; None if CLIPS has the fact already."""
         with env.lock:
             return env.assert_fact(template, slots)

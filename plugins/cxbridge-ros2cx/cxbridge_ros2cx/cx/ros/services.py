@@ -94,7 +94,7 @@ class ServiceClients(ClientGroup[_ServiceClient]):
         type_name, ros = self.resolve_type(type_text, "srv"), self.plugin.ros
         client = ros.node.create_client(ros.prepare_client(service, type_name), str(type_name))
         slots = {"service": str(service)} | self.make_type_slot(type_text)
-        fact = self.plugin.add_fact(env, f"{self.prefix}client", slots)
+        fact = self.plugin.assert_fact_pointer(env, f"{self.prefix}client", slots)
         self.clients[env, service] = _ServiceClient(
             type_name, client.close, fact, env, client, [], time.monotonic()
         )
@@ -126,7 +126,7 @@ class ServiceClients(ClientGroup[_ServiceClient]):
                 slots["request-id"] = number
             slots["msg-ptr"] = self.plugin.messages.take(client.type_name.derive("Response"), response)
             if self.clients.get(client.env, name) is not None:  # rules may have destroyed the client
-                self.plugin.add_fact(client.env, f"{self.prefix}response", slots)
+                self.plugin.assert_fact_pointer(client.env, f"{self.prefix}response", slots)
 
         client.ros_client.call(fields, add_response)
         return number
@@ -167,7 +167,7 @@ class ServiceServers(EndpointGroup):
         )
         name_slot = "service" if self.type_name is None else "name"
         slots = {name_slot: str(service)} | self.make_type_slot(type_text)
-        fact = self.plugin.add_fact(env, f"{self.prefix}service", slots)
+        fact = self.plugin.assert_fact_pointer(env, f"{self.prefix}service", slots)
         self._services[env, service] = Endpoint(type_name, close, fact)
 
     def _handle_request(

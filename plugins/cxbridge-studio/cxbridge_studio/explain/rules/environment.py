@@ -58,14 +58,14 @@ def take_snapshot(env: ClipsEnvironment, rule: str, max_facts: int | None = None
     :param max_facts: if there are more facts, none are copied; None for :data:`MAX_FACTS`.
     :raises ClipsError: if there is no such rule.
     """
-    rule_pointer = lib.FindDefrule(env.env, encode(rule))
+    rule_pointer = lib.FindDefrule(env.c_env, encode(rule))
     if rule_pointer == NULL:
         raise ClipsError(f"there is no rule '{rule}'")
     text = decode(lib.DefrulePPForm(rule_pointer))
     condition = parse_rule(text)
     dependencies = find_dependencies(condition, lambda name: _function_text(env, name))
     global_names = sorted(
-        name for name in dependencies.globals if lib.FindDefglobal(env.env, encode(name)) != NULL
+        name for name in dependencies.globals if lib.FindDefglobal(env.c_env, encode(name)) != NULL
     )
     names = (
         None
@@ -101,7 +101,7 @@ def take_snapshot(env: ClipsEnvironment, rule: str, max_facts: int | None = None
 
 def _function_text(env: ClipsEnvironment, name: str) -> str | None:
     """Return the text of a deffunction, empty if CLIPS keeps none; None if there is no such function."""
-    function = lib.FindDeffunction(env.env, encode(name))
+    function = lib.FindDeffunction(env.c_env, encode(name))
     if function == NULL:
         return None
     form = lib.DeffunctionPPForm(function)
@@ -111,19 +111,19 @@ def _function_text(env: ClipsEnvironment, name: str) -> str | None:
 def _find_templates(env: ClipsEnvironment, names: set[str] | None) -> Mapping[str, FactTemplate]:
     """Return the existing deftemplates with these names; None for all."""
     templates = {}
-    template_pointer = lib.GetNextDeftemplate(env.env, NULL)
+    template_pointer = lib.GetNextDeftemplate(env.c_env, NULL)
     while template_pointer != NULL:
         name = decode(lib.DeftemplateName(template_pointer))
         if names is None or name in names:
             templates[name] = template_of(template_pointer)
-        template_pointer = lib.GetNextDeftemplate(env.env, template_pointer)
+        template_pointer = lib.GetNextDeftemplate(env.c_env, template_pointer)
     return templates
 
 
 def _fact_pointers(env: ClipsEnvironment, templates: Iterable[str]) -> Iterator[CData]:
     """Yield the pointers to the facts of deftemplates."""
     for name in templates:
-        template_pointer = lib.FindDeftemplate(env.env, encode(name))
+        template_pointer = lib.FindDeftemplate(env.c_env, encode(name))
         fact = lib.GetNextFactInTemplate(template_pointer, NULL)
         while fact != NULL:
             yield fact

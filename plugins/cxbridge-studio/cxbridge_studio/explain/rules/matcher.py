@@ -104,9 +104,9 @@ class Matcher:
         for row in snapshot.facts:
             slots_of = snapshot.templates[row.template].slots
             names = [NULL] if slots_of is None else [encode(slot) for slot, _ in slots_of]
-            deftemplate = lib.FindDeftemplate(env.env, encode(row.template))
+            deftemplate = lib.FindDeftemplate(env.c_env, encode(row.template))
             values = [
-                (name, clips_value(env.env, self._to_copied_value(value)))
+                (name, clips_value(env.c_env, self._to_copied_value(value)))
                 for name, value in zip(names, row.values, strict=True)
             ]
             pointer = env.maker.assert_fact(env.maker.make_fact(deftemplate, values))
@@ -192,7 +192,7 @@ class Matcher:
         check_parser_limits(" ".join(ces))
         output = self._env.output
         previous_sink = output.begin_error_capture()
-        error = lib.Build(self._env.env, encode(f"(defrule {_PROBE_RULE} {' '.join(ces)} => {action})"))
+        error = lib.Build(self._env.c_env, encode(f"(defrule {_PROBE_RULE} {' '.join(ces)} => {action})"))
         text = output.end_error_capture(previous_sink)
         messages = [" ".join(match.split()) for match in _MESSAGE.findall(text)]
         if error != lib.BE_NO_ERROR:
@@ -211,8 +211,8 @@ class Matcher:
         return f"it calls '{name}', which {'a diagnosis must not do' if is_removed else 'only the run has'}"
 
     def _remove_probe(self) -> None:
-        rule = lib.FindDefrule(self._env.env, encode(_PROBE_RULE))
-        lib.Undefrule(rule, self._env.env)
+        rule = lib.FindDefrule(self._env.c_env, encode(_PROBE_RULE))
+        lib.Undefrule(rule, self._env.c_env)
 
     def _fire_probe(self, ces: Sequence[str], action: str, limit: int) -> Count:
         """Fire the probe for each match up to a limit, and return the number of matches."""

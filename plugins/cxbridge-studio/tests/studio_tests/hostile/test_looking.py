@@ -398,7 +398,7 @@ def _env() -> Iterator[StubbedEnvironment]:
 
 def pointer(env: ClipsEnvironment, function: str) -> int:
     """Return what CLIPS calls for a function."""
-    return int(ffi.cast("intptr_t *", EXTRA_FUNCTIONS.FindFunction(env.env, encode(function)))[3])
+    return int(ffi.cast("intptr_t *", EXTRA_FUNCTIONS.FindFunction(env.c_env, encode(function)))[3])
 
 
 def test_each_function_of_the_table_has_a_reason_or_is_a_stub(env):
