@@ -60,7 +60,7 @@ class EventDescription(Struct, frozen=True):
         selection computes the value.
     :param subject: the fields that identify the subject whose state the events describe, e.g. a goal; empty
         for events without state.
-    :param details: fields that some recordings lack: such fields are empty.
+    :param details: the fields with details, such as parameters; empty in recordings without details.
     :param on_demand: whether the event is expensive, so that streams subscribe only while a client wants it.
     """
 
@@ -86,7 +86,7 @@ def pattern_fields(text: str) -> dict[str, str]:
 
 
 class Event(Struct, frozen=True):
-    """An event of a run; subclasses add fields and their description ``KIND``.
+    """An event of a run; subclasses add fields, and describe their kind in ``KIND``.
 
     :param time_us: the run's clock, in microseconds since the epoch.
     """

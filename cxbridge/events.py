@@ -111,9 +111,9 @@ class GoalTransition(Event, frozen=True):
 
     :param params: the slot ``params`` in parentheses as CLIPS prints it, ``(max-tries 3)``; empty if not
         recorded.
-    :param meta: the slot ``meta`` in the same form; empty if not recorded.
+    :param meta: the slot ``meta`` in the form of ``params``; empty if not recorded.
     :param priority: the slot ``priority`` as CLIPS prints it; empty if not recorded.
-    :param resources: the slot ``required-resources`` in the same form; empty if not recorded.
+    :param resources: the slot ``required-resources`` in the form of ``params``; empty if not recorded.
     :param is_new: whether the goal is new, as the id of a retracted goal may be reused; False if not
         recorded.
     :param slots: the other slots of the deftemplate as CLIPS prints them, without those with default values.
@@ -261,7 +261,7 @@ class PlannerCall(Event, frozen=True):
     :param domain: the name of the PDDL domain, empty without one.
     :param problem: the goal formula.
     :param status: ``started``, ``found``, ``none``, ``failed``, ``cancelled`` or ``timeout``.
-    :param duration_us: the real time since the call.
+    :param duration_us: the real time since the call, in microseconds.
     :param actions: the length of the plan.
     :param reason: why there is no plan.
     :param plan: an action per line: ``START: (NAME ARGUMENT...) [DURATION]``;

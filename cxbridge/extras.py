@@ -17,8 +17,8 @@ _DEVELOPERS = "dev"  # the extra for work on cxbridge, which no command suggests
 EXTRA_PURPOSES: Final[Mapping[str, str]] = {
     "test": "pytest, which the plug-in for tests needs; `make run` installs it",
     "planners": "temporal and other planners by unified-planning; the scenario `temporal`",
-    "mongodb": "a robot memory on MongoDB, and files of mongodump; the one in this process needs nothing",
-    "packed": "recordings that another program has packed with zstd or lz4; cxbridge writes none",
+    "mongodb": "a robot memory on MongoDB, and files of mongodump; a robot memory in this process needs no package",
+    "packed": "recordings that another program has packed with zstd or lz4; cxbridge writes uncompressed ones",
     "all": "all plug-ins of this repository, `planners` and `test`",
     _DEVELOPERS: "everything that the tests and the manual need",
 }
@@ -33,7 +33,7 @@ _MODULE_BY_PACKAGE = {"eclipse-zenoh": "zenoh"}
 _CHECKOUT = Path(__file__).resolve().parent.parent
 
 
-def extras(package: str = CORE) -> Mapping[str, Sequence[str]]:
+def requirements_by_extra(package: str = CORE) -> Mapping[str, Sequence[str]]:
     """Return the requirements of each extra for users, e.g. ``{"mongodb": ["pymongo<5,>=4.9"]}``.
 
     Empty if the package is not installed, for example imported from its source tree.
@@ -57,7 +57,11 @@ def extras(package: str = CORE) -> Mapping[str, Sequence[str]]:
 
 def missing_requirements(extra: str, package: str = CORE) -> list[str]:
     """Return the requirements of an extra that are not installed."""
-    return [requirement for requirement in extras(package).get(extra, ()) if not _is_installed(requirement)]
+    return [
+        requirement
+        for requirement in requirements_by_extra(package).get(extra, ())
+        if not _is_installed(requirement)
+    ]
 
 
 def install_command(extra: str, package: str = CORE) -> str:
@@ -69,7 +73,7 @@ def install_command(extra: str, package: str = CORE) -> str:
     if folder := _checkout_folder(package):
         # pip keeps an editable installation only if the folder is named in the command
         return _pip_command("-e", f"{folder}[{extra}]")
-    requirements = extras(package).get(extra)
+    requirements = requirements_by_extra(package).get(extra)
     return _pip_command(*requirements) if requirements else _pip_command(f"{package}[{extra}]")
 
 

@@ -11,7 +11,7 @@ MIN_LIKENESS: Final = 0.6
 """The minimal similarity, from 0 to 1, for a suggestion."""
 
 _MAX_SUGGESTIONS: Final = 3
-_ENDS_WEIGHT: Final = 0.2  # the weight of equal ends, which a typing error in one place leaves
+_ENDS_WEIGHT: Final = 0.2  # the weight of equal starts and ends, which a typing error usually leaves
 _MARGIN: Final = 0.05  # names that are less similar than the nearest one by this margin are not suggested
 _MAX_COMPARED: Final = 300  # comparing is slow, and hostile files may have many long names
 _MAX_LENGTH: Final = 200  # comparing longer texts takes too long
@@ -33,7 +33,7 @@ def nearest_names(name: str, known_names: Iterable[str], cutoff: float = MIN_LIK
     candidates = set(known_names)
     if not name or not candidates or len(name) > _MAX_LENGTH:
         return []
-    similar = _similar(name, candidates, cutoff)
+    similar = _similar_names(name, candidates, cutoff)
     if not similar and len(name) >= _MIN_PART_LENGTH:
         similar = sorted(candidate for candidate in candidates if name.lower() in candidate.lower())
     return similar[:_MAX_SUGGESTIONS]
@@ -57,7 +57,7 @@ def or_similar(name: str, known_names: Iterable[str]) -> str:
     return f" ({hint})" if hint else ""
 
 
-def _similar(name: str, candidates: Iterable[str], cutoff: float) -> list[str]:
+def _similar_names(name: str, candidates: Iterable[str], cutoff: float) -> list[str]:
     """Return the candidates that are about as similar as the nearest one, the nearest first."""
 
     def distance(candidate: str) -> tuple[int, bool, str]:
@@ -80,7 +80,7 @@ def _similar(name: str, candidates: Iterable[str], cutoff: float) -> list[str]:
 
 
 def _equal_ends_share(a: str, b: str) -> float:
-    """Return the share of two names that is equal at their ends; typing errors are usually in one place."""
+    """Return the share of two names that is equal at their starts and ends."""
     prefix = _common_prefix(a, b)
     suffix = _common_prefix(a[prefix:][::-1], b[prefix:][::-1])
     return (prefix + suffix) / max(len(a), len(b))

@@ -38,7 +38,7 @@ def absent():
 
 
 def test_extras_are_those_of_users(installed):
-    assert extras.extras() == {
+    assert extras.requirements_by_extra() == {
         "packed": ["zstandard<1,>=0.23"],
         "planners": ["up-aries<1,>=0.4", "no-such-package>=1"],
     }
@@ -109,7 +109,7 @@ def test_the_extras_are_those_of_the_project_and_of_the_manual():
         ),
     }
     assert {name: rows[f"cxbridge[{name}]"] for name in extras.EXTRA_PURPOSES} == extras.EXTRA_PURPOSES
-    assert extras.extras().keys() == project["optional-dependencies"].keys() - {"dev"}
+    assert extras.requirements_by_extra().keys() == project["optional-dependencies"].keys() - {"dev"}
 
 
 def test_commands_and_pages_name_extras_that_there_are():

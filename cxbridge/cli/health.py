@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from cxbridge.extras import CORE, EXTRA_PURPOSES, extras, install_command, missing_requirements
+from cxbridge.extras import CORE, EXTRA_PURPOSES, install_command, missing_requirements, requirements_by_extra
 from cxbridge.plugins import Plugin, installed_plugins
 from cxbridge.resources import VERSION
 
@@ -65,12 +65,12 @@ def run_checks() -> list[HealthCheck]:
             remedy="install Python 3.11 or newer",
         ),
         *(_check_package(name) for name in _PACKAGES),
-        *(_check_extra(name) for name in extras()),
+        *(_check_extra(name) for name in requirements_by_extra()),
         *map(_check_plugin, plugins := installed_plugins()),
         *(
             _check_extra(name, package)
             for package in dict.fromkeys(plugin.package.partition(" ")[0] for plugin in plugins)
-            for name in extras(package)
+            for name in requirements_by_extra(package)
         ),
         *_check_planners(),
         _check_attempt("CLIPS", _try_clips, "install clipspy 1.0.6 or newer"),

@@ -57,7 +57,7 @@ class ExecutiveNode(ManagedNode[ThinkingComponent]):
                 # from now on clients may load files, whose mistakes must not end the daemon
                 self._checks = None
         if self._configured and self.component is not None:
-            self.component.manager.run_extra()
+            self.component.manager.run_client_environments()
 
     @property
     def executive(self) -> Executive | None:

@@ -71,7 +71,7 @@ class GoalWatch:
         self._max_states = 2 * MAX_LISTED  # the number of states above which removed goals are forgotten
         self._fact_counts: Counter[str] = Counter()  # facts by id: goals without an id share the id nil
         self._retracted_ids: set[str] = set()
-        self._modified = ""  # id of a goal that a modify has retracted and will assert again
+        self._modified_id = ""  # id of a goal that a modify has retracted and will assert again
         self._ended_ids: set[str] = set()  # present root goals that are recorded as ended
         self._env = env
         if env is not None:
@@ -81,9 +81,9 @@ class GoalWatch:
     def _record_assertion(self, _template: str, slots: dict[str, str]) -> None:
         goal, mode = slots["id"], slots.get("mode", "")
         previous = self.open_goals.get(goal)
-        if self._modified not in ("", goal):
-            self._retracted_ids.add(self._modified)  # the modify changed the goal's id
-        self._modified = ""
+        if self._modified_id not in ("", goal):
+            self._retracted_ids.add(self._modified_id)  # the modify changed the goal's id
+        self._modified_id = ""
         if goal in self._retracted_ids and previous is not None and mode == _FIRST_MODE:
             # a goal that starts anew is another goal with the same id
             if previous.mode == _LAST_MODE:
@@ -112,7 +112,7 @@ class GoalWatch:
             return
         del self._fact_counts[goal]
         if self._env is not None and self._env.maker.replaces:
-            self._modified = goal
+            self._modified_id = goal
         else:
             self._retracted_ids.add(goal)
 
@@ -128,7 +128,7 @@ class GoalWatch:
 
     def _record_removal(self, goal: str) -> None:
         state = self.open_goals.pop(goal, None)
-        # a FORMULATED goal without an id is not removed: it has got an id
+        # a FORMULATED goal without an id is not removed: the core has given it an id
         has_id = state is not None and (goal != NO_PARENT or state.mode != _FIRST_MODE)
         if state is not None and has_id and state.is_root and goal not in self._ended_ids:
             self._record_end(state)
@@ -145,7 +145,7 @@ class GoalWatch:
         self._forget_removed()
         unnamed = self._last_states.get((NO_PARENT, self._removal_counts[NO_PARENT]))
         if unnamed is not None and unnamed.mode == _FIRST_MODE and NO_PARENT not in self.open_goals:
-            # the goal has got an id, and has another state with this id
+            # the core has given the goal an id, under which it has another state
             del self._last_states[NO_PARENT, self._removal_counts[NO_PARENT]]
         return tuple(self._last_states.values())
 
@@ -203,24 +203,25 @@ class SkillWatch:
         # the fact `skill` is not enough: when the action of a skill vanishes, Fawkes' rules leave its fact
         # S_RUNNING forever, because the Skiller then shows the id of the stop message; the built-in rules
         # retract the fact immediately, while the Skiller has not stopped yet
-        self._shown: dict[str, tuple[str, str]] = {}  # message id and status of each Skiller
-        self._called: dict[str, str] = {}  # the message id of the last call of each Skiller
+        self._shown_calls: dict[str, tuple[str, str]] = {}  # message id and status of each Skiller
+        self._called_msgids: dict[str, str] = {}  # the message id of the last call of each Skiller
         env.watcher.follow("SkillerInterface", self._record_fact, ("id", "msgid", "status"))
         env.watcher.follow("skill", self._record_call, ("skiller", "msgid", "status"))
 
     def _record_fact(self, _template: str, slots: dict[str, str]) -> None:
-        self._shown[slots.get("id", "").strip('"')] = slots.get("msgid", ""), slots.get("status", "")
+        self._shown_calls[slots.get("id", "").strip('"')] = slots.get("msgid", ""), slots.get("status", "")
 
     def _record_call(self, _template: str, slots: dict[str, str]) -> None:
         if slots.get("status") == _RUNNING:
-            self._called[slots.get("skiller", "").strip('"')] = slots.get("msgid", "")
+            self._called_msgids[slots.get("skiller", "").strip('"')] = slots.get("msgid", "")
 
     @property
     def running(self) -> bool:
         """Whether a skill that rules have called is running."""
         return any(
-            self._shown.get(skiller) == (msgid, _RUNNING) for skiller, msgid in self._called.items()
+            self._shown_calls.get(skiller) == (msgid, _RUNNING)
+            for skiller, msgid in self._called_msgids.items()
         ) or any(
-            slots.get("status") == _RUNNING and str(slots.get("skiller", "")) not in self._shown
+            slots.get("status") == _RUNNING and str(slots.get("skiller", "")) not in self._shown_calls
             for _, _, slots in self._env.facts("skill")
         )

@@ -72,10 +72,10 @@ class EnvironmentManager:
         self.library = library
         self.log: Logger = bus.logger("ClipsEnvManager")
         self._features: dict[str, Feature] = {}
-        self._lazy: dict[str, LazyFeature] = {}  # features that may be imported already
+        self._lazy_features: dict[str, LazyFeature] = {}  # features that may be imported already
         self._withdrawn: set[str] = set()
         self._managed_environments: dict[str, _ManagedEnvironment] = {}
-        self.extra: list[str] = []
+        self.client_environments: list[str] = []
         """The names of the environments that clients have created. Their rules run after the executive's
         rules."""
         for feature in features:
@@ -88,7 +88,7 @@ class EnvironmentManager:
 
     @property
     def _known_names(self) -> set[str]:
-        return {*self._features, *self._lazy}
+        return {*self._features, *self._lazy_features}
 
     @property
     def catalogue(self) -> tuple[FeatureInfo, ...]:
@@ -100,7 +100,7 @@ class EnvironmentManager:
         if feature is not None:
             origin = f"{type(feature).__module__}:{type(feature).__qualname__}"
         else:
-            origin = self._lazy[name].origin
+            origin = self._lazy_features[name].origin
         users = tuple(env for env, entry in self._managed_environments.items() if name in entry.feature_names)
         return FeatureInfo(name, origin, name not in self._withdrawn, users)
 
@@ -131,7 +131,7 @@ class EnvironmentManager:
             raise ClipsError(f"a CLIPS feature '{feature.name}' already exists")
         if isinstance(feature, LazyFeature):
             self.log.info(f"Adding feature {feature.name}{feature.origin and f' ({feature.origin})'}")
-            self._lazy[feature.name] = feature
+            self._lazy_features[feature.name] = feature
         else:
             self.log.info(f"Adding feature {feature.name}")
             self._features[feature.name] = feature
@@ -196,8 +196,8 @@ class EnvironmentManager:
         """Return a feature, and import it if necessary; None if the feature is unknown or withdrawn."""
         if name in self._withdrawn:
             return None
-        if name not in self._features and name in self._lazy:
-            self._features[name] = self._lazy[name].load()
+        if name not in self._features and name in self._lazy_features:
+            self._features[name] = self._lazy_features[name].load()
         return self._features.get(name)
 
     def create(self, name: str, log_component: str | None = None) -> ClipsEnvironment:
@@ -296,9 +296,9 @@ class EnvironmentManager:
         for feature in entry.input_features:
             feature.before_run(entry.environment)
 
-    def run_extra(self) -> None:
-        """Run the rules of the environments of clients, in the order of the environments' creation."""
-        for name in self.extra:
+    def run_client_environments(self) -> None:
+        """Run the rules of :attr:`client_environments`, in the order of creation."""
+        for name in self.client_environments:
             env = self._managed_environments[name].environment
             with env.lock:
                 self.before_run(name)
@@ -312,8 +312,8 @@ class EnvironmentManager:
         """
         entry = self._managed_environment(name)
         del self._managed_environments[name]
-        if name in self.extra:
-            self.extra.remove(name)
+        if name in self.client_environments:
+            self.client_environments.remove(name)
         for feature in entry.feature_names:  # while the environment still exists
             self._features[feature].context_destroyed(entry.environment)
         entry.environment.destroy()

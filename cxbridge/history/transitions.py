@@ -185,7 +185,7 @@ class TransitionTracker:
                 self._goals.retire(slots["id"], is_final=is_final)
             elif template == "plan-action":
                 self._actions.retire(_action_key(slots))
-        except KeyError:  # a foreign deftemplate, see above
+        except KeyError:  # a foreign deftemplate
             return
 
     def track_goal(self, time_us: int, slots: Mapping[str, str]) -> GoalTransition | None:

@@ -47,7 +47,7 @@ class CallOutcome(Enum):
 class SkillResult:
     """The result of a skill string.
 
-    :param error: the reason of a failure, otherwise empty.
+    :param error: the reason for a failure, otherwise empty.
     :param msgid: the id of the ExecSkillMessage; 0 if it was not sent.
     """
 

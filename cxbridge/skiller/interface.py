@@ -1,7 +1,7 @@
 """A Skiller's side of its SkillerInterface: from the messages of clients to skill string, status and error.
 
 ExecSkillMessage starts a skill string, StopExecMessage ends it, two more messages acquire and release
-exclusive control. The field ``error`` carries the reason of a failure to the executive, whose rules copy it
+exclusive control. The field ``error`` carries the reason for a failure to the executive, whose rules copy it
 to the slot ``error-msg`` of skill and plan-action.
 """
 

@@ -40,7 +40,7 @@ class _BlackBoardContext(Struct):
 
     env: ClipsEnvironment
     log: Logger
-    defined: set[str]
+    defined_types: set[str]
     """The types with a template in the environment. Templates stay when the feature is removed."""
     reading: dict[str, list[Interface]] = field(default_factory=dict)
     """The interfaces that are open for reading, by type."""
@@ -54,8 +54,8 @@ class _BlackBoardContext(Struct):
         """Return whether the template ``blackboard-interface`` has a slot."""
         return bool(self.env.call("deftemplate-slot-existp", _INTERFACE, Symbol(name)) == TRUE)
 
-    def writer(self, uid: str) -> Interface | None:
-        """Return an interface opened for writing; None after a warning."""
+    def find_writer(self, uid: str) -> Interface | None:
+        """Return an interface opened for writing; None after a warning in Fawkes' words."""
         type_, _, _identifier = uid.partition("::")
         if type_ not in self.writing:
             self.log.warn(f"No interface of type {type_} opened for, writing in environment {self.env.name}")
@@ -85,12 +85,12 @@ class BlackBoardFeature(Feature):
         self._board = board
         self._retract_early = retract_early
         self._contexts: dict[str, _BlackBoardContext] = {}
-        self._defined: WeakKeyDictionary[ClipsEnvironment, set[str]] = WeakKeyDictionary()
+        self._defined_types: WeakKeyDictionary[ClipsEnvironment, set[str]] = WeakKeyDictionary()
 
     def init_context(self, env: ClipsEnvironment) -> None:
         env.call("path-load", "blackboard.clp")
-        defined = self._defined.setdefault(env, set())
-        context = _BlackBoardContext(env, env.bus.logger(f"BBCLIPS|{env.name}"), defined)
+        defined_types = self._defined_types.setdefault(env, set())
+        context = _BlackBoardContext(env, env.bus.logger(f"BBCLIPS|{env.name}"), defined_types)
         self._contexts[env.name] = context
         open_interface, set_message_field = (
             partial(self._open, context),
@@ -106,8 +106,8 @@ class BlackBoardFeature(Feature):
             ("blackboard-read", partial(self._read, context), 0, "*"),
             ("blackboard-write", partial(self._write, context), 1, "*;sy"),
             ("blackboard-get-info", partial(self._get_info, env), 0, "*"),
-            ("blackboard-set", partial(self._set, context), 3, "*;sy;sy"),
-            ("blackboard-set-multifield", partial(self._set, context), 3, "*;sy;sy;m"),
+            ("blackboard-set", partial(self._set_field, context), 3, "*;sy;sy"),
+            ("blackboard-set-multifield", partial(self._set_field, context), 3, "*;sy;sy;m"),
             ("blackboard-create-msg", partial(self._create_msg, context), 2, "*;sy;sy"),
             ("blackboard-list-msg-fields", partial(self._list_msg_fields, context), 1, "*;e"),
             ("blackboard-set-msg-field", set_message_field, 3, "*;e;sy"),
@@ -139,13 +139,13 @@ class BlackBoardFeature(Feature):
 
         :returns: whether the environment has the deftemplate now.
         """
-        if interface.type in context.defined:
+        if interface.type in context.defined_types:
             return True
-        template = interface_facts.deftemplate(interface)
+        template = interface_facts.deftemplate_text(interface)
         if self._retract_early:
-            kind, retract = "Defrule", interface_facts.cleanup_rule(interface.type)
+            construct, retract = "Defrule", interface_facts.cleanup_rule_text(interface.type)
         else:
-            kind, retract = "Deffunction", interface_facts.cleanup_function(interface.type)
+            construct, retract = "Deffunction", interface_facts.cleanup_function_text(interface.type)
         try:
             context.env.build(template)
             context.env.build(retract)
@@ -153,52 +153,56 @@ class BlackBoardFeature(Feature):
             context.log.warn(f"Defining blackboard type for {interface.type} in {context.env.name} failed")
             context.log.warn(str(error))
             return False
-        context.defined.add(interface.type)
+        context.defined_types.add(interface.type)
         context.log.debug(f"Deftemplate:\n{template}")
-        context.log.debug(f"{kind}:\n{retract}")
+        context.log.debug(f"{construct}:\n{retract}")
         return True
 
-    def _preload(self, context: _BlackBoardContext, kind: str) -> None:
-        if kind in context.reading or kind in context.writing:
+    def _preload(self, context: _BlackBoardContext, interface_type: str) -> None:
+        if interface_type in context.reading or interface_type in context.writing:
             return
         try:
-            with self._board.open_for_reading(kind, _PRELOAD_ID) as interface:
+            with self._board.open_for_reading(interface_type, _PRELOAD_ID) as interface:
                 self._define_type(context, interface)
         except CxbridgeError as error:
-            context.log.warn(f"Failed to preload interface type {kind}, exception follows")
-            self._report_definition(context, kind, error)
+            context.log.warn(f"Failed to preload interface type {interface_type}, exception follows")
+            self._report_open_error(context, interface_type, error)
             return
-        context.reading[kind] = []
+        context.reading[interface_type] = []
 
     @staticmethod
-    def _report_definition(context: _BlackBoardContext, kind: str, error: CxbridgeError) -> None:
+    def _report_open_error(context: _BlackBoardContext, interface_type: str, error: CxbridgeError) -> None:
         """Log why an interface cannot be opened. A faulty definition is also a mistake of the agent."""
         loader = context.env.loader
         if not isinstance(error, _DEFINITION_ERRORS):
             context.log.warn(str(error))
             return
         file, line = (error.file, error.line) if error.file else loader.executing_rule_location()
-        mistake = Diagnostic(file or kind, line, "", "XML", error.message, error.hint or "")
+        mistake = Diagnostic(file or interface_type, line, "", "XML", error.message, error.hint or "")
         loader.report(mistake, str(error), context.log, Level.WARN)
 
-    def _open(self, context: _BlackBoardContext, kind: str, identifier: str, *, writing: bool) -> None:
+    def _open(
+        self, context: _BlackBoardContext, interface_type: str, identifier: str, *, writing: bool
+    ) -> None:
         opened = context.writing if writing else context.reading
-        if any(interface.id == identifier for interface in opened.get(kind, ())):
+        if any(interface.id == identifier for interface in opened.get(interface_type, ())):
             return
         open_interface = self._board.open_for_writing if writing else self._board.open_for_reading
         try:
-            interface = open_interface(kind, identifier, owner=f"CLIPS:{context.env.name}")
+            interface = open_interface(interface_type, identifier, owner=f"CLIPS:{context.env.name}")
         except CxbridgeError as error:
             # a faulty definition is reported with the other mistakes of the agent
             is_reported = context.env.loader.quiet and isinstance(error, _DEFINITION_ERRORS)
             level = Level.DEBUG if is_reported else Level.WARN
-            context.log.log(level, f"Failed to open interface {kind}:{identifier}, exception follows")
-            self._report_definition(context, kind, error)
+            context.log.log(
+                level, f"Failed to open interface {interface_type}:{identifier}, exception follows"
+            )
+            self._report_open_error(context, interface_type, error)
             return
         if not self._define_type(context, interface):
             interface.close()
             return
-        opened.setdefault(kind, []).append(interface)
+        opened.setdefault(interface_type, []).append(interface)
         context.log.info(f"Added interface {interface.uid} for {'writing' if writing else 'reading'}")
         slots: dict[str, Value] = {
             "id": interface.id,
@@ -212,28 +216,28 @@ class BlackBoardFeature(Feature):
         context.env.assert_fact(str(_INTERFACE), slots)
 
     @staticmethod
-    def _close(context: _BlackBoardContext, kind: str, identifier: str) -> None:
+    def _close(context: _BlackBoardContext, interface_type: str, identifier: str) -> None:
         for opened in (context.reading, context.writing):
-            for interface in opened.get(kind, []):
+            for interface in opened.get(interface_type, []):
                 if interface.id == identifier:
-                    opened[kind].remove(interface)
+                    opened[interface_type].remove(interface)
                     interface.close()
                     break
 
     def _read(self, context: _BlackBoardContext) -> None:
         """Read the open interfaces; assert a fact for each interface with new data."""
         env = context.env
-        for kind in sorted(context.reading):  # Fawkes' map of interfaces is sorted, too
-            for interface in context.reading[kind]:
+        for interface_type in sorted(context.reading):  # Fawkes' map of interfaces is sorted, too
+            for interface in context.reading[interface_type]:
                 if not interface.read():
                     continue
                 if not self._retract_early:
-                    env.call(f"{kind}-cleanup-late", interface.id)
-                env.assert_fact(kind, interface_facts.slots(interface))
+                    env.call(f"{interface_type}-cleanup-late", interface.id)
+                env.assert_fact(interface_type, interface_facts.fact_slots(interface))
 
     @staticmethod
     def _write(context: _BlackBoardContext, uid: str) -> None:
-        interface = context.writer(uid)
+        interface = context.find_writer(uid)
         if interface is not None:
             interface.write()
 
@@ -253,16 +257,18 @@ class BlackBoardFeature(Feature):
                 },
             )
 
-    def _set(self, context: _BlackBoardContext, uid: str, name: str, value: Value) -> None:
-        interface = context.writer(uid)
+    def _set_field(self, context: _BlackBoardContext, uid: str, name: str, value: Value) -> None:
+        interface = context.find_writer(uid)
         if interface is not None:
-            self._store(context, interface, name, value)
+            self._store_field(context, interface, name, value)
 
     @staticmethod
-    def _store(context: _BlackBoardContext, block: Interface | Message, name: str, value: Value) -> bool:
+    def _store_field(
+        context: _BlackBoardContext, block: Interface | Message, name: str, value: Value
+    ) -> bool:
         """Set a field of an interface or message; return False after logging an error."""
         try:
-            interface_facts.store(block, name, value)
+            interface_facts.store_field(block, name, value)
         except CxbridgeError as error:
             context.log.error(str(error))
             return False
@@ -303,7 +309,7 @@ class BlackBoardFeature(Feature):
         entry = context.messages.get(address.handle)
         if entry is None:
             context.log.warn("Can't set message field, the pointer is wrong.")
-        elif not self._store(context, entry[1], name, value):
+        elif not self._store_field(context, entry[1], name, value):
             context.log.warn("Can't set message field.")
 
     @staticmethod

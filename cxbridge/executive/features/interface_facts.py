@@ -34,8 +34,8 @@ def _is_multislot(field: FieldSchema) -> bool:
     return not field.is_string and field.runtime_length > 1
 
 
-def deftemplate(interface: Interface) -> str:
-    """Return the deftemplate for facts of this interface type."""
+def deftemplate_text(interface: Interface) -> str:
+    """Return the text of the deftemplate for facts of this interface type."""
     lines = [
         f"(deftemplate {interface.type}",
         "  (slot id (type STRING))",
@@ -48,24 +48,25 @@ def deftemplate(interface: Interface) -> str:
     return "\n".join([*lines, ")"])
 
 
-def cleanup_function(kind: str) -> str:
-    """Return a deffunction that retracts the facts of an interface.
+def cleanup_function_text(interface_type: str) -> str:
+    """Return the text of a deffunction that retracts the facts of an interface.
 
-    :param kind: the type of the interface.
+    :param interface_type: the type of the interface.
     """
-    query = f"(do-for-all-facts ((?f {kind})) (eq ?f:id ?id) (retract ?f))"
-    return f"(deffunction {kind}-cleanup-late (?id)\n  {query})"
+    query = f"(do-for-all-facts ((?f {interface_type})) (eq ?f:id ?id) (retract ?f))"
+    return f"(deffunction {interface_type}-cleanup-late (?id)\n  {query})"
 
 
-def cleanup_rule(kind: str) -> str:
-    """Return a rule that retracts the facts of a type at the end of each run of the rules.
+def cleanup_rule_text(interface_type: str) -> str:
+    """Return the text of a rule that retracts the facts of a type at the end of each run of the rules.
 
     It implements ``/clips/retract-early``: the salience lets all other rules fire before.
     """
-    return f"(defrule {kind}-cleanup (declare (salience -10000)) ?f <- ({kind}) => (retract ?f))"
+    left_side = f"(declare (salience -10000)) ?f <- ({interface_type})"
+    return f"(defrule {interface_type}-cleanup {left_side} => (retract ?f))"
 
 
-def slots(interface: Interface) -> dict[str, Value]:
+def fact_slots(interface: Interface) -> dict[str, Value]:
     """Return the slots of the fact about an interface."""
     values: dict[str, Value] = {"id": interface.id, "time": split_us(interface.timestamp_us)}
     for field in interface.SCHEMA.fields:
@@ -90,11 +91,11 @@ def _to_clips(field: FieldSchema, value: Value) -> Value:
     if field.type == "bool":
         return TRUE if value else FALSE
     if field.type in ("float", "double"):
-        return _finite(value)
+        return _to_clips_float(value)
     return int(value)
 
 
-def _finite(value: float) -> float:
+def _to_clips_float(value: float) -> float:
     """Return a number with six decimals, as in Fawkes. Infinities and NaN become the greatest double."""
     # CLIPS has neither infinities nor NaN
     if math.isfinite(value):
@@ -102,7 +103,7 @@ def _finite(value: float) -> float:
     return -sys.float_info.max if value == -math.inf else sys.float_info.max
 
 
-def store(block: Block, name: str, value: Value) -> None:
+def store_field(block: Block, name: str, value: Value) -> None:
     """Set a field from a CLIPS value. A multifield sets the first elements of an array.
 
     :raises InterfaceError: if the field is unknown or the value does not fit.

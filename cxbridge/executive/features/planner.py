@@ -39,7 +39,7 @@ _GOAL_TEMPLATES = ("goal", "plan", "plan-action")
 
 
 class _PlannerUser(PlanningUser):
-    """The planning of one environment."""
+    """The functions of the feature in one environment, and their running calls."""
 
     def __init__(
         self,

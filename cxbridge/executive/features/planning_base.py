@@ -35,7 +35,7 @@ Numbers = list[tuple[tuple[str, tuple[str, ...]], float]]
 
 
 class PlanningUser:
-    """The planning of one environment.
+    """The use of planners by one environment.
 
     :param domain_of: returns the last domain parsed in the environment.
     """

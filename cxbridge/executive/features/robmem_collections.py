@@ -114,7 +114,7 @@ class CollectionFunctions:
         )
 
     def cursor_destroy(self, cursor: Value) -> None:
-        self._handles.take(cursor, Cursor, "robmem-cursor-destroy")
+        self._handles.pop(cursor, Cursor, "robmem-cursor-destroy")
 
     def dump(self, collection: str, directory: str) -> Value:
         """Write a collection to a folder; return TRUE on success."""
@@ -160,7 +160,7 @@ class CollectionFunctions:
 
     def trigger_destroy(self, trigger: Value) -> None:
         """Remove a trigger."""
-        self._handles.take(trigger, Trigger, "robmem-trigger-destroy").close()
+        self._handles.pop(trigger, Trigger, "robmem-trigger-destroy").close()
 
     def _document(self, address: Value, function: str) -> Document:
         """Return the document of an address.

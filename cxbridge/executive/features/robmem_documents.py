@@ -67,7 +67,7 @@ class DocumentFunctions:
 
     def destroy(self, doc: Value) -> None:
         """Release a document."""
-        self._handles.take(doc, dict, "bson-destroy")
+        self._handles.pop(doc, dict, "bson-destroy")
 
     def append(self, doc: Value, field: str, value: Value) -> None:
         document = self._document(doc, "bson-append")
@@ -109,7 +109,7 @@ class DocumentFunctions:
 
     def array_finish(self, doc: Value, field: str, array: Value) -> None:
         """Set a field to an array, and release the array."""
-        items = self._handles.take(array, list, "bson-array-finish")
+        items = self._handles.pop(array, list, "bson-array-finish")
         self._set_field(self._document(doc, "bson-array-finish"), field, items)
 
     def _set_field(self, document: Document, field: str, value: Any) -> None:

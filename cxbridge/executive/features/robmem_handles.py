@@ -90,7 +90,7 @@ class Handles:
             raise ClipsError(f"{function}: this {name} was destroyed before")
         raise ClipsError(f"{function}: this is not a {name}: {show(address)}")
 
-    def take(self, address: Value, kind: type[T], function: str) -> T:
+    def pop(self, address: Value, kind: type[T], function: str) -> T:
         """Return the object of a handle, and release the handle.
 
         :raises ClipsError: as in :meth:`get`.
@@ -99,13 +99,13 @@ class Handles:
         del self._objects[_number(address)]
         return value
 
-    def of_kind(self, kind: type[T]) -> list[T]:
+    def objects_of_kind(self, kind: type[T]) -> list[T]:
         """Return all objects of a kind."""
         return [value for value in self._objects.values() if isinstance(value, kind)]
 
 
 def _class_noun(kind: type) -> str:
-    """Return the noun of a class in messages."""
+    """Return the noun for a class, for messages."""
     return {"dict": "document", "list": "array"}.get(kind.__name__, kind.__name__.lower())
 
 

@@ -1,7 +1,7 @@
 """The ``robmem-mutex-*`` functions for locks that agents share.
 
-Most functions exist twice: a variant waits for the database, and a variant with ``-async`` returns at once
-and reports its result as a fact in a later run of the rules.
+Most functions have two variants. The variant without ``-async`` waits for the database; the variant with
+``-async`` returns at once, and reports its result as a fact in a later run of the rules.
 """
 
 from __future__ import annotations

@@ -65,7 +65,7 @@ class RobotMemoryFeature(Feature):
         """Unregister the triggers and wait for running calls."""
         context = self._contexts.pop(env.name)
         context.close()
-        for trigger in context.handles.of_kind(Trigger):
+        for trigger in context.handles.objects_of_kind(Trigger):
             trigger.close()
 
     def _expand_path(self, text: str) -> Path:

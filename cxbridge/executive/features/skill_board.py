@@ -60,7 +60,7 @@ class SkillAction(Protocol):
 
     @property
     def error(self) -> str:
-        """The reason of a failure."""
+        """The reason for a failure."""
 
 
 class Executor(Protocol):

@@ -25,7 +25,7 @@ HookEvent = Literal["Assert", "Retract", "BeforeRuleFires", "AfterRuleFires"]
 
 _HOOK_OWNER = b"cxbridge"
 TRACE_OWNER = b"cxbridge-trace"
-"""The owner of the hooks by which endless rules are searched, during a part of a run."""
+"""The owner of the hooks that trace firings in search of endless rules."""
 
 _TEXT_TARGET = b"cxbridge-text"  # the logical name of the string builder into which CLIPS prints
 

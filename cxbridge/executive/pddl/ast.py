@@ -136,7 +136,7 @@ class State(Protocol):
     def has(self, predicate: str, terms: tuple[Term, ...], binding: Binding) -> bool:
         """Return whether the fact is true."""
 
-    def compares(self, operator: str, left: Term, right: Term, binding: Binding) -> bool:
+    def compare(self, operator: str, left: Term, right: Term, binding: Binding) -> bool:
         """Return the result of a comparison."""
 
     def bindings(self, variables: TypedList, binding: Binding) -> Iterator[Binding]:
@@ -335,7 +335,7 @@ class TermComparison(FormulaNode, frozen=True):
     position: Position = Position()
 
     def _holds(self, state: State, binding: Binding) -> bool:
-        return state.compares(self.operator, self.left, self.right, binding)
+        return state.compare(self.operator, self.left, self.right, binding)
 
 
 class Timed(FormulaNode, frozen=True):

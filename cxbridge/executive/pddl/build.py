@@ -242,7 +242,7 @@ class SyntaxBuilder:
         return Section("metric", ":metric", (direction.text.lower(), term), start)
 
     def length(self, _children: Children, _start: int) -> None:
-        """Skip the expected length of plans, which no planner here uses."""
+        """Skip the expected length of plans, which cxbridge's planners do not use."""
 
     def action(self, children: Children, start: int, *, durative: bool = False) -> ActionSchema:
         name, *sections = children

@@ -38,7 +38,7 @@ _OPERAND_COUNT: Final = 2
 
 
 def unexpected_token_error(text: SourceText, symbol: str, unexpected: UnexpectedToken) -> PddlSyntaxError:
-    """Return the error about an unexpected token, in terms of what its author was writing.
+    """Return the error about an unexpected token, explained by the brackets around the token.
 
     :param symbol: the start symbol of the text.
     """

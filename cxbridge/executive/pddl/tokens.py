@@ -63,7 +63,7 @@ class SourceText:
         comment, pattern = _token_patterns()
         if ";" in text:  # blanks in place of comments keep the positions
             text = comment.sub(lambda match: " " * len(match[0]), text)
-        kinds, make_tuple = self.kinds, tuple.__new__  # half as slow as a call of Token
+        kinds, make_tuple = self.kinds, tuple.__new__  # twice as fast as a call of Token
         tokens: list[Token] = [
             make_tuple(Token, (match.lastgroup or kinds[match[0]], match[0], match.start()))
             for match in pattern.finditer(text)

@@ -34,9 +34,9 @@ def facts_in(env: ClipsEnvironment, predicates: Container[str]) -> list[Ground]:
 def set_number(env: ClipsEnvironment, ground: Ground, value: float) -> None:
     """Set the value of a function."""
     for index, _, slots in list(env.facts(FUNCTION)):
-        if slots_ground(slots) == ground:
+        if ground_of_slots(slots) == ground:
             env.retract(index)
-    env.assert_fact(FUNCTION, {**slots_of(ground), "value": float(value)})
+    env.assert_fact(FUNCTION, {**slots_of_ground(ground), "value": float(value)})
 
 
 def numbers_in(env: ClipsEnvironment) -> dict[Ground, float]:
@@ -45,16 +45,16 @@ def numbers_in(env: ClipsEnvironment) -> dict[Ground, float]:
     for _, _, slots in env.facts(FUNCTION):
         value = slots["value"]
         # rules can store a value of another type: CLIPS does not check the types of slots during a run
-        numbers[slots_ground(slots)] = float(value) if isinstance(value, int | float) else 0.0
+        numbers[ground_of_slots(slots)] = float(value) if isinstance(value, int | float) else 0.0
     return numbers
 
 
-def slots_of(ground: Ground) -> dict[str, Value]:
+def slots_of_ground(ground: Ground) -> dict[str, Value]:
     """Return the slots of the fact about a ground predicate or function."""
     return {"name": Symbol(ground[0]), "param-values": tuple(map(clips_scalar, ground[1]))}
 
 
-def slots_ground(slots: Slots) -> Ground:
+def ground_of_slots(slots: Slots) -> Ground:
     """Return the ground predicate or function in a fact's slots."""
     values = slots["param-values"]
     return str(slots["name"]), tuple(map(str, values)) if isinstance(values, tuple) else (str(values),)

@@ -89,7 +89,7 @@ class KnownState:
         """Return whether a fact is true."""
         return self._ground(predicate, terms, binding) in self._predicates
 
-    def compares(self, operator: str, left: Term, right: Term, binding: Binding) -> bool:
+    def compare(self, operator: str, left: Term, right: Term, binding: Binding) -> bool:
         """Return the result of a comparison, which is false if a function has no value."""
         if operator == "=" and not (self._is_number(left) or self._is_number(right)):
             name = _object(left, binding)

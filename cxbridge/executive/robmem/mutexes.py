@@ -84,7 +84,7 @@ class Mutexes:
         return False
 
     def setup_ttl(self, max_age_s: float) -> bool:
-        """Let the database remove each mutex whose lock is older, within a minute."""
+        """Let the database remove each mutex whose lock is older than this age, within a minute."""
         self._store.create_index(self._collection, {"lock-time": 1}, expire_after_s=max_age_s)
         return True
 

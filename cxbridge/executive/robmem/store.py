@@ -53,7 +53,7 @@ class ReplicaSetStatus(Struct, frozen=True):
 
     :param member: the role of the server in the replica set.
     :param primary: whether the replica set has a server that accepts writes.
-    :param error: the reason of a wrong status; else empty.
+    :param error: the reason for a wrong status; else empty.
     """
 
     member: str
@@ -150,7 +150,8 @@ class Store(ABC):
         """Create an index.
 
         :param unique: refuse documents with equal values.
-        :param expire_after_s: remove documents whose time at the single path is older, within a minute.
+        :param expire_after_s: the age in seconds at which documents are removed, by the time at the single
+            path; the removal may take a minute.
         :raises DuplicateKeyError: if documents violate a unique index.
         """
 

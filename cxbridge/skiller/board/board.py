@@ -186,7 +186,7 @@ class SkillBoard:
     def exchange(self) -> bool:
         """Handle and answer messages of executors; return whether there were any."""
         # first the events: an executor's messages were sent before its end, so they are in the queue by then
-        changes = self._watch.take()
+        changes = self._watch.take_changes()
         is_quiet = not changes and not self._can_request and self._interface.msgq_empty()
         while (message := self._interface.msgq_pop()) is not None:
             handler = self._handlers.get(message.type)

@@ -93,7 +93,7 @@ class Master:
         self.feedback = ""
         """The last message of the executor."""
         self.error = ""
-        """The reason of a failure."""
+        """The reason for a failure."""
         self._sender = sender
         self._timeouts = timeouts
         self._explain = explain

@@ -49,8 +49,8 @@ class ExecutorChange(NamedTuple):
 class ExecutorWatch(Listener, Observer):
     """All executors on a blackboard.
 
-    The blackboard reports events in any thread; :meth:`take` handles them in the caller's thread. When the
-    end of an executor is reported, all its messages are in the receivers' queues.
+    The blackboard reports events in any thread; :meth:`take_changes` handles them in the caller's thread.
+    When the end of an executor is reported, all its messages are in the receivers' queues.
 
     :param owner: the owner of the opened interfaces.
     """
@@ -87,7 +87,7 @@ class ExecutorWatch(Listener, Observer):
         """Return the executors of an agent in order of appearance."""
         return list(self._agents.get(agent, {}).values())
 
-    def take(self) -> list[ExecutorChange]:
+    def take_changes(self) -> list[ExecutorChange]:
         """Return the changes since the last call, in order."""
         changes: list[ExecutorChange] = []
         while self._events:

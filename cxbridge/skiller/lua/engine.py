@@ -185,7 +185,7 @@ class LuaEngine:
         return _to_status(self._call("overall_status")[0])
 
     def failure(self) -> str:
-        """Return the reason of a failure, as reported by a skill; empty if no skill reports one."""
+        """Return the reason for a failure, as reported by a skill; empty if no skill reports one."""
         return from_lua(self._call_for_text("failure"))
 
     def graph(self, skill: str, direction: str, *, coloured: bool, redraw: bool) -> tuple[bool, str]:

@@ -302,10 +302,10 @@ def test_events_that_nobody_takes_are_cleaned_up(do, doc, env, manager, feature)
     register(env, manager, do)
     document = doc('{"_id": 1}')
     do("robmem-insert", C, document)
-    living = len(feature._contexts["executive"].handles.of_kind(object))
+    living = len(feature._contexts["executive"].handles.objects_of_kind(object))
     loop(env, manager)
     assert list(env.facts("robmem-trigger")) == []
-    assert len(feature._contexts["executive"].handles.of_kind(object)) == living
+    assert len(feature._contexts["executive"].handles.objects_of_kind(object)) == living
 
 
 def test_a_trigger_that_was_destroyed_tells_nothing(do, doc, env, manager, log):

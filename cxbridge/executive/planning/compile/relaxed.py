@@ -128,7 +128,7 @@ def _obstacle_line(domain: Domain, fact: Fact, *, value: bool) -> str:
         why = "no action achieves it for these objects" if changed else f"no action changes {fact.predicate}"
         return f"nothing achieves {text}: {why}"
     achievers = ", ".join(names[:_MAX_NAMES]) + (", ..." if len(names) > _MAX_NAMES else "")
-    return f"nothing achieves {text}: what {achievers} would need is never available"
+    return f"nothing achieves {text}: the conditions of {achievers} are never true"
 
 
 def _achieves(action: ActionSchema, fact: Fact) -> bool:

@@ -77,7 +77,7 @@ class Moment:
         """Return the state in the form in which conditions are evaluated."""
         return KnownState(self.state.facts, self.state.numbers, self.objects.of_types, self.duration)
 
-    def read_by(self, formulas: list[Formula], binding: Binding) -> tuple[set[Ground], set[Ground]]:
+    def reads_of(self, formulas: list[Formula], binding: Binding) -> tuple[set[Ground], set[Ground]]:
         """Return the facts that conditions read as true, and all other facts and functions that they read."""
         facts, numbers = RecordingFacts(self.state.facts), RecordingNumbers(self.state.numbers)
         state = KnownState(facts, numbers, self.objects.of_types, self.duration)
@@ -121,7 +121,7 @@ def _has_times(formula: Formula) -> bool:
             return False
 
 
-def false_part(formula: Formula, binding: Binding, moment: Moment) -> str:
+def false_part_text(formula: Formula, binding: Binding, moment: Moment) -> str:
     """Return a text about the smallest false part of a formula; empty if the formula is true."""
     state = moment.known_state()
     blamed = next(blamed_parts(formula, state, binding, keeps_choices=True), None)

@@ -31,7 +31,7 @@ from cxbridge.executive.planning.validation.formulas import (
     OVER_ALL,
     Moment,
     effect_changes,
-    false_part,
+    false_part_text,
     parts_at,
 )
 from cxbridge.executive.planning.validation.world import Changes, WorldState
@@ -188,10 +188,10 @@ class _Checker:
 
     def _check_goal(self) -> PlanCheck:
         moment = Moment(self._state, self._objects)
-        missing = false_part(self._goal, {}, moment)
+        missing = false_part_text(self._goal, {}, moment)
         if missing:
             return self._result(failure=f"the goal is not reached: {missing}")
-        needs, _ = moment.read_by([self._goal], {})
+        needs, _ = moment.reads_of([self._goal], {})
         return replace(self._result(), goal_needs=frozenset(needs))
 
     def _make_step(self, number: int, planned: PlannedAction, *, is_running: bool = False) -> _Step:
@@ -268,10 +268,10 @@ class _Checker:
             self._require(step, conditions, state)
             if is_start and action.duration is not None and step.planned.duration is not None:
                 _check_duration(step, action.duration, moment)
-            needs, other_reads = moment.read_by(conditions, step.binding)
+            needs, other_reads = moment.reads_of(conditions, step.binding)
             if is_start:  # the start also needs the facts that must be true from now on
                 invariants = list(parts_at(action.condition, OVER_ALL))
-                needs |= moment.read_by(invariants, step.binding)[0]
+                needs |= moment.reads_of(invariants, step.binding)[0]
         changes = effect_changes(action.effect, step.binding, moment, AT_START if is_start else AT_END)
         return needs, other_reads, changes
 
@@ -279,7 +279,7 @@ class _Checker:
         """Raise ``_StepError`` if a condition of a step is false in a state."""
         moment = Moment(state, self._objects, step.duration, step.start_moment)
         for condition in conditions:
-            missing = false_part(condition, step.binding, moment)
+            missing = false_part_text(condition, step.binding, moment)
             if missing:
                 raise _StepError(max(0, step.number), f"{_step_text(step)}: {missing}")
 
@@ -323,7 +323,7 @@ def _check_duration(step: _Step, constraint: Formula, moment: Moment) -> None:
             case TermComparison(operator=sign, left=Variable(name=name), right=right) if name == DURATION:
                 limit = moment.known_state().number(right, step.binding)
         if limit is None:
-            is_violated = bool(false_part(part, step.binding, moment))
+            is_violated = bool(false_part_text(part, step.binding, moment))
             text = ""
         else:
             too_long = sign in ("=", "<=", "<") and duration > limit + TOLERANCE_S

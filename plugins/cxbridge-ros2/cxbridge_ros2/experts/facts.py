@@ -31,10 +31,10 @@ from cxbridge.executive.problem.facts import (
     FUNCTION,
     INSTANCE,
     PREDICATE,
+    ground_of_slots,
     numbers_in,
     set_number,
-    slots_ground,
-    slots_of,
+    slots_of_ground,
 )
 from cxbridge_ros2.experts.knowledge import Knowledge
 
@@ -63,7 +63,7 @@ class FactKnowledge(Knowledge):
 
     @property
     def predicates(self) -> list[Ground]:
-        return [*dict.fromkeys(slots_ground(slots) for _, _, slots in self._env.facts(PREDICATE))]
+        return [*dict.fromkeys(ground_of_slots(slots) for _, _, slots in self._env.facts(PREDICATE))]
 
     @property
     def functions(self) -> dict[Ground, float]:
@@ -80,7 +80,7 @@ class FactKnowledge(Knowledge):
         self._assert(INSTANCE, {"name": clips_scalar(name), "type": Symbol(type_name)})
 
     def put_predicate(self, ground: Ground) -> None:
-        self._assert(PREDICATE, slots_of(ground))
+        self._assert(PREDICATE, slots_of_ground(ground))
 
     def put_function(self, ground: Ground, value: float) -> None:
         set_number(self._env, ground, value)
@@ -100,10 +100,10 @@ class FactKnowledge(Knowledge):
         self._retract(_TYPE_TEMPLATE, lambda slots: slot_texts(slots, "implied")[:1] == [name])
 
     def drop_predicate(self, ground: Ground) -> None:
-        self._retract(PREDICATE, lambda slots: slots_ground(slots) == ground)
+        self._retract(PREDICATE, lambda slots: ground_of_slots(slots) == ground)
 
     def drop_function(self, ground: Ground) -> None:
-        self._retract(FUNCTION, lambda slots: slots_ground(slots) == ground)
+        self._retract(FUNCTION, lambda slots: ground_of_slots(slots) == ground)
 
     def _assert(self, template: str, slots: Slots) -> None:
         if not self._env.has_template(template):

@@ -71,7 +71,8 @@ class LoggerInfo(Struct, frozen=True):
 class EnvironmentService:
     """Creates, destroys and configures environments of a running executive.
 
-    Clients can destroy only the environments that the service has created: :attr:`EnvironmentManager.extra`.
+    Clients can destroy only the environments that the service has created:
+    :attr:`EnvironmentManager.client_environments`.
 
     :param manager: the executive's manager.
     """
@@ -93,7 +94,7 @@ class EnvironmentService:
             watchers = {"facts": env.watcher.facts, "rules": env.watcher.rules}
             return EnvironmentInfo(
                 name=name,
-                own=name in self._manager.extra,
+                own=name in self._manager.client_environments,
                 facts=count_facts(env),
                 agenda=activation_count(env),
                 features=self._manager.loaded_features(name),
@@ -110,7 +111,7 @@ class EnvironmentService:
         """
         _check_name(name, "an environment")
         env = self._manager.create(name, _check_component(log_component) or None)
-        self._manager.extra.append(name)
+        self._manager.client_environments.append(name)
         return env
 
     def destroy(self, name: str) -> None:
@@ -119,7 +120,7 @@ class EnvironmentService:
         :raises ClipsError: if the environment is unknown, or the executive's.
         """
         self._manager.find(name)
-        if name not in self._manager.extra:
+        if name not in self._manager.client_environments:
             raise ClipsError(f"the environment '{name}' cannot be destroyed", hint="it is the executive's")
         self._manager.destroy(name)
 

@@ -117,7 +117,7 @@ class RunHost(WebHost):
 
     def attend(self) -> None:
         """Answer requests between two loops."""
-        self._agent.manager.run_extra()
+        self._agent.manager.run_client_environments()
         self._agent.attend()
 
 

@@ -44,7 +44,7 @@ def test_create_list_and_destroy(service):
     (info,) = service.list()
     assert info.name == "executive"
     assert info.facts == len(list(service._manager.find("executive").facts()))
-    service._manager.run_extra()
+    service._manager.run_client_environments()
 
 
 def test_rules_of_own_environments_run(service, clp, feature):
@@ -58,13 +58,13 @@ def test_rules_of_own_environments_run(service, clp, feature):
     env.assert_string("(ping 1)")
     info = service.list()[1]
     assert (info.agenda, info.features) == (1, ("answer",))
-    service._manager.run_extra()
+    service._manager.run_client_environments()
     assert [slots["implied"] for _, _, slots in env.facts("pong")] == [(43,)]
     assert feature.told == 1
     executive = service._manager.find("executive")
     executive.build("(defrule other (initial) => (assert (never)))")
     executive.assert_string("(initial)")
-    service._manager.run_extra()
+    service._manager.run_client_environments()
     assert not list(executive.facts("never"))  # somebody else runs that one
 
 
@@ -89,7 +89,7 @@ def test_watch_and_log_level(service, log):
     service.set_log_level("mine", "warn")
     for wanted in ([], ["low"]):
         env.assert_string("(say)")
-        service._manager.run_extra()
+        service._manager.run_client_environments()
         assert [text for text in log.texts(Level.INFO) if text == "low"] == wanted
         env.eval("(do-for-all-facts ((?f say)) TRUE (retract ?f))")
         service.set_log_level("mine", "debug")
