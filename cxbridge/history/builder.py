@@ -239,8 +239,8 @@ class RunHistory:
         key = event.env, event.skiller
         if event.skiller not in self._read_skillers:
             self._read_skillers.add(event.skiller)
-            # a write on a single agent's blackboard names no environment: the first read moves the call of the
-            # write to the environment
+            # a write on a single agent's blackboard names no environment: the first read moves its call to
+            # the environment
             call = self._last_call.pop(("", event.skiller), None)
             if call is not None and key not in self._last_call:
                 call.env = event.env

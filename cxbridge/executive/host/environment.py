@@ -332,7 +332,7 @@ class ClipsEnvironment:
     def columns(self, template: str, *slots: str) -> Iterator[tuple[Value, ...]]:
         """Yield the values of some slots for each fact of a deftemplate; none if a slot does not exist."""
         names, value = [encode(slot) for slot in slots], ffi.new("CLIPSValue *")
-        deftemplate = lib.FindDeftemplate(self.env, encode(template))
+        deftemplate = lib.FindDeftemplate(self.c_env, encode(template))
         # an agent may define a deftemplate of this name with other slots, whose values do not exist
         if deftemplate == NULL or not all(lib.DeftemplateSlotExistP(deftemplate, name) for name in names):
             return
