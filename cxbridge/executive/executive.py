@@ -284,6 +284,11 @@ class Executive:
         return not self.env.has_activations(1) and not self.skills.running
 
     @property
+    def is_planning(self) -> bool:
+        """Whether a planner works for the agent."""
+        return any(status == "RUNNING" for (status,) in self.env.columns("planner-call", "status"))
+
+    @property
     def maintaining_goals(self) -> list[str]:
         """The ids of the open root goals if all of them are waiting MAINTAIN goals; else empty.
 
@@ -293,7 +298,7 @@ class Executive:
         roots = self.goals.maintaining_roots
         if not roots or not (self._is_at_rest or self.env.quit_requested):
             return []
-        if any(slots["status"] == "RUNNING" for _, _, slots in self.env.facts("planner-call")):
+        if self.is_planning:
             return []
         maintaining = {state.goal for state in self.goals.open_goals.values() if state.is_maintaining}
         for _, _, slots in self.env.facts("plan-action"):

@@ -102,9 +102,9 @@ def _is_idle(agent: Run) -> bool:
     env = agent.executive.env
     if not agent.is_quiet or env.has_activations(1) or agent.executive.skills.running:
         return False
-    if not _PASSIVE_FEATURES.issuperset(agent.manager.loaded_features(env.name)):
+    if agent.executive.is_planning:
         return False
-    if any(slots["status"] == "RUNNING" for _, _, slots in env.facts("planner-call")):
+    if not _PASSIVE_FEATURES.issuperset(agent.manager.loaded_features(env.name)):
         return False
     if _has_running_timeout(agent):
         return False

@@ -186,7 +186,7 @@ def _read_agent_state(agent: Run, normalizer: _Normalizer) -> Hashable:
     env, goals = agent.executive.env, agent.executive.goals
     if env.is_firing or env.has_activations(1):
         raise HiddenStateError("a choice was made while rules fired")
-    if any(slots["status"] == "RUNNING" for _, _, slots in env.facts("planner-call")):
+    if agent.executive.is_planning:
         raise HiddenStateError("a planner was working")
     facts = list(env.facts())
     for _, template, slots in facts:
