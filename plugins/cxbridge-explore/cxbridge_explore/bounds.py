@@ -28,7 +28,8 @@ class Bounds:
         int | None,
         typer.Option(
             metavar="N",
-            help="Choose unusual options only at the first N choice points of a run; by default at all.",
+            help="Choose unusual options only at the first N choice points of a run; by default at all of "
+            "them.",
             show_default=False,
         ),
     ] = None

@@ -101,7 +101,7 @@ def _compute_digest(options: RunOptions) -> str:
         return ""
     digest = hashlib.sha256()
     for file in sorted(folder.rglob("*")):
-        if file.is_file() and "__pycache__" not in file.parts:  # a run writes Python's cache
+        if file.is_file() and "__pycache__" not in file.parts:  # a run changes the cache
             digest.update(f"{file.relative_to(folder)}\0".encode("utf-8", "surrogateescape"))
             digest.update(file.read_bytes())
     return digest.hexdigest()

@@ -1,7 +1,8 @@
 """Explores a scenario: plays every way that its runs can go, within bounds.
 
 A run reaches choice points, at which the world decides the next event, such as the failure of a skill. An
-exploration plays a run for each option of each choice point, and merges runs that reach equal states.
+exploration plays a run for each option of each choice point, and merges runs that reach equal states. The
+usual run is the run without a fault.
 """
 
 from __future__ import annotations
@@ -21,10 +22,10 @@ from cxbridge_explore.checkpoint import load_checkpoint, make_identity
 from cxbridge_explore.coordinator import Coordinator
 from cxbridge_explore.determinism import UsualRun, explain_difference, find_usual_records
 from cxbridge_explore.graph import Graph
-from cxbridge_explore.judging import select_properties
 from cxbridge_explore.playing import ExploredRun
 from cxbridge_explore.progress import ProgressReporter
 from cxbridge_explore.properties.monitor import Property
+from cxbridge_explore.properties.selection import select_properties
 from cxbridge_explore.replaying import explore_by_replay
 from cxbridge_explore.result import ExploreResult
 from cxbridge_explore.worker import run_loader
@@ -80,7 +81,8 @@ def explore(  # noqa: PLR0913 - the options of the command, and two callbacks fo
             )
 
     progress = ProgressReporter(graph, show_line, None if draw_page is None else draw_result)
-    # A second usual run is played at the same time, in a process that is forked before all other processes.
+    # The usual run is played a second time in parallel, in a process that is forked before all others, for
+    # the comparison in `_check_determinism`.
     with _record_signals() as received_signals, closing(UsualRun(make_explored_run)) as usual_run:
 
         def is_over() -> bool:
@@ -108,9 +110,9 @@ def explore(  # noqa: PLR0913 - the options of the command, and two callbacks fo
 
 
 def _check_determinism(graph: Graph, usual_run: UsualRun) -> None:
-    """Compare the usual run of the exploration with a second usual run.
+    """Compare the usual run of the exploration with the same run in a second process.
 
-    :raises DivergedError: if the runs differ.
+    :raises DivergedError: if the runs differ, so that the agent is not deterministic.
     """
     explored_records = find_usual_records(graph)
     if explored_records is not None and usual_run.records() not in (None, explored_records):

@@ -1,7 +1,7 @@
 """Functions for processes that fork, and for their forked copies.
 
-Windows cannot fork, so callers check :data:`HAS_FORK` first. Each function raises `NoForkError` there,
-by a condition that type checkers of Windows understand.
+Windows cannot fork, so callers check :data:`HAS_FORK` first. Each function raises `NoForkError` on Windows,
+by a test of ``sys.platform``: a type checker then skips the rest of the function, whose calls Windows lacks.
 """
 
 from __future__ import annotations
@@ -70,7 +70,8 @@ def reset_signals() -> None:
     """Let SIGTERM and SIGHUP end this process in place of inherited handlers, and ignore SIGINT."""
     if sys.platform == "win32":
         raise NoForkError
-    signal.set_wakeup_fd(-1)  # the parent shares the descriptor, and its handler would wake up
+    # the parent shares the inherited descriptor, and would handle the signals of this process
+    signal.set_wakeup_fd(-1)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     signal.signal(signal.SIGHUP, signal.SIG_DFL)

@@ -13,9 +13,9 @@ from cxbridge.run.stuck import StuckWatch
 from cxbridge_explore.bounds import Bounds, ExecutionOptions
 from cxbridge_explore.explore import explore as explore_scenario
 from cxbridge_explore.forking import HAS_FORK
-from cxbridge_explore.judging import select_properties
 from cxbridge_explore.properties.monitor import Ending, Property, RunEnd
 from cxbridge_explore.properties.reading import find_property
+from cxbridge_explore.properties.selection import select_properties
 from cxbridge_explore.properties.watch import PropertyWatch
 from cxbridge_explore.worldmodel.reading import read_world
 

@@ -91,16 +91,16 @@ class StateReader:
     def _read_state(self, point: ChoicePoint) -> Hashable:
         world = self._run.world
         normalizer = _Normalizer(world.assembly.clock.now_us())
-        skills, properties = world.state(), self._run.properties.state()
-        if skills is None:
+        world_state, property_state = world.state(), self._run.properties.state()
+        if world_state is None:
             raise HiddenStateError("the progress of the skill board's executors is not visible")
-        if properties is None:
+        if property_state is None:
             raise HiddenStateError("a property has no state() to compare")
         return (
             normalizer.normalize(point.subject),
             tuple(_read_agent_state(agent, normalizer) for agent in self._agents),
-            normalizer.normalize(skills),
-            normalizer.normalize(properties),
+            normalizer.normalize(world_state),
+            normalizer.normalize(property_state),
         )
 
 
@@ -205,19 +205,21 @@ def _read_agent_state(agent: Run, normalizer: _Normalizer) -> Hashable:
 
 
 def _read_globals(env: ClipsEnvironment, normalizer: _Normalizer) -> Hashable:
-    variables = map(decode, map(lib.DefglobalName, _walk_items(env, lib.GetNextDefglobal)))
+    variables = map(decode, map(lib.DefglobalName, _walk_constructs(env, lib.GetNextDefglobal)))
     return tuple((name, normalizer.normalize(env.eval(f"?*{name}*"))) for name in variables)
 
 
-def _walk_items(env: ClipsEnvironment, next_item: Callable[[CData, CData], CData]) -> Iterator[CData]:
+def _walk_constructs(
+    env: ClipsEnvironment, next_construct: Callable[[CData, CData], CData]
+) -> Iterator[CData]:
     """Yield the constructs of an environment.
 
-    :param next_item: a function of CLIPS that returns the construct after a construct, the first after NULL.
+    :param next_construct: a function of CLIPS that returns the construct after another, the first after NULL.
     """
-    item = next_item(env.c_env, NULL)
-    while item != NULL:
-        yield item
-        item = next_item(env.c_env, item)
+    construct = next_construct(env.c_env, NULL)
+    while construct != NULL:
+        yield construct
+        construct = next_construct(env.c_env, construct)
 
 
 def _read_board_state(board: LocalBlackBoard, normalizer: _Normalizer) -> Hashable:
@@ -271,7 +273,7 @@ def _list_hidden_reasons(agent: Run) -> list[str]:
 def _find_drawing_functions(env: ClipsEnvironment) -> set[str]:
     """Return the functions that draw random numbers, directly or through other functions."""
     calls: dict[str, set[str]] = {}
-    for function in _walk_items(env, lib.GetNextDeffunction):
+    for function in _walk_constructs(env, lib.GetNextDeffunction):
         text = lib.DeffunctionPPForm(function)
         called = set(_CALLED_FUNCTION.findall("" if text == NULL else decode(text)))
         calls[decode(lib.DeffunctionName(function))] = called

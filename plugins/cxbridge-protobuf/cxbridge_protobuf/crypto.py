@@ -39,7 +39,7 @@ def derive_key(secret: str, size: int) -> bytes:
 class Crypter:
     """Encrypts with a configured cipher, and decrypts with the cipher that a frame names.
 
-    :param cipher: a name of :data:`CIPHERS`.
+    :param cipher: a name in :data:`CIPHER_NUMBERS`.
     :raises ProtobufError: if the cipher is unknown, or the package cryptography is missing.
     """
 
@@ -52,14 +52,14 @@ class Crypter:
         self._keys = {size: derive_key(secret, size) for size in (16, 32)}
         self.cipher_number: Final = CIPHER_NUMBERS[cipher]
 
-    def encrypt(self, content: bytes) -> bytes:
+    def encrypt(self, payload: bytes) -> bytes:
         """Return an encrypted payload, with its initialization vector if the cipher has one."""
         vector = os.urandom(_BLOCK_BYTES) if _has_vector(self.cipher_number) else b""
-        padding = _BLOCK_BYTES - len(content) % _BLOCK_BYTES
+        padding = _BLOCK_BYTES - len(payload) % _BLOCK_BYTES
         transform = self._make_cipher(self.cipher_number, vector).encryptor()
-        return vector + transform.update(content + bytes([padding]) * padding) + transform.finalize()
+        return vector + transform.update(payload + bytes([padding]) * padding) + transform.finalize()
 
-    def decrypt(self, cipher: int, content: bytes) -> bytes:
+    def decrypt(self, cipher: int, payload: bytes) -> bytes:
         """Return the decrypted payload.
 
         :param cipher: the number in the frame.
@@ -68,15 +68,15 @@ class Crypter:
         if cipher not in _CIPHER_NAMES:
             raise ProtobufError(f"there is no cipher with number {cipher}")
         vector_size = _BLOCK_BYTES if _has_vector(cipher) else 0
-        if len(content) < vector_size + _BLOCK_BYTES or len(content) % _BLOCK_BYTES:
+        if len(payload) < vector_size + _BLOCK_BYTES or len(payload) % _BLOCK_BYTES:
             raise ProtobufError("an encrypted frame was cut")
-        transform = self._make_cipher(cipher, content[:vector_size]).decryptor()
-        padded_content = transform.update(content[vector_size:]) + transform.finalize()
+        transform = self._make_cipher(cipher, payload[:vector_size]).decryptor()
+        padded_payload = transform.update(payload[vector_size:]) + transform.finalize()
         # padding of PKCS 7: the value of each padding byte is the number of padding bytes
-        padding = padded_content[-1]
-        if not 1 <= padding <= _BLOCK_BYTES or padded_content[-padding:] != bytes([padding]) * padding:
+        padding = padded_payload[-1]
+        if not 1 <= padding <= _BLOCK_BYTES or padded_payload[-padding:] != bytes([padding]) * padding:
             raise ProtobufError("cannot decrypt a frame: is the key the same on both sides?")
-        return bytes(padded_content[:-padding])
+        return bytes(padded_payload[:-padding])
 
     def _make_cipher(self, cipher_number: int, vector: bytes) -> Cipher[Any]:
         ciphers, algorithms, modes = _import_cryptography()

@@ -49,23 +49,23 @@ def encode_payload(frame: Frame) -> bytes:
     return _MESSAGE_HEADER.pack(frame.component, frame.type) + frame.data
 
 
-def add_header(cipher: int, content: bytes) -> bytes:
+def add_header(cipher_number: int, payload: bytes) -> bytes:
     """Prepend the version 2 header to a payload.
 
-    :param cipher: the number of the payload's cipher; 0 if unencrypted.
+    :param cipher_number: the number of the payload's cipher; 0 if unencrypted.
     """
-    return _HEADER_V2.pack(2, cipher, len(content)) + content
+    return _HEADER_V2.pack(2, cipher_number, len(payload)) + payload
 
 
-def decode_payload(content: bytes) -> Frame:
+def decode_payload(payload: bytes) -> Frame:
     """Return the frame of a version 2 payload.
 
     :raises ProtobufError: if the payload is too short.
     """
-    if len(content) < _MESSAGE_HEADER.size:
+    if len(payload) < _MESSAGE_HEADER.size:
         raise ProtobufError("the frame is too short for a message header")
-    component, type_ = _MESSAGE_HEADER.unpack_from(content)
-    return Frame(component, type_, content[_MESSAGE_HEADER.size :])
+    component, type_ = _MESSAGE_HEADER.unpack_from(payload)
+    return Frame(component, type_, payload[_MESSAGE_HEADER.size :])
 
 
 def decode_datagram(data: bytes, version: int = 2) -> tuple[int, bytes]:
@@ -80,16 +80,16 @@ def decode_datagram(data: bytes, version: int = 2) -> tuple[int, bytes]:
         raise ProtobufError("the datagram is too short for a frame")
     if version == 1:
         component, type_, size = _HEADER_V1.unpack_from(data)
-        content = encode_payload(Frame(component, type_, data[header.size :]))
-        cipher, size = NO_CIPHER, size + _MESSAGE_HEADER.size
+        payload = encode_payload(Frame(component, type_, data[header.size :]))
+        cipher_number, size = NO_CIPHER, size + _MESSAGE_HEADER.size
     else:
-        frame_version, cipher, size = _HEADER_V2.unpack_from(data)
-        content = data[header.size :]
+        frame_version, cipher_number, size = _HEADER_V2.unpack_from(data)
+        payload = data[header.size :]
         if frame_version != version:
             raise ProtobufError(f"the datagram is not a frame of version {version}")
-    if cipher == NO_CIPHER and size != len(content):
-        raise ProtobufError(f"the frame reports {size} bytes and has {len(content)}")
-    return cipher, content
+    if cipher_number == NO_CIPHER and size != len(payload):
+        raise ProtobufError(f"the frame reports {size} bytes and has {len(payload)}")
+    return cipher_number, payload
 
 
 class StreamDecoder:
@@ -117,12 +117,12 @@ class StreamDecoder:
             end = start + header.size + self._read_size(start)
             if len(self._buffer) < end:
                 break
-            content = bytes(self._buffer[start + header.size : end])
+            payload = bytes(self._buffer[start + header.size : end])
             if self._version == 1:
                 component, type_, _ = header.unpack_from(self._buffer, start)
-                yield Frame(component, type_, content)
+                yield Frame(component, type_, payload)
             else:
-                yield decode_payload(content)
+                yield decode_payload(payload)
             start = end
         del self._buffer[:start]  # only once, since a deletion moves all remaining bytes
 
@@ -132,11 +132,11 @@ class StreamDecoder:
             size = int(self._header.unpack_from(self._buffer, start)[2])
             minimum = 0
         else:
-            version, cipher, size = self._header.unpack_from(self._buffer, start)
+            version, cipher_number, size = self._header.unpack_from(self._buffer, start)
             minimum = _MESSAGE_HEADER.size
             if version != self._version:
                 raise ProtobufError(f"the stream has no frames of version {self._version}")
-            if cipher != NO_CIPHER:
+            if cipher_number != NO_CIPHER:
                 raise ProtobufError("a frame is encrypted, which streams never are")
         if not minimum <= size <= self._max_size:
             raise ProtobufError(f"a frame reports {size} bytes, but must have {minimum} to {self._max_size}")

@@ -91,7 +91,8 @@ class Inbox:
         """Whether reading should pause; if true, the next :meth:`drain` reports that the inbox was full."""
         with self._lock:
             is_full = self._message_count >= self._max_messages or self._byte_count >= _MAX_BYTES
-            self._was_full |= is_full  # after the next drain the network resumes paused connections
+            # recorded, since a caller that sees a full inbox pauses, and the next drain must resume it
+            self._was_full |= is_full
             return is_full
 
     def add_event(self, event: InboxEvent, size: int = 0) -> None:

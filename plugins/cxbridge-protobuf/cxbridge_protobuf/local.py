@@ -38,15 +38,15 @@ class _LocalPeer:
 
 @dataclass(slots=True)
 class _LocalLink:
-    """One end of a connection.
+    """A link: one end of a connection.
 
-    :param peer: the connections of the environment at the opposite end.
-    :param peer_id: the id of the connection there.
+    :param opposite: the connections of the environment at the opposite end.
+    :param opposite_link_id: the id of the link there.
     """
 
     origin: Origin
-    peer: LocalConnections
-    peer_id: int
+    opposite: LocalConnections
+    opposite_link_id: int
     port: int = 0  # the port of the client, at the server's end
 
 
@@ -133,13 +133,13 @@ class LocalConnections:
         return server_link_id
 
     def disconnect(self, link_id: int) -> None:
-        """Close a connection; unknown ids are ignored."""
+        """Close a link; unknown ids are ignored."""
         link = self._links.pop(link_id, None)
         if link is not None:
-            link.peer.report_end(link.peer_id)
+            link.opposite.report_end(link.opposite_link_id)
 
     def report_end(self, link_id: int) -> None:
-        """Report that the peer has closed a connection."""
+        """Report that the opposite end has closed a connection."""
         link = self._links.pop(link_id, None)
         if link is not None:
             self._events.append(ConnectionChange(link.origin, link_id, connected=False))
@@ -178,7 +178,7 @@ class LocalConnections:
         if link is None:
             self.broadcast(link_id, frame)
         else:
-            link.peer.receive_frame(link.peer_id, frame)
+            link.opposite.receive_frame(link.opposite_link_id, frame)
 
     def broadcast(self, peer_id: int, frame: Frame) -> None:
         """Send over a peer; unknown ids are ignored."""

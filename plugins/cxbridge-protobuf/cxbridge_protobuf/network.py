@@ -47,7 +47,7 @@ class Network:
         self._inbox = Inbox(settings.max_waiting, now_us)
         self._ids = itertools.count(1)
         self._lock = threading.Lock()
-        self._streams: dict[int, StreamLink] = {}
+        self._links: dict[int, StreamLink] = {}
         self._peers: dict[int, Peer] = {}
         self._server: asyncio.Server | None = None
         self._thread: LoopThread | None = None
@@ -84,7 +84,7 @@ class Network:
                 server.close()
 
             self._run_in_thread(stop())
-            for link in self._remove_streams(Origin.SERVER):
+            for link in self._remove_links(Origin.SERVER):
                 self._call_in_thread(link.close)
 
     def connect(self, host: str, port: int) -> int:
@@ -93,14 +93,14 @@ class Network:
             return 0
         link = StreamLink(next(self._ids), Origin.CLIENT, self)
         with self._lock:
-            self._streams[link.id] = link
+            self._links[link.id] = link
         self._start_in_thread(self._connect(link, host, port))
         return link.id
 
     def disconnect(self, link_id: int) -> None:
         """Close a connection of a client or the server; unknown ids are ignored."""
         with self._lock:
-            link = self._streams.pop(link_id, None)
+            link = self._links.pop(link_id, None)
         if link is not None:
             self._call_in_thread(link.close)
 
@@ -149,7 +149,7 @@ class Network:
 
         :raises ProtobufError: if the connection is not open, or the message is too long.
         """
-        link = self._streams.get(link_id)
+        link = self._links.get(link_id)
         if link is None:
             self.broadcast(link_id, frame)
             return
@@ -174,7 +174,7 @@ class Network:
     def close(self) -> None:
         """Close all connections and end the thread; the network is unusable afterwards."""
         self.disable_server()
-        for link in self._remove_streams(None):
+        for link in self._remove_links(None):
             self._call_in_thread(link.close)
         for peer_id in list(self._peers):
             self.destroy_peer(peer_id)
@@ -204,12 +204,12 @@ class Network:
                 f"Cannot listen on {address} port {port}: {error.strerror or error}"
             ) from None
 
-    def _remove_streams(self, origin: Origin | None) -> list[StreamLink]:
+    def _remove_links(self, origin: Origin | None) -> list[StreamLink]:
         """Remove and return connections; all if no origin is given."""
         with self._lock:
-            links = [link for link in self._streams.values() if origin is None or link.origin is origin]
+            links = [link for link in self._links.values() if origin is None or link.origin is origin]
             for link in links:
-                del self._streams[link.id]
+                del self._links[link.id]
         return links
 
     # -- the thread
@@ -244,7 +244,7 @@ class Network:
         return StreamLink(next(self._ids), Origin.SERVER, self)
 
     def _resume_reading(self) -> None:
-        for link in list(self._streams.values()):
+        for link in list(self._links.values()):
             link.resume_reading()
 
     # -- events of connections, in the thread
@@ -262,12 +262,12 @@ class Network:
         with self._lock:
             # the environment may have closed the connection before it was open
             if link.origin is Origin.CLIENT:
-                is_accepted = link.id in self._streams
+                is_accepted = link.id in self._links
             else:
-                clients = sum(stream.origin is Origin.SERVER for stream in self._streams.values())
+                clients = sum(open_link.origin is Origin.SERVER for open_link in self._links.values())
                 is_accepted = self._server is not None and clients < MAX_CLIENTS
                 if is_accepted:
-                    self._streams[link.id] = link
+                    self._links[link.id] = link
         if is_accepted:
             self._inbox.add_event(
                 ConnectionChange(link.origin, link.id, connected=True, host=link.host, port=link.port)
@@ -288,9 +288,9 @@ class Network:
         """Report the end of a connection unless the environment closed it."""
         link.connected = False
         with self._lock:
-            was_open = link.id in self._streams
+            was_open = link.id in self._links
             if link.origin is Origin.SERVER:
-                self._streams.pop(link.id, None)
+                self._links.pop(link.id, None)
         if was_open:
             self._inbox.add_event(ConnectionChange(link.origin, link.id, connected=False))
 
@@ -323,4 +323,4 @@ class Network:
 
 def _check_port(port: int) -> None:
     if port > _MAX_PORT:
-        raise ProtobufError(f"there is no port {port}", hint="1 to 65535")
+        raise ProtobufError(f"there is no port {port}", hint="use a port from 1 to 65535")

@@ -23,9 +23,8 @@ from cxbridge_protobuf.inbox import Inbox, Origin
 MAX_PEER_BYTES: Final = 1024
 
 _RETRY_S = 2.0  # seconds between two attempts to resolve the host
-_MAX_WAITING_FRAMES = (
-    64  # frames that wait until the host is resolved; more frames displace the oldest frames
-)
+# frames that wait until the host is resolved; more frames displace the oldest frames
+_MAX_WAITING_FRAMES = 64
 
 ReceiveFrame = Callable[[Origin, int, str, int, Frame], None]
 
@@ -116,16 +115,16 @@ class Peer(asyncio.DatagramProtocol):
         self._inbox.warn(f"Failed to send peer message: {exc}", kind=f"send {self.id}")
 
     def _decode_datagram(self, data: bytes) -> Frame:
-        cipher, content = frames.decode_datagram(data, self._version)
+        cipher_number, payload = frames.decode_datagram(data, self._version)
         crypter = self.crypter
         if crypter is None:
-            if cipher != frames.NO_CIPHER:
+            if cipher_number != frames.NO_CIPHER:
                 raise ProtobufError("Received encrypted message but encryption is disabled")
-        elif cipher == frames.NO_CIPHER:
+        elif cipher_number == frames.NO_CIPHER:
             raise ProtobufError("Received plain text message but encryption is enabled")
         else:
-            content = crypter.decrypt(cipher, content)
-        return frames.decode_payload(content)
+            payload = crypter.decrypt(cipher_number, payload)
+        return frames.decode_payload(payload)
 
     def _warn(self, addr: tuple[str, int], problem: str) -> None:
         self._inbox.warn(

@@ -80,7 +80,7 @@ class MessageTypes:
 
     def _register_numbered_types(self, file: Any) -> None:
         for name, descriptor in file.message_types_by_name.items():
-            if "CompType" in descriptor.enum_types_by_name:  # types without it are parts of messages
+            if "CompType" in descriptor.enum_types_by_name:  # types without CompType are parts of messages
                 try:
                     self.register(descriptor.full_name)
                 except ProtobufError as error:

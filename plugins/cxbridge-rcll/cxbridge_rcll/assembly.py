@@ -150,8 +150,7 @@ class GameSetup:
         self.is_team = bool(config.keys(f"{spec}/{_COORDINATION_PATH}"))
         self.robots = self._configure_robots(config, spec)
         self.world.add_robots(self.robots)
-        # The agent would send tasks to the robots of its simulator over sockets.
-        # The robots of a game are Skillers.
+        # With a simulator, the agent would send tasks to robots over sockets. Here the robots are Skillers.
         config.set(_SIMULATOR_PATH, False)
         config.set(_PROTO_DIRS_PATH, [str(message_folder)])
         if settings.simtest:

@@ -17,7 +17,7 @@ _MACHINE_PATTERN: Final = re.compile(r"(?:WAIT-)?([CM]-(?:BS|DS|SS|CS\d|RS\d))(?
 _WORK_DISTANCE_M: Final = 0.75  # from the centre of a machine to a robot that uses the machine
 
 _WAIT_DISTANCE_M: Final = 1.5  # from the centre of a machine to a robot that waits for the machine
-_ENTRY_M: Final = (4.5, 0.5)  # the location of the first robot; the robots are a metre apart
+_FIRST_ENTRY_M: Final = (4.5, 0.5)  # the location of the first robot; the robots are a metre apart
 
 
 class Pose(NamedTuple):
@@ -42,14 +42,14 @@ def entry_pose(robot_number: int) -> Pose:
 
     :param robot_number: the number of the robot, from 1.
     """
-    x, y = _ENTRY_M
+    x, y = _FIRST_ENTRY_M
     return Pose(x + robot_number - 1, y, math.pi / 2)
 
 
 class Field:
     """The field.
 
-    :param machines: returns the slots of the referee's facts about machines.
+    :param list_machines: returns the slots of the referee's facts about machines.
     """
 
     def __init__(self, list_machines: Callable[[], Iterable[dict[str, Value]]]) -> None:

@@ -33,7 +33,7 @@ def _to_clips_bool(value: object) -> Symbol:
 
 
 class ConfigFunctions:
-    """The functions ``config-...`` and ``load-config``.
+    """Defines the functions ``config-...`` and ``load-config`` in an environment.
 
     :param config: the referee's configuration.
     """
@@ -71,9 +71,9 @@ class ConfigFunctions:
 
 
 class MachineFunctions:
-    """The functions ``mps-...`` and ``reconfigure-machine``.
+    """Defines the functions ``mps-...`` and ``reconfigure-machine`` in an environment.
 
-    :param make: creates a machine by name.
+    :param make_machine: creates a machine by name.
     """
 
     def __init__(self, env: ClipsEnvironment, make_machine: Callable[[str], Machine]) -> None:
@@ -131,7 +131,7 @@ class MachineFunctions:
 
 
 class FieldFunctions:
-    """The functions ``mps-generator-...``, which place the machines on the field.
+    """Defines the functions ``mps-generator-...``, which place the machines on the field.
 
     In the referee box, a separate thread generates the field. Here the field is available at once.
 

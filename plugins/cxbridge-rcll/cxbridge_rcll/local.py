@@ -36,7 +36,7 @@ class LocalReferee:
         self._network = LocalNetwork()
         self._config = config = refbox.load_configuration(*overlays)
         for station in config.keys(STATIONS_PATH):
-            # with the configured connection `mockup`, the rules do not count the bases in the slides
+            # instead of the configured `mockup`, with which the rules do not count the bases in the slides
             config.set(f"{STATIONS_PATH}{station}/connection", "simulated")
         self._refbox, self._seed = refbox, seed
         self._referee: Referee | None = None

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class RefboxOptions:
-    """Options of the referee box.
+    """The options of the referee box, for explored and for played games of the league.
 
     :param refbox_dir: a checkout of the referee box; None if no league game is requested.
     :param proto_dirs: folders with message definitions, searched before those of the checkouts.
@@ -41,15 +41,13 @@ class RefboxOptions:
         typer.Option(
             "--proto-dir",
             metavar="DIR",
-            help="A folder with the league's message definitions, when the checkouts lack their submodules. "
-            "Repeatable.",
+            help="Read the league's message definitions from this folder, if the checkouts lack their "
+            "submodules. Repeatable.",
         ),
     ] = ()
     referee_config: Annotated[
         tuple[Path, ...],
-        typer.Option(
-            metavar="FILE", help="A file that is laid over the referee box's configuration. Repeatable."
-        ),
+        typer.Option(metavar="FILE", help="Lay this file over the referee box's configuration. Repeatable."),
     ] = ()
 
     @property
@@ -57,8 +55,11 @@ class RefboxOptions:
         """Whether a league game is requested."""
         return self.refbox_dir is not None
 
-    def check_unchosen(self) -> None:
-        """Raise :class:`CxbridgeError` if an option of league games is set."""
+    def refuse_game_options(self) -> None:
+        """Refuse the options of league games, since no league game is requested.
+
+        :raises CxbridgeError: if an option is set.
+        """
         for option in fields(self):
             if option.default is not MISSING and getattr(self, option.name) != option.default:
                 name = option.name.removesuffix("s") if option.name == "proto_dirs" else option.name
@@ -69,16 +70,18 @@ class RefboxOptions:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ExploredLeague(RefboxOptions):
-    """Options of a league game that is explored."""
+class ExploredLeagueOptions(RefboxOptions):
+    """Options of ``cxbridge explore`` that select and configure a league game."""
 
-    seed: Annotated[int, typer.Option(help="The seed of a game of the league.")] = 0
+    seed: Annotated[
+        int, typer.Option(help="The seed of the field, the orders and all further draws of a league game.")
+    ] = 0
     minutes: Annotated[
         float,
-        typer.Option(min=0, metavar="M", help="The duration of the production in the league, in minutes."),
+        typer.Option(min=0, metavar="M", help="The duration of the production of a league game, in minutes."),
     ] = 20.0
 
-    def make_exploration(self, options: RunOptions) -> tuple[RunOptions, MakeAssembly]:
+    def prepare_exploration(self, options: RunOptions) -> tuple[RunOptions, MakeAssembly]:
         """Return the options of a run that ends with the production, and the factory of the run."""
         from cxbridge_rcll.game import LeagueGame  # noqa: PLC0415 - slow, and help needs no game
 
@@ -93,13 +96,13 @@ class ExploredLeague(RefboxOptions):
 
 
 @dataclass(frozen=True, kw_only=True)
-class PlayedLeague(RefboxOptions):
-    """Options of a league game that is played."""
+class PlayedLeagueOptions(RefboxOptions):
+    """Options of ``cxbridge game`` that select and configure a league game."""
 
     failures: Annotated[
         float,
         typer.Option(
-            min=0, max=1, metavar="P", help="The probability that a robot's skill fails, in the league."
+            min=0, max=1, metavar="P", help="The probability that a robot's skill fails in a league game."
         ),
     ] = 0.0
     referee: Annotated[
@@ -115,7 +118,7 @@ class PlayedLeague(RefboxOptions):
         typer.Option(
             min=0.01,
             metavar="N",
-            help="How many times faster than real time the referee box of --referee runs.",
+            help="The speed of the clock of the referee box at --referee, relative to real time.",
         ),
     ] = 1.0
 
@@ -123,7 +126,7 @@ class PlayedLeague(RefboxOptions):
         str,
         typer.Option(
             metavar="TESTBED",
-            help="Let the league's agent test itself, e.g. FULL or ENTER-FIELD; "
+            help="Run this testbed of the agent's own tests, e.g. FULL or ENTER-FIELD; "
             "exit status 1 if a test fails.",
             show_default=False,
         ),

@@ -9,5 +9,5 @@ API = 1
 FEATURES = (
     Row("motor-switch", "cxbridge_rcll.motor_switch:make_feature", early=configured("/clips-motor-switch")),
 )
-EXPLORED_GAMES = (Row("rcll", "cxbridge_rcll.options:ExploredLeague"),)
-PLAYED_GAMES = (Row("rcll", "cxbridge_rcll.options:PlayedLeague"),)
+EXPLORED_GAMES = (Row("rcll", "cxbridge_rcll.options:ExploredLeagueOptions"),)
+PLAYED_GAMES = (Row("rcll", "cxbridge_rcll.options:PlayedLeagueOptions"),)

@@ -27,6 +27,7 @@ ENVIRONMENT: Final = "referee"  # the name of the CLIPS environment in logs and 
 STATIONS_PATH: Final = "/llsfrb/mps/stations/"
 SERVER_PORT_PATH: Final = "/llsfrb/comm/server-port"
 
+# the version of the program rcll-refbox, which the rules report, and which does not run here
 _VERSION_GLOBALS: Final = "(defglobal ?*VERSION-MAJOR* = 0 ?*VERSION-MINOR* = 0 ?*VERSION-MICRO* = 0)"
 
 
@@ -66,7 +67,7 @@ class Referee(Component):
         """Define the global variables and functions that the rules expect from the referee box."""
         env = self.env
         env.build_unrecorded(_VERSION_GLOBALS)
-        ConfigFunctions(env, config, refbox)
+        ConfigFunctions(env, config, refbox)  # the environment refers to the functions
         self._machines = MachineFunctions(env, self._make_machine)
         FieldFunctions(env, Random(seed))  # noqa: S311 - a game, not a secret
         env.define("print-fact-list", self._print_facts, 2, types="*;m;m")

@@ -139,9 +139,8 @@ class RefereeClient(Component):
         self.game = ReportedGame(self._send_payment)
         self._problem = ""
         self._is_lost = False
-        self._production_start: tuple[int, float] | None = (
-            None  # the run's time in us and the referee's time at its begin
-        )
+        # the run's time in microseconds and the referee's time in seconds, at the start of the comparison
+        self._comparison_start: tuple[int, float] | None = None
         self._are_clocks_compared = False
         self._network = Network(self.types, NetworkSettings(), context.clock.now_us)
         try:
@@ -198,10 +197,10 @@ class RefereeClient(Component):
         if self.game.phase != Phase.PRODUCTION or self._are_clocks_compared:
             return
         now_us = self._clock.now_us()
-        if self._production_start is None:
-            self._production_start = now_us, self.game.game_time
+        if self._comparison_start is None:
+            self._comparison_start = now_us, self.game.game_time
             return
-        begin_us, begin_game_time = self._production_start
+        begin_us, begin_game_time = self._comparison_start
         seconds = (now_us - begin_us) / MICROSECONDS
         if seconds < _MEASUREMENT_S:
             return

@@ -260,9 +260,8 @@ class RobotInterfaces(Component):
             interface.frame = "map"
             interface.translation = (pose.x, pose.y, 0.0)
             interface.rotation = (0.0, 0.0, math.sin(pose.yaw / 2), math.cos(pose.yaw / 2))
-            interface.visibility_history = (
-                100  # in Fawkes, the number of sightings in a row: the pose is certain
-            )
+            # in Fawkes, the number of sightings in a row: a high number means that the pose is certain
+            interface.visibility_history = 100
             interface.write()
 
     def _answer_commands(self, interface: Any) -> None:

@@ -49,12 +49,14 @@ def read_score(referee: Referee) -> Score:
         ),
         key=lambda award: award.game_time,
     )
-    complexity = {_to_integer(slots["id"]): str(slots["complexity"]) for slots in referee.facts("order")}
+    complexity_by_order = {
+        _to_integer(slots["id"]): str(slots["complexity"]) for slots in referee.facts("order")
+    }
     deliveries = sorted(
         (
             Delivery(
                 _to_integer(slots["order"]),
-                complexity.get(_to_integer(slots["order"]), ""),
+                complexity_by_order.get(_to_integer(slots["order"]), ""),
                 str(slots["team"]),
                 _to_seconds(slots["game-time"]),
             )

@@ -1,8 +1,8 @@
 """Clients and servers of ROS 2 actions, made from the services and topics of a node.
 
 A client sends a goal (service ``send_goal``), at once requests its result (``get_result``, which the server
-answers at the end), and may cancel it (``cancel_goal``). The topics ``feedback`` and ``status`` report what
-happens in between.
+answers at the end), and may cancel it (``cancel_goal``). The topics ``feedback`` and ``status`` report the
+progress in between.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ class SentGoal:
     :ivar reason: why the result is missing, if the transport knows; else empty.
     :ivar is_cancel_requested: whether a cancel request was sent.
     :ivar cancel_refusal: the reason why the last cancel request was refused, or None.
-    :ivar server_numbers: the servers at the last check.
+    :ivar server_numbers: the numbers of the present servers, at the last check.
     """
 
     def __init__(self, client: ActionClient, goal_id: bytes, observer: GoalObserver) -> None:
@@ -179,9 +179,8 @@ class ActionClient(Closing):
             sent.status = max(sent.status, GoalStatus.ACCEPTED)
             sent.observer.on_response(sent)
             self._request_result(sent)
-            if (
-                sent.is_cancel_requested
-            ):  # an earlier cancel request may have been refused for an unknown goal
+            # an earlier cancel request may have been refused for an unknown goal
+            if sent.is_cancel_requested:
                 self.cancel(sent)
 
         self._goals[goal_id] = sent  # feedback may arrive before the response
@@ -200,7 +199,7 @@ class ActionClient(Closing):
         """End the goal with the status UNKNOWN if the server of the goal was restarted."""
         present_servers = self._result_client.server_numbers
         if present_servers - sent.server_numbers and sent.is_accepted:
-            # a restarted server does not know the goal and responds with the status UNKNOWN
+            # there is a new server: if it replaces that of the goal, it responds with the status UNKNOWN
             self._request_result(sent)
         elif present_servers and sent.server_numbers.isdisjoint(present_servers) and sent.is_accepted is None:
             # all servers that could have accepted the goal are gone
@@ -281,7 +280,7 @@ class GoalResponse(IntEnum):
 class ServedGoal:
     """A goal at the server.
 
-    :ivar wants_cancel: whether a client has requested to cancel the goal.
+    :ivar is_cancel_requested: whether a client has requested to cancel the goal.
     """
 
     def __init__(self, server: GoalServer, goal_id: bytes, goal: Message, stamp: Message) -> None:
@@ -290,7 +289,7 @@ class ServedGoal:
         self.goal = goal
         self.stamp = stamp
         self.status = GoalStatus.ACCEPTED
-        self.wants_cancel = False
+        self.is_cancel_requested = False
 
     @property
     def info(self) -> Message:
@@ -438,7 +437,7 @@ class GoalServer(Closing):
         )
         cancelled = [goal for goal in goals if self._handler.may_cancel(goal)]
         for goal in cancelled:
-            goal.wants_cancel, goal.status = True, GoalStatus.CANCELING
+            goal.is_cancel_requested, goal.status = True, GoalStatus.CANCELING
         self._publish_status()
         return {
             "return_code": CancelCode.NONE if cancelled else CancelCode.REJECTED,
@@ -462,7 +461,7 @@ class GoalServer(Closing):
 
 
 # The execution of a goal. A step may yield feedback, and the generator returns the result. The generator
-# raises `AbortedError` on failure, and returns early if `ServedGoal.wants_cancel` is set.
+# raises `AbortedError` on failure, and returns early if `ServedGoal.is_cancel_requested` is set.
 Execution = Generator[Mapping[str, Any] | None, None, Mapping[str, Any]]
 
 
@@ -509,7 +508,7 @@ class ActionServer(Closing, GoalHandler):
             try:
                 feedback = next(steps)
             except StopIteration as end:
-                status = GoalStatus.CANCELED if served.wants_cancel else GoalStatus.SUCCEEDED
+                status = GoalStatus.CANCELED if served.is_cancel_requested else GoalStatus.SUCCEEDED
                 self._finish(goal_id, status, end.value)
             except AbortedError as error:
                 self._finish(goal_id, GoalStatus.ABORTED, error.result)

@@ -277,7 +277,7 @@ def _find_definition_files(folder: Path) -> dict[str, Path]:
                 name = f"{package}/{directory.name}/{path.stem}"
                 if path.suffix != ".idl" or name not in definition_files:
                     definition_files[name] = path
-    # rosbags reads messages in IDL only
+    # of .idl files, rosbags reads only those of messages
     return {name: path for name, path in definition_files.items() if path.suffix != ".idl" or "/msg/" in name}
 
 
@@ -338,7 +338,7 @@ def _parse_idl(text: str, name: TypeName, file: Path) -> Fields:
 def _service_messages(
     name: TypeName, request: Fields, response: Fields, has_event: bool
 ) -> Iterator[tuple[str, Fields]]:
-    """Yield the messages of a service: request, response, event, and one of them all for the hash."""
+    """Yield the messages of a service: request, response, event, and a message of all three for the hash."""
     yield str(name.derive("Request")), request
     yield str(name.derive("Response")), response
     if not has_event:

@@ -17,8 +17,8 @@ from cxbridge_ros2.settings import NODE_KEYS, NodeSettings, nest_settings
 
 DEFAULT_TIMEOUT_S: Final = 600.0  # limit of a skill in seconds
 
-S = TypeVar("S")
-T = TypeVar("T")
+StepT = TypeVar("StepT")
+ValueT = TypeVar("ValueT")
 
 
 class RosExecutor(SkillExecutor):
@@ -55,7 +55,9 @@ class RosExecutor(SkillExecutor):
         if self._node is not None:
             self._node.close()
 
-    def limit_time(self, seconds: float, name: str, steps: Generator[S, None, T]) -> Generator[S, None, T]:
+    def limit_time(
+        self, seconds: float, name: str, steps: Generator[StepT, None, ValueT]
+    ) -> Generator[StepT, None, ValueT]:
         """Yield the steps of a skill and return its value, within a time limit.
 
         :param name: the name of the skill, for the error.
@@ -67,7 +69,7 @@ class RosExecutor(SkillExecutor):
                 try:
                     yield next(steps)
                 except StopIteration as end:
-                    value: T = end.value
+                    value: ValueT = end.value
                     return value
         raise SkillFailedError(f"{name} has not ended within {seconds:g} s")
 

@@ -121,7 +121,7 @@ class Codec:
         if base in BYTE_TYPES and isinstance(values, bytes | bytearray | memoryview):
             return np.frombuffer(bytes(values), dtype=np.uint8)  # without checks, since each byte fits
         elements = [self._to_ros(element, value, f"{path}[{index}]") for index, value in enumerate(values)]
-        if base in BYTE_TYPES:  # `_check_byte` gives signed numbers
+        if base in BYTE_TYPES:  # the mask removes the sign that `_check_byte` gives to numbers above 127
             return np.array([number & 0xFF for number in elements], dtype=np.uint8)
         return np.array(elements, dtype=_DTYPES[base]) if base in _DTYPES else elements
 

@@ -39,7 +39,7 @@ RefusalFactory = Callable[[Message, str], Mapping[str, Any]]
 
 
 class Domain(Struct, frozen=True):
-    """Where a node joins ROS. A transport ignores the fields that it does not have.
+    """The domain of ROS that a node joins. A transport ignores the fields for which it has no use.
 
     :param number: the number of the domain; None for the domain of the environment.
     :param url: the URL of a bridge or router; empty for the default of the transport.

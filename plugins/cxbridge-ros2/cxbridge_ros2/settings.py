@@ -49,7 +49,7 @@ _ROS2_SECTION: Final = "/ros2"
 _MULTI_NODE_SECTIONS: Final = ("interfaces", "performers")  # sections with a node per key
 _SERVICELESS_SECTIONS: Final = ("clock",)  # sections whose nodes handle no requests, so rights do not matter
 
-T = TypeVar("T")
+SettingT = TypeVar("SettingT")
 
 
 class NodeSettings(Struct, frozen=True):
@@ -158,7 +158,7 @@ def to_list(value: Any) -> list[Any]:
     return value if isinstance(value, list) else [value]
 
 
-def typed_setting(settings: Mapping[str, Any], name: str, default: T, component: str) -> T:
+def typed_setting(settings: Mapping[str, Any], name: str, default: SettingT, component: str) -> SettingT:
     """Return a setting of the same type as its default.
 
     :param component: the configured component, for the error.
@@ -242,9 +242,9 @@ def locate_errors(config: Configuration, section: str) -> Iterator[None]:
 
 
 class Ros2Reach(PluginSettings):
-    """Who can reach the nodes of a configuration, for the check of its rights.
+    """The reach of the nodes in a configuration, for the check of its rights.
 
-    :param is_local: whether only nodes of this machine can reach them.
+    :param is_local: whether only nodes of this machine can reach the nodes.
     """
 
     SECTION: ClassVar[str] = _ROS2_SECTION

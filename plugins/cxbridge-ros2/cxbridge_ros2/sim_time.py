@@ -65,7 +65,8 @@ class SimTimeClock(Clock):
         self._thread: threading.Thread | None = None
         self._is_closed = False
         self._now_us = self._offset_us = 0
-        self._next_us = _NEVER  # the earliest end of a sleep: messages with an earlier time wake no sleeper
+        # the earliest end of a sleep: messages with an earlier time wake no sleeper
+        self._earliest_wake_us = _NEVER
 
     def now_us(self) -> int:
         """Return the simulated time in microseconds.
@@ -81,7 +82,7 @@ class SimTimeClock(Clock):
             self._start_following()
         with self._time_changed:
             while self._now_us < time_us and not self._is_closed and (wake is None or not wake.is_set()):
-                self._next_us = min(self._next_us, time_us)
+                self._earliest_wake_us = min(self._earliest_wake_us, time_us)
                 self._time_changed.wait(_WAKE_CHECK_S)
 
     def close(self) -> None:
@@ -102,7 +103,7 @@ class SimTimeClock(Clock):
         deadline = time.monotonic() + self._patience_s
         with self._time_changed:
             while not self._now_us and time.monotonic() < deadline:
-                self._next_us = 0  # the first message wakes this thread
+                self._earliest_wake_us = 0  # the first message wakes this thread
                 self._time_changed.wait(_WAKE_CHECK_S)
         if not self._now_us:
             self.close()
@@ -123,6 +124,6 @@ class SimTimeClock(Clock):
             if sent_us + self._offset_us < self._now_us:
                 self._offset_us = self._now_us - sent_us  # the simulation was reset
             self._now_us = sent_us + self._offset_us
-            if self._now_us >= self._next_us:
-                self._next_us = _NEVER
+            if self._now_us >= self._earliest_wake_us:
+                self._earliest_wake_us = _NEVER
                 self._time_changed.notify_all()

@@ -59,7 +59,7 @@ class Ros2CxOptions(PluginOptions):
         typer.Option(
             "--executor",
             metavar="ACTION=CLASS",
-            help="With --ros2cx: the executor of an action, FILE.py:CLASS; a dummy by default. Repeatable.",
+            help="With --ros2cx: execute an action with FILE.py:CLASS; by default with a dummy. Repeatable.",
         ),
     ] = ()
 

@@ -79,7 +79,7 @@ class Ros2CxSkills:
         if not has_executor and self._may_get_dummy(agent, skill):
             dummy_name = f"{agent}-{skill}-dummy"
             self._bus.logger(dummy_name).warn(
-                f"No executor of {agent} knows {skill}: a dummy pretends to execute it"
+                f"No executor of {agent} has the skill {skill}: a dummy pretends to execute it"
             )
             dummy_class = ThesisDummyExecutor if self._repeats_defects else DummyExecutor
             self._start_executor(make_skill_class(dummy_class, skill), agent, dummy_name)

@@ -74,17 +74,17 @@ class Ros2CxSource(Source):
         if options.core == "fawkes":
             raise CxbridgeError(
                 "--core fawkes cannot be combined with --ros2cx",
-                hint="without --core the checkout's own core is used, with --core builtin ours",
+                hint="omit --core for the core of the checkout, or use --core builtin for that of cxbridge",
             )
         if options.scenario is not None or options.fawkes_dir is not None:
             raise CxbridgeError(
                 "--ros2cx cannot be combined with a scenario or --fawkes-dir",
-                hint="its own parameter files are the configuration; lay another one over them with --config",
+                hint="the checkout has its own configuration; lay a file over it with --config",
             )
         if not self.needs_skiller and options.skiller not in ("lua", "none"):
             raise CxbridgeError(
-                f"--skiller {options.skiller} cannot be combined with --ros2cx: its actions go to executors",
-                hint="name an executor that sends skill strings to it, with --executor or in --config",
+                f"--skiller {options.skiller} cannot be combined with --ros2cx: actions go to executors",
+                hint="name an executor that sends skill strings to a Skiller, with --executor or --config",
             )
         if options.overlays:
             raise CxbridgeError("--overlay requires Fawkes' layout, so it cannot be combined with --ros2cx")

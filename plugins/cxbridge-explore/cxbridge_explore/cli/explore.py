@@ -19,7 +19,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.printing import one_line, unfiltered_stream
 from cxbridge.run.options import BrokenOptions, RunOptions, ScenarioOptions, SourceOptions
 from cxbridge_explore.bounds import Bounds, ExecutionOptions
-from cxbridge_explore.game.kinds import EXPLORED_GAMES, ExploredGame, find_chosen_game
+from cxbridge_explore.game.kinds import EXPLORED_GAMES, ExploredGameOptions, find_chosen_game
 
 if TYPE_CHECKING:
     from cxbridge_explore.checkpoint import ProgramIdentity
@@ -41,14 +41,15 @@ class _AgentOptions(ScenarioOptions, SourceOptions, BrokenOptions):
 
 
 @dataclass(frozen=True, kw_only=True)
-class _JudgingOptions:
+class _ExploreOptions:
     """Options of the world, the properties and the outputs."""
 
     world: Annotated[
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="The world: the possible outcomes and times; by default the scenario's world.yaml.",
+            help="Read the world, the possible outcomes and times, from this file; by default from the "
+            "scenario's world.yaml.",
             show_default=False,
         ),
     ] = None
@@ -93,7 +94,7 @@ class _GameOptions:
 
     added_groups: ClassVar[Callable[[], list[type[Any]]]] = _game_options
 
-    more: tuple[ExploredGame, ...] = ()
+    more: tuple[ExploredGameOptions, ...] = ()
 
 
 @option_groups
@@ -101,7 +102,7 @@ def explore(
     agent: _AgentOptions,
     bounds: Bounds,
     execution: ExecutionOptions,
-    judging: _JudgingOptions,
+    settings: _ExploreOptions,
     games: _GameOptions,
     *,
     resume: Annotated[
@@ -121,20 +122,20 @@ def explore(
     Example: cxbridge explore test-scenario --faults 2
     """
     from cxbridge_explore.explore import explore as explore_scenario
-    from cxbridge_explore.judging import select_properties
+    from cxbridge_explore.properties.selection import select_properties
     from cxbridge_explore.worldmodel.reading import read_world
     from cxbridge_explore.worlds.run import make_scenario
 
     game = find_chosen_game(games.more)
-    check_folders(judging.html)
+    check_folders(settings.html)
     options = RunOptions(**vars(agent), skiller="none")
     make: MakeAssembly = make_scenario
     if game is not None:
-        options, make = game.make_exploration(options)
-    execution = replace(execution, coverage=judging.coverage or judging.html is not None)
+        options, make = game.prepare_exploration(options)
+    execution = replace(execution, coverage=settings.coverage or settings.html is not None)
     show_line = _show_line if sys.stderr.isatty() else None
-    properties = select_properties(options, judging.properties, is_cut=game is not None)
-    world = None if judging.world is None else read_world(judging.world)
+    properties = select_properties(options, settings.properties, is_cut=game is not None)
+    world = None if settings.world is None else read_world(settings.world)
     command = shlex.join(["cxbridge", *sys.argv[1:]])
     result = explore_scenario(
         options,
@@ -145,19 +146,19 @@ def explore(
         make=make,
         resume=resume,
         show_line=show_line,
-        draw_page=None if judging.html is None else partial(_write_live_page, judging.html, command),
+        draw_page=None if settings.html is None else partial(_write_live_page, settings.html, command),
     )
     if show_line is not None:
         _show_line("")
-    result = _write_counterexamples(result, options, world, make, judging.out)
+    result = _write_counterexamples(result, options, world, make, settings.out)
     if not result.is_complete:
         from cxbridge_explore.checkpoint import make_identity
 
         identity = make_identity(options, bounds, properties, world, make)
         _write_checkpoint(result, identity, resume or Path(DEFAULT_CHECKPOINT))
     coverage = _compute_coverage(result, options) if execution.coverage else None
-    if coverage is not None and judging.html is not None:
-        _write_page(result, coverage, judging.html, command, (options, world, make))
+    if coverage is not None and settings.html is not None:
+        _write_page(result, coverage, settings.html, command, (options, world, make))
     _print_result(result, coverage, as_json=as_json)
     return result.status
 

@@ -53,7 +53,8 @@ class _SweepOptions:
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="The world: outcomes of skills; by default world.yaml in the scenario's folder.",
+            help="Draw the outcomes of skills from the world in this file; by default from the scenario's "
+            "world.yaml.",
             show_default=False,
         ),
     ] = None
@@ -75,7 +76,7 @@ class _SweepOptions:
         str,
         typer.Option(
             metavar="local|dask://HOST:PORT",
-            help="The place where the runs are played: this machine or a Dask cluster.",
+            help="Play the runs on this machine (local), or on a Dask cluster.",
         ),
     ] = _LOCAL_ENGINE
 

@@ -51,44 +51,44 @@ class GameWatch:
 
     def __init__(self, judge: Judge, clock: Clock) -> None:
         self._judge, self._clock = judge, clock
-        self._start_us = clock.now_us()
+        self._run_start_us = clock.now_us()
         # the times of the loops after which the production had begun and had ended
-        self._begin_us: int | None = None
-        self._end_us: int | None = None
+        self._production_begin_us: int | None = None
+        self._production_end_us: int | None = None
         self._changes: dict[str, list[tuple[int, str]]] = {}
 
     def record(self) -> None:
         """Record the current state, after each loop."""
-        if self._end_us is not None:
+        if self._production_end_us is not None:
             return
         now_us, (phase, machines) = self._clock.now_us(), self._judge.state()
-        if phase == PRODUCTION and self._begin_us is None:
-            self._begin_us = now_us
+        if phase == PRODUCTION and self._production_begin_us is None:
+            self._production_begin_us = now_us
         elif phase == POST_GAME:
-            self._end_us = now_us
+            self._production_end_us = now_us
         for name, state in machines.items():
             changes = self._changes.setdefault(name, [])
             if not changes or changes[-1][1] != state:
                 changes.append((now_us, state))
 
     def seconds_at(self, time_us: int) -> float:
-        """Return the seconds since the start of the production; before the production, of the run."""
-        begin_us = self._start_us if self._begin_us is None else self._begin_us
+        """Return the seconds from the start of the production, or of the run before the production."""
+        begin_us = self._run_start_us if self._production_begin_us is None else self._production_begin_us
         return round((time_us - begin_us) / MICROSECONDS, 3)
 
     @property
-    def seconds(self) -> float:
+    def production_seconds(self) -> float:
         """The duration of the production so far."""
-        return self.seconds_at(self._end_us or self._clock.now_us())
+        return self.seconds_at(self._production_end_us or self._clock.now_us())
 
     def machine_spans(self) -> dict[str, tuple[Span, ...]]:
         """Return the states of each machine during the production."""
         spans_of_machines = {}
         for name, changes in sorted(self._changes.items()):
-            ends = [*(time_us for time_us, _ in changes[1:]), self._end_us or self._clock.now_us()]
+            ends = [*(time_us for time_us, _ in changes[1:]), self._production_end_us or self._clock.now_us()]
             spans = (
                 Span(self.seconds_at(begin_us), self.seconds_at(end_us), state)
                 for (begin_us, state), end_us in zip(changes, ends, strict=True)
             )
-            spans_of_machines[name] = tuple(clip_spans(spans, self.seconds))
+            spans_of_machines[name] = tuple(clip_spans(spans, self.production_seconds))
         return spans_of_machines

@@ -50,18 +50,17 @@ class Game(Protocol):
         """
 
 
-class PlayedGame(Protocol):
+class PlayedGameOptions(Protocol):
     """A dataclass of options for ``cxbridge game``, for a kind of game that is not a scenario."""
 
     @property
     def is_chosen(self) -> bool:
         """Whether the options select a game."""
 
-    def check_unchosen(self) -> None:
-        """Check options that do not select a game.
+    def refuse_game_options(self) -> None:
+        """Refuse options that have no meaning without a game; called if no option selects a game.
 
-        :raises CxbridgeError: if an option has no meaning without a game; the hint names the option that
-            selects a game.
+        :raises CxbridgeError: if such an option is set; the hint names the option that selects a game.
         """
 
     def make_game(
@@ -76,34 +75,33 @@ class PlayedGame(Protocol):
         """
 
 
-class ExploredGame(Protocol):
+class ExploredGameOptions(Protocol):
     """A dataclass of options for ``cxbridge explore``, for a kind of game that is not a scenario."""
 
     @property
     def is_chosen(self) -> bool:
         """Whether the options select a game."""
 
-    def check_unchosen(self) -> None:
-        """Check options that do not select a game.
+    def refuse_game_options(self) -> None:
+        """Refuse options that have no meaning without a game; called if no option selects a game.
 
-        :raises CxbridgeError: if an option has no meaning without a game; the hint names the option that
-            selects a game.
+        :raises CxbridgeError: if such an option is set; the hint names the option that selects a game.
         """
 
-    def make_exploration(self, options: RunOptions) -> tuple[RunOptions, MakeAssembly]:
+    def prepare_exploration(self, options: RunOptions) -> tuple[RunOptions, MakeAssembly]:
         """Return the options of a run with a time limit, and the function that makes the run."""
 
 
-# The groups of options that implement `PlayedGame`.
+# The groups of options that implement `PlayedGameOptions`.
 PLAYED_GAMES: Final[Table[type[Any]]] = Table("PLAYED_GAMES", is_dataclass, "a dataclass of options")
 
-# The groups of options that implement `ExploredGame`.
+# The groups of options that implement `ExploredGameOptions`.
 EXPLORED_GAMES: Final[Table[type[Any]]] = Table("EXPLORED_GAMES", is_dataclass, "a dataclass of options")
 
-T = TypeVar("T", PlayedGame, ExploredGame)
+GameOptionsT = TypeVar("GameOptionsT", PlayedGameOptions, ExploredGameOptions)
 
 
-def find_chosen_game(groups: Sequence[T]) -> T | None:
+def find_chosen_game(groups: Sequence[GameOptionsT]) -> GameOptionsT | None:
     """Return the group of options that selects a game, or None.
 
     :param groups: the groups of which the command line has an option.
@@ -115,5 +113,5 @@ def find_chosen_game(groups: Sequence[T]) -> T | None:
         raise CxbridgeError(f"the options name two games: {names}", hint="omit the options of one game")
     if not chosen:
         for group in groups:
-            group.check_unchosen()
+            group.refuse_game_options()
     return chosen[0] if chosen else None

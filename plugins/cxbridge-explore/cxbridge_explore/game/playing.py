@@ -74,7 +74,7 @@ def play_game(
         skills = work_count.find_robot_spans(
             find_robots(assembly.agents), assembly.clock.now_us(), game_watch.seconds_at
         )
-        timeline = Timeline(game_watch.seconds, skills, game_watch.machine_spans())
+        timeline = Timeline(game_watch.production_seconds, skills, game_watch.machine_spans())
         loaders = [agent.executive.env.loader for agent in assembly.agents]
         result = GameResult(
             score,

@@ -118,6 +118,7 @@ def read_property(text: str, mark: Mark | None = None) -> Property:
             make_monitor = partial(AfterMonitor, first=pattern, second=second, within_s=reader.read_limit())
         case _:
             make_monitor = partial(NeverMonitor if kind == "never" else AlwaysMonitor, pattern=pattern)
+    # "eventually" and "after" have read their limits
     if reader.read_limit() is not None:
         raise mark.error(
             f"'{kind}' cannot have a time limit: {text.strip()}",

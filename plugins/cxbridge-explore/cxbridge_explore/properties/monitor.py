@@ -104,7 +104,7 @@ class Scene:
 class Monitor:
     """Checks one property in one run. All methods are called in the run's thread.
 
-    :cvar event_types: the types of events for :meth:`handle`.
+    :cvar event_types: the types of events for :meth:`handle_event`.
     :cvar templates: the deftemplates whose changes ``changes`` records.
     :ivar is_evaluated: whether the property could have been violated; a property that no run evaluates is
         vacuous.

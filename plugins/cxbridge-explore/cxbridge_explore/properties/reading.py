@@ -79,8 +79,6 @@ def combine_properties(*groups: Iterable[Property]) -> tuple[Property, ...]:
     for property_ in chain.from_iterable(groups):
         name = property_.name
         if name in by_name:
-            raise ConfigError(
-                f"there are two properties '{name}'", hint="give one of them another name: NAME: FORM"
-            )
+            raise ConfigError(f"there are two properties '{name}'", hint="rename a property: NAME: FORM")
         by_name[name] = property_
     return tuple(by_name.values())

@@ -190,9 +190,8 @@ class AfterMonitor(PatternMonitor):
         # By agent and shared values: the seconds of each first match that still lacks a second match.
         self._open_obligations: dict[tuple[str, BoundValues], float] = {}
         self._newly_matched_agents: set[str] = set()  # agents in which the first pattern matched in this loop
-        self._earlier_matches: dict[
-            str, set[BoundValues]
-        ] = {}  # by agent, for a first pattern with an absence
+        # by agent, for a first pattern with an absence
+        self._earlier_matches: dict[str, set[BoundValues]] = {}
 
     def left(self, tables: FactTables) -> None:
         super().left(tables)

@@ -155,7 +155,7 @@ class _Batch:
         self._chunks: queue.SimpleQueue[list[int]] = queue.SimpleQueue()
         self._deaths: Counter[int | None] = Counter()  # by the seed that the worker played
         self._workers: set[WorkerProcess] = set()
-        self._lock = threading.Lock()  # guards the workers and `_stopped`
+        self._lock = threading.Lock()  # guards `_workers` and `_is_stopped`
         self._is_stopped = False
         size = max(1, min(_MAX_CHUNK_SEEDS, len(seeds) // (2 * jobs)))
         for start in range(0, len(seeds), size):
@@ -175,7 +175,7 @@ class _Batch:
         """Register a worker, so that :meth:`stop` kills it."""
         with self._lock:
             self._workers.add(worker)
-            if self._is_stopped:  # :meth:`stop` was called while the process started
+            if self._is_stopped:  # stop() was called while the process started
                 worker.kill()
         try:
             yield

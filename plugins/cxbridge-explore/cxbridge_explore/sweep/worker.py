@@ -63,7 +63,7 @@ class SeedForkChooser:
         self._parent = parent
         self._chooser: Chooser = UsualChooser()  # replaced in each child
         self._row_pipe = -1  # descriptor of this child's pipe to the worker
-        self._start_s = 0.0  # processor time of this child at the fork
+        self._start_cpu_s = 0.0  # processor time of this child at the fork
 
     def choose(self, index: int, point: ChoicePoint) -> int | Option:
         """Return the choice of this child's seed. In the worker, the method never returns."""
@@ -93,13 +93,13 @@ class SeedForkChooser:
         """Turn this child into the run of a seed."""
         forking.limit_cpu_seconds(self._parent.job.cpu_seconds)
         self.seed, self._row_pipe = seed, row_pipe
-        self._start_s = time.process_time()
+        self._start_cpu_s = time.process_time()
         self._chooser = RandomChooser(seed)
 
     def send_row(self, row: RunRow) -> None:
         """Send the row of this child to the worker, and exit."""
         assert self.seed is not None
-        row = replace(row, seed=self.seed, cpu_seconds=time.process_time() - self._start_s)
+        row = replace(row, seed=self.seed, cpu_seconds=time.process_time() - self._start_cpu_s)
         with os.fdopen(self._row_pipe, "wb") as pipe:
             pickle.dump(row, pipe)
         os._exit(0)  # without cleanup, since the worker shares the resources of this child

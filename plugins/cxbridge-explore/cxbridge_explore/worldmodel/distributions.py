@@ -91,17 +91,17 @@ class Distribution:
         return self.quantile(share)
 
     @property
-    def median(self) -> float:
+    def usual_value(self) -> float:
         """The first listed value; without listed values, the median."""
         return self.listed_values[0] if self.listed_values else self.quantile(0.5)
 
     @property
-    def low_quantile(self) -> float:
+    def low_value(self) -> float:
         """The minimum; for an unbounded distribution, the 5 % quantile."""
         return self.quantile(0.0 if self._is_bounded else _TAIL_SHARE)
 
     @property
-    def high_quantile(self) -> float:
+    def high_value(self) -> float:
         """The maximum; for an unbounded distribution, the 95 % quantile."""
         return self.quantile(1.0 if self._is_bounded else 1 - _TAIL_SHARE)
 
@@ -112,7 +112,7 @@ class Distribution:
     @property
     def representatives(self) -> tuple[float, ...]:
         """The values that represent the distribution in an exploration, the usual value first."""
-        values = self.listed_values or (self.median, self.low_quantile, self.high_quantile)
+        values = self.listed_values or (self.usual_value, self.low_value, self.high_value)
         return tuple(dict.fromkeys(values))
 
 

@@ -192,8 +192,8 @@ def _parse_representatives(section: Section, distribution: Distribution) -> tupl
     """
     if "explore" not in section:
         return ()
-    quantiles = (distribution.median, distribution.low_quantile, distribution.high_quantile)
-    seconds_by_name = dict(zip(_REPRESENTATIVES, quantiles, strict=True))
+    values = (distribution.usual_value, distribution.low_value, distribution.high_value)
+    seconds_by_name = dict(zip(_REPRESENTATIVES, values, strict=True))
     names, listed_values = ", ".join(_REPRESENTATIVES), []
     for text in section.texts("explore"):
         try:

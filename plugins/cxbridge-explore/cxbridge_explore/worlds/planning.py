@@ -10,16 +10,17 @@ from cxbridge_explore.worldmodel.model import PlannerModel
 from cxbridge_explore.worlds.points import ChoiceKind, RunChoices, make_fault, make_options
 
 
-class ChosenPlanning(PlanningService):
+class FaultyPlanning(PlanningService):
     """Makes plans, unless the world decides on a fault.
 
-    :param choices: returns the choices of the run, which are made after the service.
+    :param planner: the possible faults.
+    :param find_choices: returns the choices of the run, which are made after the service.
     :param env: the environment that requests plans.
     """
 
-    def __init__(self, planner: PlannerModel, choices: Callable[[], RunChoices], env: str) -> None:
+    def __init__(self, planner: PlannerModel, find_choices: Callable[[], RunChoices], env: str) -> None:
         super().__init__()
-        self._planner, self._choices, self._env = planner, choices, env
+        self._planner, self._find_choices, self._env = planner, find_choices, env
         faults = (
             ("no plan", planner.no_plan_probability),
             ("fails", planner.failure_probability),
@@ -33,21 +34,21 @@ class ChosenPlanning(PlanningService):
         """Start making a plan, unless the world decides on a fault."""
         if len(self._options) == 1:
             return super().call(request)
-        choices = self._choices()
+        choices = self._find_choices()
         subject = f"{self._env}: plan for {request.problem.name}"
         match choices.choose(ChoiceKind.PLANNER, subject, self._options).name:
             case "no plan":
-                return _FailedCall(self, request, PlanStatus.NO_PLAN)
+                return _CallWithoutPlan(self, request, PlanStatus.NO_PLAN)
             case "fails":
-                return _FailedCall(self, request, PlanStatus.FAILED)
+                return _CallWithoutPlan(self, request, PlanStatus.FAILED)
             case "late":
                 due = choices.seconds + self._planner.delay_s
                 return _LateCall(self, request, super().call(request), lambda: choices.seconds >= due)
         return super().call(request)
 
 
-class _FailedCall(PlanCall):
-    """A call that is over at once, without a plan."""
+class _CallWithoutPlan(PlanCall):
+    """A call that has ended at once, without a plan."""
 
     def __init__(self, service: PlanningService, request: PlanRequest, status: PlanStatus) -> None:
         super().__init__(service, request)

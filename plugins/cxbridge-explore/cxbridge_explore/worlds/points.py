@@ -160,19 +160,19 @@ class UsualChooser:
 
 
 class PathChooser:
-    """Follows a path, and leaves the choice points outside of the path to another chooser.
+    """Follows a path.
 
-    :param other_chooser: the chooser for these points; None for the usual option.
+    :param fallback_chooser: the chooser for the choice points outside of the path; None for the usual option.
     """
 
-    def __init__(self, path: ChoicePath, other_chooser: Chooser | None = None) -> None:
+    def __init__(self, path: ChoicePath, fallback_chooser: Chooser | None = None) -> None:
         self._path = path
-        self._other_chooser = other_chooser or UsualChooser()
+        self._fallback_chooser = fallback_chooser or UsualChooser()
 
     def choose(self, index: int, point: ChoicePoint) -> int | Option:
         step = self._path.get(index)
         if step is None:
-            return self._other_chooser.choose(index, point)
+            return self._fallback_chooser.choose(index, point)
         if step.subject != point.subject:
             raise DivergedError(
                 f"choice {index} was about {step.subject}, and is about {point.subject}",

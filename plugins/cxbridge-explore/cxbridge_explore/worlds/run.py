@@ -82,14 +82,14 @@ class WorldRun(Closing):
     ) -> None:
         self.options = options
         self._is_started = False
-        self._world = read_scenario_world(options) if world is None else world
+        self._world_model = read_scenario_world(options) if world is None else world
         self._kills: list[KillChoices] = []
         self._order: OrderChoices | None = None
         with ExitStack() as stack:
             self.assembly = make(options, self._make_additions())
             stack.enter_context(self.assembly)
             self._choices = RunChoices(chooser, self.assembly.clock)
-            check_world(self._world, self.assembly)
+            check_world(self._world_model, self.assembly)
             self._agent_worlds: dict[str, AgentWorld] = {}
             stack.callback(self._close_agent_worlds)
             for agent in self.assembly.agents:
@@ -100,18 +100,18 @@ class WorldRun(Closing):
             self._stack = stack.pop_all()
 
     def _make_additions(self) -> Additions:
-        planner = self._world.planner
+        planner = self._world_model.planner
         if planner is None:
             return NOTHING
-        from cxbridge_explore.worlds.planning import ChosenPlanning  # noqa: PLC0415 - only worlds with faults of planners need it
+        from cxbridge_explore.worlds.planning import FaultyPlanning  # noqa: PLC0415 - only worlds with faults of planners need it
 
-        return Additions(planning=partial(ChosenPlanning, planner, lambda: self._choices))
+        return Additions(planning=partial(FaultyPlanning, planner, lambda: self._choices))
 
     def _watch_team(self, team: Team) -> None:
         team.watchers.append(self)
-        self._kills = [KillChoices(kill, team, self._choices) for kill in self._world.kills]
-        if self._world.order is not None:
-            self._order = OrderChoices(self._world.order, team, self._choices)
+        self._kills = [KillChoices(kill, team, self._choices) for kill in self._world_model.kills]
+        if self._world_model.order is not None:
+            self._order = OrderChoices(self._world_model.order, team, self._choices)
 
     @property
     def watchers(self) -> list[AgentWatcher]:
@@ -121,7 +121,7 @@ class WorldRun(Closing):
     def joined(self, agent: Run) -> None:
         """Make the world of an agent that starts or restarts."""
         prefix = f"{agent.name}/" if isinstance(self.assembly, Team) else ""
-        self._agent_worlds[agent.name] = AgentWorld(self._world, agent, self._choices, prefix)
+        self._agent_worlds[agent.name] = AgentWorld(self._world_model, agent, self._choices, prefix)
 
     def left(self, agent: Run) -> None:
         """Close the world of a killed agent."""
@@ -129,8 +129,8 @@ class WorldRun(Closing):
 
     def _apply_events(self) -> None:
         """Apply the events between two loops."""
-        for world in self._agent_worlds.values():
-            world.apply_events()
+        for agent_world in self._agent_worlds.values():
+            agent_world.apply_events()
         for kill in self._kills:
             kill.apply()
         if self._order is not None:
@@ -148,20 +148,22 @@ class WorldRun(Closing):
         configured world has more pending events than Skillers have.
         """
         agents = self.assembly.agents
-        if self._world != WorldModel() or any(agent.skill_board is not None for agent in agents):
+        if self._world_model != WorldModel() or any(agent.skill_board is not None for agent in agents):
             return None
         now_us = self.assembly.clock.now_us()
-        return tuple(world.skills.script.state(now_us) for world in self._agent_worlds.values())
+        return tuple(agent_world.skills.script.state(now_us) for agent_world in self._agent_worlds.values())
 
     @property
     def skill_results(self) -> list[SkillResult]:
         """The results of skill calls of the living agents, agent by agent."""
-        return [result for world in self._agent_worlds.values() for result in world.skills.results]
+        return [
+            result for agent_world in self._agent_worlds.values() for result in agent_world.skills.results
+        ]
 
     @property
     def is_over(self) -> bool:
         """Whether root goals are finished, no skill runs, the agenda is empty and no agent will restart."""
-        is_busy = any(world.skills.script.running for world in self._agent_worlds.values())
+        is_busy = any(agent_world.skills.script.running for agent_world in self._agent_worlds.values())
         return self.assembly.is_over and not is_busy and not self.awaits_restart
 
     @property
@@ -181,8 +183,8 @@ class WorldRun(Closing):
         assembly = self.assembly
         self.start()
         # Events at second 0, such as the first sensed values, come before the first loop.
-        for world in self._agent_worlds.values():
-            world.apply_events()
+        for agent_world in self._agent_worlds.values():
+            agent_world.apply_events()
         end_us = assembly.clock.now_us() + round((self.options.timeout - self.seconds) * MICROSECONDS)
 
         def is_done() -> bool:
@@ -192,8 +194,8 @@ class WorldRun(Closing):
         return WorldResult(self.is_over, self.seconds, tuple(self._choices.choices))
 
     def _close_agent_worlds(self) -> None:
-        for world in self._agent_worlds.values():
-            world.close()
+        for agent_world in self._agent_worlds.values():
+            agent_world.close()
 
     def close(self) -> None:
         """End the run and release all resources."""

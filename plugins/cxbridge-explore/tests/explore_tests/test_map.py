@@ -12,11 +12,11 @@ from cxbridge_explore.bounds import Bounds, ExecutionOptions
 from cxbridge_explore.counterexample import write_counterexample
 from cxbridge_explore.explore import explore
 from cxbridge_explore.graph import Graph
-from cxbridge_explore.judging import select_properties
 from cxbridge_explore.map.coverage import compute_explored_coverage, coverage_values
 from cxbridge_explore.map.page import write_page
 from cxbridge_explore.map.rows import OPEN, MapRow, make_run_rows
 from cxbridge_explore.map.run_pages import write_run_pages, write_violation_pages
+from cxbridge_explore.properties.selection import select_properties
 from cxbridge_explore.result import ExploreResult
 from cxbridge_explore.worlds.points import read_path
 from cxbridge_explore.worlds.run import make_scenario

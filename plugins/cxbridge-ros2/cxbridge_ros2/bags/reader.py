@@ -1,6 +1,6 @@
 """Reader of ROS 2 bags as recorded runs.
 
-A bag is one that cxbridge has written, with the events of a run, or the recording of a robot. A bag may be
+Either cxbridge has written the bag, with the events of a run, or a robot has recorded the bag. A bag may be
 truncated or damaged, and its types may be unknown: the reader notes each omission and continues.
 """
 
@@ -38,7 +38,7 @@ from cxbridge_ros2.stamps import NS_PER_US
 
 METADATA_PREFIX: Final = "cxbridge"  # precedes the keys of the run in the custom metadata of a bag
 
-T = TypeVar("T")
+ParsedT = TypeVar("ParsedT")
 
 
 class BagRun(Run):
@@ -63,7 +63,7 @@ class BagRun(Run):
             converters: dict[tuple[str, str], Converter] = {}
             for connection in bag.connections:
                 topic, type_name = connection.topic, connection.msgtype
-                converter = converter_table.find(topic, type_name)
+                converter = converter_table.find_converter(topic, type_name)
                 if converter is not None and self._load_type(connection):
                     converters[topic, type_name] = converter
                 elif connection.msgcount:
@@ -75,7 +75,7 @@ class BagRun(Run):
                 if message is not None:
                     converter = converters[connection.topic, connection.msgtype]
                     yield from self._convert(converter, connection, message, time_ns)
-            if omitted_counts and not has_events:  # in a bag with events, they repeat the events
+            if omitted_counts and not has_events:  # with events, the omitted messages only repeat them
                 counts = (f"{topic}: {count}" for topic, count in sorted(omitted_counts.items()))
                 self.note(f"left out: {', '.join(counts)}")
 
@@ -113,7 +113,7 @@ class BagRun(Run):
     def source_records(self) -> Iterator[Mapping[str, str]]:
         return self._parse_topic(SOURCES_TOPIC, decode_record)
 
-    def _parse_topic(self, topic: str, parse: Callable[[Message], T]) -> Iterator[T]:
+    def _parse_topic(self, topic: str, parse: Callable[[Message], ParsedT]) -> Iterator[ParsedT]:
         """Yield the parsed messages of a topic of cxbridge."""
         with self._open() as bag:
             for connection, time_ns, data in self._messages(

@@ -42,9 +42,9 @@ _SKILL_STATUSES: Final = {
     GoalStatus.ABORTED: "S_FAILED",
 }
 _REQUEST_EVENTS: Final = (0, 1)  # REQUEST_SENT, REQUEST_RECEIVED of service_msgs/ServiceEventInfo
-_INTERFACE_SLASH_COUNT: Final = 3  # in /blackboard/TYPE/ID; topics of an interface's messages have more
+_INTERFACE_SLASH_COUNT: Final = 3  # of /blackboard/TYPE/ID; a topic for messages to an interface has 4
 _MAX_GOALS: Final = 1000  # limits the memory for a long recording: the oldest goals are forgotten
-_MAX_ARGUMENTS_LENGTH: Final = 200  # characters of the arguments in a skill string, which people read
+_MAX_ARGUMENTS_LENGTH: Final = 200  # characters of the arguments in a skill string, to keep it readable
 
 # Converts a message to events; called with the topic, the message, and the time in microseconds.
 Converter = Callable[[str, Message, int], Iterator[Event]]
@@ -73,7 +73,7 @@ class ConverterTable:
             **dict.fromkeys(_HUB_TYPES, self._convert_hub_message),
         }
 
-    def find(self, topic: str, message_type: str) -> Converter | None:
+    def find_converter(self, topic: str, message_type: str) -> Converter | None:
         """Return the converter for messages of a topic; None if the messages become no events."""
         if topic == EVENTS_TOPIC and message_type == TEXT_TYPE:
             return _convert_event

@@ -36,9 +36,8 @@ def _decompress(make_decompressor: Callable[[], Any], data: bytes) -> bytes:
     remaining_bytes = MAX_UNPACKED_BYTES
     while data:
         frame = make_decompressor()
-        chunk = bytes(
-            frame.decompress(data, remaining_bytes + 1)
-        )  # one byte more than the limit reveals larger data
+        # one byte more than the limit reveals larger data
+        chunk = bytes(frame.decompress(data, remaining_bytes + 1))
         remaining_bytes -= len(chunk)
         if remaining_bytes < 0:
             raise ReaderError(f"a chunk or message of more than {MAX_UNPACKED_BYTES} bytes")

@@ -88,7 +88,7 @@ class BagWriter(RunWriter):
         self._write_message(
             FILES_TOPIC,
             TEXT_TYPE,
-            attachment.time_us or self._last_us,  # without a time: after all events so far
+            attachment.time_us or self._last_us,  # an attachment without a time follows all events so far
             encode_file(attachment.name, attachment.media_type, attachment.time_us, attachment.data),
         )
 

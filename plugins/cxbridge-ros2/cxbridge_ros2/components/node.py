@@ -57,10 +57,10 @@ class Ros2NodeComponent(Component):
             }
             report = daemon.bus.logger("Ros2Node").error
             self._lifecycle = Lifecycle(node, name, callbacks, daemon.clock, report, LifecycleState.ACTIVE)
-            # read-only, since they are chosen when the daemon starts
+            # read-only, since the options of the daemon determine both when it starts
             parameters = {
                 "use_sim_time": Parameter(value=daemon.clock.name == "ros2", read_only=True),
-                "spec": Parameter(daemon.spec, "what the executive does", read_only=True),
+                "spec": Parameter(daemon.spec, "the name of the agent's spec", read_only=True),
             }
             self._parameters = Parameters(node, name, parameters, daemon.clock)
         except Exception:

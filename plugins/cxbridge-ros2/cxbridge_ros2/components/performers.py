@@ -60,8 +60,8 @@ class Ros2Performers(Component):
                 raise self._context.config.error(
                     f"{SECTION}/{key}/",
                     f"the performer {key} would call itself for {', '.join(sorted(circular_skills))}:"
-                    f" {host.name} lets performers on {performer.topic} execute it",
-                    f"remove it from {SECTION}/{key}/actions, or from the skills of {host.name}",
+                    f" the executor {host.name} requests them from performers on {performer.topic}",
+                    f"remove them from {SECTION}/{key}/actions, or from the skills of {host.name}",
                 )
 
     def _find_skill_calls(self) -> LocalSkillCalls | None:

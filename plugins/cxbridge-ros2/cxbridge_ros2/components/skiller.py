@@ -64,7 +64,7 @@ class Ros2Skiller(Component):
                     except StopIteration as end:
                         result = end.value
                         break
-                    if goal.wants_cancel:  # leaving the `with` block stops the skill
+                    if goal.is_cancel_requested:  # leaving the `with` block stops the skill
                         return {"success": False, "error": "it was cancelled"}
                     yield {"status": statuses.pop()} if statuses else None
         except CxbridgeError as error:

@@ -70,7 +70,7 @@ def _split_fields(fields: str) -> str:
     return fields.replace(", ", "\n")
 
 
-# Texts of definitions, as in .msg, .srv and .action files, by type.
+# The definition of each type, in the format of .msg, .srv and .action files.
 TYPE_DEFINITIONS: Final[Mapping[str, str]] = {
     EXECUTE_PLAN: f"Plan plan\n---\nbool success\n{_ACTION_STATES}\n---\n{_ACTION_STATES}",
     **{f"{PACKAGE}/msg/{name}": _split_fields(fields) for name, fields in _MESSAGES.items()},
@@ -155,7 +155,7 @@ SERVICE_TYPES: Final = {
 def list_services(node: str, distribution: str) -> Mapping[str, str]:
     """Return the types of a node's services in a distribution, by name.
 
-    :param node: a key of :data:`NODES`.
+    :param node: a key of :data:`SERVICES_BY_NODE`.
     """
     missing = SINCE_JAZZY if distribution in BEFORE_JAZZY else ()
     return {name: SERVICE_TYPES[name] for name in SERVICES_BY_NODE[node] if name not in missing}

@@ -23,7 +23,7 @@ from cxbridge.executive.pddl.ast import (
 from cxbridge.executive.pddl.printer import format_domain
 from cxbridge.suggestions import did_you_mean
 from cxbridge_ros2.experts.answers import ExpertService
-from cxbridge_ros2.experts.knowledge import ProblemExpert, subtypes
+from cxbridge_ros2.experts.knowledge import ProblemExpert, find_subtypes
 from cxbridge_ros2.experts.nodes import NodeCodec, TreeNodeKind, make_param
 from cxbridge_ros2.messages import Message
 
@@ -112,8 +112,9 @@ def _get_declaration_details(
     domain, noun = expert.domain, kind.name.lower()
     declarations = {declared.name: declared for declared in _select_declarations(domain, kind)}
     declaration = declarations[_find_name(request["expression"], declarations, noun)]
+    # names as in PlanSys2: ?robot0, ?room1
     parameters = [
-        make_param(f"?{name}{index}", name, subtypes(domain, name))  # names as in PlanSys2: ?robot0, ?room1
+        make_param(f"?{name}{index}", name, find_subtypes(domain, name))
         for index, name in enumerate(_list_types(declaration.parameters))
     ]
     return {"node": {"node_type": int(kind), "name": declaration.name, "parameters": parameters}}
@@ -159,7 +160,7 @@ def _make_parameters(
     names = [*parameter_names[: len(variables)], *defaults[len(parameter_names) :]]
     types = _list_types(action.parameters)
     parameters = [
-        make_param(name, type_name, subtypes(domain, type_name))
+        make_param(name, type_name, find_subtypes(domain, type_name))
         for name, type_name in zip(names, types, strict=True)
     ]
     return parameters, dict(zip(variables, names, strict=True))

@@ -107,7 +107,7 @@ class FactKnowledge(Knowledge):
 
     def _assert(self, template: str, slots: Slots) -> None:
         if not self._env.has_template(template):
-            raise PddlError(f"the agent has no template {template}", hint="its core has no domain")
+            raise PddlError(f"the agent has no template {template}", hint="use a core that stores the domain")
         self._env.assert_fact(template, slots)
 
     def _retract(self, template: str, matches: Callable[[Slots], bool]) -> None:

@@ -102,6 +102,8 @@ class Knowledge(ABC):
 
 @dataclass(slots=True)
 class MemoryKnowledge(Knowledge):
+    """Stores the knowledge in memory."""
+
     instances: dict[str, str] = field(default_factory=dict)
     predicates: list[Ground] = field(default_factory=list)
     functions: dict[Ground, float] = field(default_factory=dict)
@@ -185,8 +187,8 @@ class ProblemExpert:
         :raises PddlError: if there is no such instance.
         """
         if name not in self.knowledge.instances:
-            status = "a constant of the domain" if name in self.instances else "not an instance"
-            raise PddlError(f"'{name}' is {status}")
+            kind = "a constant of the domain, " if name in self.instances else ""
+            raise PddlError(f"'{name}' is {kind}not an instance")
         for ground in list(self.knowledge.predicates):
             _, arguments = ground
             if name in arguments:
@@ -291,7 +293,7 @@ class ProblemExpert:
     def _find_instances(self, types: tuple[str, ...]) -> list[str]:
         """Return the instances of some types and their subtypes; without types, all instances."""
         accepted_types = {
-            subtype for type_name in types for subtype in (type_name, *subtypes(self.domain, type_name))
+            subtype for type_name in types for subtype in (type_name, *find_subtypes(self.domain, type_name))
         } or {ROOT_TYPE}
         return [
             name
@@ -344,7 +346,7 @@ class ProblemExpert:
             self.knowledge.drop_instance(name)
 
 
-def subtypes(domain: Domain, type_name: str) -> list[str]:
+def find_subtypes(domain: Domain, type_name: str) -> list[str]:
     """Return the descendants of a type."""
     names: list[str] = []
     pending_types = [type_name]

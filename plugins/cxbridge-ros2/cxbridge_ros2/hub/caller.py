@@ -96,7 +96,7 @@ class HubSkill(Struct, frozen=True):
 class _OpenRequest(Struct):
     """A REQUEST until the end of its action.
 
-    :ivar performer: the node name of the confirmed performer; empty before.
+    :ivar performer: the node name of the confirmed performer; empty before the confirmation.
     :ivar feedback: the last FEEDBACK, or None.
     :ivar finish: the FINISH, or None.
     :ivar idle_heartbeat_count: the number of consecutive heartbeats that do not report RUNNING.
@@ -266,7 +266,7 @@ class HubSkills(RosExecutor):
     def _handle_message(self, message: HubMessage) -> None:
         """Handle a message of another node or of this node."""
         if message.kind == MessageKind.REQUEST:
-            # another caller requests the same action, so that the responses are for that caller
+            # if another caller requests the same action, later responses are for that caller
             if self._request_nodes.get(message.key) != message.node:
                 self._request_nodes.pop(message.key, None)
         elif message.kind == MessageKind.RESPONSE:
@@ -280,6 +280,7 @@ class HubSkills(RosExecutor):
             return
         if message.kind == MessageKind.FEEDBACK:
             open_request.feedback, open_request.idle_heartbeat_count = message, 0
+            # feedback counts as a heartbeat, but only of a performer that has sent a heartbeat before
             performer = self._find_performer_record(message)
             performer.heartbeat_us = self.clock.now_us() if performer.heartbeat_us else 0
         elif message.kind == MessageKind.FINISH:

@@ -223,20 +223,20 @@ class HubPerformer(Closing):
         if key.action not in self._actions or key.agent != self._agent_id:
             return
         if message.kind == MessageKind.REQUEST:
-            # then the caller repeats the REQUEST, or gives up
+            # at this time the caller repeats the REQUEST, or gives up
             until_us = self._clock.now_us() + round(self._protocol.request_lifetime_s * MICROSECONDS)
             self._pending_requests[key] = message, until_us
             self._respond_if_free(key)
             return
-        is_cxbridge_key = self._nodes.get(message.node) == key.action
+        is_for_this_performer = self._nodes.get(message.node) == key.action
         job = self._jobs.get(key)
         if message.kind == MessageKind.CONFIRM:
             self._pending_requests.pop(key, None)
-            if is_cxbridge_key and (job is None or job.master is None):
+            if is_for_this_performer and (job is None or job.master is None):
                 self._begin_job(job or self._make_job(message))
             elif job is not None:
                 job.repeat_us = 0
-        elif not is_cxbridge_key or job is None:
+        elif not is_for_this_performer or job is None:
             return
         elif message.kind in (MessageKind.REJECT, MessageKind.CANCEL) and job.master is None:
             del self._jobs[key]

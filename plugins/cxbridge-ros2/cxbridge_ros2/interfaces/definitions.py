@@ -18,11 +18,10 @@ PACKAGE: Final = "cxbridge_msgs"  # ROS package of the generated definitions
 # The field with the time stamp of an interface. A field of an interface with this name gets another name.
 TIME_FIELD: Final = "timestamp"
 
-EXEC_SKILL_TYPE: Final = (
-    f"{PACKAGE}/action/ExecSkill"  # the action of a Skiller, which executes skill strings
-)
+# the action of a Skiller, which executes skill strings
+EXEC_SKILL_TYPE: Final = f"{PACKAGE}/action/ExecSkill"
 
-# Texts of definitions, as in .action files, by type.
+# The definition of each action, in the format of .action files.
 ACTION_DEFINITIONS: Final = {
     EXEC_SKILL_TYPE: """string skill_string  # e.g. goto{place="C-CS1"}
 bool steal           # take control of the Skiller even if another client has it

@@ -147,9 +147,8 @@ class LocalNode(Node):
             return
 
         def deliver() -> None:
-            if (
-                subscription in self.graph.subscriptions[topic]
-            ):  # it may have ended after the message was queued
+            # the subscription may have ended after the message was queued
+            if subscription in self.graph.subscriptions[topic]:
                 subscription.callback(self.graph.codec.decode(type_name, data))
 
         self.deliveries.append(deliver)

@@ -19,7 +19,7 @@ PACKAGES = Path(__file__).parent / "packages"
 
 def count(goal: ServedGoal) -> Execution:
     numbers = [0, 1]
-    while len(numbers) <= goal.goal["order"] and not goal.wants_cancel:
+    while len(numbers) <= goal.goal["order"] and not goal.is_cancel_requested:
         numbers.append((numbers[-1] + numbers[-2]) % 2**31)  # an int32
         yield {"sequence": numbers}
     if goal.goal["order"] == ABORTED:

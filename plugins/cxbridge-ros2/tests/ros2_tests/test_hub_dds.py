@@ -254,6 +254,6 @@ def test_performers_that_would_ask_themselves_are_refused(domain: int, tmp_path:
     daemon = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=LIMIT_S, check=False)
     assert daemon.returncode == 2
     assert (
-        "robots.yaml:9: the performer hub would call itself for wave: robot1-others lets performers"
+        "robots.yaml:9: the performer hub would call itself for wave: the executor robot1-others requests"
         in daemon.stderr
     )

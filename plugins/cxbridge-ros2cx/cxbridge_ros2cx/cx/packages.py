@@ -151,7 +151,9 @@ class Packages:
         self.prefixes = tuple(prefixes)
 
     @classmethod
-    def of(cls, definition_folders: Iterable[Path], environment: Mapping[str, str] = os.environ) -> Packages:
+    def from_folders(
+        cls, definition_folders: Iterable[Path], environment: Mapping[str, str] = os.environ
+    ) -> Packages:
         """Return the packages in checkouts, workspaces and prefixes, and those of a sourced ROS."""
         prefixes: list[Prefix] = []
         for folder in definition_folders:
@@ -179,8 +181,8 @@ class Packages:
         return None if prefix is None else prefix.share_folder(package)
 
     def find_proto_files(self, class_name: str) -> list[Path]:
-        protos = (prefix.find_proto_files(class_name) for prefix in self.prefixes)
-        return next(filter(None, protos), [])
+        files_of_prefixes = (prefix.find_proto_files(class_name) for prefix in self.prefixes)
+        return next(filter(None, files_of_prefixes), [])
 
     def has_file(self, package: str, name: str) -> bool:
         prefix = self.prefix_by_package.get(package)

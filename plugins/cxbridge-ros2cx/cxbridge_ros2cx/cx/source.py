@@ -74,7 +74,7 @@ class CxSource(Source):
             own_package.is_relative_to(folder.resolve()) for folder in folders
         ):
             folders.append(own_package)
-        return Packages.of(folders)
+        return Packages.from_folders(folders)
 
     def check(self) -> None:
         """Raise :class:`CxbridgeError` if another option conflicts with a parameter file."""
@@ -200,7 +200,7 @@ class CxSource(Source):
 
 def _make_local_connections() -> MakeConnections:
     """Return a factory of protobuf connections within this process, all in one network."""
-    network: list[LocalNetwork] = []
+    network: list[LocalNetwork] = []  # empty before the first connection
 
     def join(types: MessageTypes, settings: NetworkSettings, now_us: Callable[[], int]) -> Connections:
         from cxbridge_protobuf.local import LocalNetwork  # noqa: PLC0415 - for agents with protobuf

@@ -59,7 +59,7 @@ class _Goal(ServedGoal):
 
     def __init__(self, goal: Message) -> None:
         self.goal_id, self.goal = os.urandom(16), goal
-        self.status, self.wants_cancel = GoalStatus.EXECUTING, False
+        self.status, self.is_cancel_requested = GoalStatus.EXECUTING, False
         self.result: Mapping[str, Any] | None = None
 
     def publish_feedback(self, feedback: Mapping[str, Any]) -> None:
@@ -103,7 +103,7 @@ class LearningAgent(Closing):
             self._run = stack.enter_context(Run(options))
             executive = self._run.executive
             if not isinstance(executive, CxNode):
-                raise CxbridgeError("these are no parameters of clips_manager", file=parameters)
+                raise CxbridgeError("these are not parameters of clips_manager", file=parameters)
             self._manager = executive.manager
             self._manager.context.parameters.set_default(_STORAGE_PARAMETER, str(storage))
             self._run.start()
@@ -125,7 +125,7 @@ class LearningAgent(Closing):
 
     def close(self) -> None:
         """End the training and the run."""
-        if self._client("end_training", "EndTraining").has_server:
+        if self._find_client("end_training", "EndTraining").has_server:
             self.call_service("end_training", "EndTraining")
         self._stack.close()
 
@@ -187,7 +187,7 @@ class LearningAgent(Closing):
 
     # --- services and goals -------------------------------------------------------------------------------
 
-    def _client(self, service: str, type_name: str) -> Client:
+    def _find_client(self, service: str, type_name: str) -> Client:
         if service not in self._clients:
             client = self._peer.create_client(f"{self._name}/{service}", f"{_PACKAGE}/srv/{type_name}")
             self._clients[service] = client
@@ -198,7 +198,7 @@ class LearningAgent(Closing):
 
     def call_service(self, service: str, type_name: str, **request: Any) -> Message:
         responses: list[Message] = []
-        client = self._client(service, type_name)
+        client = self._find_client(service, type_name)
         self._run_until(lambda: client.has_server, f"the service {self._name}/{service} has no server")
         client.call(request, responses.append)
         self._graph.settle()

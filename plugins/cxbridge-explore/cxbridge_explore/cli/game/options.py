@@ -11,7 +11,7 @@ import typer
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.run.options import LogOptions, ScenarioOptions, SourceOptions, TraceOptions
-from cxbridge_explore.game.kinds import PLAYED_GAMES, PlayedGame
+from cxbridge_explore.game.kinds import PLAYED_GAMES, PlayedGameOptions
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,7 +45,7 @@ class PlayOptions:
         typer.Option(
             min=0,
             metavar="M",
-            help="The duration of the production in minutes; by default the duration in the game.",
+            help="The duration of the production in minutes; by default the game's own duration.",
             show_default=False,
         ),
     ] = None
@@ -53,7 +53,8 @@ class PlayOptions:
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="The world with its failures; by default the scenario's world.yaml, or no failures.",
+            help="Draw failures from the world in this file; by default from the scenario's world.yaml, "
+            "if the scenario has one.",
             show_default=False,
         ),
     ] = None
@@ -93,4 +94,4 @@ class GameOptions:
 
     added_groups: ClassVar[Callable[[], list[type[Any]]]] = _game_options
 
-    more: tuple[PlayedGame, ...] = ()
+    more: tuple[PlayedGameOptions, ...] = ()

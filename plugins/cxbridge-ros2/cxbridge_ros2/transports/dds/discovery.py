@@ -140,7 +140,8 @@ class Discovery:
             # a sample without data reports the end of a participant
             if hasattr(sample, "cdr") and self._name in self._read_node_names(sample.cdr):
                 self._has_namesake = True
-        # a complaint only if services have the name of the node in theirs: those of parameters and lifecycle
+        # Clients use the name of a node only in the names of its services for parameters and lifecycle.
+        # Without these services, a second node of the name does no harm.
         if self._has_namesake and any(
             local_endpoint.topic.startswith(f"rq{self._name}/") for local_endpoint in self._local_endpoints
         ):

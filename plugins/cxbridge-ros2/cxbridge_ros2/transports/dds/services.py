@@ -109,7 +109,7 @@ class DdsClient(Client):
     :param writer: writes requests.
     :param encode: encodes a request.
     :param decode: decodes a response.
-    :param missing_server_reason: returns why the service has no server.
+    :param describe_missing_server: returns why the service has no server.
     """
 
     def __init__(
@@ -117,11 +117,11 @@ class DdsClient(Client):
         writer: DataWriter[Any],
         encode: Encode,
         decode: Decode,
-        missing_server_reason: Callable[[], str],
+        describe_missing_server: Callable[[], str],
     ) -> None:
         super().__init__()
         self._writer, self._encode, self._decode = writer, encode, decode
-        self._describe_missing_server = missing_server_reason
+        self._describe_missing_server = describe_missing_server
         self._request_readers = _EndpointOwners.readers("serviceid", writer)
         self._introduction = _Introduction(writer)
         self._response_writers: _EndpointOwners | None = None

@@ -78,7 +78,7 @@ class ServiceClient(Client):
 
     @property
     def server_numbers(self) -> frozenset[int]:
-        """A number that changes with each reconnection."""
+        """A single number, which changes with each reconnection; empty without a connection."""
         return (
             frozenset({self._connection.connection_count}) if self._connection.is_connected else frozenset()
         )
@@ -92,7 +92,8 @@ class RosbridgeAction:
 
     :param defer: queues a function for the next poll of the node.
     :param send: sends a goal with its id, and returns whether there was a connection.
-    :ivar type_name: the type of the action; empty until a type is known.
+    :ivar type_name: the type of the action; its package and name are empty until a topic or a service reveals
+        the type.
     """
 
     def __init__(

@@ -239,9 +239,8 @@ class RosbridgeNode(Node):
                 check_topic(action_name), self._connection, self._defer, self._send_goal
             )
         action = self._actions[action_name]
-        if (
-            type_name.kind == "action"
-        ):  # the types of cancel requests and status messages do not name the action
+        # the types of cancel requests and status messages do not name the action
+        if type_name.kind == "action":
             action.type_name = TypeName(type_name.package, "action", type_name.name.partition("_")[0])
         return action
 

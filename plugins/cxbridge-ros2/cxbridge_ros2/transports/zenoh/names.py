@@ -27,9 +27,7 @@ GID_BYTES: Final = 16  # length of the GID, the unique number of an endpoint
 _KEY_SPACE: Final = "@ros2_lv"
 _NODE_KIND: Final = "NN"
 _ENDPOINT_KINDS: Final[dict[str, EndpointKind]] = {"MP": "MP", "MS": "MS", "SS": "SS", "SC": "SC"}
-_MIN_TOKEN_PARTS: Final = (
-    13  # parts of an endpoint's token; newer releases append a part about the memory backend
-)
+_MIN_TOKEN_PARTS: Final = 13  # of an endpoint's token; newer releases append a part about the memory backend
 _ATTACHMENT_FORMAT: Final = struct.Struct(f"<qqB{GID_BYTES}s")
 _DEFAULT_DEPTH: Final = 42  # default of rmw_zenoh_cpp, which omits this depth from the text of a QoS
 

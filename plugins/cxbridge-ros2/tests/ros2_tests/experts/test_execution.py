@@ -47,7 +47,7 @@ def execute_plan(goal: ServedGoal) -> Execution:
         if action.startswith("(break"):
             failed = {"success": False, "action_execution_status": [info(action, 3, "it is broken")]}
             raise AbortedError(failed)
-    while "(wait)" in actions and not goal.wants_cancel:
+    while "(wait)" in actions and not goal.is_cancel_requested:
         yield None
     return {"success": True, "action_execution_status": [info(each, 4) for each in actions]}
 
@@ -111,7 +111,7 @@ def test_who_stops_listening_cancels_the_plan(terminal: Terminal, domain: int):
         steps = terminal.run_line("run action wait")
         assert next(iter(steps)) == "(wait): executing"
         steps.close()  # type: ignore[attr-defined]
-        assert goals[0].wants_cancel
+        assert goals[0].is_cancel_requested
 
 
 def test_without_an_executor_it_says_so(terminal: Terminal, monkeypatch: pytest.MonkeyPatch):

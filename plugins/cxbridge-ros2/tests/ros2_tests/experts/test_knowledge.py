@@ -13,7 +13,7 @@ from cxbridge.events import EventBus
 from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
 from cxbridge.executive.pddl import format_domain, parse_domain, parse_formula
 from cxbridge_ros2.experts.facts import FactKnowledge, extend_domain
-from cxbridge_ros2.experts.knowledge import Knowledge, MemoryKnowledge, ProblemExpert, subtypes
+from cxbridge_ros2.experts.knowledge import Knowledge, MemoryKnowledge, ProblemExpert, find_subtypes
 
 DOMAIN = parse_domain(
     """(define (domain d) (:requirements :adl :typing :fluents)
@@ -133,9 +133,9 @@ def test_a_goal_of_a_misspelt_type_is_not_true(expert: ProblemExpert):
 
 
 def test_subtypes():
-    assert subtypes(DOMAIN, "place") == ["room", "hall"]
-    assert subtypes(DOMAIN, "object") == ["place", "cup", "room", "hall"]
-    assert subtypes(DOMAIN, "cup") == []
+    assert find_subtypes(DOMAIN, "place") == ["room", "hall"]
+    assert find_subtypes(DOMAIN, "object") == ["place", "cup", "room", "hall"]
+    assert find_subtypes(DOMAIN, "cup") == []
 
 
 def test_without_a_domain_anything_is_taken():

@@ -117,7 +117,7 @@ WRONG: tuple[tuple[str, Any, str], ...] = (
     ("get_problem_function", {"expression": "(distance dock hall)"}, "Function not found: "),
     ("is_problem_goal_satisfied", {"tree": {"nodes": [{"node_type": 8}]}}, "is not a condition"),
     ("remove_problem_instance", named("r9"), "Error removing instance: 'r9' is not an instance"),
-    ("remove_problem_instance", named("dock"), "'dock' is a constant of the domain"),
+    ("remove_problem_instance", named("dock"), "'dock' is a constant of the domain, not an instance"),
     ("remove_problem_predicate", predicate("flies"), "Error removing predicate: Unknown predicate"),
     ("remove_problem_function", function(0, "speed"), "Error removing function: Unknown function"),
     ("update_problem_function", function(1, "distance", "dock", "hall"), "(distance dock hall) has no value"),

@@ -190,7 +190,7 @@ class PddlManager(GoalHandler, Closing):
         problem = self._find_problem(request["pddl_instance"])
         if not problem.has_type(request["type"]):
             raise PddlError("Type not in instance")
-        return {"objects": problem.instances_of((request["type"],))}
+        return {"objects": problem.find_objects((request["type"],))}
 
     # --- actions ------------------------------------------------------------------------------------------
 
@@ -263,12 +263,12 @@ class PddlManager(GoalHandler, Closing):
             served.finish(GoalStatus.SUCCEEDED, self._plan_goal(served.goal))
 
     def _plan_goal(self, goal: Message) -> Fields:
-        name, instance = goal["pddl_instance"], goal["goal_instance"]
+        name, goal_name = goal["pddl_instance"], goal["goal_instance"]
         self._log.info("Start planning...")
         if self._planning is None:
             self._planning = PlanningService(at_once=1)
         try:
-            domain, problem = self._find_problem(name).filter_problem(instance, f"{name}_{instance}")
+            domain, problem = self._find_problem(name).filter_problem(goal_name, f"{name}_{goal_name}")
         except PddlError as error:
             self._log.error(str(error))
             return {"success": False}
@@ -277,7 +277,7 @@ class PddlManager(GoalHandler, Closing):
             self._log.warn(f"no plan: {result.message}")
             return {"success": False}
         self._log.info(f"Successfully planned, by {result.planner} in {result.seconds:.1f} s")
-        return {"success": True, "actions": list(_add_times(result.actions, name, instance))}
+        return {"success": True, "actions": list(_add_times(result.actions, name, goal_name))}
 
     def close(self) -> None:
         self._server.close()
@@ -286,12 +286,12 @@ class PddlManager(GoalHandler, Closing):
         self._node.close()
 
 
-def _make_fluent(instance: str, ground: tuple[str, tuple[str, ...]]) -> dict[str, Any]:
+def _make_fluent(problem_name: str, ground: tuple[str, tuple[str, ...]]) -> dict[str, Any]:
     name, arguments = ground
-    return {"pddl_instance": instance, "name": name, "args": list(arguments)}
+    return {"pddl_instance": problem_name, "name": name, "args": list(arguments)}
 
 
-def _add_times(actions: Iterable[PlannedAction], instance: str, goal: str) -> Iterable[Fields]:
+def _add_times(actions: Iterable[PlannedAction], problem_name: str, goal_name: str) -> Iterable[Fields]:
     """Yield a plan's actions with times; actions that start at about the same time have the same class."""
     group, begun = 0, 0.0
     for number, action in enumerate(actions):
@@ -300,8 +300,8 @@ def _add_times(actions: Iterable[PlannedAction], instance: str, goal: str) -> It
         if start - begun > _MAX_GROUP_GAP_S:
             group, begun = group + 1, start
         yield {
-            **_make_fluent(instance, (action.name, action.arguments)),
-            "goal_instance": goal,
+            **_make_fluent(problem_name, (action.name, action.arguments)),
+            "goal_instance": goal_name,
             "start_time": start,
             "duration": action.duration or 0.0,
             "equiv_class": group,

@@ -151,7 +151,7 @@ class ManagedProblem:
                 if name in arguments:
                     table.pop(ground)
 
-    def instances_of(self, kinds: Sequence[str]) -> list[str]:
+    def find_objects(self, kinds: Sequence[str]) -> list[str]:
         """Return the objects of types and of their subtypes; all objects if no type is given."""
         return [name for name, kind in self.objects.items() if not kinds or self._is_subtype(kind, kinds)]
 
@@ -189,11 +189,11 @@ class ManagedProblem:
         :raises PddlError: if the action or an object is unknown.
         """
         condition, _, bindings = self._bind_arguments(action, arguments)
-        truth = KnownState(self.fluents, self.functions, self.instances_of)
+        known_state = KnownState(self.fluents, self.functions, self.find_objects)
         return [
             _format_condition(conjunct, bindings)
             for time, conjunct in _find_conjuncts(condition)
-            if time == "START" and not conjunct.holds(truth, bindings)
+            if time == "START" and not conjunct.holds(known_state, bindings)
         ]
 
     def action_changes(self, action: str, arguments: Sequence[str]) -> Iterator[FluentChange]:
@@ -202,17 +202,17 @@ class ManagedProblem:
         :raises PddlError: if the action or an object is unknown, or an effect is conditional.
         """
         _, effect, bindings = self._bind_arguments(action, arguments)
-        truth = KnownState(self.fluents, self.functions, self.instances_of)
+        known_state = KnownState(self.fluents, self.functions, self.find_objects)
         for time, conjunct in _find_conjuncts(effect):
             match conjunct:
                 case Atom(predicate=name, arguments=terms):
                     yield FluentChange((name, _argument_names(terms, bindings)), time, "", 1.0)
                 case Not(part=Atom(predicate=name, arguments=terms)):
                     yield FluentChange((name, _argument_names(terms, bindings)), time, "", 0.0)
-                case NumericChange(operator=sign, target=FunctionTerm() as target, amount=amount) if (
-                    sign in _OPERATORS
+                case NumericChange(operator=operator, target=FunctionTerm() as target, amount=amount) if (
+                    operator in _OPERATORS
                 ):
-                    value = truth.number(amount, bindings)
+                    value = known_state.number(amount, bindings)
                     if value is None:
                         raise PddlError(
                             f"'{action}' changes {target.function} by an expression without a value"
@@ -220,7 +220,7 @@ class ManagedProblem:
                     yield FluentChange(
                         (target.function, _argument_names(target.arguments, bindings)),
                         time,
-                        _OPERATORS[sign],
+                        _OPERATORS[operator],
                         value,
                     )
                 case _:

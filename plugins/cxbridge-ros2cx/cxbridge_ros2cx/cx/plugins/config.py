@@ -1,6 +1,7 @@
 """The plug-in ``cx::ConfigPlugin``: values of YAML files as facts ``confval``.
 
 Rules call ``config-load`` with a file and a prefix: the keys that lead to the values, separated by slashes.
+The errors about keys and values have the texts of the ROS 2 CX, carologistics/clips_executive.
 """
 
 from __future__ import annotations
@@ -107,7 +108,7 @@ def _map_slots(node: YamlNode | None, path: str, *, in_list: bool = False) -> It
         elif isinstance(value, YamlList):
             yield from _list_slots(value, f"{path}/{name}")
         elif value.is_null:
-            raise value.mark.error("NULL YAML KEY")
+            raise value.mark.error("NULL YAML KEY")  # the text of the ROS 2 CX, in spite of a null value
         else:
             slots = _scalar_slots(value)
             # as in the ROS 2 CX, within a list the value is a STRING, but the type is that of the scalar

@@ -170,7 +170,7 @@ class ActionClients(ClientGroup[ClientEndpoint]):
         type_name, ros = self.resolve_type(type_text, "action"), self.plugin.ros
         client = ActionClient(ros.node, ros.prepare_client(server, type_name), str(type_name))
         slots = {"server": str(server)} | self.make_type_slot(type_text)
-        fact = self.plugin.assert_fact_pointer(env, f"{self.prefix}{self._names.client}", slots)
+        fact = self.plugin.assert_fact(env, f"{self.prefix}{self._names.client}", slots)
         self.clients[env, server] = ClientEndpoint(type_name, client.close, fact, env, client, [])
 
     def call(self, name: str, client: ClientEndpoint, fields: Mapping[str, Any]) -> None:
@@ -192,19 +192,19 @@ class ActionClients(ClientGroup[ClientEndpoint]):
         plugin, prefix = self.plugin, self.prefix
         if self.type_name is None:
             type_name = parse_type(CANCEL_GOAL_TYPE, "srv").derive("Response")
-            address = plugin.messages.take(type_name, response)
+            address = plugin.messages.add_received(type_name, response)
             slots = {"server": server, "client-goal-handle-ptr": handle, "cancel-response-ptr": address}
-            plugin.assert_fact_pointer(env, f"{prefix}cancel-response", slots)
+            plugin.assert_fact(env, f"{prefix}cancel-response", slots)
             return
         code, goals = response["return_code"], response["goals_canceling"]
         name = _RETURN_CODES[code] if 0 <= code < len(_RETURN_CODES) else "ERROR_UNKNOWN"
         slots = {"server": server, "return-code": Symbol(name), "num-goals": len(goals)}
-        plugin.assert_fact_pointer(env, f"{prefix}cancel-goal-response", slots)
+        plugin.assert_fact(env, f"{prefix}cancel-goal-response", slots)
         for goal in goals:
             stamp = goal["stamp"]["sec"] + goal["stamp"]["nanosec"] / 1e9
             goal_id = str(uuid.UUID(bytes=bytes(goal["goal_id"]["uuid"])))
             slots = {"server": server, "goal-id": goal_id, "stamp": stamp}
-            plugin.assert_fact_pointer(env, f"{prefix}cancel-goal-entry", slots)
+            plugin.assert_fact(env, f"{prefix}cancel-goal-entry", slots)
 
 
 class _GoalFactWriter(GoalObserver):
@@ -219,7 +219,7 @@ class _GoalFactWriter(GoalObserver):
     def _add_goal_fact(self, name: str, slots: Mapping[str, Value]) -> None:
         clients = self._clients
         if clients.clients.get(self._env, self._server) is not None:  # rules may have destroyed the client
-            clients.plugin.assert_fact_pointer(
+            clients.plugin.assert_fact(
                 self._env, f"{clients.prefix}{name}", {"server": self._server, **slots}
             )
 
@@ -230,13 +230,13 @@ class _GoalFactWriter(GoalObserver):
 
     def on_feedback(self, sent: SentGoal, feedback: Message) -> None:  # noqa: ARG002
         name = "feedback" if self._clients.type_name is None else "goal-feedback"
-        address = self._clients.plugin.messages.take(self._type_name.derive("Feedback"), feedback)
+        address = self._clients.plugin.messages.add_received(self._type_name.derive("Feedback"), feedback)
         self._add_goal_fact(name, {"client-goal-handle-ptr": self._handle, "feedback-ptr": address})
 
     def on_end(self, sent: SentGoal) -> None:
         messages, type_name = self._clients.plugin.messages, self._type_name.derive("Result")
         # a goal without a result, e.g. after the end of its server, gets the default result
-        address = messages.take(type_name, sent.result) if sent.result else messages.create(type_name)
+        address = messages.add_received(type_name, sent.result) if sent.result else messages.create(type_name)
         code = Symbol(_RESULT_CODES.get(sent.status, "UNKNOWN"))
         slots = {"goal-id": self._clients.format_goal_id(sent), "code": code, "result-ptr": address}
         self._add_goal_fact("wrapped-result", slots)

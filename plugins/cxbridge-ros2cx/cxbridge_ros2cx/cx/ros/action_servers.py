@@ -99,7 +99,7 @@ class ActionServers(EndpointGroup):
             self.plugin.context.clock,
             right=Right.CONTROL,
         )
-        fact = self.plugin.assert_fact_pointer(env, f"{self.prefix}server", {"name": str(server)})
+        fact = self.plugin.assert_fact(env, f"{self.prefix}server", {"name": str(server)})
         self._servers[env, server] = _ActionServerEndpoint(self.type_name, goal_server.close, fact, handler)
 
     def find_handler(self, env: ClipsEnvironment, server: str) -> GoalHandler | None:
@@ -109,7 +109,7 @@ class ActionServers(EndpointGroup):
 
     def _get_goal(self, address: ExternalAddress) -> Value:
         goal = self.handles.find(address).goal
-        return self.plugin.messages.take(self.type_name.derive("Goal"), goal)
+        return self.plugin.messages.add_received(self.type_name.derive("Goal"), goal)
 
     def _has_status(self, *arguments: GoalStatus | ExternalAddress) -> Value:
         """Return whether a goal, the last argument, is active and has one of the preceding states."""
@@ -156,7 +156,7 @@ class _DeffunctionGoalHandler(GoalHandler):
         :returns: the value of the deffunction; None if it is undefined, 1 if it fails.
         """
         function, messages = f"{self._prefix}{name}-callback", self._plugin.messages
-        goal = messages.take(self._servers.type_name.derive("Goal"), served.goal)
+        goal = messages.add_received(self._servers.type_name.derive("Goal"), served.goal)
         try:
             with self._env.lock:
                 if not self._env.has_deffunction(function):
@@ -182,7 +182,7 @@ class _DeffunctionGoalHandler(GoalHandler):
         # the address is kept: a later cancel request names the goal by its id
         address = self._goal_addresses[served.goal_id] = self._servers.handles.add(served)
         slots = {"server": self._server, "server-goal-handle-ptr": address}
-        self._plugin.assert_fact_pointer(self._env, f"{self._prefix}accepted-goal", slots)
+        self._plugin.assert_fact(self._env, f"{self._prefix}accepted-goal", slots)
 
     def may_cancel(self, served: ServedGoal) -> bool:
         """Let the deffunction decide about a cancel request; without a deffunction, accept the request."""

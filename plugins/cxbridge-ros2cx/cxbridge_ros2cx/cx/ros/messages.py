@@ -40,7 +40,7 @@ class AddressAllocator:
         self._freed_addresses: list[ExternalAddress] = []
         self._numbers = count(first, _ADDRESS_STEP)
 
-    def take(self) -> ExternalAddress:
+    def allocate(self) -> ExternalAddress:
         return self._freed_addresses.pop() if self._freed_addresses else ExternalAddress(next(self._numbers))
 
     def free(self, address: ExternalAddress) -> None:
@@ -88,12 +88,12 @@ class MessageTable:
         fields = self._codec.decode(type_name, self._codec.encode(type_name, field_values or {}))
         return self._add_view(MessageView(type_name, fields))
 
-    def take(self, type_name: TypeName, fields: Fields) -> ExternalAddress:
+    def add_received(self, type_name: TypeName, fields: Fields) -> ExternalAddress:
         """Return the address of a received message, without a copy."""
         return self._add_view(MessageView(type_name, fields))
 
     def _add_view(self, view: MessageView) -> ExternalAddress:
-        address = self._addresses.take()
+        address = self._addresses.allocate()
         self._views[address] = view
         if view.parent is not None:
             self._nested.setdefault(view.parent, []).append(address)
@@ -171,7 +171,7 @@ class MessageTable:
             return self._move_fields(parse_type(details), value, field, previous)
         converted = _CONVERTERS[details[0]](value, details[0])
         if converted is None:
-            raise FieldError(f"the field '{field}' of type {details[0]} takes no {_describe_value(value)}")
+            raise FieldError(f"the field '{field}' of type {details[0]} cannot be {_describe_value(value)}")
         if isinstance(converted, str) and details[1] and len(converted) > details[1]:
             raise FieldError(f"the field '{field}' takes up to {details[1]} characters, not {len(converted)}")
         return converted

@@ -1,8 +1,8 @@
 """The services that the node offers to peers.
 
-Services create environments and load plug-ins, lead the node through its life cycle, and tell its parameters.
-Topics carry log lines, and the heartbeats by which the life-cycle manager of Nav2 watches the node (its
-bond).
+Services create environments and load plug-ins, lead the node through its life cycle, and report its
+parameters. Topics carry log lines, and the heartbeats by which the life-cycle manager of Nav2 watches the
+node (its bond). Errors and log lines have the texts of the ROS 2 CX, carologistics/clips_executive.
 """
 
 from __future__ import annotations
@@ -32,9 +32,8 @@ if TYPE_CHECKING:
 
 _PACKAGE: Final = "cx_msgs/srv"
 _BOND: Final = "bond"
-_BOND_TIMEOUT_S: Final = (
-    4.0  # time without a heartbeat after which a peer considers the bond broken, as in Nav2
-)
+# time without a heartbeat after which a peer considers the bond broken, as in Nav2
+_BOND_TIMEOUT_S: Final = 4.0
 _LOGGING_SERVICE: Final = "set_topic_logging"
 _LOGGER_NAME: Final = "topic"  # name of the logger that publishes an environment's lines
 _INACTIVE_SERVICES: Final = ("list_envs", _LOGGING_SERVICE)  # services that an inactive node keeps
@@ -43,10 +42,10 @@ Fields = Mapping[str, Any]
 
 
 class NodeServices(Closing):
-    """The services of the node after its activation.
+    """The services of the node, offered when it is activated, or when it begins to wait for its activation.
 
     :param transitions: a function for each transition that returns whether the transition has succeeded.
-    :param state: the state of the node: active or unconfigured.
+    :param state: the state of the node: active, or unconfigured while it waits.
     """
 
     def __init__(
@@ -160,7 +159,8 @@ class NodeServices(Closing):
 
     def _activate(self, activate: Callable[[], bool]) -> bool:
         succeeded = activate()
-        self._offer_services()  # again the services that the deactivation has closed
+        # without a check of `succeeded`, since a failed activation raises its error
+        self._offer_services()
         self._bond = Bond.from_parameters(self._manager)
         return succeeded
 

@@ -51,7 +51,7 @@ class HandleTable(Generic[ItemT]):
         self._objects: dict[ExternalAddress, ItemT] = {}
 
     def add(self, item: ItemT) -> ExternalAddress:
-        address = self._addresses.take()
+        address = self._addresses.allocate()
         self._objects[address] = item
         return address
 
@@ -107,10 +107,8 @@ class RosPlugin(CxPlugin):
             )
             env.build(f"(deftemplate {name} {text})")
 
-    def assert_fact_pointer(
-        self, env: ClipsEnvironment, template: str, slots: Mapping[str, Value]
-    ) -> int | None:
-        """Assert a fact, and return its index; None if CLIPS has the fact already."""
+    def assert_fact(self, env: ClipsEnvironment, template: str, slots: Mapping[str, Value]) -> int | None:
+        """Assert a fact; return its index or that of an equal fact, or None if CLIPS refuses the fact."""
         with env.lock:
             return env.assert_fact(template, slots)
 
@@ -178,7 +176,7 @@ class Endpoint(Struct, eq=False):
 
     :param type_name: the type of the messages, the service or the action.
     :param close: closes the endpoint.
-    :param fact: the index of the endpoint's fact; None if CLIPS had the fact already.
+    :param fact: the index of the endpoint's fact; None if CLIPS has refused the fact.
     """
 
     type_name: TypeName

@@ -94,7 +94,7 @@ class ServiceClients(ClientGroup[_ServiceClient]):
         type_name, ros = self.resolve_type(type_text, "srv"), self.plugin.ros
         client = ros.node.create_client(ros.prepare_client(service, type_name), str(type_name))
         slots = {"service": str(service)} | self.make_type_slot(type_text)
-        fact = self.plugin.assert_fact_pointer(env, f"{self.prefix}client", slots)
+        fact = self.plugin.assert_fact(env, f"{self.prefix}client", slots)
         self.clients[env, service] = _ServiceClient(
             type_name, client.close, fact, env, client, [], time.monotonic()
         )
@@ -124,9 +124,11 @@ class ServiceClients(ClientGroup[_ServiceClient]):
             slots: dict[str, Value] = {"service": name}
             if self._has_request_ids:
                 slots["request-id"] = number
-            slots["msg-ptr"] = self.plugin.messages.take(client.type_name.derive("Response"), response)
+            slots["msg-ptr"] = self.plugin.messages.add_received(
+                client.type_name.derive("Response"), response
+            )
             if self.clients.get(client.env, name) is not None:  # rules may have destroyed the client
-                self.plugin.assert_fact_pointer(client.env, f"{self.prefix}response", slots)
+                self.plugin.assert_fact(client.env, f"{self.prefix}response", slots)
 
         client.ros_client.call(fields, add_response)
         return number
@@ -167,7 +169,7 @@ class ServiceServers(EndpointGroup):
         )
         name_slot = "service" if self.type_name is None else "name"
         slots = {name_slot: str(service)} | self.make_type_slot(type_text)
-        fact = self.plugin.assert_fact_pointer(env, f"{self.prefix}service", slots)
+        fact = self.plugin.assert_fact(env, f"{self.prefix}service", slots)
         self._services[env, service] = Endpoint(type_name, close, fact)
 
     def _handle_request(
@@ -176,7 +178,7 @@ class ServiceServers(EndpointGroup):
         """Call the deffunction for a request at once, and send the response that it filled."""
         function = f"{service if self.type_name is None else self.prefix.rstrip('-')}-service-callback"
         messages, log = self.plugin.messages, self.plugin.log
-        request_address = messages.take(type_name.derive("Request"), request)
+        request_address = messages.add_received(type_name.derive("Request"), request)
         response_address = messages.create(type_name.derive("Response"))
         try:
             with env.lock:

@@ -68,7 +68,7 @@ class Topics(EndpointGroup):
         if previous is not None:  # as in the ROS 2 CX, a generated plug-in replaces its publisher
             previous.close()
         slots = {"topic": str(topic)} | self.make_type_slot(type_text)
-        fact = self.plugin.assert_fact_pointer(env, f"{self.prefix}publisher", slots)
+        fact = self.plugin.assert_fact(env, f"{self.prefix}publisher", slots)
         self._publishers[env, topic] = _PublisherEndpoint(type_name, publisher.close, fact, publisher)
 
     def _publish(self, env: ClipsEnvironment, message: ExternalAddress, topic: str) -> None:
@@ -95,14 +95,14 @@ class Topics(EndpointGroup):
             self.plugin.ros.full_name(topic), str(type_name), receive, right=Right.CONTROL
         )
         slots = {"topic": str(topic)} | self.make_type_slot(type_text)
-        fact = self.plugin.assert_fact_pointer(env, f"{self.prefix}subscription", slots)
+        fact = self.plugin.assert_fact(env, f"{self.prefix}subscription", slots)
         self._subscriptions[env, topic] = Endpoint(type_name, close, fact)
 
     def _assert_message(
         self, env: ClipsEnvironment, topic: str, type_name: TypeName, message: Message
     ) -> None:
-        address = self.plugin.messages.take(type_name, message)
-        self.plugin.assert_fact_pointer(env, f"{self.prefix}message", {"topic": topic, "msg-ptr": address})
+        address = self.plugin.messages.add_received(type_name, message)
+        self.plugin.assert_fact(env, f"{self.prefix}message", {"topic": topic, "msg-ptr": address})
 
     def close(self, env: ClipsEnvironment) -> None:
         self._subscriptions.close(env)

@@ -187,10 +187,10 @@ def test_a_wrong_call_ends_the_rule_only(run, action, message):
 @pytest.mark.parametrize(
     ("kind", "field", "value", "message"),
     [
-        ("Bool", "data", "1", "takes no 1"),
+        ("Bool", "data", "1", "cannot be 1"),
         ("String", "nope", '"x"', "Failed to set field nope"),
-        ("String", "data", "1", "takes no 1"),
-        ("Int32", "data", "2.5", "takes no 2.5"),
+        ("String", "data", "1", "cannot be 1"),
+        ("Int32", "data", "2.5", "cannot be 2.5"),
         ("Float64MultiArray", "data", "1.0", "expected multifield value!"),
         ("Header", "stamp", "1", "Failed to set unknown message"),
     ],
