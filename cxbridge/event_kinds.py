@@ -14,7 +14,7 @@ from msgspec import Struct, field
 
 
 class RecordLevel(Enum):
-    """The level of recording; each level includes the previous one."""
+    """The level of recording; each level includes the previous level."""
 
     TRANSITIONS = "transitions"
     RULES = "rules"

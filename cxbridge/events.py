@@ -258,7 +258,7 @@ class PlannerCall(Event, frozen=True):
     :param call: the id of the call, equal in both events; empty if the call failed.
     :param goal: the id of the goal, ``nil`` for none.
     :param planner: the name of the planner; ``auto`` before cxbridge has chosen a planner.
-    :param domain: the name of the PDDL domain, empty without one.
+    :param domain: the name of the PDDL domain; empty without a domain.
     :param problem: the goal formula.
     :param status: ``started``, ``found``, ``none``, ``failed``, ``cancelled`` or ``timeout``.
     :param duration_us: the real time since the call, in microseconds.

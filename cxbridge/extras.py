@@ -135,7 +135,7 @@ def _is_installed(requirement: str) -> bool:
 
 
 def _pip_command(*arguments: str) -> str:
-    """Return a pip command of this Python, because the pip on the PATH may belong to another one."""
+    """Return a pip command of this Python, because the pip on the PATH may belong to another Python."""
     python = Path(sys.executable)
     return shlex.join([_shorten_path(python), "-m", "pip", "install", *arguments])
 

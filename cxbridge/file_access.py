@@ -116,7 +116,7 @@ def _temporary_folder(target: Path) -> Path | None:
 
 
 def _create_like(new_path: Path, target: Path) -> None:
-    """Create an empty file or folder of the same kind as the existing one, if any."""
+    """Create an empty file or folder of the same kind as an existing target."""
     if target.is_dir():
         new_path.mkdir()
     elif target.exists():

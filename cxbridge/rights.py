@@ -15,7 +15,7 @@ from cxbridge.errors import CxbridgeError
 
 
 class Right(IntEnum):
-    """A right of a client; each right includes the previous ones."""
+    """A right of a client; each right includes the previous rights."""
 
     LOOK = 0
     """Read state; every client that may connect has this right."""

@@ -1,4 +1,4 @@
-"""Suggestions of known names similar to an unknown one."""
+"""Suggestions of known names that are similar to an unknown name."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ MIN_LIKENESS: Final = 0.6
 
 _MAX_SUGGESTIONS: Final = 3
 _ENDS_WEIGHT: Final = 0.2  # the weight of equal starts and ends, which a typing error usually leaves
-_MARGIN: Final = 0.05  # names that are less similar than the nearest one by this margin are not suggested
+_MARGIN: Final = 0.05  # names that are less similar than the nearest name by this margin are not suggested
 _MAX_COMPARED: Final = 300  # comparing is slow, and hostile files may have many long names
 _MAX_LENGTH: Final = 200  # comparing longer texts takes too long
 _MIN_PART_LENGTH: Final = 3  # shorter names are part of too many longer ones
@@ -24,7 +24,7 @@ def likeness(a: str, b: str) -> float:
 
 
 def nearest_names(name: str, known_names: Iterable[str], cutoff: float = MIN_LIKENESS) -> list[str]:
-    """Return at most three known names similar to an unknown one, the nearest first.
+    """Return at most three known names similar to an unknown name, the nearest first.
 
     Case is ignored. Without similar names, the names that contain the unknown name are returned.
 
@@ -58,7 +58,7 @@ def or_similar(name: str, known_names: Iterable[str]) -> str:
 
 
 def _similar_names(name: str, candidates: Iterable[str], cutoff: float) -> list[str]:
-    """Return the candidates that are about as similar as the nearest one, the nearest first."""
+    """Return the candidates that are about as similar as the nearest name, the nearest first."""
 
     def distance(candidate: str) -> tuple[int, bool, str]:
         """Return a cheap measure, which selects the candidates to compare."""

@@ -224,7 +224,7 @@ def definitions(text: str) -> Iterator[Definition]:
 
 
 def rule_lines(text: str) -> dict[str, int]:
-    """Return the lines of the rules of a file by name; of several rules with a name the last one counts."""
+    """Return the lines of the rules of a file by name; of several rules with a name the last rule counts."""
     code, lines = blank(text), Lines(text)
     constructs = ((CONSTRUCT.match(code, start), start) for start, _ in top_level(code))
     return {

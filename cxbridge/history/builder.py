@@ -1,8 +1,8 @@
 """Builds the history of a run from its events in recorded order: goals, plan-actions, skills, planner calls.
 
 An id may be reused: a goal that is formulated again after its retraction is a new life, and a retried goal
-has new plan-actions with the ids of the former ones. Skills come from the executive's reads of a Skiller,
-from writes of its interface, or from the messages of a skill board; each skill counts once.
+has new plan-actions with the ids of the former plan-actions. Skills come from the executive's reads of a
+Skiller, from writes of its interface, or from the messages of a skill board; each skill counts once.
 """
 
 from __future__ import annotations
@@ -221,7 +221,7 @@ class RunHistory:
         action: PlanActionRecord, goal: GoalRecord | None, event: PlanActionTransition
     ) -> bool:
         """Return whether an event belongs to a new plan-action that reuses ids after a retry of its goal."""
-        # empty parameters are not recorded, so that they differ from no others
+        # empty parameters are unknown, because the run was recorded without parameters
         has_other_params = bool(action.params and event.params) and action.params != event.params
         has_other_goal = action.goal_record is not None and action.goal_record is not goal
         return has_other_goal or has_other_params or action.name != event.action

@@ -76,6 +76,7 @@ class _Ticket(NamedTuple):
 
 
 _MasterMessage: TypeAlias = tuple[SkillMessage, str]
+"""A message with the name of its master."""
 
 
 class Exchange:
@@ -235,6 +236,7 @@ class BoardExecutions:
             elif message.type == "FEEDBACK":
                 call, summary, count = self._running[key]
                 self._running[key] = _RunningCall(call, summary, count + 1)
+                # an executor has no skill string, whose place in pages gets the progress
                 report = f"{message.progress:.0%} {message.status}".rstrip()
                 call.skill_string = truncate(f"{summary}: {count + 1} feedback messages, the last: {report}")
             elif message.type == "FINISH":

@@ -93,7 +93,7 @@ class FailureReasons:
         return f"action {call} failed{f': {text}' if text else ''}"
 
     def _last_fact_slots(self, template: str, key: Mapping[str, str]) -> Mapping[str, object]:
-        """Return the slots of the last fact with the key; empty without one, or after too many lookups."""
+        """Return the slots of the last fact with the key; empty without a fact, or after too many lookups."""
         if self._lookups_left <= 0:
             return {}
         self._lookups_left -= 1

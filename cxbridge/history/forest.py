@@ -25,7 +25,7 @@ class Forest(Generic[Key]):
     """Goals as trees; in a ring of parents the goal that appeared first becomes a root.
 
     :param parents: the parent of each goal; unknown parents count as None.
-    :ivar parents: the parents without unknown ones and without rings.
+    :ivar parents: the parents without unknown goals and without rings.
     :ivar roots: the goals without a parent, in order.
     :ivar children: the sub-goals in order, by goal; goals without sub-goals are omitted.
     """

@@ -7,8 +7,8 @@ An action changes from WAITING to RUNNING when the executive sees the skill run,
 skill end. Candidates are therefore the actions that waited at the start of a skill and were RUNNING before
 its end. If facts are recorded, they give the Skiller and arguments of an action. Then only actions for the
 Skiller remain, preferably those with most arguments in the skill string. Of several candidates, those that
-ended together with the skill are preferred, then those with the name of the skill, then the one that waited
-longest.
+ended together with the skill are preferred, then those with the name of the skill, then the action that
+waited longest.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class SkillLink:
     is_guessed: bool = False
 
     @property
-    def word(self) -> str:
+    def guess_prefix(self) -> str:
         """The text to put before the skill: ``probably`` and a blank for a guessed pair, otherwise empty."""
         return "probably " if self.is_guessed else ""
 

@@ -147,7 +147,7 @@ class GoalRecord:
 
     @property
     def end_change(self) -> GoalChange | None:
-        """The change that set the present outcome, or None without one."""
+        """The change that set the present outcome, or None without an outcome."""
         end = None
         # EVALUATED and RETRACTED repeat the outcome of FINISHED, which set it
         for change in reversed(self.changes):

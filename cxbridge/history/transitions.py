@@ -70,7 +70,7 @@ class _Memory(Generic[Key, State]):
     """The last state of each goal or plan-action, by the key in its fact.
 
     The states of retracted facts are kept for a while, because CLIPS modifies a fact by retracting the fact
-    and asserting a new one.
+    and asserting a new fact.
     """
 
     def __init__(self) -> None:

@@ -189,7 +189,7 @@ class Run(Closing):
         self.board = board_class(self.registry, self.clock, self.bus, serials=_serial_generator(self.clock))
         self.memory = RobotMemory(self.config, self.clock, self.bus, self.board, embedded=base.embedded)
         # before Hook.THINK: rules see the changes of other agents in the same cycle
-        self.loop.add(Hook.WORLDSTATE, self.memory.attend)
+        self.loop.add(Hook.WORLDSTATE, self.memory.loop)
         self.thinking_node: ManagedNode[ThinkingComponent] | None = None
         # without one of its components a run would have other results, so any failure ends the run
         self.lifecycle = ComponentManager((), self.clock, policy=Policy.RAISE)
@@ -315,11 +315,11 @@ class Run(Closing):
         for component in self.components:
             for hook in component.hooks:
                 self.loop.remove(hook, component.loop)
-        self.loop.remove(Hook.WORLDSTATE, self.memory.attend)
+        self.loop.remove(Hook.WORLDSTATE, self.memory.loop)
 
     def enter_loop(self) -> None:
         """Add the steps to the main loop again, after the steps of all other agents."""
-        self.loop.add(Hook.WORLDSTATE, self.memory.attend)
+        self.loop.add(Hook.WORLDSTATE, self.memory.loop)
         for component in self.components:
             self._enter_hooks(component)
 

@@ -29,7 +29,7 @@ RELEASE_TIMEOUT_S = 0.5
 """The seconds in which another client must release control: a client that ends releases it a loop later."""
 
 T = TypeVar("T")
-# Receives interface changes; yields the time limit for the next one, None for the caller's limit.
+# Receives interface changes; yields the time limit for the next change, None for the caller's limit.
 _Steps: TypeAlias = Generator[Deadline | None, InterfaceChange | None, T]
 
 _RUNNING, _FINAL, _FAILED = "S_RUNNING", "S_FINAL", "S_FAILED"

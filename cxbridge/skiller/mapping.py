@@ -111,7 +111,7 @@ class ActionSkillMapping:
         return self._escape_value(placeholder, value, prefix)
 
     def _concatenate(self, action: str, prefix: str, suffix: str) -> str:
-        """Return two parts of a skill string as one.
+        """Return the concatenation of two parts of a skill string.
 
         :raises _CannotMapError: if they make a comment, in the mode ``strict``.
         """

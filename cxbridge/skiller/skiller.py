@@ -149,7 +149,7 @@ class Skiller(InterfaceSkiller):
             self.engine.reload()
         except SkillError as error:
             self._log.error(f"{error}")
-            self._log.error("Could not reload the skills; the previous ones stay loaded")
+            self._log.error("Could not reload the skills; the previous skills stay loaded")
             watch.follow(self.engine.attempted_modules, keep_former=True)
             return
         watch.follow(self.engine.modules)

@@ -179,7 +179,7 @@ class SpeechSynthWriter:
         return self._is_speaking or not self._interface.msgq_empty()
 
     def loop(self) -> None:
-        """End the finished text and start the next one. To be called once per main loop."""
+        """End the finished text and start the next text. To be called once per main loop."""
         if self._is_speaking and self._voice.is_done():
             self._is_speaking = False
             self._log_failure(self._voice.failure())

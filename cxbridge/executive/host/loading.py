@@ -156,11 +156,9 @@ class ClipsLoader:
         try:
             # a core file without commands is loaded, because a batch is slow, but succeeds like a batch,
             # which continues after a broken construct
-            has_top_level_calls = batch and not (is_native and _COMMAND.search(text) is None)
-            load = (
-                (self._batch_core_file if is_native else lib.BatchStar) if has_top_level_calls else lib.Load
-            )
-            is_loaded = self._read_source(file, source, load) or batch != has_top_level_calls
+            is_batched = batch and not (is_native and _COMMAND.search(text) is None)
+            load = (self._batch_core_file if is_native else lib.BatchStar) if is_batched else lib.Load
+            is_loaded = self._read_source(file, source, load) or batch != is_batched
         finally:
             self._loading.pop()
         if source.unclosed_line is not None:
@@ -197,7 +195,7 @@ class ClipsLoader:
 
     def report_missing_file(self, file: str) -> None:
         """Report a missing file that a rule of the agent loads."""
-        # the core's rules load the files that the configuration names, and whose existence is already checked
+        # the core's rules load files that the configuration names, which are checked already
         caller, line = self.executing_rule_location()
         if caller is not None and not self._is_native(Path(caller)):
             self.report(Diagnostic(caller, line, "", "FILE", f"there is no file {file}"))
@@ -239,6 +237,7 @@ class ClipsLoader:
     def _read_file(
         self, name: str, file: str, source: ClipsSource, load: Callable[[CData, bytes], object]
     ) -> bool:
+        """Let CLIPS read the file ``name``, which is ``file`` in messages; return whether all is valid."""
         outer, was_parsing = self._output.begin_error_capture(), self.is_parsing
         self.is_parsing = load is lib.Load
         try:

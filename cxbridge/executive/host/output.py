@@ -129,7 +129,7 @@ class OutputRouter:
                 self.quiet, self._last_message = True, None
 
     def redirect(self, sink: LineSink) -> LineSink:
-        """Change the sink; return the former one. Unfinished lines are flushed."""
+        """Change the sink; return the former sink. Unfinished lines are flushed."""
         self.flush()
         previous, self._sink = self._sink, sink
         return previous

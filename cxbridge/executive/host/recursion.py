@@ -33,7 +33,7 @@ _FUNCTION = re.compile(r"\(\s*(?:deffunction|defmethod)\s+([^\s()]+)(?:\s+\d+)?\
 _HANDLER = re.compile(
     r"\(\s*defmessage-handler\s+[^\s()]+\s+([^\s()]+)(?:\s+(?:around|before|primary|after)(?=[\s(]))?\s*"
 )
-# Functions that call others by names computed at run time.
+# Functions that call a function by a name computed at run time.
 _INDIRECT = (
     *("funcall", "sort", "call-specific-method"),
     *("eval", "build", "assert-string", "str-assert", "load-facts"),

@@ -135,7 +135,7 @@ def prepare_source(text: str, is_known: Callable[[str], bool] = lambda _name: Fa
             edits += ((match.start(), match.end(), f"{match[1]}slot") for match in single_slots)
         if end is not None:
             edits += retracted_slot_edits(code, start, end)
-        # a function that exists may be called by the next one: mutual recursion
+        # the next function may call a function that exists: mutual recursion
         if construct[1] == "defgeneric" or (end is not None and construct[1] in _FUNCTION_KINDS):
             function_names.add(construct[2])
     return _edited_source(text, edits, constructs, unclosed_line)

@@ -67,7 +67,7 @@ class UdfTable:
 
     def __init__(self, env: CData, handle_failure: FailureHandler) -> None:
         self._env = env
-        self._failed = handle_failure
+        self._handle_failure = handle_failure
         # C texts and callbacks by function: CLIPS uses these objects but does not keep them alive
         self._kept_objects: dict[str, tuple[Any, ...]] = {}
         # by name: minimum and maximum number of arguments, types, and a list with the current function
@@ -154,7 +154,11 @@ class UdfTable:
         :param function_cell: holds the current function, which revocation replaces.
         """
         # locals, because rules call functions very often and a local is faster than an attribute
-        handle_failure, read_first, read_next = self._failed, lib.UDFFirstArgument, lib.UDFNextArgument
+        handle_failure, read_first, read_next = (
+            self._handle_failure,
+            lib.UDFFirstArgument,
+            lib.UDFNextArgument,
+        )
         has_next, throw, converters = lib.UDFHasNextArgument, lib.UDFThrowError, TO_PYTHON
         void = lib.VoidConstant(self._env)
         readers, has_optional = (read_first, *[read_next] * (minimum - 1))[:minimum], minimum < maximum

@@ -1,7 +1,7 @@
 """The attempts of a call's planners at a problem: shares of the time, and the result of the call.
 
-A call for a named planner has one attempt. A call for ``auto`` tries all suitable planners in turn, until one
-has a plan or proves that there is none.
+A call for a named planner has one attempt. A call for ``auto`` tries all suitable planners in turn, until a
+planner has a plan or proves that there is none.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Final
 from cxbridge.executive.planning.planner import Planner, PlanResult, PlanStatus
 from cxbridge.executive.planning.registry import AUTO, PlannerChoice, planner_install_command
 
-# The share of the remaining time for each planner except the last one.
+# The share of the remaining time for each planner except the last planner.
 _TIME_SHARE: Final = 0.6
 
 
@@ -65,7 +65,7 @@ class Attempts:
     def advice(self) -> str:
         """The advice after a timeout, as the end of a sentence."""
         suitable = [planner.name for planner in self.choice.planners]
-        # the planner without a result is the one that the timeout has ended
+        # the timeout has ended the planner without a result
         tried = suitable[: max(1, len(self._results)) + 1]
         text = f" (tried: {', '.join(tried)})" if suitable else ""
         alternative = ""

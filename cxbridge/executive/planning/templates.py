@@ -104,7 +104,7 @@ class ProblemTemplate:
             raise self._error(f"the query of section {name} is not a JSON object", offset)
         # as in Fawkes, queries are stored by name, so that sections of the same name share a query
         if name in self.queries and self.queries[name] != query:
-            self.warnings.append(f"section {name} has two different queries: the last one is used for both")
+            self.warnings.append(f"section {name} has two different queries: the last query is used for both")
         self.queries[name] = query
 
     def _error(self, message: str, offset: int) -> PlanningError:

@@ -163,7 +163,7 @@ class EmbeddedStore(Store):
         with self._lock, suppress(KeyError, ValueError):  # watch or store may have ended already
             self._watches[collection].remove(watch)
 
-    def attend(self) -> None:
+    def remove_expired(self) -> None:
         """Remove expired documents, once a minute."""
         now_us = self._clock.now_us()
         if now_us < self._next_sweep_us:

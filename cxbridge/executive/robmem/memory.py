@@ -115,11 +115,11 @@ class RobotMemory:
             settings.uri, settings.distributed_uri, settings.distributed_databases, warn=self.log.warn
         )
 
-    def attend(self) -> None:
-        """Expire documents and update the interfaces. To be called once per loop."""
+    def loop(self) -> None:
+        """Remove expired documents and update the interfaces. To be called once per main loop."""
         if self._store is not None:
             try:
-                self._store.attend()
+                self._store.remove_expired()
             except RobotMemoryError as error:
                 self.log.error(str(error))
         for writer in self._status_writers:

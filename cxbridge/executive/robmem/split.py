@@ -78,9 +78,9 @@ class SplitStore(Store):
     def collections(self) -> list[str]:
         return sorted({*self._own.collections(), *self._common.collections()})
 
-    def attend(self) -> None:
-        self._own.attend()
-        self._common.attend()
+    def remove_expired(self) -> None:
+        self._own.remove_expired()
+        self._common.remove_expired()
 
     def close(self) -> None:
         """Close the agent's store."""

@@ -167,8 +167,8 @@ class Store(ABC):
         """Return the status of a replica set. May block."""
         return ReplicaSetStatus("PRIMARY", "HAVE_PRIMARY", "")
 
-    def attend(self) -> None:  # noqa: B027  a database expires documents by itself
-        """Expire documents. To be called once per loop."""
+    def remove_expired(self) -> None:  # noqa: B027  a database expires documents by itself
+        """Remove expired documents. To be called once per main loop."""
 
     @abstractmethod
     def close(self) -> None:

@@ -40,7 +40,7 @@ REQUESTS_PER_LOOP: Final = 100
 A new action takes about 0.13 ms of the loop, so a thousand at once would delay everything else.
 """
 
-_EPOCH_US = 1000  # an epoch is the time of the start in milliseconds
+_EPOCH_UNIT_US = 1000  # an epoch is the time of the start, in milliseconds
 _EPOCH_COUNT = 2**32  # the field of the epoch has 32 bits
 
 
@@ -81,8 +81,8 @@ class SkillBoard:
         self._asking_masters: dict[str, dict[int, Master]] = {}  # in the state ASKING, by agent
         self._new_masters: dict[int, Master] = {}  # masters without a request yet
         self._quota = REQUESTS_PER_LOOP
-        self._pending_by_executor: dict[str, int] = {}  # the masters of unanswered requests
-        self._pending_by_master: dict[int, set[str]] = {}  # the executors
+        self._pending_by_executor: dict[str, int] = {}  # the master of the unanswered request
+        self._pending_by_master: dict[int, set[str]] = {}  # the executors that have not answered
         self._last_number = 0
         self._watch = ExecutorWatch(board, self._log, LOG_COMPONENT)
         self._sender = Sender(
@@ -102,11 +102,11 @@ class SkillBoard:
         self.exchange()
 
     def _begin_epoch(self) -> int:
-        """Publish an epoch that differs from the previous one."""
+        """Publish an epoch that differs from the previous epoch."""
         # an executor may still remember the tickets of the previous epoch
         interface = self._interface
         interface.read()
-        epoch: int = self._clock.now_us() // _EPOCH_US % _EPOCH_COUNT
+        epoch: int = self._clock.now_us() // _EPOCH_UNIT_US % _EPOCH_COUNT
         if epoch == interface.epoch:
             epoch = (epoch + 1) % _EPOCH_COUNT
         interface.epoch, interface.asking, interface.running = epoch, 0, 0
@@ -308,7 +308,7 @@ class SkillBoard:
         agents = dict.fromkeys(master.call.agent for master in waiting_masters)
         idle_executors = {agent: self._idle_executors(agent) for agent in agents}
         while waiting_masters:
-            unsatisfied = []
+            next_masters = []  # a master with several suitable executors asks again in the next round
             for master in waiting_masters:
                 if self._quota <= 0:
                     self._new_masters[master.number] = master
@@ -318,8 +318,8 @@ class SkillBoard:
                 if info is not None:
                     del executors[info.id]
                     self._send_request(info.id, master)
-                    unsatisfied.append(master)
-            waiting_masters = unsatisfied
+                    next_masters.append(master)
+            waiting_masters = next_masters
 
     def ask(self, master: Master) -> None:
         """Send the request of a new master to the first idle executor without a pending request."""
@@ -383,9 +383,9 @@ class SkillBoard:
     def _end_request(self, executor: str) -> None:
         """End the pending request of an executor that has answered, or will not answer."""
         number = self._pending_by_executor.pop(executor, None)
-        if number is not None and (waits_for := self._pending_by_master.get(number)) is not None:
-            waits_for.discard(executor)
-            if not waits_for:
+        if number is not None and (asked_executors := self._pending_by_master.get(number)) is not None:
+            asked_executors.discard(executor)
+            if not asked_executors:
                 del self._pending_by_master[number]
 
     def _process_change(self, master: Master) -> None:

@@ -68,14 +68,14 @@ class Sender:
     def reject(self, executor: str, number: int, epoch: int | None = None) -> None:
         """Send REJECT.
 
-        :param epoch: an earlier epoch of the board; None: the present one.
+        :param epoch: an earlier epoch of the board; None: the present epoch.
         """
         self._send(executor, "RejectMessage", self._ticket(number, epoch))
 
     def cancel(self, executor: str, number: int, epoch: int | None = None) -> None:
         """Send CANCEL.
 
-        :param epoch: an earlier epoch of the board; None: the present one.
+        :param epoch: an earlier epoch of the board; None: the present epoch.
         """
         self._send(executor, "CancelMessage", self._ticket(number, epoch))
 
@@ -90,7 +90,7 @@ class Sender:
             instance.close()
 
     def close(self) -> None:
-        """Deliver pending messages, refuse further ones, and release all resources."""
+        """Deliver pending messages, refuse further messages, and release all resources."""
         with self._lock:
             self._is_closed = True
             pool, self._pool = self._pool, None
@@ -118,7 +118,7 @@ class Sender:
         try:
             instance = self._instances.get(executor)
             if instance is None:
-                # a separate instance, because the first one is read in this thread
+                # a separate instance, because this thread reads the first instance
                 instance = self._board.open_for_reading(EXECUTOR_TYPE, executor, owner=self._owner)
                 self._instances[executor] = instance
         except BlackBoardError as error:

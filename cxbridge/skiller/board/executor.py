@@ -138,7 +138,7 @@ _REQUIRED: Final[Any] = object()
 class SkillFailedError(SkillError):
     """Fails the skill that raises it. The message becomes the action's error.
 
-    :param progress: the final progress from 0 to 1; None: the last reported one.
+    :param progress: the final progress from 0 to 1; None: the last reported progress.
     """
 
     def __init__(self, message: str, *, progress: float | None = None) -> None:

@@ -336,7 +336,7 @@ class ExecutorHost(Listener):
     def _send(self, message_type: str, *values: Any, ticket: Ticket | None = None) -> bool:
         """Send a message to a board; return whether it was delivered.
 
-        :param values: the fields after the common ones.
+        :param values: the fields after the fields that all messages have.
         :param ticket: the addressed master; None: that of the present ticket.
         """
         board, epoch, master = self.ticket if ticket is None else ticket

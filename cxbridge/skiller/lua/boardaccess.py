@@ -53,7 +53,7 @@ class InterfacePool:
         return users[-1]
 
     def give_back(self, instance: Interface) -> None:
-        """Release an instance; the last user of a shared one closes it."""
+        """Release an instance; the last user of a shared instance closes the instance."""
         for key, users in self._shared.items():
             if users and users[0] is instance:
                 users.pop()

@@ -55,7 +55,7 @@ integers.
 
 
 def read_limits(config: Configuration) -> Limits:
-    """Read the limits; missing ones have their defaults.
+    """Read the limits; missing limits have their defaults.
 
     :raises ConfigError: if a limit is unknown, not a number or out of range, with file and line.
     """

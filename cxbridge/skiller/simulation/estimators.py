@@ -121,7 +121,7 @@ class EstimatorProperty(Generic[T]):
 
 @dataclass(frozen=True)
 class StaticEstimator(EstimatorSettings, Decider):
-    """Durations from the configuration: that of the first matching entry of the whitelist, else the default.
+    """Takes durations from the first matching entry of the whitelist, else the default duration.
 
     :param seconds: the default duration; None: no default.
     """

@@ -119,7 +119,7 @@ class LookupEstimator(Decider):
         )
 
     def decide(self, call: SkillStringCall) -> Outcome | None:
-        """Draw an execution of the skill; None without one."""
+        """Draw a recorded execution of the skill; None if none matches."""
         if not self.settings.allows(call):
             return None
         entry = self.settings.find_entry(call)
@@ -138,8 +138,7 @@ class LookupEstimator(Decider):
         self, sample_call: SkillStringCall, call: SkillStringCall, entry: SkillPattern | None
     ) -> bool:
         recorded_args = {key: argument_text(value) for key, value in sample_call.args.items()}
-        # all arguments of the call count; a recorded execution may have further ones, which the call leaves
-        # out
+        # all arguments of the call count; the recorded execution may have further arguments
         if self._fully_match.value_for(entry):
             return all(
                 recorded_args.get(key) in (ANY, argument_text(value)) for key, value in call.args.items()

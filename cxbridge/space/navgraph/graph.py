@@ -141,7 +141,7 @@ class NavGraph:
         """Return the closest node to a point.
 
         :param property_name: the property that the node must have; empty for any node.
-        :param include_unconnected: whether an unconnected node may be the closest one.
+        :param include_unconnected: whether the closest node may be unconnected.
         :param other_than: the name of a node to exclude.
         """
         candidates = [
@@ -196,7 +196,7 @@ class NavGraph:
         return self._neighbours[name]
 
     def unreachable_nodes(self) -> list[str]:
-        """Return the sorted names of the nodes that cannot be reached from the first connected one."""
+        """Return the sorted names of the nodes that cannot be reached from the first connected node."""
         connected = [node.name for node in self._nodes.values() if not node.unconnected]
         reached, open_nodes = set(connected[:1]), connected[:1]
         while open_nodes:

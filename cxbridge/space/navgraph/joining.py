@@ -27,6 +27,7 @@ def find_intersection(
     a, b = graph.node(edge.start), graph.node(edge.end)
     assert a is not None
     assert b is not None
+    # u leads along the edge, v along the line, w from the start of the edge to the start of the line
     ux, uy, vx, vy = b.x - a.x, b.y - a.y, end.x - start.x, end.y - start.y
     across = ux * vy - uy * vx
     if abs(across) < 1e-12 * max(1.0, math.hypot(ux, uy) * math.hypot(vx, vy)):
@@ -123,6 +124,7 @@ def _perpendicular_foot(graph: NavGraph, edge: NavGraphEdge, node: NavGraphNode)
     assert b is not None
     ux, uy = b.x - a.x, b.y - a.y
     length2 = ux * ux + uy * uy
+    # the foot as a share of the edge; an edge without length has no perpendicular
     along = ((node.x - a.x) * ux + (node.y - a.y) * uy) / length2 if length2 else -1.0
     return (a.x + along * ux, a.y + along * uy) if 0 <= along <= 1 else None
 

@@ -71,7 +71,7 @@ class _History:
         return True
 
     def transform_at(self, time_us: int) -> StampedTransform:
-        """Return the transform at a time; after the last one, the last.
+        """Return the transform at a time; after the last stamp, the last transform.
 
         :raises ExtrapolationError: if all transforms are later.
         """
@@ -162,7 +162,10 @@ class TransformBuffer:
                     raise UnknownFrameError(f'Frame ID "{frame}" does not exist.')
             time_of_transform = self._latest_common(target, source) if time_us == LATEST else time_us
             return StampedTransform(
-                self._walk(target, source, time_of_transform), time_of_transform, target, source
+                self._transform_via_ancestor(target, source, time_of_transform),
+                time_of_transform,
+                target,
+                source,
             )
 
     def lookup_via(
@@ -178,7 +181,7 @@ class TransformBuffer:
         return StampedTransform(transform, to_target.stamp_us, _strip_slash(target), _strip_slash(source))
 
     def can_transform(self, target: str, source: str, time_us: int = LATEST) -> bool:
-        """Return whether :meth:`lookup` succeeds; True for equal frames, even unknown ones."""
+        """Return whether :meth:`lookup` succeeds; True for equal frames, even if they are unknown."""
         if _strip_slash(target) == _strip_slash(source):
             return True  # as in tf, which does not search for equal frames
         try:
@@ -258,7 +261,7 @@ class TransformBuffer:
                 raise UnknownFrameError("The tf tree is invalid because it contains a loop.")
         return path
 
-    def _walk(self, target: str, source: str, time_us: int) -> Transform:
+    def _transform_via_ancestor(self, target: str, source: str, time_us: int) -> Transform:
         """Return the transform from ``source`` to ``target`` via their first common ancestor."""
         source_in, source_error = self._climb(source, target, time_us)
         if target in source_in:
@@ -279,7 +282,7 @@ class TransformBuffer:
     ) -> tuple[dict[str, Transform], ExtrapolationError | None]:
         """Return a frame relative to itself and its ancestors, and the error that ended the search.
 
-        It ends at the goal, at a frame in ``stop``, at the root, or at a frame without a transform for the
+        The search ends at the goal, at a frame in ``stop``, at the root, or at a frame without a transform for the
         time.
         """
         poses = {frame: Transform()}  # the pose of the frame in each ancestor

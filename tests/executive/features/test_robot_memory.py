@@ -373,9 +373,9 @@ def test_old_locks_expire(do, memory, bus):
 def test_mutexes_go_when_their_time_is_over(do, memory, bus):
     assert do("robmem-mutex-setup-ttl", 30.0) == TRUE
     do("robmem-mutex-try-lock", "m", "me")
-    memory.attend()
+    memory.loop()
     bus.clock.sleep_until(bus.clock.now_us() + 61_000_000)
-    memory.attend()
+    memory.loop()
     assert mutex(memory) is None
     assert do("robmem-mutex-setup-ttl", -1.0) == FALSE
 

@@ -217,12 +217,12 @@ def test_documents_whose_time_is_over_go(clock):
     store.create_index(C, {"t": 1}, expire_after_s=10)
     for name in ("old", "young"):
         store.update(C, {"_id": name}, {"$currentDate": {"t": True}}, upsert=True)
-        store.attend()
+        store.remove_expired()
         clock.sleep_until(clock.now_us() + 55_000_000)
     store.insert(C, {"_id": "timeless", "t": "soon"})
     told: list[Document] = []
     store.watch(C, {}, told.append)
-    store.attend()
+    store.remove_expired()
     assert {document["_id"] for document in store.find(C)} == {"timeless"}
     assert [event["operationType"] for event in told] == ["delete", "delete"]
 

@@ -198,7 +198,7 @@ def test_the_interfaces_of_the_sets_follow_the_database(fast, tmp_path):
     interface = board.open_for_reading("MongoDBManagedReplicaSetInterface", "robot-memory-distributed")
 
     def shows(member, primary):
-        robot_memory.attend()
+        robot_memory.loop()
         interface.read()
         return (interface.member_status.name, interface.primary_status.name) == (member, primary)
 

@@ -167,7 +167,7 @@ def test_indexes_survive_in_the_file(tmp_path):
         again.insert(C, {"_id": 2, "a": 1})
     again.insert("robmem.dropped", {"a": 1})
     again.insert("robmem.dropped", {"a": 1})
-    again.attend()
+    again.remove_expired()
     assert again.find(C) == []
     again.close()
 
@@ -179,7 +179,7 @@ def test_of_several_times_the_first_counts():
     now = datetime.fromtimestamp(clock.now_us() / 1e6, UTC)
     store.insert(C, {"_id": 1, "t": ["x", now, now - timedelta(seconds=11)]})
     store.insert(C, {"_id": 2, "t": [now, now - timedelta(seconds=9)]})
-    store.attend()
+    store.remove_expired()
     assert [each["_id"] for each in store.find(C)] == [2]
 
 

@@ -156,12 +156,12 @@ class FactCopier:
         entry = self._templates[deftemplate]
         if entry is None:
             return
-        template, slots = entry
+        template, slot_count = entry
         number = self.copy.total
         self.copy.total += 1
         if number >= self._begin and (self._end is None or number < self._end):
             self.copy.templates[template.name] = template
-            values = self._read_values(ffi.cast(_WORDS, fact) + self._first_word, slots)
+            values = self._read_values(ffi.cast(_WORDS, fact) + self._first_word, slot_count)
             self.copy.rows.append(FactRow(int(lib.FactIndex(fact)), template.name, values))
 
     def _read_values(self, words: CData, count: int) -> tuple[Value, ...]:

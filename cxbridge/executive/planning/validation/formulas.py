@@ -211,7 +211,7 @@ def _change_number(change: NumericChange, binding: Binding, state: KnownState, c
 def _effects(
     effect: Formula | None, binding: Binding, moment: Moment, time: str, moment_time: str
 ) -> Iterator[_BoundEffect]:
-    """Yield the effects that happen at a moment: those with its time whose conditions are true.
+    """Yield the effects that happen at a moment: they have its time, and their conditions are true.
 
     :param time: the time of parts without ``at start`` or ``at end``.
     :param moment_time: the time of the moment.

@@ -226,9 +226,9 @@ class GoalStoryWriter:
             return ""
         detail, link = "", self._goals.skill_link(action)
         if link is not None and state == "RUNNING":
-            detail = f", {link.word}skill {link.call.skill_string}"
+            detail = f", {link.guess_prefix}skill {link.call.skill_string}"
         elif link is not None and state in FAILED_STATES and link.call.error:
-            detail = f": {link.word}{link.call.error}"
+            detail = f": {link.guess_prefix}{link.call.error}"
         return f"  action {action.id} {action.name} {state}{detail}"
 
     @staticmethod
@@ -421,7 +421,7 @@ class GoalStoryWriter:
         if link is not None and is_started:
             skill = link.call
             begin_s = self._evidence.seconds(self._goals.time_us(skill.begin[0]))
-            subject = f"{link.word}skill {skill.skill_string} of {skill.skiller}"
+            subject = f"{link.guess_prefix}skill {skill.skill_string} of {skill.skiller}"
             because.append(Cause(f"{subject} has been {skill.status} since {begin_s:.3f} s"))
         if action.state not in ("WAITING", "RUNNING"):
             because = [
@@ -451,7 +451,7 @@ def _make_root_causes(texts: Iterable[str]) -> Iterator[Cause]:
 
 def _skill_end_text(link: SkillLink) -> str:
     skill = link.call
-    return f"{link.word}skill {skill.skill_string} of {skill.skiller} ended {skill.status}"
+    return f"{link.guess_prefix}skill {skill.skill_string} of {skill.skiller} ended {skill.status}"
 
 
 def _ended_badly(child: GoalRecord, end_of_parent: GoalChange) -> bool:

@@ -172,7 +172,7 @@ def _add_flows(
             (interface, end_write),
         ]
         present = [(track, moment) for track, moment in steps if track is not None and moment is not None]
-        events.add_flow(number, f"{link.word}skill of an action", present)
+        events.add_flow(number, f"{link.guess_prefix}skill of an action", present)
 
 
 class _SkillerWrites:
