@@ -282,8 +282,8 @@ class TransformBuffer:
     ) -> tuple[dict[str, Transform], ExtrapolationError | None]:
         """Return a frame relative to itself and its ancestors, and the error that ended the search.
 
-        The search ends at the goal, at a frame in ``stop``, at the root, or at a frame without a transform for the
-        time.
+        The search ends at the goal, at a frame in ``stop``, at the root, or at a frame without a transform
+        for the time.
         """
         poses = {frame: Transform()}  # the pose of the frame in each ancestor
         while frame != goal and (stop is None or frame not in stop) and frame in self._histories:
