@@ -21,7 +21,7 @@ from benchmarks.bench_tick import bare
 from benchmarks.harness import paired_ratio, report
 from cxbridge.mainloop import Hook
 from cxbridge.run import Run, run_scenario
-from cxbridge.run.program.plain_options import make_options
+from cxbridge.run.program.plain_options import options_from_keywords
 from cxbridge_ros2cx.cx.node import CxNode
 
 PAIRS = 9
@@ -87,7 +87,7 @@ def cold(folder: Path) -> None:
 
 def idle(folder: Path) -> None:
     """Measure a tick of an agent that has done its work."""
-    with Run(make_options(parameters(folder, CLOCK, rate=TICKS_A_SECOND), timeout=1e9)) as run:
+    with Run(options_from_keywords(parameters(folder, CLOCK, rate=TICKS_A_SECOND), timeout=1e9)) as run:
         run.start()
         clock, node, period_us = run.clock, run.executive, run.loop.period_us
 
@@ -101,7 +101,7 @@ def idle(folder: Path) -> None:
 def several(folder: Path) -> None:
     """Measure a second of twenty environments."""
     file = parameters(folder, HELLO, ENVIRONMENTS, TICKS_A_SECOND)
-    with Run(make_options(file, timeout=1e9)) as run:
+    with Run(options_from_keywords(file, timeout=1e9)) as run:
         run.start()
         clock, node, period_us = run.clock, run.executive, run.loop.period_us
         begun = time.process_time()
@@ -138,7 +138,7 @@ def turtle(folder: Path) -> None:
         run.loop.add(Hook.PRE_LOOP, step)
 
     begun = time.process_time()
-    result = run_scenario(make_options(parameters(folder, DRIVER), timeout=TURTLE_S), attach=attach)
+    result = run_scenario(options_from_keywords(parameters(folder, DRIVER), timeout=TURTLE_S), attach=attach)
     seconds = time.process_time() - begun
     print(f"  {seconds:.2f} s of processor time, {reached[0]} poses, {result.firings} rules")
     report(f"{TURTLE_S:g} s of the turtle / 2 s", seconds / 2.0, limit=1.0)

@@ -70,7 +70,7 @@ class Bench:
         :raises AssertionError: if a construct does not load.
         """
         # imported on first use, because pytest loads this plug-in in every project of the machine
-        from cxbridge.run.program.plain_options import make_options  # noqa: PLC0415
+        from cxbridge.run.program.plain_options import options_from_keywords  # noqa: PLC0415
         from cxbridge.testing.agent_run import PATIENCE_S, AgentRun  # noqa: PLC0415
         from cxbridge.testing.golden import GoldenFiles, portable_file_name  # noqa: PLC0415
 
@@ -80,7 +80,7 @@ class Bench:
             trace = (
                 self.artifacts / self.file.stem / f"{portable_file_name(self.test or 'module')}{number}.mcap"
             )
-        run_options = make_options(
+        run_options = options_from_keywords(
             scenario,
             find=self.find,
             config=config,

@@ -32,7 +32,7 @@ from cxbridge.run.agents import make_configured_clock
 from cxbridge.run.explainers import with_explanations
 from cxbridge.run.pages import VIEWS
 from cxbridge.run.program.finished import open_run as read_run
-from cxbridge.run.program.plain_options import make_options
+from cxbridge.run.program.plain_options import options_from_keywords
 from cxbridge.run.source import source_of
 from cxbridge.trace.formats.registry import copy_formats, open_run
 from tests.blackboard.samples import SampleRegistry
@@ -166,8 +166,8 @@ def test_its_options(greeter, tmp_path):
     assert refused.returncode == 2
     assert "--greeting is empty" in refused.stderr
     assert command(tmp_path / "site", "run", folder, "--greeting", "Hi").returncode == 0
-    assert make_options(folder, greeting="Hi").option("greeting") == "Hi"
-    assert make_options(folder).option("greeting") is None
+    assert options_from_keywords(folder, greeting="Hi").option("greeting") == "Hi"
+    assert options_from_keywords(folder).option("greeting") is None
 
 
 def test_its_template(greeter, tmp_path):

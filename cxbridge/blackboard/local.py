@@ -114,7 +114,7 @@ class InterfaceMemory(BoardPort):
     def values(self) -> dict[str, Any]:
         """Return the present values of the fields by name."""
         view = self.interface_class.VIEW.from_buffer_copy(self._snapshot.block)
-        # the two values of READ_FIELDS after those of the fields have no name in ACCESSORS
+        # not strict: READ_FIELDS appends padding values, for which ACCESSORS has no names
         return dict(zip(self.interface_class.ACCESSORS, self.interface_class.READ_FIELDS(view), strict=False))
 
     def has_writer(self) -> bool:

@@ -38,7 +38,7 @@ class HealthCheck:
     :param what: the name of the checked part; like ``fine`` a key of the JSON output.
     :param fine: whether the part works.
     :param required: whether a run of the shipped scenario needs the part.
-    :param detail: the version, or the reason of the failure.
+    :param detail: the version, or the reason for the failure.
     :param remedy: the command that installs the part.
     """
 
@@ -54,7 +54,7 @@ class HealthCheck:
 
 
 def run_checks() -> list[HealthCheck]:
-    """Run all checks, which use the parts instead of only searching for them."""
+    """Run all checks. They use CLIPS and Lua, because an installed library may still fail."""
     return [
         HealthCheck("cxbridge", fine=True, required=True, detail=VERSION),
         HealthCheck(
@@ -74,11 +74,11 @@ def run_checks() -> list[HealthCheck]:
         ),
         *_check_planners(),
         _check_attempt("CLIPS", _try_clips, "install clipspy 1.0.6 or newer"),
-        _check_attempt("Lua", _try_lua, "install lupa; it carries Lua 5.1"),
+        _check_attempt("Lua", _try_lua, "install lupa, which includes Lua 5.1"),
         _check_attempt("shipped files", _find_shipped_files, "install cxbridge again"),
         _check_speech(),
         *_check_speaker(),
-        _check_program("graphviz", "dot", "state graphs as pictures", "apt install graphviz"),
+        _check_program("graphviz", "dot", "no pictures of state graphs", "apt install graphviz"),
     ]
 
 
@@ -177,7 +177,7 @@ def _check_speech() -> HealthCheck:
         "speech",
         fine=path is not None or platform.system() != "Linux",  # other systems have a voice
         required=False,
-        detail=path or "no espeak-ng: --speech has no voice (off is the default)",
+        detail=path or "no espeak-ng: --speech on makes no sound (off is the default)",
         remedy="apt install espeak-ng",
     )
 
@@ -186,11 +186,15 @@ def _check_speaker() -> list[HealthCheck]:
     """Check the audio player on Linux; other systems include a player."""
     if platform.system() != "Linux":
         return []
-    return [_check_program("speaker", "aplay", "without it, --speech on is silent", "apt install alsa-utils")]
+    return [_check_program("speaker", "aplay", "--speech on makes no sound", "apt install alsa-utils")]
 
 
-def _check_program(name: str, program: str, purpose: str, remedy: str) -> HealthCheck:
+def _check_program(name: str, program: str, loss: str, remedy: str) -> HealthCheck:
+    """Search for a program.
+
+    :param loss: the effect of a missing program, for the user.
+    """
     path = shutil.which(program)
     return HealthCheck(
-        name, fine=path is not None, required=False, detail=path or f"absent: {purpose}", remedy=remedy
+        name, fine=path is not None, required=False, detail=path or f"not installed: {loss}", remedy=remedy
     )

@@ -110,7 +110,7 @@ class RunStory:
         """Follow the goals of an assembled agent before its start."""
         self._agent_count += 1
         if not self._quiet:
-            run.bus.subscribe(_GoalFollower(run, self).take, *REASON_TYPES)
+            run.bus.subscribe(_GoalFollower(run, self).follow, *REASON_TYPES)
             run.loop.add(Hook.POST_LOOP, self._raise_stdout_error)
 
     def _raise_stdout_error(self) -> None:
@@ -202,7 +202,7 @@ class _GoalFollower:
         for _, _, slots in self._env.facts(template):
             yield slots
 
-    def take(self, event: Event) -> None:
+    def follow(self, event: Event) -> None:
         """Process a transition and print an ended goal."""
         self._reasons.record_event(event)
         if not isinstance(event, GoalTransition):

@@ -166,45 +166,45 @@ class Configuration:
 
     def get_str(self, path: str, *, default: D | _Missing = _MISSING) -> str | D:
         """Return the text of a single value, empty for null."""
-        return self._scalar(path, str, "a single value", default)
+        return self._get_scalar(path, str, "a single value", default)
 
     def get_uint(self, path: str, *, default: D | _Missing = _MISSING) -> int | D:
         """Return a 32 bit unsigned integer, which may be hexadecimal (0x10) or octal (010)."""
-        return self._scalar(path, to_uint32, "an unsigned integer", default)
+        return self._get_scalar(path, to_uint32, "an unsigned integer", default)
 
     def get_int(self, path: str, *, default: D | _Missing = _MISSING) -> int | D:
         """Return a 32 bit integer."""
-        return self._scalar(path, to_int, "an integer", default)
+        return self._get_scalar(path, to_int, "an integer", default)
 
     def get_float(self, path: str, *, default: D | _Missing = _MISSING) -> float | D:
         """Return a number."""
-        return self._scalar(path, to_float, "a number", default)
+        return self._get_scalar(path, to_float, "a number", default)
 
     def get_bool(self, path: str, *, default: D | _Missing = _MISSING) -> bool | D:
         """Return a truth value: true, yes, on, y or their opposites."""
-        return self._scalar(path, to_bool, "true or false", default)
+        return self._get_scalar(path, to_bool, "true or false", default)
 
     def get_strings(self, path: str, *, default: D | _Missing = _MISSING) -> list[str] | D:
         """Return a list of texts."""
-        return self._list(path, str, "a text", default)
+        return self._get_list(path, str, "a text", default)
 
     def get_uints(self, path: str, *, default: D | _Missing = _MISSING) -> list[int] | D:
         """Return a list of 32 bit unsigned integers."""
-        return self._list(path, to_uint32, "an unsigned integer", default)
+        return self._get_list(path, to_uint32, "an unsigned integer", default)
 
     def get_ints(self, path: str, *, default: D | _Missing = _MISSING) -> list[int] | D:
         """Return a list of 32 bit integers."""
-        return self._list(path, to_int, "an integer", default)
+        return self._get_list(path, to_int, "an integer", default)
 
     def get_floats(self, path: str, *, default: D | _Missing = _MISSING) -> list[float] | D:
         """Return a list of numbers."""
-        return self._list(path, to_float, "a number", default)
+        return self._get_list(path, to_float, "a number", default)
 
     def get_bools(self, path: str, *, default: D | _Missing = _MISSING) -> list[bool] | D:
         """Return a list of truth values."""
-        return self._list(path, to_bool, "true or false", default)
+        return self._get_list(path, to_bool, "true or false", default)
 
-    def _scalar(
+    def _get_scalar(
         self, path: str, convert: Callable[[str], T | None], expected: str, default: D | _Missing
     ) -> T | D:
         """Return the converted text of a single value, or the default.
@@ -222,10 +222,10 @@ class Configuration:
             raise _make_type_error(value, f"must be {expected}, but is {_quote(value)}")
         return scalar
 
-    def _list(
+    def _get_list(
         self, path: str, convert: Callable[[str], T | None], expected: str, default: D | _Missing
     ) -> list[T] | D:
-        """Return the converted elements of a list, or the default; the parameters are those of `_scalar`."""
+        """Return the converted elements of a list, or the default; parameters as in `_get_scalar`."""
         if not isinstance(default, _Missing) and self._root.find(path) is None:
             return default
         value = self.get(path)

@@ -70,18 +70,20 @@ class ServerOptions:
     clients: Annotated[Path | None, Meta(description="Folder with the clients' public keys.")] = None
     fawkes: Annotated[
         bool | None,
-        Meta(description="Serve Fawkes' tools on a port; on by default."),
+        Meta(description="Serve Fawkes' tools, such as ffbblog and ffconfig; on by default."),
     ] = None
     fawkes_host: Annotated[
-        str | None, Meta(description="The address of that port; 127.0.0.1 by default.")
+        str | None, Meta(description="Serve Fawkes' tools at this address; 127.0.0.1 by default.")
     ] = None
     fawkes_port: Annotated[
         int | None,
-        Meta(description="The number of that port; 1910 by default, 0: any free port.", ge=0, le=65535),
+        Meta(
+            description="Serve Fawkes' tools on this port; 1910 by default, 0: any free port.", ge=0, le=65535
+        ),
     ] = None
     fawkes_allow: Annotated[
         tuple[str, ...],
-        Meta(description="An address or a network whose clients may use that port. Repeatable."),
+        Meta(description="Admit Fawkes' tools of this address or network. Repeatable."),
     ] = ()
 
 
@@ -112,7 +114,7 @@ class DaemonSourceOptions(SourceOptions):
     clips_dirs: Annotated[tuple[Path, ...], Meta(description="A folder of CLIPS files. Repeatable.")] = ()
     on_failure: Annotated[
         str | None,
-        Meta(description="Whether the failure of a component stops the other ones: stop or continue."),
+        Meta(description="When a component fails, stop the other components or continue with them."),
     ] = None
     trace: Annotated[Path | None, Meta(description="Record to this mcap file.")] = None
 

@@ -70,16 +70,16 @@ class DaemonPlugins:
         :raises CxbridgeError: if a component cannot be started.
         """
         for component in name.split(","):
-            self._request(_Request(component.strip(), is_load=True))
+            self._submit(_Request(component.strip(), is_load=True))
 
     def unload(self, name: str) -> None:
         """Stop a component.
 
         :raises CxbridgeError: if the component cannot be stopped.
         """
-        self._request(_Request(name.strip(), is_load=False))
+        self._submit(_Request(name.strip(), is_load=False))
 
-    def _request(self, request: _Request) -> None:
+    def _submit(self, request: _Request) -> None:
         if not self._may_change:
             raise LifecycleError("clients may not load or unload anything: cxbridge/remote-control is off")
         # appended before the check: a concurrent close() either refuses the request or is noticed here

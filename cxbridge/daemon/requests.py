@@ -160,7 +160,7 @@ class DaemonRequests:
         self.context: Final = OperationContext(
             rights,
             None if node is None else lambda: node.executive,
-            lambda: [status.plain() for status in components()],
+            lambda: [status.to_json() for status in components()],
             change_component,
             DaemonState(bus, node, loop).describe,
         )

@@ -12,26 +12,26 @@ if TYPE_CHECKING:
 _PACKAGE = "cxbridge.daemon"
 
 
-class _Configured(Protocol):
+class _DaemonContext(Protocol):
     settings: DaemonSettings
 
 
-def _records(context: _Configured) -> bool:
+def _is_recording(context: _DaemonContext) -> bool:
     settings = context.settings
     return bool(settings.trace or settings.log or settings.bblog)
 
 
-def _has_endpoints(context: _Configured) -> bool:
+def _has_endpoints(context: _DaemonContext) -> bool:
     return bool(context.settings.endpoints)
 
 
-def _serves_fawkes(context: _Configured) -> bool:
+def _serves_fawkes(context: _DaemonContext) -> bool:
     return context.settings.fawkes is not None
 
 
 DAEMON_COMPONENTS: Final = (
     Row("blackboard", f"{_PACKAGE}.components:BlackBoardComponent"),
-    Row("recorder", f"{_PACKAGE}.components:DaemonRecorder", _records),
+    Row("recorder", f"{_PACKAGE}.components:DaemonRecorder", _is_recording),
     Row("zmq", f"{_PACKAGE}.servers:ZmqComponent", _has_endpoints),
     Row("fawkes", f"{_PACKAGE}.servers:FawkesComponent", _serves_fawkes),
 )

@@ -95,8 +95,10 @@ def _remove_quotes(text: str) -> str:
 def set_field(block: Block, name: str, value: Any, index: int | None = None) -> None:
     """Set a field to the value of a user, checked more strictly than in Fawkes.
 
-    :meth:`Block.set <cxbridge.interfaces.block.Block.set>` cuts texts and takes any number for an enum.
-    :raises InterfaceError: if the value would be changed, or the enum has no such item.
+    :meth:`Block.set <cxbridge.interfaces.block.Block.set>` cuts a long text, and accepts a number without an
+    enum item; this function refuses both.
+
+    :raises InterfaceError: if the value does not fit.
     """
     field = block.field(name)
     elements = value if field.is_array and isinstance(value, list | tuple) else (value,)

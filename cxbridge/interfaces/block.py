@@ -113,7 +113,8 @@ class Block:
 
     def as_dict(self) -> dict[str, Any]:
         """Return all values by field name, in the order of declaration."""
-        # one call reads all fields, then properties convert texts, arrays and enums
+        # one call reads all fields, then properties convert texts, arrays and enums; not strict, because
+        # READ_FIELDS appends padding values
         values = dict(zip(self.ACCESSORS, self.READ_FIELDS(self._view), strict=False))
         for name in self.CONVERTED_FIELDS:
             values[name] = self.ACCESSORS[name].fget(self)

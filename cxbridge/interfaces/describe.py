@@ -10,7 +10,7 @@ from cxbridge.interfaces.known_hashes import known_hashes
 from cxbridge.interfaces.schema import ConstantSchema, FieldSchema, InterfaceSchema, MessageSchema
 
 
-def schema_row(schema: InterfaceSchema) -> dict[str, Any]:
+def schema_object(schema: InterfaceSchema) -> dict[str, Any]:
     """Return a schema as an object for JSON: hash, sizes, fields, messages, enums and constants.
 
     Floats have the nine digits of ``printf("%.9g")``, which distinguish all 32 bit floats.
@@ -21,8 +21,8 @@ def schema_row(schema: InterfaceSchema) -> dict[str, Any]:
         "hash_printable": schema.hash_printable,
         "datasize": schema.datasize,
         "num_fields": len(schema.fields),
-        "fields": [_data_field_row(field) for field in schema.fields],
-        "messages": [_message_row(message) for message in schema.messages],
+        "fields": [_data_field_object(field) for field in schema.fields],
+        "messages": [_message_object(message) for message in schema.messages],
         "enums": [
             {"name": enum.name, "items": [{"name": item.name, "value": item.value} for item in enum.items]}
             for enum in schema.enums
@@ -34,30 +34,30 @@ def schema_row(schema: InterfaceSchema) -> dict[str, Any]:
     }
 
 
-def _field_row(field: FieldSchema) -> dict[str, Any]:
-    """Return a field; flags and default only if the definition has them."""
-    row: dict[str, Any] = {"name": field.name, "type": field.type, "length": field.length}
+def _field_object(field: FieldSchema) -> dict[str, Any]:
+    """Return a field for JSON; flags and default only if the definition has them."""
+    values: dict[str, Any] = {"name": field.name, "type": field.type, "length": field.length}
     if field.flags:
-        row["flags"] = ",".join(field.flags)
+        values["flags"] = ",".join(field.flags)
     if field.default is not None:
-        row["default"] = field.default
-    return row | {"offset": field.offset, "size": field.size, "elem_size": field.elem_size}
+        values["default"] = field.default
+    return values | {"offset": field.offset, "size": field.size, "elem_size": field.elem_size}
 
 
-def _data_field_row(field: FieldSchema) -> dict[str, Any]:
-    """Return a data field with the results of Fawkes' introspection."""
-    return _field_row(field) | {
+def _data_field_object(field: FieldSchema) -> dict[str, Any]:
+    """Return a data field for JSON, with the results of Fawkes' introspection."""
+    return _field_object(field) | {
         "rt_type": field.type,
         "rt_length": field.runtime_length,
         "rt_is_enum": field.is_enum,
     }
 
 
-def _message_row(message: MessageSchema) -> dict[str, Any]:
+def _message_object(message: MessageSchema) -> dict[str, Any]:
     return {
         "name": message.name,
         "datasize": message.datasize,
-        "fields": [_field_row(field) for field in message.fields],
+        "fields": [_field_object(field) for field in message.fields],
     }
 
 

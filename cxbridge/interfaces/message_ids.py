@@ -7,8 +7,7 @@ sender therefore leaves out two numbers:
 - 0, which means that no message is processed or was sent;
 
 - the number that the interface already shows. All senders count from 1: the number belongs to an earlier
-message,
-  perhaps of another sender. The sender would take the shown state for the result of its new message.
+  message, perhaps of another sender. The sender would take the shown state for the result of its new message.
 """
 
 from __future__ import annotations

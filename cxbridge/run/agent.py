@@ -245,7 +245,7 @@ class Run(Closing):
             emit_navgraph(self.bus, self._graph)
         return self._graph
 
-    def one_of(self, make: Callable[[Self], T]) -> T:
+    def shared_object(self, make: Callable[[Self], T]) -> T:
         """Return the object that a plug-in shares within the run; the first call makes the object."""
         if make not in self._shared:
             self._shared[make] = make(self)

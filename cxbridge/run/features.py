@@ -99,7 +99,8 @@ def run_features(context: Run) -> list[Feature | LazyFeature]:
 
     :raises CxbridgeError: if two features have the same name or an early feature's configuration is wrong.
     """
-    # another executive, such as the executive for ROS 2, has other features than cxbridge
+    # another executive, such as the executive for ROS 2, has other features than cxbridge; only the features
+    # of plug-ins, whose rows have an origin, serve both
     source_features = context.source.features(context)
     if source_features is not None:
         return [*source_features, *(_make_lazy_feature(row, context) for row in FEATURES.rows if row.origin)]
@@ -118,7 +119,7 @@ def _make_feature(row: Row, context: Run) -> Feature:
     make = FEATURES.load_target(row)
     if not row.origin:
         return make(context)
-    # a plug-in's mistake must name the plug-in
+    # the feature of a plug-in, which the error must name
     try:
         feature = make(context)
     except CxbridgeError:

@@ -204,7 +204,7 @@ class ExecutionOptions:
     clock: Annotated[
         str | None,
         Meta(
-            description="virtual, real, scaled:N, a plug-in's; virtual by default, real with a Skiller "
+            description="The clock by which the run measures time; virtual by default, real with a Skiller "
             "elsewhere."
         ),
     ] = None

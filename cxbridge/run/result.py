@@ -57,14 +57,14 @@ class ReplayOutcome:
         limit = "" if self.is_complete else ", up to where the recording ends"
         return f"it decided the same as {self.compared}, in {self.order} order{limit}"
 
-    def plain(self) -> dict[str, Any]:
+    def to_json(self) -> dict[str, Any]:
         """Return the result as JSON values."""
         return {
             "compared": self.compared,
             "order": self.order,
             "same": self.same and self.divergence is None,
             "whole": self.is_complete,
-            "divergence": None if self.divergence is None else self.divergence.plain(),
+            "divergence": None if self.divergence is None else self.divergence.to_json(),
             "comparison": self.report,
         }
 
@@ -98,11 +98,11 @@ class RunResult:
     forgotten: int = 0
     is_stuck: bool = False
 
-    def as_dict(self) -> dict[str, Any]:
+    def to_json(self) -> dict[str, Any]:
         """Return the result as JSON values."""
-        optional: dict[str, Any] = {} if self.replay is None else {"replay": self.replay.plain()}
+        optional: dict[str, Any] = {} if self.replay is None else {"replay": self.replay.to_json()}
         if self.agents:
-            optional["agents"] = {name: result.as_dict() for name, result in self.agents.items()}
+            optional["agents"] = {name: result.to_json() for name, result in self.agents.items()}
         return {
             "status": self.status,
             "result": self.word,

@@ -127,7 +127,7 @@ def _run(
         deadline_us = assembly.clock.now_us() + int(options.timeout * MICROSECONDS)
         if replay is not None:
             deadline_us += replay.length_us
-        over, loss = False, ""
+        is_over, loss = False, ""
         # a client, a user or a function of the program may change a run that looks stuck
         may_be_stuck = (
             replay is None
@@ -136,11 +136,11 @@ def _run(
         )
 
         def done() -> bool:
-            nonlocal over, loss
+            nonlocal is_over, loss
             checks.check_new_files()
-            over = assembly.is_over
+            is_over = assembly.is_over
             loss = assembly.loss_reason  # read in the same cycle: goals may have failed because of the loss
-            if interrupt.is_signalled or over or assembly.clock.now_us() >= deadline_us:
+            if interrupt.is_signalled or is_over or assembly.clock.now_us() >= deadline_us:
                 return True
             return bool(loss) or (may_be_stuck and watch.check())
 
@@ -155,7 +155,7 @@ def _run(
             limit.verdict,
             (run_seconds, wall_seconds),
             watch,
-            over=over,
+            is_over=is_over,
         )
         recorder.describe({"status": str(result.status), "reason": result.reason})
         _finish_servers(servers, result, stay, lambda: interrupt.is_signalled, recorder.loop)
@@ -210,7 +210,7 @@ def sum_up_run(
     seconds: tuple[float, float],
     watch: StuckWatch,
     *,
-    over: bool,
+    is_over: bool,
 ) -> RunResult:
     """Return the result of a run.
 
@@ -218,11 +218,12 @@ def sum_up_run(
     :param verdict: status and reason if the limit of a cycle ended the run; else None.
     :param seconds: the duration by the run's clock, and the duration in real time.
     :param watch: has the missing events if the run is stuck.
-    :param over: whether the run reached its end.
+    :param is_over: whether the run reached its end.
     """
     is_team = len(assembly.agents) > 1
     verdicts = {
-        agent.name: verdict or _verdict(agent, options, loss, watch, over=over or (is_team and agent.is_over))
+        agent.name: verdict
+        or _judge_agent(agent, options, loss, watch, is_over=is_over or (is_team and agent.is_over))
         for agent in assembly.agents
     }
     return sum_up(
@@ -292,23 +293,23 @@ def make_run(options: RunOptions, replay: Replay | None = None, additions: Addit
     return Team(options, base, names, replay, additions)
 
 
-def _verdict(
-    assembly: Run, options: RunOptions, loss: str, watch: StuckWatch, *, over: bool
+def _judge_agent(
+    assembly: Run, options: RunOptions, loss: str, watch: StuckWatch, *, is_over: bool
 ) -> tuple[int, str]:
     """Return exit status and reason.
 
-    :param over: whether the run reached its end.
+    :param is_over: whether the run reached its end.
     :param loss: the lost component that ended the run; else empty.
     """
     env, goals = assembly.executive.env, assembly.executive.goals
     maintaining = ", ".join(assembly.executive.maintaining_goals)
-    shortcomings = _shortcomings(goals, quit_early=env.quit_requested and not maintaining)
-    if fault := next(iter(env.faults), loss if shortcomings or not over else ""):
+    shortcomings = _find_shortcomings(goals, quit_early=env.quit_requested and not maintaining)
+    if fault := next(iter(env.faults), loss if shortcomings or not is_over else ""):
         return FAULT, fault
     if not assembly.executive.knows_goals:
-        return _verdict_without_goals(assembly)
-    if not over and not maintaining:
-        return TIMED_OUT, _timeout_reason(assembly, options.timeout, watch)
+        return _judge_agent_without_goals(assembly)
+    if not is_over and not maintaining:
+        return TIMED_OUT, _describe_timeout(assembly, options.timeout, watch)
     if shortcomings:
         return UNSUCCESSFUL, ", ".join(shortcomings)
     if not maintaining and not goals.outcome_counts:
@@ -316,7 +317,7 @@ def _verdict(
     return COMPLETED, f"maintaining {maintaining}" if maintaining else "every root goal ended COMPLETED"
 
 
-def _verdict_without_goals(assembly: Run) -> tuple[int, str]:
+def _judge_agent_without_goals(assembly: Run) -> tuple[int, str]:
     """Return exit status and reason of an agent without goals, which runs until its timeout."""
     if error := assembly.executive.first_error:
         return UNSUCCESSFUL, f"an error was reported: {error}"
@@ -325,7 +326,7 @@ def _verdict_without_goals(assembly: Run) -> tuple[int, str]:
     return COMPLETED, "its time limit was reached, and no error was reported"
 
 
-def _shortcomings(goals: GoalWatch, *, quit_early: bool) -> list[str]:
+def _find_shortcomings(goals: GoalWatch, *, quit_early: bool) -> list[str]:
     """Return why a finished run was not successful; empty after success.
 
     :param quit_early: whether the agent quit, so that open root goals count as failures.
@@ -344,7 +345,7 @@ def _shortcomings(goals: GoalWatch, *, quit_early: bool) -> list[str]:
     return shortcomings
 
 
-def _timeout_reason(assembly: Run, timeout_s: float, watch: StuckWatch) -> str:
+def _describe_timeout(assembly: Run, timeout_s: float, watch: StuckWatch) -> str:
     """Return the events that a stuck run waits for, or the open goals or steps of a run that timed out."""
     if missing_events := watch.missing_events.get(assembly.name):
         return f"nothing can happen any more: {missing_events}"

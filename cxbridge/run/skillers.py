@@ -1,4 +1,7 @@
-"""The settings of the Skillers of a run or daemon, and the deciders of plug-ins for simulated Skillers."""
+"""The settings of the Skillers of a run or daemon, and the deciders of plug-ins for simulated Skillers.
+
+A decider chooses the duration and the outcome of a simulated skill.
+"""
 
 from __future__ import annotations
 
@@ -49,12 +52,12 @@ def skiller_mode(config: Configuration, path: str = "/skiller/mode", default: Mo
 
 
 def skiller_settings(
-    config: Configuration, kind: str, served: Collection[str] = ()
+    config: Configuration, kind: str, made_elsewhere: Collection[str] = ()
 ) -> tuple[SkillerSettings, ...]:
     """Return the settings of the Skillers in :data:`INSTANCES`, or of one default Skiller.
 
     :param kind: the default kind.
-    :param served: the names of Skillers that another component makes.
+    :param made_elsewhere: the names of Skillers that another component makes; they are left out.
     :raises ConfigError: if an instance is invalid.
     """
     mode = skiller_mode(config)
@@ -66,7 +69,7 @@ def skiller_settings(
                 raise config.error(path, f"{path} is unknown", f"use: {', '.join(_INSTANCE_KEYS)}")
     skillers = [_read_settings(config, name, kind, mode) for name in names]
     skillers = skillers or [SkillerSettings(DEFAULT_SKILLER, kind, None, mode)]
-    return tuple(settings for settings in skillers if settings.name not in served)
+    return tuple(settings for settings in skillers if settings.name not in made_elsewhere)
 
 
 def _read_settings(

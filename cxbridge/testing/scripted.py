@@ -31,11 +31,11 @@ class ScriptedSkills(SkillScript):
 
     def __init__(self, context: Run, usual_deciders: Sequence[Decider] = ()) -> None:
         super().__init__(context.clock)
-        served_names = () if context.skill_board is None else context.skill_board.skillers
+        on_skill_board = () if context.skill_board is None else context.skill_board.skillers
         self._context = context
         # the lowest priority: the last resort if no decider knows the skill
         self._usual_deciders = (*usual_deciders, StaticEstimator(seconds=1.0, priority=-sys.maxsize))
-        skillers = skiller_settings(context.config, "simulator", served_names)
+        skillers = skiller_settings(context.config, "simulator", on_skill_board)
         self._names = [settings.name for settings in skillers]
         self._skillers: dict[str, SkillerSimulator] = {}
         self.execute = DecidedExecution(lambda agent: Deciders([self.decider(agent)]))

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from cxbridge.interfaces.classes import make_interface_class
-from cxbridge.interfaces.describe import schema_row
+from cxbridge.interfaces.describe import schema_object
 from cxbridge.interfaces.known_hashes import known_hashes
 from cxbridge.interfaces.registry import default_registry
 from cxbridge.interfaces.schema import FieldSchema, InterfaceSchema
@@ -35,7 +35,7 @@ def test_there_are_52_rows() -> None:
 
 @by_row
 def test_each_real_definition_equals_its_row(row: dict[str, Any]) -> None:
-    shown = schema_row(real_schema(row))
+    shown = schema_object(real_schema(row))
     measured = {key: value for key, value in row.items() if key in shown}
     # what was measured twice is listed once
     measured["messages"] = [
@@ -88,7 +88,7 @@ def _full(field: FieldSchema) -> Any:
 @needs_shared
 @pytest.mark.parametrize("name", SHIPPED)
 def test_each_shipped_definition_has_the_layout_of_fawkes(name: str) -> None:
-    shown, row = schema_row(default_registry().schema(name)), BY_NAME[name]
+    shown, row = schema_object(default_registry().schema(name)), BY_NAME[name]
     for key in ("datasize", "num_fields", "fields", "enums", "constants"):
         assert shown[key] == row[key], key
     assert shown["messages"] == [

@@ -71,7 +71,7 @@ def test_an_agent_that_quits_with_open_goals_is_status_1(tmp_path):
     result, _ = run(write_scenario(tmp_path, agent=AGENT + bye))
     assert result.status == 1
     assert result.reason == "the agent quit before its root goals were over: G is DISPATCHED"
-    assert result.as_dict()["result"] == "unsuccessful"
+    assert result.to_json()["result"] == "unsuccessful"
 
 
 def test_an_agent_that_quits_when_its_goals_are_over_is_status_0(tmp_path):

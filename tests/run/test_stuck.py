@@ -42,7 +42,7 @@ def run(folder, agent, timeout=30):
 def test_a_run_is_stuck_if_an_explainer_names_missing_events(tmp_path):
     result = run(tmp_path, IDLE)
     assert (result.status, result.reason) == (3, "nothing can happen any more: godot")
-    assert result.as_dict()["result"] == "stuck"
+    assert result.to_json()["result"] == "stuck"
     assert 5 <= result.run_seconds < 12  # the intervals between checks double
 
 
@@ -65,7 +65,7 @@ def test_without_an_explainer_a_waiting_run_ends_at_its_timeout_and_names_the_pa
     monkeypatch.setattr(plugins, "installed_plugins", tuple)
     result = run(tmp_path, agent)
     assert result.status == 3
-    assert result.as_dict()["result"] == "timed out"
+    assert result.to_json()["result"] == "timed out"
     reason, _, hint = result.reason.partition("; ")
     assert reason == "no goal has appeared after 30 s"
     assert hint.startswith("cxbridge-studio names the events that the run waits for: ") == waits

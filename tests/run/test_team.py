@@ -99,7 +99,7 @@ cxbridge:
     result, _ = run(write(tmp_path, more))
     assert (result.status, result.reason) == (1, "ann: G ended FAILED")
     assert {name: agent.status for name, agent in result.agents.items()} == {"ann": 1, "ben": 0}
-    told = result.as_dict()
+    told = result.to_json()
     assert [goal["outcome"] for goal in told["agents"]["ben"]["goals"]] == ["COMPLETED"]
     assert told["goals"] == []
     told_people = result.summary().splitlines()

@@ -15,7 +15,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.events import EventBus
 from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.run import run_scenario
-from cxbridge.run.program.plain_options import make_options
+from cxbridge.run.program.plain_options import options_from_keywords
 from cxbridge.skiller.board import ExecutorContext, SkillCall, SkillFailedError
 from cxbridge.skiller.simulation.estimators import StaticEstimator
 from cxbridge.skiller.simulation.simulator import SkillerSimulator
@@ -88,7 +88,7 @@ def test_what_fails_says_why(execute, skill_string, skiller, error):
 
 @needs_ros2cx
 def test_the_planning_agent_of_the_thesis_speaks_through_a_skiller(robot, tmp_path):
-    options = make_options(
+    options = options_from_keywords(
         None,
         ros2cx=ROS2CX_DIR,
         spec="test-pddl",
@@ -102,13 +102,13 @@ def test_the_planning_agent_of_the_thesis_speaks_through_a_skiller(robot, tmp_pa
 @needs_ros2cx
 def test_the_goal_tree_of_the_thesis_speaks_through_a_skiller(robot, tmp_path):
     files = (OVERLAY.with_name("goals.yaml"), overlay(tmp_path, robot))
-    options = make_options(None, ros2cx=ROS2CX_DIR, config=files, clock="real", timeout=120)
+    options = options_from_keywords(None, ros2cx=ROS2CX_DIR, config=files, clock="real", timeout=120)
     assert run_scenario(options).status == 0
 
 
 @needs_ros2cx
 def test_a_virtual_clock_cannot_wait_for_a_skiller_elsewhere(tmp_path):
-    options = make_options(
+    options = options_from_keywords(
         None, ros2cx=ROS2CX_DIR, spec="test-pddl", config=overlay(tmp_path, "fawkes://127.0.0.1:1")
     )
     with pytest.raises(CxbridgeError, match="real clock"):

@@ -32,11 +32,11 @@ class StateTranslator:
         schema = interface_class.SCHEMA
         self._class: Final = interface_class
         self._id_offset: Final = id_offset(schema)
-        self._controller: Final = schema.field(CONTROLLER_FIELD)
-        self.hides_state = hide and self._id_offset is not None and self._controller is not None
+        self._controller_field: Final = schema.field(CONTROLLER_FIELD)
+        self.hides_state = hide and self._id_offset is not None and self._controller_field is not None
         """Whether the writer is shown as idle."""
         self._find_sender: Final = find_sender
-        self._error: Final = schema.field("error") if schema.field("skill_string") is not None else None
+        self._error_field: Final = schema.field("error") if schema.field("skill_string") is not None else None
         self._error_tracker = ErrorTracker()
         # the sender's id by the id on the writer's board; 128 KiB, so allocated for the first message
         self._sender_ids: array[int] | None = None
@@ -57,8 +57,8 @@ class StateTranslator:
         if self._id_offset is None:
             return block
         message_id = read_id(block, self._id_offset)
-        if self._controller is not None and self._error is not None:
-            block = self._replace_stale_error(block, message_id, self._error)
+        if self._controller_field is not None and self._error_field is not None:
+            block = self._replace_stale_error(block, message_id, self._error_field)
         sender_id = NO_MESSAGE
         if self._sender_ids is not None and message_id <= MESSAGE_ID_MASK:
             sender_id = self._sender_ids[message_id]
@@ -72,12 +72,16 @@ class StateTranslator:
                 message_id = NO_MESSAGE
         if sender_id not in (NO_MESSAGE, message_id):
             block = replace_id(block, self._id_offset, sender_id)
-        return block if self._controller is None else self._translate_controller(block, self._controller)
+        return (
+            block
+            if self._controller_field is None
+            else self._translate_controller(block, self._controller_field)
+        )
 
     def _replace_stale_error(self, block: bytes, message_id: int, field: FieldSchema) -> bytes:
         """Return the block with the error of the present skill string instead of an earlier one."""
         view = self._class.VIEW.from_buffer_copy(block)
-        # READ_FIELDS returns two further values after the fields, for which ACCESSORS has no names
+        # not strict: READ_FIELDS appends padding values, for which ACCESSORS has no names
         values = dict(zip(self._class.ACCESSORS, self._class.READ_FIELDS(view), strict=False))
         skill_string, error = (values[name].decode("utf-8", "replace") for name in ("skill_string", "error"))
         failed = values["status"] == getattr(self._class, "S_FAILED", None)
@@ -88,8 +92,8 @@ class StateTranslator:
         """Return the block of an idle writer, with time stamp and controller of the present block."""
         idle = bytearray(len(block))
         idle[: STAMP.size] = block[: STAMP.size]
-        if self._controller is not None:
-            position = _field_slice(self._controller)
+        if self._controller_field is not None:
+            position = _field_slice(self._controller_field)
             idle[position] = block[position]
         return bytes(idle)
 
@@ -99,9 +103,9 @@ class StateTranslator:
 
     def read_controller(self, block: bytes) -> str:
         """Return the serial of the controller in a block; empty without a controller."""
-        if self._controller is None:
+        if self._controller_field is None:
             return ""
-        return block[_field_slice(self._controller)].partition(b"\0")[0].decode("ascii", "replace")
+        return block[_field_slice(self._controller_field)].partition(b"\0")[0].decode("ascii", "replace")
 
 
 def _field_slice(field: FieldSchema) -> slice:

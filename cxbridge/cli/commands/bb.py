@@ -77,7 +77,7 @@ def list_interfaces(
                 hint="see 'cxbridge bb list'",
             )
     if as_json:
-        say_json([_info_row(info) for info in infos], indent=2)
+        say_json([_info_to_json(info) for info in infos], indent=2)
         return
     rows = [("INTERFACE", "WRITER", "READERS", "WRITTEN")]
     for info in infos:
@@ -104,8 +104,8 @@ def show(
         with board.open_for_reading(info.type, info.id, owner=OWNER) as instance:
             instance.read()
             if as_json:
-                row = {**_info_row(info), "fields": _json_values(instance.as_dict())}
-                say_json(row, indent=2)
+                description = {**_info_to_json(info), "fields": _json_values(instance.as_dict())}
+                say_json(description, indent=2)
             else:
                 _print_interface(info, instance)
 
@@ -257,7 +257,7 @@ def _json_values(values: Mapping[str, Any]) -> dict[str, Any]:
     return {name: json_value(value) for name, value in values.items()}
 
 
-def _info_row(info: InterfaceInfo) -> dict[str, Any]:
+def _info_to_json(info: InterfaceInfo) -> dict[str, Any]:
     """Return the description of an interface for JSON."""
     return {
         "uid": info.uid,
@@ -306,8 +306,8 @@ def _print_change(change: InterfaceChange, last_values: dict[str, dict[str, Any]
             return False
     if as_json:
         values = _json_values({name: change.values[name] for name in fields})
-        row = {"time_us": change.time_us, "uid": change.uid, "what": change.kind, "fields": values}
-        say_json(row, flush=True)
+        line = {"time_us": change.time_us, "uid": change.uid, "what": change.kind, "fields": values}
+        say_json(line, flush=True)
     else:
         text = fields_text(change.values, fields) if change.kind == "data" else change.kind
         say(f"{local_time(change.time_us)}  {change.uid}  {text}", flush=True)

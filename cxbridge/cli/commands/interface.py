@@ -69,11 +69,11 @@ def show(name: Type, interface_dir: InterfaceDirs = None, as_json: AsJson = Fals
 
     Example: cxbridge interface show SkillerInterface
     """
-    from cxbridge.interfaces.describe import describe_schema, schema_row
+    from cxbridge.interfaces.describe import describe_schema, schema_object
 
     schema = _find_schema(name, interface_dir)
     if as_json:
-        say_json(schema_row(schema), indent=2)
+        say_json(schema_object(schema), indent=2)
     else:
         for line in describe_schema(schema):
             say(line)

@@ -63,7 +63,7 @@ def run(options: RunOptions, output: _OutputOptions) -> int:
         log.finish()
         if story is None:
             with redirect_stdout(stdout):
-                say_json(result.as_dict(), indent=2)
+                say_json(result.to_json(), indent=2)
         else:
             story.finish(result)
 

@@ -33,14 +33,14 @@ class _Transition(_Component):
     transition: Annotated[str, Meta(extra_json_schema={"enum": _TRANSITIONS})]
 
 
-def _find(context: OperationContext, name: str) -> Mapping[str, Any]:
+def _find_component(context: OperationContext, name: str) -> Mapping[str, Any]:
     for row in context.component_rows():
         if row["name"] == name:
             return row
     raise NotFoundError(f"Component '{name}' is unknown")
 
 
-def _component_route(
+def _make_route(
     method: str, summary: str, *, errors: Mapping[int, str] = MappingProxyType({}), body: str = ""
 ) -> Route[Any]:
     return Route(
@@ -49,20 +49,20 @@ def _component_route(
         summary,
         ComponentState,
         _KIND,
-        answer=_info,
-        check=lambda context, path: _find(context, path["component"]),
+        answer=_describe_component,
+        check=lambda context, path: _find_component(context, path["component"]),
         body=body,
         errors={**_UNKNOWN, **errors},
     )
 
 
-def _info(context: OperationContext, parameters: Any) -> Mapping[str, Any]:
-    return _find(context, parameters.component)
+def _describe_component(context: OperationContext, parameters: Any) -> Mapping[str, Any]:
+    return _find_component(context, parameters.component)
 
 
 OPERATIONS.add(
-    "component-info", Right.LOOK, _Component, _component_route("GET", "Return a component."), is_verb=False
-)(_info)
+    "component-info", Right.LOOK, _Component, _make_route("GET", "Return a component."), is_verb=False
+)(_describe_component)
 
 
 @OPERATIONS.add(
@@ -71,7 +71,7 @@ OPERATIONS.add(
     NoParameters,
     Route("GET", _PATH, "List the components in the order of their start.", list[ComponentState], _KIND),
 )
-def _list(context: OperationContext, _parameters: NoParameters) -> Sequence[Mapping[str, Any]]:
+def _list_components(context: OperationContext, _parameters: NoParameters) -> Sequence[Mapping[str, Any]]:
     return context.component_rows()
 
 
@@ -79,7 +79,7 @@ def _list(context: OperationContext, _parameters: NoParameters) -> Sequence[Mapp
     "component-change",
     Right.CONTROL,
     _Transition,
-    _component_route(
+    _make_route(
         "PUT",
         "Let a component make a transition of its lifecycle.",
         body="Transition",
@@ -89,5 +89,5 @@ def _list(context: OperationContext, _parameters: NoParameters) -> Sequence[Mapp
         },
     ),
 )
-def _change(context: OperationContext, parameters: _Transition) -> None:
+def _change_component(context: OperationContext, parameters: _Transition) -> None:
     context.change_component(parameters.component, parameters.transition)

@@ -143,7 +143,7 @@ class Findings(Struct):
                 self.report_warning(
                     element,
                     f"attribute '{name}' of <{element.name}> is ignored",
-                    did_you_mean(name, attributes, f"it knows {', '.join(attributes) or 'none'}"),
+                    did_you_mean(name, attributes, f"it may have {', '.join(attributes) or 'none'}"),
                     name,
                 )
         unknown = [child for child in element.children if child.name not in children]

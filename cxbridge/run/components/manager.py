@@ -88,7 +88,7 @@ class ComponentStatus:
     reason: str
     since_us: int
 
-    def plain(self) -> dict[str, Any]:
+    def to_json(self) -> dict[str, Any]:
         """Return the status as JSON values."""
         return {
             "name": self.name,

@@ -23,8 +23,8 @@ def local_skillers(run: Any) -> tuple[SkillerSettings, ...]:
     kind = run.options.skiller
     if kind == "none" or run.options.has_remote_skiller:
         return ()
-    served = () if run.skill_board is None else run.skill_board.skillers
-    return skiller_settings(run.config, kind, served)
+    on_skill_board = () if run.skill_board is None else run.skill_board.skillers
+    return skiller_settings(run.config, kind, on_skill_board)
 
 
 def _speaks(run: Any) -> bool:
@@ -70,7 +70,7 @@ def needed_components(run: Any, *daemon: Row, replayed: bool = False) -> list[Ro
     :raises CxbridgeError: if the configuration is wrong or two components have the same name.
     """
     executive = COMPONENTS.find(EXECUTIVE)
-    # a recording has the messages to the planning plugins, and their plans
+    # in a replay, the planning plugins answer the messages of rules with the recorded plans
     before_executive = [
         row for row in COMPONENTS.rows if row is not executive and (not replayed or row.name == PLANNING)
     ]

@@ -1,4 +1,4 @@
-"""Options of a run from the keywords of a program or a test, or from the JSON of an editor."""
+"""Options of a run from the keyword arguments of a program or a test, or from the JSON of an editor."""
 
 from __future__ import annotations
 
@@ -35,58 +35,60 @@ _TITLES: Final = {
 }
 
 
-def make_options(
-    scenario: str | Path | None, *, find: Callable[[str | Path], Path] = Path, **options: Any
+def options_from_keywords(
+    scenario: str | Path | None, *, resolve_path: Callable[[str | Path], Path] = Path, **options: Any
 ) -> RunOptions:
-    """Return the options of a run from keywords of Python. Paths may be strings, one or several.
+    """Return the options of a run from keyword arguments. A path may be a string.
 
-    :param find: returns the path for a string, which may be relative.
+    :param resolve_path: returns the path for a string, which may be relative.
     :param options: the values by name; None counts as missing.
     :raises CxbridgeError: if an option is unknown.
     """
     values = {name: value for name, value in {"scenario": scenario, **options}.items() if value is not None}
-    values["more"] = (*values.get("more", ()), *take_plugin_options(values, find))
+    values["more"] = (*values.get("more", ()), *take_plugin_options(values, resolve_path))
     names = {field.name for field in fields(RunOptions)}
     unknown = [name for name in values if name not in names]
     if unknown:
         raise CxbridgeError(f"a run has no option '{unknown[0]}'", hint=f"it has: {', '.join(sorted(names))}")
     for name in values.keys() & {*_MULTI_PATH_OPTIONS}:
-        values[name] = _convert_paths(name, values[name], find)
+        values[name] = _convert_paths(name, values[name], resolve_path)
     for name in values.keys() & {*_SINGLE_PATH_OPTIONS}:
-        values[name] = find(values[name])
+        values[name] = resolve_path(values[name])
     return RunOptions(**values)
 
 
-def take_plugin_options(values: dict[str, Any], find: Callable[[str | Path], Path] = Path) -> Iterator[Any]:
+def take_plugin_options(
+    values: dict[str, Any], resolve_path: Callable[[str | Path], Path] = Path
+) -> Iterator[Any]:
     """Yield an option group for each plug-in with a given option; remove these options from ``values``."""
     for group in RunOptions.added_groups():
         hints = get_type_hints(group)
         options = {name: values.pop(name) for name in hints if name in values}
         for name, value in options.items():
             if value and Path in get_args(hints[name]):
-                options[name] = find(value)
+                options[name] = resolve_path(value)
         if options:
             yield group(**options)
 
 
-def _convert_paths(name: str, value: object, find: Callable[[str | Path], Path]) -> tuple[Path, ...]:
+def _convert_paths(name: str, value: object, resolve_path: Callable[[str | Path], Path]) -> tuple[Path, ...]:
     """Return the paths of an option's value, which is one path or several.
 
     :raises CxbridgeError: if a value is not a path.
     """
     if isinstance(value, str | Path):
-        return (find(value),)
+        return (resolve_path(value),)
     items = list(value) if isinstance(value, Iterable) and not isinstance(value, Mapping) else [value]
     paths = []
     for item in items:
         if not isinstance(item, str | Path):
             hint = "write the values into a YAML file, and give its path" if isinstance(item, Mapping) else ""
             raise CxbridgeError(f"'{name}' must be a path or a list of paths, not {item!r}", hint=hint)
-        paths.append(find(item))
+        paths.append(resolve_path(item))
     return tuple(paths)
 
 
-def plain_options(values: Mapping[str, Any]) -> RunOptions:
+def options_from_json(values: Mapping[str, Any]) -> RunOptions:
     """Return the options of a run from JSON values, and check their types.
 
     :param values: values by name: ``skill_dirs``, ``skill-dirs`` or ``skillDirs``. Null counts as missing.
@@ -99,15 +101,17 @@ def plain_options(values: Mapping[str, Any]) -> RunOptions:
     }
     for name, value in options.items():
         _check_type(name, value)
-    return make_options(options.pop("scenario", None), **options)
+    return options_from_keywords(options.pop("scenario", None), **options)
 
 
 @cache
 def _accepted_types() -> dict[str, tuple[type, ...]]:
-    """Return the accepted types of each option."""
+    """Return the types of JSON values that each option accepts."""
     return {
         name: tuple(
-            dict.fromkeys(plain for member in _union_members(hint) for plain in _JSON_TYPES.get(member, ()))
+            dict.fromkeys(
+                json_type for member in _union_members(hint) for json_type in _JSON_TYPES.get(member, ())
+            )
         )
         for group in (RunOptions, *RunOptions.added_groups())
         for name, hint in get_type_hints(group).items()
@@ -122,12 +126,16 @@ def _union_members(hint: Any) -> list[Any]:
 
 
 def _check_type(name: str, value: object) -> None:
-    """Check the type of an option's value. Unknown options pass: :func:`make_options` refuses them."""
-    kinds = _accepted_types().get(name)
-    if kinds is None:
+    """Check the type of an option's value; :func:`options_from_keywords` refuses unknown options."""
+    json_types = _accepted_types().get(name)
+    if json_types is None:
         return
-    texts = not isinstance(value, list) or all(isinstance(item, str) for item in value)
+    are_texts = not isinstance(value, list) or all(isinstance(item, str) for item in value)
     # isinstance counts True as an int
-    if not isinstance(value, kinds) or not texts or (isinstance(value, bool) and bool not in kinds):
-        titles = dict.fromkeys(_TITLES[kind] for kind in kinds if kind in _TITLES)
+    if (
+        not isinstance(value, json_types)
+        or not are_texts
+        or (isinstance(value, bool) and bool not in json_types)
+    ):
+        titles = dict.fromkeys(_TITLES[json_type] for json_type in json_types if json_type in _TITLES)
         raise CxbridgeError(f"'{name}' must be {' or '.join(titles)}")

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from cxbridge.run.program.additions import Additions
 from cxbridge.run.program.finished import Run
-from cxbridge.run.program.plain_options import make_options
+from cxbridge.run.program.plain_options import options_from_keywords
 from cxbridge.run.program.skills import Skills, executor_classes
 from cxbridge.run.run import run_scenario
 from cxbridge.trace.memory import MemoryRun
@@ -46,7 +46,7 @@ def run(
     :param options: further options of ``cxbridge run``, e.g. ``clock="real"``, ``skiller="simulator"``.
     :raises CxbridgeError: if the scenario, an option or a skill is wrong. A failed goal raises nothing.
     """
-    run_options = make_options(
+    run_options = options_from_keywords(
         scenario, config=config, trace=trace, trace_level=trace_level, timeout=timeout, **options
     )
     name = Path(scenario).name if scenario is not None else "run"

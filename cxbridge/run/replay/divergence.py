@@ -35,7 +35,7 @@ class Divergence:
     seconds: float
     recorded_s: float | None
 
-    def plain(self) -> dict[str, Any]:
+    def to_json(self) -> dict[str, Any]:
         """Return the divergence as JSON values."""
         return {
             "who": self.uid,

@@ -175,7 +175,7 @@ def _is_shipped(scenario: str) -> bool:
 
 def _find_decisions(scans: Sequence[Scan]) -> Scan | None:
     """Return the first scan with transitions of goals, otherwise the first with states of Skillers."""
-    with_goals = next((scan for scan in scans if scan.goals), None)
+    with_goals = next((scan for scan in scans if scan.has_goals), None)
     return with_goals or next((scan for scan in scans if scan.statuses), None)
 
 
@@ -257,7 +257,7 @@ def agent_recordings(team: Recordings, agent: str) -> Recordings:
         scan.shift_us, scan.begin_us = team_scan.shift_us, team_scan.begin_us
         scan.metadata = team_scan.metadata
         scans.append(scan)
-    if not any(scan.transitions or scan.samples for scan in scans):
+    if not any(scan.transition_count or scan.samples for scan in scans):
         raise TraceError(
             f"it has no events of the agent '{agent}'",
             file=team.scans[0].run.path,

@@ -72,7 +72,7 @@ def judge(
     compared = str(decisions.run.path)
     if divergence is not None:
         return ReplayOutcome(compared, order.value, divergence, same=False, is_complete=is_complete)
-    view = View.TRANSITIONS if decisions.goals else View.SKILLS
+    view = View.TRANSITIONS if decisions.has_goals else View.SKILLS
     run, recorded = open_run(this_run), decisions.run
     if not is_complete:
         run, recorded = _cut_recordings(run, recorded, view, order)
@@ -261,11 +261,13 @@ class Replay:
         yield SensorPlayer(context.board, log, sensors, self.recordings.writes(sensors))
         context.bus.subscribe(self._check_plan, PlannerCall)
 
-    def _play_skillers(self, context: Run, served: set[str]) -> Skillers:
+    def _play_skillers(self, context: Run, on_skill_board: set[str]) -> Skillers:
         """Make the Skillers, except those that the skill board serves."""
-        scripts = {name: script for name, script in self.recordings.skillers().items() if name not in served}
+        scripts = {
+            name: script for name, script in self.recordings.skillers().items() if name not in on_skill_board
+        }
         # a Skiller without recorded commands is made, too: rules may wait for its interface
-        for settings in skiller_settings(context.config, "lua", served):
+        for settings in skiller_settings(context.config, "lua", on_skill_board):
             scripts.setdefault(settings.name, SkillerScript())
         maker = BlockMaker(context.board.registry.get(SKILLER))
         for uid, sample in self.recordings.samples().items():

@@ -41,8 +41,8 @@ class Scan:
     :ivar statuses: the observed statuses of each Skiller.
     :ivar begin_us: the start of the run; None in a recording without times.
     :ivar end_us: the time of the last transition or skill status.
-    :ivar transitions: the number of transitions.
-    :ivar goals: whether any transition is a goal's.
+    :ivar transition_count: the number of transitions.
+    :ivar has_goals: whether any transition is a goal's.
     :ivar envs: the environments of the transitions.
     """
 
@@ -57,8 +57,8 @@ class Scan:
     metadata: dict[str, str] = field(default_factory=dict)
     begin_us: int | None = None
     end_us: int = 0
-    transitions: int = 0
-    goals: bool = False
+    transition_count: int = 0
+    has_goals: bool = False
     envs: set[str] = field(default_factory=set)
     _roots: dict[tuple[str, str], str] = field(default_factory=dict)
 
@@ -74,9 +74,9 @@ class Scan:
     @property
     def is_complete(self) -> bool:
         """Whether the recording is complete: all root goals are retracted and the file is not truncated."""
-        return self.goals and not self.run.notes and all(mode == _OVER for mode in self._roots.values())
+        return self.has_goals and not self.run.notes and all(mode == _OVER for mode in self._roots.values())
 
-    def take(self, event: Event) -> None:
+    def add_event(self, event: Event) -> None:
         """Add an event."""
         if self.begin_us is None and self.is_timed and self._begins(event):
             self.begin_us = event.time_us
@@ -88,7 +88,7 @@ class Scan:
         elif isinstance(event, PlannerCall):
             self.plans.append(event)
         elif isinstance(event, (GoalTransition, PlanActionTransition, SkillStatus)):
-            self.transitions += 1
+            self.transition_count += 1
             self.envs.add(event.env)
             self.end_us = max(self.end_us, event.time_us)
             if isinstance(event, SkillStatus):
@@ -112,7 +112,7 @@ class Scan:
             self.executors.setdefault(name, []).append(event)
 
     def _add_goal(self, event: GoalTransition) -> None:
-        self.goals = True
+        self.has_goals = True
         key = (event.env, event.goal)
         if event.parent == NO_PARENT:
             self._roots[key] = event.mode
@@ -127,7 +127,7 @@ def scan_events(run: Run) -> Scan:
     """
     scan = Scan(run)
     for event in run:
-        scan.take(event)
+        scan.add_event(event)
     return scan
 
 
@@ -141,7 +141,7 @@ def scan_recording(run: Run) -> Scan:
     start_us = run.start_us
     if start_us is not None and scan.is_timed:
         scan.begin_us = start_us
-    if not scan.transitions and not scan.samples:
+    if not scan.transition_count and not scan.samples:
         raise TraceError(
             "it holds nothing to replay", file=run.path, hint="neither interface writes nor transitions"
         )

@@ -48,7 +48,7 @@ class SensorPlayer(Component):
     ) -> None:
         self._board = board
         self._log = log
-        self._open: dict[tuple[str, str], tuple[Interface, BlockMaker, bytes]] = {}
+        self._opened: dict[tuple[str, str], tuple[Interface, BlockMaker, bytes]] = {}
         self._writes: Iterator[InterfaceWrite] = iter(writes)
         for uid, sample in samples.items():
             self._open_writer(uid, sample)
@@ -60,8 +60,9 @@ class SensorPlayer(Component):
         try:
             interface_class = self._board.registry.get(kind)
         except InterfaceDefinitionError:
-            raise  # a changed or broken definition is a mistake; an unknown type belongs to another program
+            raise  # the user must mend a changed or broken definition, which the run would use, too
         except InterfaceError as error:
+            # a warning, because the run lacks the data of an interface that only another program defines
             self._log.warn(f"{uid} is not replayed: {error.message}")
             return
         maker = BlockMaker(interface_class)
@@ -69,9 +70,10 @@ class SensorPlayer(Component):
         try:
             writer = self._board.open_for_writing(kind, interface_id, owner=OWNER)
         except CxbridgeError as error:
+            # no warning, because the run itself usually writes the interface
             self._log.info(f"{uid} is not replayed: {error.message}")
             return
-        self._open[key] = writer, maker, b""
+        self._opened[key] = writer, maker, b""
 
     def loop(self) -> None:
         """Write the values that are due, and drop messages to the interfaces."""
@@ -80,18 +82,18 @@ class SensorPlayer(Component):
             self._write(self._next)
             self._next = next(self._writes, None)
         # the recording has no replies to these messages, whose queues would otherwise fill
-        for writer, _, _ in self._open.values():
+        for writer, _, _ in self._opened.values():
             writer.msgq_flush()
 
     def close(self) -> None:
         self._board.release = None
-        for writer, _, _ in self._open.values():
+        for writer, _, _ in self._opened.values():
             self._board.close(writer)
-        self._open.clear()
+        self._opened.clear()
 
     def _write(self, event: InterfaceWrite) -> None:
         key = parse_uid(event.uid)
-        opened = self._open.get(key)
+        opened = self._opened.get(key)
         if opened is None:
             return
         writer, maker, previous = opened
@@ -100,13 +102,13 @@ class SensorPlayer(Component):
         writer.set_from_chunk(block)
         # listeners must see a change only if the values differ, not at each write
         if data != previous:
-            self._open[key] = writer, maker, data
+            self._opened[key] = writer, maker, data
             writer.mark_data_changed()
         writer.write()
 
     def _release_writer(self, key: tuple[str, str]) -> None:
         """Release an interface to the run's writer."""
-        opened = self._open.pop(key, None)
+        opened = self._opened.pop(key, None)
         if opened is not None:
-            self._log.debug(f"{'::'.join(key)} is written by the run itself")
+            self._log.debug(f"{'::'.join(key)} is no longer replayed: the run itself writes it")
             self._board.close(opened[0])

@@ -43,19 +43,19 @@ class Tolerance:
 class MessageIdCheck:
     """Compares the message ids of paired events.
 
-    A stream is a Skiller or interface, whose messages are numbered together. Two ids are equal if their
-    difference is that of earlier pairs of the stream.
+    A stream is a Skiller or interface, whose messages are numbered together. The offset of a pair is the
+    difference of its two ids. The ids count as equal if the offset is that of an earlier pair of the stream.
     """
 
     def __init__(self) -> None:
         self._offsets: dict[Hashable, tuple[int, int]] = {}
 
     def has_new_offset(self, stream: Hashable, id_a: int, id_b: int) -> bool:
-        """Return whether the difference of two ids is new; 0 means no message and equals only 0."""
+        """Return whether a pair's offset is new. The id 0 means no message and equals only 0."""
         if not id_a or not id_b:
             return bool(id_a or id_b)
         offset = id_b - id_a
-        # a single wrong id is one difference: the next pair may keep the new offset or return to the old one
+        # after a single wrong id, the next pair may keep the new offset or return to the previous offset
         offsets = self._offsets.setdefault(stream, (offset, offset))
         if offset in offsets:
             return False

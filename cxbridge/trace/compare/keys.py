@@ -169,8 +169,7 @@ class Token(NamedTuple):
 
     :param names: the names in the parts of the key, in order.
     :param thread_name_count: the number of names in the parts that identify the thread.
-    :param msgid: the message id, which is compared by its distance to earlier ids of the Skiller or
-        interface.
+    :param msgid: the message id of the Skiller or interface, see :class:`~.checks.MessageIdCheck`.
     :param number: the number of the event among the compared events, from 0.
     """
 

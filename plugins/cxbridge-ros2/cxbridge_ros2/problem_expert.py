@@ -70,4 +70,4 @@ def _make_problem_expert(context: Run) -> ProblemExpertFeature:
 
 def shared_problem_expert(context: Run) -> ProblemExpertFeature:
     """Return the feature of a run. Rules and the servers of the experts share one instance."""
-    return context.one_of(_make_problem_expert)
+    return context.shared_object(_make_problem_expert)

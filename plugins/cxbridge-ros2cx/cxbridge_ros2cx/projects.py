@@ -16,7 +16,7 @@ from typing import Annotated, Final
 import typer
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.run.program.plain_options import make_options
+from cxbridge.run.program.plain_options import options_from_keywords
 from cxbridge.run.source import source_of
 from cxbridge.testing.new_project import Template, checkout_replacements, read_template
 from cxbridge_ros2cx.options import is_clips_manager_agent
@@ -55,12 +55,12 @@ class Ros2CxTemplate(Template):
             raise CxbridgeError("--ros2cx requires the parameters of an agent", file=source_path)
         return read_template(
             _TEMPLATES / "thesis",
-            checkout_replacements(name, source_path, make_options(None, ros2cx=source_path)),
+            checkout_replacements(name, source_path, options_from_keywords(None, ros2cx=source_path)),
         )
 
 
 def _clips_manager_files(name: str, parameter_file: Path, package_folder: Path | None) -> dict[str, str]:
-    options = make_options(parameter_file, ros2cx=package_folder)
+    options = options_from_keywords(parameter_file, ros2cx=package_folder)
     if not is_clips_manager_agent(options):
         raise CxbridgeError(
             "this file has no parameters of clips_manager",

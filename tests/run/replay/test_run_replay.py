@@ -293,7 +293,7 @@ def test_another_outcome_of_a_goal_is_shown(mini: Path) -> None:
     assert not result.replay.same
     assert result.replay.divergence is None
     assert "FAILED" in "\n".join(result.replay.lines)
-    assert result.replay.plain()["same"] is False
+    assert result.replay.to_json()["same"] is False
 
 
 def test_another_outcome_of_a_skill_changes_the_decisions(mini: Path) -> None:

@@ -26,7 +26,7 @@ from cxbridge.blackboard.fawkesnet.messages.blackboard import (
 )
 
 AWAY_REASON: Final = "it has not come back yet"
-"""The reason for failed calls without connection."""
+"""The reason in the error of a call that has no connection."""
 
 EMPTY_LIST_REQUEST: Final = ListMatching("", "")
 """The cheapest request with a reply: no interface has an empty name, so the list is empty."""

@@ -163,18 +163,18 @@ class BlackBoardNetworkHandler(NetworkHandler, Observer):
     def _open_listening(
         self, session: FawkesSession, interface_class: type[Interface], request: bb.Open
     ) -> OpenedInstance:
-        opened_instance: list[OpenedInstance] = []
+        opened_instances: list[OpenedInstance] = []
         kinds: tuple[EventKind, ...] = ()
         if request.writing and not self._echo:
             kinds = (*MEMBERSHIP_KINDS, EventKind.MESSAGE_RECEIVED)  # without the events of writes
 
         def listen(instance: Interface, listeners: ListenerTable) -> None:
-            opened_instance.append(OpenedInstance(instance, session, self._board.clock.now_us))
-            listening(opened_instance[0], *kinds)(instance, listeners)
+            opened_instances.append(OpenedInstance(instance, session, self._board.clock.now_us))
+            listening(opened_instances[0], *kinds)(instance, listeners)
 
         open_interface = self._board.open_for_writing if request.writing else self._board.open_for_reading
         open_interface(interface_class, request.id, owner=OWNER, listen=listen)
-        return opened_instance[0]
+        return opened_instances[0]
 
     def _handle_close(self, session: FawkesSession, frame: FawkesFrame) -> None:
         serial = bb.Close.unpack(frame.payload).serial
@@ -249,11 +249,11 @@ class BlackBoardNetworkHandler(NetworkHandler, Observer):
         )
         instance.msgq_enqueue(message, proxy=True, message_id=received.id)
 
-    def _find_instance(self, session: FawkesSession, serial: bytes, request: str) -> Interface:
+    def _find_instance(self, session: FawkesSession, serial: bytes, operation: str) -> Interface:
         opened_instance = self._instances_by_session[session].get(serial)
         if opened_instance is None:
             raise BlackBoardError(
-                f"{request}: Interface with serial {UUID(bytes=serial)} not found, ignoring."
+                f"{operation}: Interface with serial {UUID(bytes=serial)} not found, ignoring."
             )
         return opened_instance.instance
 

@@ -83,8 +83,7 @@ class Layout:
     """The fields of a message in wire order.
 
     :param name: the name of the message, for errors.
-    :param fields: the type of each field by the name of its attribute; by several names, with blanks between
-        them, for a field that holds several attributes.
+    :param fields: the type of each field by the names of its attributes, which are separated by blanks.
     :param block: whether the size of a block and the block follow the fields.
     """
 
@@ -104,11 +103,11 @@ class Layout:
 
     def pack(self, message: Any) -> bytes:
         """Return the bytes of a message, including its attribute ``block``."""
-        words = [field.to_wire(*(getattr(message, name) for name in names)) for names, field in self._fields]
+        values = [field.to_wire(*(getattr(message, name) for name in names)) for names, field in self._fields]
         if not self._has_block:
-            return self._head.pack(*words)
+            return self._head.pack(*values)
         block: bytes = message.block
-        return self._head.pack(*words, len(block)) + block
+        return self._head.pack(*values, len(block)) + block
 
     def unpack(self, payload: bytes) -> dict[str, Any]:
         """Return the attributes by name.
@@ -116,12 +115,12 @@ class Layout:
         :raises MalformedMessageError: if the size is wrong.
         """
         (check_min_size if self._has_block else check_size)(payload, self.size, self._name)
-        words = self._head.unpack_from(payload)
+        values = self._head.unpack_from(payload)
         attributes: dict[str, Any] = {}
-        # not strict: the size of a block is a word without a field
-        for (names, field), word in zip(self._fields, words, strict=False):
-            attributes.update(zip(names, field.from_wire(word), strict=True))
+        # not strict: the last value may be the size of the block, which has no field
+        for (names, field), value in zip(self._fields, values, strict=False):
+            attributes.update(zip(names, field.from_wire(value), strict=True))
         if self._has_block:
-            check_size(payload, self.size + words[-1], self._name)
+            check_size(payload, self.size + values[-1], self._name)
             attributes["block"] = payload[self.size :]
         return attributes

@@ -1,7 +1,7 @@
 """The open interfaces of a client, and the effect of the server's frames on them.
 
-The receiving thread handles frames; any thread may write and send requests. The lock
-guards the tables; the sender's lock guards ``_unsent_blocks`` and ``needs_flush``.
+The receiving thread handles frames; any thread may write and send requests. The lock guards the tables; the
+sender's lock guards ``_unsent_blocks`` and ``needs_flush``.
 """
 
 from __future__ import annotations

@@ -234,7 +234,7 @@ class EventReceiver(Dispatcher):
         """
         self._reset()
         self._handler = handler
-        self._give_credit_back = give_credit
+        self._send_credit = give_credit
         self._recv = raw_receive(events)
         # a second peer of the socket, within the process, sends the nudges
         events.bind(f"inproc://{name}")
@@ -347,7 +347,7 @@ class EventReceiver(Dispatcher):
             self._handler.handle_frame(frame)
 
     def _give_credit(self) -> None:
-        if self._give_credit_back(self._unreported_count):
+        if self._send_credit(self._unreported_count):
             self._unreported_count = 0
 
     def fail(self, reason: str) -> None:

@@ -47,7 +47,7 @@ class PendingRequest:
     reply: Response | None = None
     is_lost: bool = False
     wake: Callable[[], None] | None = None
-    _answer_lock: threading.Lock = field(default_factory=_make_locked)  # an Event takes five times as long
+    _reply_lock: threading.Lock = field(default_factory=_make_locked)  # an Event takes five times as long
 
     def finish(self, reply: Response | None) -> None:
         """Store the reply and wake the requester.
@@ -55,18 +55,18 @@ class PendingRequest:
         :param reply: the reply; None if the session was lost.
         """
         self.reply, self.is_lost = reply, reply is None
-        self._answer_lock.release()
+        self._reply_lock.release()
         if self.wake is not None:
             self.wake()
 
     def is_answered(self) -> bool:
         """Return whether the request has a reply or was lost."""
-        return not self._answer_lock.locked()
+        return not self._reply_lock.locked()
 
     def wait(self, seconds: float) -> None:
         """Wait for the reply; for one thread only, which may wait again after a timeout."""
-        if self._answer_lock.acquire(timeout=max(0.0, seconds)):
-            self._answer_lock.release()
+        if self._reply_lock.acquire(timeout=max(0.0, seconds)):
+            self._reply_lock.release()
 
 
 class CommandSender:

@@ -56,7 +56,7 @@ class Channel(MembershipListener):
         self.memory: Final = memory
         self.writer: RemoteWriter | None = None
         """The writer if it belongs to a client; None for a local writer or without writer."""
-        self.members: Final[dict[ZmqSession, Membership]] = {}
+        self.memberships: Final[dict[ZmqSession, Membership]] = {}
         self._board = board
         self._loop = loop
         self._carrier: Interface | None = None
@@ -70,12 +70,12 @@ class Channel(MembershipListener):
         """
         if self._carrier is None:
             self._set_carrier(instance)
-        membership = self.members.get(session)
+        membership = self.memberships.get(session)
         snapshot = None
         if membership is None or self in session.waiting_channels:
             session.waiting_channels.pop(self, None)  # the reply has the data of the waiting update
             snapshot = self.memory.snapshot
-            membership = self.members.setdefault(session, Membership(snapshot.version))
+            membership = self.memberships.setdefault(session, Membership(snapshot.version))
             session.skipped += max(0, snapshot.version - membership.sent_seq - 1)
             membership.sent_seq = snapshot.version
             session.memberships[self] = membership
@@ -87,7 +87,7 @@ class Channel(MembershipListener):
     def move_listener(self, closing_instance: Interface) -> None:
         """Register the listener for another instance if the carrier will be closed."""
         if self._carrier is closing_instance:
-            for session, membership in self.members.items():
+            for session, membership in self.memberships.items():
                 for serial in membership.instances:
                     if serial != closing_instance.serial.bytes:
                         self._set_carrier(session.instances[serial])
@@ -95,14 +95,14 @@ class Channel(MembershipListener):
 
     def leave(self, session: ZmqSession, instance: Interface) -> int:
         """Remove a closed instance; return the sequence number of the client's copy."""
-        membership = self.members[session]
+        membership = self.memberships[session]
         membership.instances.discard(instance.serial.bytes)
         if self.writer is not None and self.writer.instance is instance:
             self.writer = None
         if self._carrier is instance:
             self._carrier = None
         if not membership.instances:
-            del self.members[session], session.memberships[self]
+            del self.memberships[session], session.memberships[self]
             session.waiting_channels.pop(self, None)
         return membership.sent_seq
 
@@ -124,7 +124,7 @@ class Channel(MembershipListener):
 
     def _send_queued_update(self, snapshot: Snapshot | None) -> None:
         self._queued_count -= 1
-        if self.members:
+        if self.memberships:
             self._send_update(snapshot or self.memory.snapshot)
 
     def _send_update(self, snapshot: Snapshot) -> None:
@@ -132,7 +132,7 @@ class Channel(MembershipListener):
         writer = None if self.writer is None else self.writer.session
         version = snapshot.version
         shared_frame: bytes | None = None  # the frame for all sessions that have every earlier write
-        for session, membership in self.members.items():
+        for session, membership in self.memberships.items():
             if membership.sent_seq >= version:
                 continue
             if session is writer:
@@ -150,7 +150,7 @@ class Channel(MembershipListener):
 
     def send_latest(self, session: ZmqSession) -> None:
         """Send the present data to one session."""
-        membership = self.members.get(session)
+        membership = self.memberships.get(session)
         snapshot = self.memory.snapshot
         if membership is not None and snapshot.version > membership.sent_seq:
             self._send_update_to(session, membership, snapshot)
@@ -181,5 +181,5 @@ class Channel(MembershipListener):
             return  # the listener has two registrations while the carrier changes, see `move_listener`
         self._last_change = (kind, serial)
         owner = next((member.owner for member in self.memory.instances() if member.serial == serial), "")
-        for session in tuple(self.members):
+        for session in tuple(self.memberships):
             session.send(Change(self.memory.mem_serial, kind, serial.bytes, owner))

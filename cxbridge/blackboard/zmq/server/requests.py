@@ -174,7 +174,7 @@ class RequestHandler:
         sent_seq = channel.leave(session, instance)
         del session.instances[instance.serial.bytes]
         self.deliveries.fail_deliveries(session, instance.serial.bytes)
-        if not channel.members:
+        if not channel.memberships:
             self._channels.pop(channel.memory.mem_serial, None)
         return sent_seq
 
@@ -186,7 +186,7 @@ class RequestHandler:
         return next(
             channel
             for channel in self._channels.values()
-            if any(serial in membership.instances for membership in channel.members.values())
+            if any(serial in membership.instances for membership in channel.memberships.values())
         )
 
     def end_session(self, session: ZmqSession) -> None:

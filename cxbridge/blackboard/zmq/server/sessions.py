@@ -1,7 +1,7 @@
 """A session of the server: the open instances of a client, and the stream of frames to the client.
 
-The server sends at most `window` updates that the client has not acknowledged (credit). An interface with a
-new update waits while the session has no credit; later updates replace the waiting one (conflation).
+The server sends at most `window` updates that the client has not acknowledged (credit). An update of an
+interface waits while the session has no credit; a later update replaces the waiting update (conflation).
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from cxbridge.blackboard.zmq.wire.sockets import NOBLOCK, SEND_MORE, raw_send
 from cxbridge.interfaces.instance import Interface
 
 
-class UpdateSource(Protocol):
+class UpdateChannel(Protocol):
     """Sends updates of an interface to sessions, see :class:`~.channels.Channel`."""
 
     def send_latest(self, session: ZmqSession) -> None:
@@ -35,7 +35,7 @@ class UpdateSource(Protocol):
 
 @dataclass(slots=True)
 class Membership:
-    """A session's state of an interface.
+    """A session's state in the channel of an interface.
 
     :param sent_seq: the sequence number of the client's copy.
     :param instances: the serials of the session's instances of the interface.
@@ -62,7 +62,8 @@ class ZmqSession:
     :param skipped: the number of conflated updates.
     :param pending_count: the number of messages whose outcome the client has not reported.
     :param instances: the client's instances by serial.
-    :param waiting_channels: the interfaces with an update that waits for credit, oldest first.
+    :param memberships: the state of the session in each channel.
+    :param waiting_channels: the channels with an update that waits for credit, oldest first.
     """
 
     id: bytes
@@ -82,8 +83,8 @@ class ZmqSession:
     skipped: int = 0
     pending_count: int = 0
     instances: dict[bytes, Interface] = field(default_factory=dict)
-    memberships: dict[UpdateSource, Membership] = field(default_factory=dict)
-    waiting_channels: dict[UpdateSource, None] = field(default_factory=dict)
+    memberships: dict[UpdateChannel, Membership] = field(default_factory=dict)
+    waiting_channels: dict[UpdateChannel, None] = field(default_factory=dict)
     _route: bytes = b""
     _send: Callable[..., Any] = field(init=False)
 
@@ -100,9 +101,8 @@ class ZmqSession:
         """Send a frame with the next number."""
         frame.number = self.last_number_sent + 1
         data = encode(frame)
-        self.last_number_sent += (
-            1  # after the encoding, because a frame that cannot be encoded must leave no gap
-        )
+        # after the encoding, because a frame that cannot be encoded must leave no gap
+        self.last_number_sent += 1
         self.send_bytes(data)
 
     def send_bytes(self, data: bytes) -> None:
@@ -124,7 +124,7 @@ class ZmqSession:
         self.send(Reply(code, detail, request=request))
 
     def give_credit(self, count: int) -> None:
-        """Add credit for ``count`` updates and send the waiting interfaces."""
+        """Add credit for ``count`` updates and send the updates that wait for credit."""
         # the limit, because a faulty client may acknowledge more updates than it has received
         self.credit = min(self.credit + count, self.window)
         while self.credit > 0 and self.waiting_channels:

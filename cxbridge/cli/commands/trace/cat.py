@@ -15,11 +15,13 @@ def cat(
     kind: Annotated[
         list[str] | None,
         typer.Option(
-            help="only events of this kind: log, rule, fact, goal, plan-action, skill, interface, message,"
-            " planner"
+            help="print only events of this kind: log, rule, fact, goal, plan-action, skill, interface, "
+            "message, planner"
         ),
     ] = None,
-    match: Annotated[str, typer.Option(help="only events whose line matches this regular expression")] = "",
+    match: Annotated[
+        str, typer.Option(help="print only events whose lines match this regular expression")
+    ] = "",
     interface_dir: InterfaceDirs = None,
     as_json: Annotated[bool, typer.Option("--json", help="print one JSON object per line")] = False,
 ) -> None:

@@ -18,7 +18,10 @@ def convert(
         Path, typer.Argument(metavar="OUT", help="file to write; a folder for CSV with several interfaces")
     ],
     to: Annotated[
-        str, typer.Option(help="mcap, foxglove, fawkes-log, transitions, csv, rosbag or rosbag-sqlite3")
+        str,
+        typer.Option(
+            help="write this format: mcap, foxglove, fawkes-log, transitions, csv, rosbag or rosbag-sqlite3"
+        ),
     ] = "mcap",
     interface_dir: InterfaceDirs = None,
 ) -> None:

@@ -23,12 +23,13 @@ Choice = TypeVar("Choice", bound=Enum)
 
 @dataclass(frozen=True, kw_only=True)
 class _ComparisonOptions:
-    """The options that select events and rules of the comparison."""
+    """The options that select the events, and how they are compared."""
 
-    level: Annotated[str, typer.Option(help="transitions, skills, rules, facts or blackboard")] = (
-        "transitions"
-    )
-    order: Annotated[str, typer.Option(help="total or partial")] = "total"
+    level: Annotated[str, typer.Option(help="compare these events of the runs")] = "transitions"
+    order: Annotated[
+        str,
+        typer.Option(help="compare all events in one order (total), or only causes before effects (partial)"),
+    ] = "total"
     only: Annotated[
         tuple[str, ...],
         typer.Option(metavar="PATTERN", help="compare only matching events; may be given several times"),
@@ -44,7 +45,10 @@ class _ComparisonOptions:
     time_from: Annotated[
         str,
         typer.Option(
-            help="measure times from the previous event of the same 'thread', or from the 'begin' of the run"
+            help=(
+                "measure times from the previous event of the same goal, plan, Skiller or interface "
+                "(thread), or from the start of the run (begin)"
+            )
         ),
     ] = "thread"
 
@@ -78,8 +82,8 @@ def diff(
 ) -> None:
     """Compare recorded runs. Exit status: 0 equal; 1 different; 2 a run is unreadable.
 
-    With several runs B, A must equal each of them. In partial order, the order of a parent's events and its
-    children's events is compared only if it is the same in all runs B.
+    With several runs B, A must equal each of them. In partial order, the events of a goal and of its
+    sub-goals must have the order that they have in the runs B, unless the runs B differ in this order.
 
     Example: cxbridge trace diff out/a.mcap out/b.mcap --level rules --order partial
     """

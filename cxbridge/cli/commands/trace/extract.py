@@ -13,7 +13,7 @@ from cxbridge.cli.console import say
 def extract(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="a recorded run (mcap)")],
     pattern: Annotated[
-        str, typer.Argument(metavar="PATTERN", help="only files whose name matches, e.g. 'clips/*'")
+        str, typer.Argument(metavar="PATTERN", help="write only the files whose names match, e.g. 'clips/*'")
     ] = "*",
     output: Annotated[
         Path,

@@ -56,7 +56,7 @@ class JudgedRun(Closing):
             None,
             (result.seconds, 0.0),
             self._stuck_watch,
-            over=result.is_over,
+            is_over=result.is_over,
         )
         return ended, result
 

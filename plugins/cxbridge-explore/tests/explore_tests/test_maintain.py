@@ -94,7 +94,7 @@ def test_every_way_to_run_it_agrees(tmp_path: Path, facts: str, expected: tuple[
     given = options(tmp_path, facts, trace=tmp_path / "run.mcap")
 
     result = run_scenario(given)
-    assert (result.status, result.as_dict()["status"]) == (status, status)
+    assert (result.status, result.to_json()["status"]) == (status, status)
     assert reason in result.reason
     metadata = open_run(tmp_path / "run.mcap").metadata()
     assert (metadata["status"], metadata["reason"]) == (str(status), result.reason)

@@ -21,7 +21,7 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.closing import Closing
 from cxbridge.errors import CxbridgeError
 from cxbridge.run import Run
-from cxbridge.run.program.plain_options import make_options
+from cxbridge.run.program.plain_options import options_from_keywords
 from cxbridge_ros2.actions import GoalStatus, ServedGoal
 from cxbridge_ros2.names import parse_type
 from cxbridge_ros2cx.cx.node import CxNode
@@ -99,7 +99,7 @@ class LearningAgent(Closing):
         self._clients: dict[str, Client] = {}
         self.status: dict[str, Any] = {"mode": mode}  # the peer's response to the service `get_status`
         with ExitStack() as stack:
-            options = make_options(parameters, ros2cx=ros2cx, clock="virtual", timeout=_NO_TIMEOUT_S)
+            options = options_from_keywords(parameters, ros2cx=ros2cx, clock="virtual", timeout=_NO_TIMEOUT_S)
             self._run = stack.enter_context(Run(options))
             executive = self._run.executive
             if not isinstance(executive, CxNode):

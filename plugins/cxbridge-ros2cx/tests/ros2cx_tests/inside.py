@@ -11,7 +11,7 @@ from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.mainloop import Hook
 from cxbridge.run import run_scenario
 from cxbridge.run.agent import Run
-from cxbridge.run.program.plain_options import make_options
+from cxbridge.run.program.plain_options import options_from_keywords
 from tests.support import ROS2CX_DIR
 
 LOOPS = 2
@@ -63,7 +63,9 @@ def look_inside(
 
         agent.loop.add(Hook.POST_LOOP, step)
 
-    run_scenario(make_options(None, ros2cx=ROS2CX_DIR, spec=spec, config=config, timeout=40.0), None, attach)
+    run_scenario(
+        options_from_keywords(None, ros2cx=ROS2CX_DIR, spec=spec, config=config, timeout=40.0), None, attach
+    )
     assert found.constructs, "the agent was not loaded"
     return found
 

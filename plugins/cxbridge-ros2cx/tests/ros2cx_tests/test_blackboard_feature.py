@@ -18,7 +18,7 @@ from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.mainloop import Hook
 from cxbridge.run import run_scenario
 from cxbridge.run.agent import Run
-from cxbridge.run.program.plain_options import make_options
+from cxbridge.run.program.plain_options import options_from_keywords
 from cxbridge_ros2cx.blackboard import THESIS_FUNCTIONS
 from cxbridge_ros2cx.features import make_features
 from cxbridge_ros2cx.parameters import FeatureEntry
@@ -172,7 +172,7 @@ def test_an_agent_of_the_original_asks_for_it(core, tmp_path):
         "clips-executive: {specs: {mine: {init: {stage-1: [{name: blackboard}], "
         "stage-3: [{name: mine, file: mine.clp}]}}}}\n"
     )
-    options = make_options(
+    options = options_from_keywords(
         None,
         ros2cx=checkout,
         spec="mine",

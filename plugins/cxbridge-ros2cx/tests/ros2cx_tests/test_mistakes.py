@@ -13,7 +13,7 @@ from cxbridge.config import Configuration
 from cxbridge.errors import CxbridgeError
 from cxbridge.run import run_scenario
 from cxbridge.run.agent import Run
-from cxbridge.run.program.plain_options import make_options
+from cxbridge.run.program.plain_options import options_from_keywords
 from cxbridge_ros2cx.checkout import Ros2CxCheckout
 from cxbridge_ros2cx.confvals import ParametersFeature
 from ros2cx_tests.mutations import Mutation, mutations
@@ -67,7 +67,7 @@ def change(checkout: Path, old: str, new: str, file: str = EXECUTIVE, after: str
 def complaint(checkout: Path, spec: str = "test-nav2", **more: Any) -> str:
     """The output before a rule fires: the error, or the warnings."""
     try:
-        with Run(make_options(None, ros2cx=checkout, spec=spec, **more)) as agent:
+        with Run(options_from_keywords(None, ros2cx=checkout, spec=spec, **more)) as agent:
             return "\n".join([*agent.warnings, *map(str, agent.missing_files)])
     except CxbridgeError as error:
         return str(error)
@@ -219,7 +219,9 @@ def test_another_commit_says_which_parts_are_known(checkout):
 )
 def test_options_that_contradict_one_another(more, message):
     with pytest.raises(CxbridgeError, match=re.escape(message)):
-        run_scenario(make_options(**{"scenario": None, "ros2cx": ROS2CX_DIR, "spec": "test-nav2"} | more))
+        run_scenario(
+            options_from_keywords(**{"scenario": None, "ros2cx": ROS2CX_DIR, "spec": "test-nav2"} | more)
+        )
 
 
 EXECUTORS = """
@@ -262,7 +264,7 @@ def test_an_executor_of_the_wrong_shape(tmp_path, target, message):
     file.write_text(EXECUTORS)
     with pytest.raises(CxbridgeError, match=message):
         run_scenario(
-            make_options(
+            options_from_keywords(
                 None, ros2cx=ROS2CX_DIR, spec="test-nav2", executors=(target.format(file=file),), timeout=5
             )
         )
@@ -280,7 +282,9 @@ def test_an_executor_whose_file_does_not_load(tmp_path, text, message):
     file = tmp_path / "executors.py"
     file.write_text(text)
     with pytest.raises(CxbridgeError, match=message):
-        run_scenario(make_options(None, ros2cx=ROS2CX_DIR, spec="test-nav2", executors=(f"move={file}:A",)))
+        run_scenario(
+            options_from_keywords(None, ros2cx=ROS2CX_DIR, spec="test-nav2", executors=(f"move={file}:A",))
+        )
 
 
 def test_an_executor_that_takes_no_steps_fails_its_action_at_once(tmp_path):
@@ -289,7 +293,7 @@ def test_an_executor_that_takes_no_steps_fails_its_action_at_once(tmp_path):
     file.write_text(EXECUTORS)
     executors = (f"move={file}:Returns",)
     result = run_scenario(
-        make_options(None, ros2cx=ROS2CX_DIR, spec="test-nav2", executors=executors, timeout=60)
+        options_from_keywords(None, ros2cx=ROS2CX_DIR, spec="test-nav2", executors=executors, timeout=60)
     )
     assert result.status == 1
     assert result.run_seconds < 5

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from cxbridge.run import RunOptions
-from cxbridge.run.program.plain_options import make_options
+from cxbridge.run.program.plain_options import options_from_keywords
 from ros2cx_tests.rows import NOT_COMPARED, recorded, run
 from tests.support import ROS2CX_DIR, SHARED, needs_ros2cx, needs_shared
 
@@ -20,7 +20,7 @@ pytestmark = [needs_ros2cx, needs_shared]
 
 
 def options(spec: str, overlay: str | None = None, executors: tuple[str, ...] = ()) -> RunOptions:
-    return make_options(
+    return options_from_keywords(
         None,
         ros2cx=ROS2CX_DIR,
         spec=spec,

@@ -50,13 +50,13 @@ def make_target(arguments: Mapping[str, Any]) -> Target:
     if env:
         raise CxbridgeError("'env' can only be used with a recording")
     # imported here, since a session with a recording does not need these modules
-    from cxbridge.run.program.plain_options import plain_options  # noqa: PLC0415
+    from cxbridge.run.program.plain_options import options_from_json  # noqa: PLC0415
     from cxbridge_studio.dap.live import LiveRun  # noqa: PLC0415
 
     if any(name in run_arguments for name in _UNSUPPORTED_OPTIONS):
         raise CxbridgeError("a replay cannot be debugged", hint="name the recording with 'recording'")
     return LiveRun(
-        plain_options(run_arguments), stop_on_entry=stop_on_entry, stops_at_actions=stops_at_actions
+        options_from_json(run_arguments), stop_on_entry=stop_on_entry, stops_at_actions=stops_at_actions
     )
 
 

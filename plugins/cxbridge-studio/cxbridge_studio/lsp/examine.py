@@ -22,7 +22,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.executive.executive import ENVIRONMENT
 from cxbridge.executive.features.pddl_parser import reads_as_fawkes
 from cxbridge.run.options import RunOptions
-from cxbridge.run.program.plain_options import plain_options
+from cxbridge.run.program.plain_options import options_from_json
 from cxbridge.trace.formats.registry import open_run
 from cxbridge_studio.check.agent import Agent, find_agent_names
 from cxbridge_studio.check.run import check
@@ -40,7 +40,7 @@ def make_run_options(plain: Mapping[str, Any]) -> RunOptions:
 
     :raises CxbridgeError: if an option is unknown or invalid.
     """
-    options = plain_options({name: value for name, value in plain.items() if value not in ("", [])})
+    options = options_from_json({name: value for name, value in plain.items() if value not in ("", [])})
     options.check()
     return options
 

@@ -82,7 +82,7 @@ class DaemonHost(WebHost):
         components = daemon.component_statuses()
         return self._make_status(
             daemon.state,
-            [component.plain() for component in components],
+            [component.to_json() for component in components],
             endpoints=daemon.endpoints,
             # the first reason of a component serves as the error of the daemon
             error=next(

@@ -12,7 +12,7 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.mainloop import Hook
 from cxbridge.run import run_scenario
 from cxbridge.run.agent import Run
-from cxbridge.run.program.plain_options import make_options
+from cxbridge.run.program.plain_options import options_from_keywords
 from cxbridge.run.result import RunResult
 from cxbridge_ros2.node import Node
 from cxbridge_ros2cx.cx.node import CxNode
@@ -94,7 +94,7 @@ def activated(name: str) -> list[str]:
 def run(name: str, folder: Path, recording: Recording) -> tuple[RunResult, dict[str, list[str]]]:
     """Run the parameters of a recording; return the result and the lines of the logs, by environment."""
     logs = folder / "logs"
-    options = make_options(
+    options = options_from_keywords(
         parameters(name, folder, recording.text),
         ros2cx=checkout(name),
         timeout=recording.seconds,

@@ -12,7 +12,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.events import Level, LogLine
 from cxbridge.mainloop import Hook
 from cxbridge.run import run_scenario
-from cxbridge.run.program.plain_options import make_options
+from cxbridge.run.program.plain_options import options_from_keywords
 from cxbridge_ros2.actions import ActionClient, GoalHandler, GoalResponse, GoalServer, GoalStatus, SentGoal
 from cxbridge_ros2cx.cx import plugin
 from cxbridge_ros2cx.cx.node import CxNode
@@ -52,7 +52,7 @@ class Run:
                 assembly.loop.add(Hook.PRE_LOOP, lambda: step((assembly.clock.now_us() - begun_us) / 1e6))
 
         logs = self.folder / "logs"
-        options = make_options(file, timeout=seconds, strict=strict, log_dir=logs, ros2cx=ros2cx)
+        options = options_from_keywords(file, timeout=seconds, strict=strict, log_dir=logs, ros2cx=ros2cx)
         result = run_scenario(options, console, attach=attach)
         log = logs / "one.log"
         self.lines = (
@@ -381,7 +381,7 @@ def test_a_client_that_is_gone_in_a_state_of_a_goal_stops_nothing(run, state):
 @needs_shared
 def test_parameters_that_end_the_original_run(recording, tmp_path):
     file = FOLDER / recording / "params.yaml"
-    assert run_scenario(make_options(file, timeout=1.0, log_dir=tmp_path)).status == 0
+    assert run_scenario(options_from_keywords(file, timeout=1.0, log_dir=tmp_path)).status == 0
     assert {each.stem for each in tmp_path.glob("*.log")} == {"one", "two"}
 
 

@@ -6,7 +6,7 @@ import pytest
 
 pytest.importorskip("cxbridge_studio", reason="needs cxbridge-studio")
 
-from cxbridge.run.program.plain_options import make_options
+from cxbridge.run.program.plain_options import options_from_keywords
 from cxbridge_studio.check.run import check
 from ros2cx_tests.cx.test_examples import PDDL, PLUGINS, TUTORIALS
 from tests.support import CX_DIR, needs_cx
@@ -23,7 +23,7 @@ FINE = (
 
 
 def findings(file):
-    return [str(each) for each in check(make_options(file, ros2cx=CX_DIR))]
+    return [str(each) for each in check(options_from_keywords(file, ros2cx=CX_DIR))]
 
 
 @pytest.mark.parametrize("name", FINE)

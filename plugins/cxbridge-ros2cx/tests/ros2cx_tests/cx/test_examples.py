@@ -8,7 +8,7 @@ import pytest
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.run import run_scenario
-from cxbridge.run.program.plain_options import make_options
+from cxbridge.run.program.plain_options import options_from_keywords
 from ros2cx_tests.cx.recordings import sourced
 from tests.support import CX_DIR, needs_cx
 
@@ -61,7 +61,7 @@ def test_the_table_has_each_file():
 def test_a_file_runs(name, wanted, tmp_path, monkeypatch):
     monkeypatch.setenv("AMENT_PREFIX_PATH", str(sourced(tmp_path / "prefix")))
     monkeypatch.chdir(tmp_path)  # an agent saves facts in the current folder
-    options = make_options(CX_DIR / name, ros2cx=CX_DIR, timeout=1.0)
+    options = options_from_keywords(CX_DIR / name, ros2cx=CX_DIR, timeout=1.0)
     if isinstance(wanted, str):
         with pytest.raises(CxbridgeError, match=wanted) as raised:
             run_scenario(options)
@@ -72,5 +72,5 @@ def test_a_file_runs(name, wanted, tmp_path, monkeypatch):
 
 def test_a_checkout_alone_names_a_file_to_run():
     with pytest.raises(CxbridgeError, match="name the parameters of an agent") as raised:
-        run_scenario(make_options(None, ros2cx=CX_DIR))
+        run_scenario(options_from_keywords(None, ros2cx=CX_DIR))
     assert "hello_world.yaml" in str(raised.value)

@@ -6,7 +6,7 @@ import pytest
 
 from cxbridge.mainloop import Hook
 from cxbridge.run import run_scenario
-from cxbridge.run.program.plain_options import make_options
+from cxbridge.run.program.plain_options import options_from_keywords
 from cxbridge_ros2cx.cx.node import CxNode
 from tests.support import CX_NEWER_DIR, needs_newer_cx
 
@@ -65,7 +65,7 @@ def run(tmp_path, said):
 
             assembly.loop.add(Hook.PRE_LOOP, step)
 
-        options = make_options(file, ros2cx=CX_NEWER_DIR, timeout=2.0, log_dir=tmp_path / "logs")
+        options = options_from_keywords(file, ros2cx=CX_NEWER_DIR, timeout=2.0, log_dir=tmp_path / "logs")
         result = run_scenario(options, attach=attach)
         lines = [line.split("[info] ")[1] for line in (tmp_path / "logs/one.log").read_text().splitlines()]
         return result, lines, answers, fired

@@ -10,7 +10,7 @@ import pytest
 
 from cxbridge.mainloop import Hook
 from cxbridge.run import run_scenario
-from cxbridge.run.program.plain_options import make_options
+from cxbridge.run.program.plain_options import options_from_keywords
 from cxbridge_ros2cx.cx.node import CxNode
 from ros2_tests.clients import ParameterClient
 from tests.support import CX_DIR, needs_cx
@@ -44,7 +44,7 @@ class Peer:
         self.listens: tuple[str, str, Callable[[dict[str, Any]], None]] | None = None
 
     def run(self, seconds=3.0):
-        options = make_options(self.parameters, ros2cx=CX_DIR, timeout=seconds, log_dir=self.log)
+        options = options_from_keywords(self.parameters, ros2cx=CX_DIR, timeout=seconds, log_dir=self.log)
         result = run_scenario(options, attach=self.attach)
         return result, [line.split("[info] ")[1] for line in (self.log / "one.log").read_text().splitlines()]
 

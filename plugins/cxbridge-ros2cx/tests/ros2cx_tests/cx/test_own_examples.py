@@ -10,7 +10,7 @@ import cxbridge_ros2cx
 from cxbridge.executive.pddl.ast import Atom
 from cxbridge.executive.pddl.printer import format_domain
 from cxbridge.run import run_scenario
-from cxbridge.run.program.plain_options import make_options
+from cxbridge.run.program.plain_options import options_from_keywords
 from cxbridge_ros2cx.cx.pddl.problem import ManagedGoal, ManagedProblem
 from tests.support import CX_DIR, needs_cx
 
@@ -41,7 +41,7 @@ def test_an_example_prints(name, env, tmp_path):
     """The types of pddl_manager are in a checkout only."""
     folder = CX_DIR if name == "plan" else None
     file = EXAMPLES / "params" / f"{name}.yaml"
-    result = run_scenario(make_options(file, ros2cx=folder, timeout=2.0, log_dir=tmp_path))
+    result = run_scenario(options_from_keywords(file, ros2cx=folder, timeout=2.0, log_dir=tmp_path))
     lines = [line.split("[info] ")[1] for line in (tmp_path / f"{env}.log").read_text().splitlines()]
     assert [line for line in lines if "> f-" not in line] == PRINTED[name, env]
     assert result.status == 0

@@ -16,7 +16,7 @@ import pytest
 from cxbridge.mainloop import Hook
 from cxbridge.run import Run, run_scenario
 from cxbridge.run.program.additions import Additions
-from cxbridge.run.program.plain_options import make_options
+from cxbridge.run.program.plain_options import options_from_keywords
 from cxbridge_protobuf.settings import CONNECTIONS_KEY
 from cxbridge_ros2cx.cx.node import CxNode
 from ros2cx_tests.cx.recordings import comparable, recorded
@@ -52,7 +52,7 @@ def workspace(folder, agent):
 
 
 def options(folder, agent, parameters, seconds):
-    return make_options(
+    return options_from_keywords(
         AGENTS / agent / parameters,
         ros2cx=workspace(folder, agent),
         timeout=seconds,

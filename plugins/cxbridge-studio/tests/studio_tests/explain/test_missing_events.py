@@ -18,7 +18,7 @@ def run(scenario, **options):
 def test_an_agent_that_sets_no_goal_is_stuck_with_status_3(tmp_path):
     result = run(write_scenario(tmp_path, agent="(defrule nothing (never) =>)"))
     assert (result.status, result.reason) == (3, "nothing can happen any more: no goal has appeared")
-    assert result.as_dict()["result"] == "stuck"
+    assert result.to_json()["result"] == "stuck"
     assert result.run_seconds < 2
 
 

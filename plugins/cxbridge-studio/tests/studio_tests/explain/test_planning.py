@@ -12,7 +12,7 @@ from cxbridge.errors import TraceError
 from cxbridge.events import PlannerCall
 from cxbridge.executive.pddl import parse_domain, parse_formula, problem_of_facts
 from cxbridge.run import RunOptions, run_scenario
-from cxbridge.run.program.plain_options import make_options
+from cxbridge.run.program.plain_options import options_from_keywords
 from cxbridge.trace.formats.registry import open_run
 from cxbridge_studio.explain.planning import PlannerAnswer, find_answer, planner_answers
 from tests.support import ROOT, ROS2CX_DIR, SHARED, needs_plugin, needs_ros2cx, needs_shared
@@ -142,7 +142,9 @@ def test_figure_9_of_the_thesis(tmp_path, capsys):
     figure = re.search(r"^> get problem instances\n.*?(?=^```)", THESIS.read_text(), re.DOTALL | re.MULTILINE)
     assert figure is not None
     file = tmp_path / "run.mcap"
-    assert run_scenario(make_options(None, ros2cx=ROS2CX_DIR, spec="test-nav2", trace=file)).status == 0
+    assert (
+        run_scenario(options_from_keywords(None, ros2cx=ROS2CX_DIR, spec="test-nav2", trace=file)).status == 0
+    )
     assert main(["trace", "planning", str(file)]) == 0
     there, ours = figure[0].splitlines(), capsys.readouterr().out.splitlines()
     assert [STEP.sub(r"\1", line) for line in ours] == [STEP.sub(r"\1", line) for line in there]
