@@ -82,7 +82,7 @@ class Bench:
             )
         run_options = options_from_keywords(
             scenario,
-            find=self.find,
+            resolve_path=self.find,
             config=config,
             skiller="none" if skiller == _SCRIPTED else skiller,
             trace=trace,

@@ -28,8 +28,8 @@ from cxbridge.run.replay.scan import EXECUTOR, SKILLER, Scan, scan_events, scan_
 from cxbridge.run.replay.script import (
     ExecutorScript,
     SkillerScript,
-    executor_script,
-    skiller_script,
+    make_executor_script,
+    make_skiller_script,
     writes_of_statuses,
 )
 from cxbridge.trace.formats.base import Run
@@ -118,7 +118,7 @@ class Recordings:
         scripts: dict[str, SkillerScript] = {}
         for scan in self.scans:
             for name, writes in scan.skillers.items():
-                scripts.setdefault(name, skiller_script(writes))
+                scripts.setdefault(name, make_skiller_script(writes))
         # writes first: the statuses that the executive has seen are later, and have no error texts
         for scan in self.scans:
             for name, statuses in scan.statuses.items() if scan.is_timed else ():
@@ -126,7 +126,7 @@ class Recordings:
                     shifted = [
                         structs.replace(status, time_us=status.time_us + scan.shift_us) for status in statuses
                     ]
-                    scripts[name] = skiller_script(writes_of_statuses(name, shifted))
+                    scripts[name] = make_skiller_script(writes_of_statuses(name, shifted))
         return scripts
 
     def executors(self) -> list[ExecutorScript]:
@@ -134,7 +134,7 @@ class Recordings:
         scripts: dict[str, ExecutorScript] = {}
         for scan in self.scans:
             for name, writes in scan.executors.items():
-                scripts.setdefault(name, executor_script(name, writes, scan.messages))
+                scripts.setdefault(name, make_executor_script(name, writes, scan.messages))
         return list(scripts.values())
 
     def samples(self) -> dict[str, InterfaceWrite]:

@@ -69,7 +69,7 @@ class SkillerScript:
     commands: list[Command] = field(default_factory=list)
 
 
-def skiller_script(writes: Iterable[InterfaceWrite]) -> SkillerScript:
+def make_skiller_script(writes: Iterable[InterfaceWrite]) -> SkillerScript:
     """Split the writes of a SkillerInterface into commands, by the rules in docs/recording.md."""
     script = SkillerScript()
     previous: Values = _IDLE
@@ -95,16 +95,16 @@ def skiller_script(writes: Iterable[InterfaceWrite]) -> SkillerScript:
 def _command_of_write(previous: Values, values: Values, *, is_first: bool) -> CommandKind | None:
     """Return the command that caused a write; None if the Skiller wrote by itself or lost its controller."""
     skill, controller = values["skill_string"], values["exclusive_controller"]
-    acquired = controller and controller != previous["exclusive_controller"]
-    leftover = is_first and values["status"] in _END_STATUSES  # state of a skill from before the recording
-    if skill and values["msgid"] and not leftover:
+    has_new_controller = controller and controller != previous["exclusive_controller"]
+    is_leftover = is_first and values["status"] in _END_STATUSES  # state of a skill from before the recording
+    if skill and values["msgid"] and not is_leftover:
         # senders number their messages, so that two commands of the same skill may have the same id
         is_restarted = values["status"] == "S_RUNNING" and previous["status"] in _END_STATUSES
         if values["msgid"] != previous["msgid"] or skill != previous["skill_string"] or is_restarted:
             return CommandKind.EXEC
     if not skill and previous["skill_string"]:
         return CommandKind.STOP
-    return CommandKind.CONTROL if acquired else None
+    return CommandKind.CONTROL if has_new_controller else None
 
 
 def writes_of_statuses(skiller: str, statuses: Iterable[SkillStatus]) -> list[InterfaceWrite]:
@@ -171,33 +171,34 @@ def call_text(skill: str, parameters: Mapping[str, Any] | None) -> str:
     return f"{skill} {json.dumps(dict(parameters), ensure_ascii=False)}"
 
 
-def executor_script(
+def make_executor_script(
     name: str, writes: Sequence[InterfaceWrite], messages: Iterable[InterfaceMessage]
 ) -> ExecutorScript:
     """Return an executor's behaviour, from its interface and the recorded messages."""
     first = writes[0].values
     script = ExecutorScript(name, str(first.get("agent", "")), tuple(str(first.get("skills", "")).split()))
-    tickets: dict[tuple[Any, Any], Execution] = {}
+    executions_by_ticket: dict[tuple[Any, Any], Execution] = {}
     running: Execution | None = None
     for write in writes:
-        busy = write.values.get("state") == _BUSY
-        if busy and running is None:
+        is_busy = write.values.get("state") == _BUSY
+        if is_busy and running is None:
             running = Execution(str(write.values.get("skill", "")), write.time_us)
             script.executions.append(running)
-            tickets[_read_ticket(write.values)] = running
-        elif not busy and running is not None:
+            executions_by_ticket[_read_ticket(write.values)] = running
+        elif not is_busy and running is not None:
             running.duration_us = write.time_us - running.time_us
             running = None
     uid = f"SkillExecutorInterface::{name}"
     for message in messages:
         if message.uid == uid or message.values.get("executor") == name:
-            execution = tickets.get(_read_ticket(message.values))
+            execution = executions_by_ticket.get(_read_ticket(message.values))
             if execution is not None:
                 _add_message(execution, message)
     return script
 
 
 def _read_ticket(values: Values) -> tuple[Any, Any]:
+    """Return the epoch of the board and the number of the master, which identify an execution."""
     return values.get("epoch"), values.get("master")
 
 

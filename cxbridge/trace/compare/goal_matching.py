@@ -142,7 +142,7 @@ def _pop_similar_pairs(goals_a: list[Goal], goals_b: list[Goal]) -> list[GoalPai
     for group in kinds.values():
         is_comparable = 1 < len(group[0]) * len(group[1]) <= MAX_COMPARED
         # one run may have more goals of a kind
-        pairs += _most_similar_pairs(*group, 0.0) if is_comparable else zip(*group, strict=False)
+        pairs += _pair_most_similar(*group, 0.0) if is_comparable else zip(*group, strict=False)
     remove_pairs(pairs, goals_a, goals_b)
     return pairs
 
@@ -153,15 +153,20 @@ def _pop_renamed_pairs(goals_a: list[Goal], goals_b: list[Goal]) -> list[GoalPai
         return []
     pairs = [
         pair
-        for pair in _most_similar_pairs(goals_a, goals_b, MIN_SIMILARITY)
+        for pair in _pair_most_similar(goals_a, goals_b, MIN_SIMILARITY)
         if pair[0].key[0] == pair[1].key[0]
     ]
     remove_pairs(pairs, goals_a, goals_b)
     return pairs
 
 
-def _most_similar_pairs(goals_a: Sequence[Goal], goals_b: Sequence[Goal], minimum: float) -> list[GoalPair]:
-    """Return pairs of goals by decreasing similarity; equally similar ones by closeness of their indices."""
+def _pair_most_similar(
+    goals_a: Sequence[Goal], goals_b: Sequence[Goal], min_similarity: float
+) -> list[GoalPair]:
+    """Pair goals by decreasing similarity, equally similar goals by the closeness of their indices.
+
+    :returns: the pairs in the order of the first run.
+    """
     ranking = sorted(
         (-goal_a.similarity(goal_b), abs(i - j), i, j)
         for i, goal_a in enumerate(goals_a)
@@ -170,7 +175,7 @@ def _most_similar_pairs(goals_a: Sequence[Goal], goals_b: Sequence[Goal], minimu
     paired: tuple[set[int], set[int]] = (set(), set())
     pairs: list[GoalPair] = []
     for negative_similarity, _, i, j in ranking:
-        if -negative_similarity >= minimum and i not in paired[0] and j not in paired[1]:
+        if -negative_similarity >= min_similarity and i not in paired[0] and j not in paired[1]:
             paired[0].add(i)
             paired[1].add(j)
             pairs.append((goals_a[i], goals_b[j]))

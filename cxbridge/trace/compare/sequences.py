@@ -87,27 +87,27 @@ class StepPair:
         edits = alignment.find_edits(
             lambda run, index: states[run][index], lambda _run, _index: None, joined_kinds=ONE_SIDED_KINDS
         )
-        differences = [self._difference(alignment, edit) for edit in edits]
+        differences = [self._make_difference(alignment, edit) for edit in edits]
         if times:
-            differences += self._late_steps(alignment, times)
+            differences += self._find_late_steps(alignment, times)
         if differences:
             # rows are made only for the first difference of the report
             rows[self.subject] = lambda: alignment.make_rows(
-                lambda run, index: self._step_line(run, index, begin)
+                lambda run, index: self._make_line(run, index, begin)
             )
         return differences
 
-    def _late_steps(self, alignment: Alignment, times: TimeCheck) -> Iterator[Difference]:
+    def _find_late_steps(self, alignment: Alignment, times: TimeCheck) -> Iterator[Difference]:
         for pair in alignment.pairs:
             step_a, step_b = (steps[index] for steps, index in zip(self.steps, pair, strict=True))
             lag_s = times.exceeding_lag_s(self.subject, step_a.time_us, step_b.time_us)
             if lag_s is not None:
                 position = f"its {self.noun} number {pair[0] + 1}: {describe_lag(lag_s)}"
                 yield Difference(
-                    position, self.subject, _step_side(step_a), _step_side(step_b), DifferenceKind.TIME
+                    position, self.subject, _make_side(step_a), _make_side(step_b), DifferenceKind.TIME
                 )
 
-    def _difference(self, alignment: Alignment, edit: Edit) -> Difference:
+    def _make_difference(self, alignment: Alignment, edit: Edit) -> Difference:
         index_a, index_b = edit.indices
         index, run_name = (index_b, "B") if index_a == MISSING else (index_a, "A")
         position = f"its {self.noun} number {index + 1}"
@@ -118,14 +118,14 @@ class StepPair:
         elif edit.kind in ONE_SIDED_KINDS:
             position = f"{position}, which only {run_name} has"
         side_a, side_b = (
-            _step_side(self.steps[run][index])
+            _make_side(self.steps[run][index])
             if index != MISSING
-            else self._missing_side(run, alignment.preceding_index(1 - run, index))
+            else self._make_missing_side(run, alignment.preceding_index(1 - run, index))
             for run, index in enumerate(edit.indices)
         )
         return Difference(position, self.subject, side_a, side_b, edit.kind, edit.count)
 
-    def _missing_side(self, run: int, preceding_index: int) -> Side:
+    def _make_missing_side(self, run: int, preceding_index: int) -> Side:
         """Return the side of a run without a step.
 
         :param preceding_index: the index of the preceding step, or -1.
@@ -138,7 +138,7 @@ class StepPair:
             steps[preceding_index].position if preceding_index != MISSING else None, f"({adverb} {self.noun})"
         )
 
-    def _step_line(self, run: int, index: int, begin: tuple[int, int]) -> EventLine:
+    def _make_line(self, run: int, index: int, begin: tuple[int, int]) -> EventLine:
         step = self.steps[run][index]
         seconds = (step.time_us - begin[run]) / MICROSECONDS
         return EventLine(step.position + 1, seconds, state_text(step.state), here=False)
@@ -168,7 +168,7 @@ def compare_steps(
         comparison.rows = rows[differences[0].subject]()
 
 
-def _step_side(step: Step) -> Side:
+def _make_side(step: Step) -> Side:
     return Side(step.position, state_text(step.state))
 
 

@@ -76,11 +76,11 @@ def compare_total(
     tokens_a, tokens_b = iter(runs[0]), iter(runs[1])
     while True:
         # names are numbered by first appearance, so equal numbers mean the same name up to here
-        shared_names = len(runs[0].namer)
+        shared_name_count = len(runs[0].namer)
         token_a, token_b = next(tokens_a, None), next(tokens_b, None)
         if token_a is None or token_b is None or token_a.key != token_b.key or token_a.names != token_b.names:
             break
-        window.append((token_a, token_b, shared_names))
+        window.append((token_a, token_b, shared_name_count))
         # most events have neither a message id nor a compared time, and this is the inner loop
         if tolerance or token_a.msgid is not None or token_b.msgid is not None:
             differences += checks.find_differences(token_a, token_b)
@@ -94,8 +94,8 @@ def compare_total(
     comparison = Comparison(view, Order.TOTAL, runs[0].count, runs[1].count)
     if len(window) < max(map(len, tails)):
         # the alignment may pair names that are new in the window differently: only earlier names are certain
-        shared_names = window[0][2] if window else shared_names
-        divergence = Divergence(tails, shared_names, (runs[0].start_us, runs[1].start_us))
+        shared_name_count = window[0][2] if window else shared_name_count
+        divergence = Divergence(tails, shared_name_count, (runs[0].start_us, runs[1].start_us))
         is_first = not differences
         differences += divergence.find_differences(checks, len(window))
         # rows show the first difference: a difference before the divergence is a message id or a time, and
@@ -139,13 +139,13 @@ class Divergence:
     """The rest of two runs from the first difference on, with one name for both goals of a pair.
 
     :param tails: the events of both runs.
-    :param shared_names: the number of names that are equal in both runs.
+    :param shared_name_count: the number of names that are equal in both runs.
     :param start_us: the start of each run in microseconds.
     """
 
-    def __init__(self, tails: list[list[Token]], shared_names: int, start_us: tuple[int, int]) -> None:
+    def __init__(self, tails: list[list[Token]], shared_name_count: int, start_us: tuple[int, int]) -> None:
         self._tails = tails
-        self._shared_names = shared_names
+        self._shared_name_count = shared_name_count
         self._start_us = start_us
         self._partner_names: dict[int, int] = {}  # names of B to names of A
         self._paired_names: set[int] = set()  # names of A that have a partner
@@ -165,21 +165,21 @@ class Divergence:
         """The number of events of the longer rest without a partner."""
         return max(map(len, self._tails)) - len(self._alignment.pairs)
 
-    def find_differences(self, checks: _PartnerChecks, checked: int) -> list[Difference]:
+    def find_differences(self, checks: _PartnerChecks, checked_count: int) -> list[Difference]:
         """Return all differences in the order of the runs.
 
-        :param checked: the number of leading pairs that were checked while reading.
+        :param checked_count: the number of leading pairs that were checked while reading.
         """
-        edits = self._alignment.find_edits(self._masked_state, self._thread, owner=self._owner)
+        edits = self._alignment.find_edits(self._masked_state, self._find_thread, owner=self._find_owner)
         differences = [
-            (edit.sort_key, self._difference(edit)) for edit in self._without_repeated_details(edits)
+            (edit.sort_key, self._make_difference(edit)) for edit in self._drop_repeated_details(edits)
         ]
         starts = [(MISSING, MISSING), *self._alignment.pairs]
-        # `starts` has one element more: the pair before each pair
+        # not strict: `starts` has one element more, because it has the pair before each pair
         for (last_a, last_b), (index_a, index_b) in zip(starts, self._alignment.pairs, strict=False):
             for token in (*self._tails[0][last_a + 1 : index_a], *self._tails[1][last_b + 1 : index_b]):
                 checks.note_unpaired(token)
-            if not index_a == index_b < checked:
+            if not index_a == index_b < checked_count:
                 partners = self._tails[0][index_a], self._tails[1][index_b]
                 differences += (
                     ((index_a, 0, index_a), difference) for difference in checks.find_differences(*partners)
@@ -188,7 +188,7 @@ class Divergence:
 
     def rows(self) -> list[AlignedRow]:
         """Return both runs side by side around the first difference."""
-        return self._alignment.make_rows(self._event_line)
+        return self._alignment.make_rows(self._make_event_line)
 
     def hints(self, differences: list[Difference]) -> list[str]:
         """Return hints for the user."""
@@ -215,7 +215,7 @@ class Divergence:
         for run in (0, 1):
             for index in self._alignment.unpaired_indices(run):
                 token = self._tails[run][index]
-                if token.key[0] == "goal" and self._owner(run, index) is not None:
+                if token.key[0] == "goal" and self._find_owner(run, index) is not None:
                     gaps[self._alignment.pairs_before(run, index), thread_key(token.key)][run][
                         token.names[0]
                     ] = None
@@ -226,7 +226,7 @@ class Divergence:
     def _pair_names(self, name_a: int, name_b: int) -> None:
         """Pair two names unless one of them is paired."""
         if (
-            min(name_a, name_b) >= self._shared_names
+            min(name_a, name_b) >= self._shared_name_count
             and name_b not in self._partner_names
             and name_a not in self._paired_names
         ):
@@ -238,40 +238,42 @@ class Divergence:
         if run == 0:
             return tuple(names)
         return tuple(
-            name if name < self._shared_names else self._partner_names.get(name, -1 - name) for name in names
+            name if name < self._shared_name_count else self._partner_names.get(name, -1 - name)
+            for name in names
         )
 
-    def _mask_unpaired(self, labels: Names) -> Names:
+    def _mask_unpaired(self, names: Names) -> Names:
         """Return the names, with -1 for each name that only one run has."""
         return tuple(
-            name if name in self._paired_names or 0 <= name < self._shared_names else -1 for name in labels
+            name if name in self._paired_names or 0 <= name < self._shared_name_count else -1
+            for name in names
         )
 
     def _masked_state(self, run: int, index: int) -> Hashable:
         """Return the key of an event and its names; all names that only one run has are equal."""
-        key, labels = self._key_and_names(run, index)
-        return key, self._mask_unpaired(labels)
+        key, names = self._key_and_names(run, index)
+        return key, self._mask_unpaired(names)
 
-    def _thread(self, run: int, index: int) -> Hashable:
+    def _find_thread(self, run: int, index: int) -> Hashable:
         """Return the goal, plan or Skiller of an event, equal for both runs."""
         key, names = self._tails[run][index].thread
         return key, self._translate_names(run, names)
 
-    def _owner(self, run: int, index: int) -> Hashable:
+    def _find_owner(self, run: int, index: int) -> Hashable:
         """Return the goal of an event if only one run has the goal, else None."""
         names = self._translate_names(run, self._tails[run][index].thread[1][:1])
         return names if names and self._mask_unpaired(names) == (MISSING,) else None
 
-    def _without_repeated_details(self, edits: Iterable[Edit]) -> Iterator[Edit]:
+    def _drop_repeated_details(self, edits: Iterable[Edit]) -> Iterator[Edit]:
         """Yield edits without repetitions of a detail that differs in all events of a goal or plan-action."""
         reported: set[Hashable] = set()
         for edit in edits:
-            change = self._detail_change(edit)
+            change = self._find_detail_change(edit)
             if change is None or change not in reported:
                 reported.add(change)
                 yield edit
 
-    def _detail_change(self, edit: Edit) -> Hashable:
+    def _find_detail_change(self, edit: Edit) -> Hashable:
         """Return the differing details of a changed event if nothing else differs, else None.
 
         The text of an event does not show its details.
@@ -285,24 +287,29 @@ class Divergence:
         token = self._tails[run][index]
         return token.key, self._translate_names(run, token.names)
 
-    def _difference(self, edit: Edit) -> Difference:
+    def _make_difference(self, edit: Edit) -> Difference:
         tokens = [self._tails[run][index] for run, index in enumerate(edit.indices) if index != MISSING]
-        side_a, side_b = self._side(0, edit), self._side(1, edit)
+        side_a, side_b = self._make_side(0, edit), self._make_side(1, edit)
         return Difference(
-            self._edit_text(edit), describe_subject(tokens[0].event), side_a, side_b, edit.kind, edit.count
+            self._describe_edit(edit),
+            describe_subject(tokens[0].event),
+            side_a,
+            side_b,
+            edit.kind,
+            edit.count,
         )
 
-    def _side(self, run: int, edit: Edit) -> Side:
+    def _make_side(self, run: int, edit: Edit) -> Side:
         index = edit.indices[run]
         if index != MISSING:
             token = self._tails[run][index]
-            details = f" {describe_details(token.event)}" if self._detail_change(edit) else ""
+            details = f" {describe_details(token.event)}" if self._find_detail_change(edit) else ""
             return Side(token.number, f"{describe_event(token.event)}{details}")
         preceding_index = self._alignment.preceding_index(1 - run, edit.indices[1 - run])
         number = None if preceding_index == MISSING else self._tails[run][preceding_index].number
         return Side(number, RUN_OVER_TEXT if self._alignment.has_ended(run, edit) else NO_EVENT_TEXT)
 
-    def _edit_text(self, edit: Edit) -> str:
+    def _describe_edit(self, edit: Edit) -> str:
         if edit.kind is DifferenceKind.CHANGED:
             return describe_changed_parts(
                 self._key_and_names(0, edit.indices[0]), self._key_and_names(1, edit.indices[1])
@@ -311,13 +318,13 @@ class Divergence:
         if edit.kind is DifferenceKind.ORDER:
             is_later = edit.sort_key[:2] == (edit.indices[0], 0)
             return f"{events} in another order: {'later' if is_later else 'earlier'} in B"
-        run_name, missing, ended_run = ("A", 1, "B") if edit.kind is DifferenceKind.ONLY_A else ("B", 0, "A")
+        run_name, other, other_name = ("A", 1, "B") if edit.kind is DifferenceKind.ONLY_A else ("B", 0, "A")
         if edit.is_whole_goal:
             return f"a goal that only {run_name} has, with {edit.count} event{'' if edit.count == 1 else 's'}"
-        if self._alignment.has_ended(missing, edit):
-            return f"{ended_run} ends here, {run_name} continues"
+        if self._alignment.has_ended(other, edit):
+            return f"{other_name} ends here, {run_name} continues"
         return f"{events} that only {run_name} has"
 
-    def _event_line(self, run: int, index: int) -> EventLine:
+    def _make_event_line(self, run: int, index: int) -> EventLine:
         token = self._tails[run][index]
         return event_line(token.number, token.event, self._start_us[run])

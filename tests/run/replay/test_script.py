@@ -8,14 +8,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cxbridge.events import InterfaceMessage, InterfaceWrite
-from cxbridge.run.replay.script import CommandKind, SkillerScript, executor_script, skiller_script
+from cxbridge.run.replay.script import CommandKind, SkillerScript, make_executor_script, make_skiller_script
 
 UID = "SkillerInterface::Skiller"
 
 
 def script(*writes: tuple[str, int, str, str]) -> SkillerScript:
     """The script of writes: skill string, message id, status, controller; a millisecond apart."""
-    return skiller_script(
+    return make_skiller_script(
         InterfaceWrite(
             1000 * number,
             UID,
@@ -117,7 +117,7 @@ def test_an_executors_skills_with_their_messages() -> None:
         said(50, "FeedbackMessage", progress=0.5, text="half"),
         said(90, "FinishMessage", outcome="FAILED", error="lost"),
     ]
-    found = executor_script("e", writes, messages)
+    found = make_executor_script("e", writes, messages)
     (execution,) = found.executions
     assert (found.agent, found.skills) == ("r", ("go", "see"))
     assert (execution.parameters, execution.duration_us) == ({"to": "a"}, 70)
