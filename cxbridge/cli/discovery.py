@@ -59,11 +59,11 @@ class LazyCommands(UserDict[str, Any]):
         """Return a command, importing its module on first use."""
         command = self.data[name]
         if isinstance(command, Row):
-            command = self.data[name] = _load(command)
+            command = self.data[name] = _load_command(command)
         return command
 
 
-def _load(row: Row) -> Any:
+def _load_command(row: Row) -> Any:
     """Import the command of a row."""
     name, loaded = row.name, COMMANDS.load_target(row)
     if isinstance(loaded, ModuleType):

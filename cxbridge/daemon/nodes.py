@@ -27,7 +27,7 @@ class ExecutiveNode(ManagedNode[ThinkingComponent]):
     ) -> None:
         super().__init__(name, make, kind)
         self._run = run
-        self._configured = False
+        self._is_configured = False
         self._control: RuleControl | None = None
         """The debugger of the rules, which a reset moves to the new executive."""
         self._checks: AgentChecks | None = None
@@ -40,12 +40,12 @@ class ExecutiveNode(ManagedNode[ThinkingComponent]):
         self._checks = AgentChecks((self._run,))
         component.configure()
         self._checks.check_loaded_files()
-        self._configured = True
+        self._is_configured = True
 
     def on_cleanup(self) -> None:
         if self.executive is not None:
             self._control = self.executive.control
-        self._configured = False
+        self._is_configured = False
         super().on_cleanup()
 
     def step(self) -> None:
@@ -56,14 +56,14 @@ class ExecutiveNode(ManagedNode[ThinkingComponent]):
             if self._checks.all_initialized:
                 # from now on clients may load files, whose mistakes must not end the daemon
                 self._checks = None
-        if self._configured and self.component is not None:
+        if self._is_configured and self.component is not None:
             self.component.manager.run_client_environments()
 
     @property
     def executive(self) -> Executive | None:
         """The executive, None unless it is configured."""
         component = self.component
-        return component.executive if component is not None and self._configured else None
+        return component.executive if component is not None and self._is_configured else None
 
     @property
     def env(self) -> ClipsEnvironment | None:

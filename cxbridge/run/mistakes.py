@@ -36,7 +36,9 @@ _NO_EXECUTOR: Final = "No action executor"
 
 
 class AgentChecks:
-    """Finds mistakes in the agents of a run. Each mistake is reported once.
+    """Finds mistakes in the agents of a run; an :class:`~cxbridge.run.team.AgentWatcher`.
+
+    Each mistake is reported once.
 
     :param agents: the agents, not yet started. Their mistakes are no longer logged individually.
     :param strict: overrides :attr:`RunOptions.strict`.
@@ -45,7 +47,7 @@ class AgentChecks:
     def __init__(self, agents: Iterable[Run], *, strict: bool | None = None) -> None:
         self._strict = strict
         self._loadings: list[_Loading] = []
-        self._missing: list[CxbridgeError] = []
+        self._missing_file_errors: list[CxbridgeError] = []
         for agent in agents:
             self.joined(agent)
 
@@ -58,7 +60,7 @@ class AgentChecks:
         if strict or (strict is None and not agent.source.is_lenient):
             self._loadings.append(_Loading(agent))
         elif strict is None:
-            self._missing += agent.missing_files
+            self._missing_file_errors += agent.missing_files
 
     def left(self, agent: Run) -> None:
         """Remove a killed agent."""
@@ -74,7 +76,7 @@ class AgentChecks:
             for loading in self._loadings
             for mistake in (*loading.agent.missing_files, *loading.take_mistakes())
         ]
-        self._raise_mistakes([*self._missing, *mistakes])
+        self._raise_mistakes([*self._missing_file_errors, *mistakes])
 
     def check_new_files(self) -> None:
         """Check the files that rules have loaded since the last call. To be called after each cycle.
@@ -107,31 +109,33 @@ class _Loading:
         self._executive = agent.executive
         self._loader = self._executive.env.loader
         self._loader.quiet = True  # AgentChecks reports the diagnostics instead
-        self._reported = 0
+        self._reported_count = 0
 
     @property
     def has_new_diagnostics(self) -> bool:
         """Whether new mistakes are possible."""
-        if len(self._loader.diagnostics) > self._reported:
+        if len(self._loader.diagnostics) > self._reported_count:
             return True
         return not self.is_initialized and self._executive.initialized
 
     def take_mistakes(self) -> list[CxbridgeError]:
         """Return the mistakes since the last call."""
-        diagnostics = self._loader.diagnostics[self._reported :]
-        self._reported += len(diagnostics)
+        diagnostics = self._loader.diagnostics[self._reported_count :]
+        self._reported_count += len(diagnostics)
         missing = self.agent.missing_files
-        mistakes = list(_root_mistakes(diagnostics, files_are_missing=bool(missing)))
+        mistakes = list(_find_root_mistakes(diagnostics, files_are_missing=bool(missing)))
         if not self.is_initialized and self._executive.initialized:
             self.is_initialized = True
             # after other mistakes the mapping is not checked: a broken file may define the operators and
             # skills that the mapping names
             if not mistakes and not missing:
-                mistakes += _mapping_mistakes(self.agent)
+                mistakes += _find_mapping_mistakes(self.agent)
         return mistakes
 
 
-def _root_mistakes(diagnostics: Iterable[Diagnostic], *, files_are_missing: bool) -> Iterator[CxbridgeError]:
+def _find_root_mistakes(
+    diagnostics: Iterable[Diagnostic], *, files_are_missing: bool
+) -> Iterator[CxbridgeError]:
     """Yield the root mistakes, without consequences of other mistakes.
 
     :param files_are_missing: whether files are missing, which may define the unknown names.
@@ -172,7 +176,7 @@ def contains_call_to(file: str | None, line: int | None, constructs: Collection[
     return any(re.search(rf"\({re.escape(name)}[\s)]", text) for name in constructs)
 
 
-def _mapping_mistakes(agent: Run) -> list[CxbridgeError]:
+def _find_mapping_mistakes(agent: Run) -> list[CxbridgeError]:
     """Return the unknown skills and parameters in the action mapping."""
     skills, env = known_skills(agent), agent.executive.env
     operators = {
@@ -188,7 +192,7 @@ def _mapping_mistakes(agent: Run) -> list[CxbridgeError]:
         for name in placeholders:
             if parameters and name not in parameters:
                 text = f"'{action}' has no parameter '{name}'"
-                mistakes.append(_mapping_mistake(agent, action, text, name, parameters))
+                mistakes.append(_make_mapping_mistake(agent, action, text, name, parameters))
         if skills is None:
             continue
         example = ActionSkillMapping({action: template}).map(action, dict.fromkeys(placeholders, "1"))
@@ -201,7 +205,7 @@ def _mapping_mistakes(agent: Run) -> list[CxbridgeError]:
         for name in called:
             if name not in skills:
                 text = f"'{action}' is mapped to the skill '{name}', which does not exist"
-                unknown_skill = _mapping_mistake(agent, action, text, name, skills)
+                unknown_skill = _make_mapping_mistake(agent, action, text, name, skills)
                 mistakes.append(unknown_skill)
     # the hint appears once, at the last mistake: the user may only lack the robot's skills
     if unknown_skill is not None and agent.known_skills:
@@ -230,7 +234,9 @@ def _mapping_path(agent: Run) -> str:
     return f"/clips-executive/specs/{agent.spec}/action-mapping"
 
 
-def _mapping_mistake(agent: Run, action: str, message: str, word: str, names: Iterable[str]) -> ConfigError:
+def _make_mapping_mistake(
+    agent: Run, action: str, message: str, word: str, names: Iterable[str]
+) -> ConfigError:
     """Return the error about an unknown name in the mapping of an action.
 
     :param word: the unknown name.

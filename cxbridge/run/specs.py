@@ -58,7 +58,7 @@ def choose_spec(config: Configuration, spec: str | None, config_file: Path | Non
     value = value or min((item for item in config.search(_ROOT) if item.file), key=_line_number, default=None)
     if value is None and config_file is not None:
         raise ConfigError(f"the configuration {problem}", file=config_file, line=1, hint=hint)
-    raise _error(f"the configuration {problem}", value, hint)
+    raise _make_error(f"the configuration {problem}", value, hint)
 
 
 def check_spec(config: Configuration, spec: str) -> list[str]:
@@ -87,7 +87,7 @@ def check_spec(config: Configuration, spec: str) -> list[str]:
 
 def find_key_mistakes(config: Configuration, spec: str) -> list[ConfigError]:
     """Return an error for each misspelt key, and for each empty value or wrong type that would be fatal."""
-    # only a warning with a Fawkes checkout: Fawkes ignores unknown keys
+    # with a Fawkes checkout, the caller only warns of the mistakes, because Fawkes ignores unknown keys
     base = f"{_ROOT}/specs/{spec}"
     mistakes = [
         *_misspelt_sections(config),
@@ -96,17 +96,17 @@ def find_key_mistakes(config: Configuration, spec: str) -> list[ConfigError]:
         *_misspelt_keys(config, "/skiller", _SKILLER_KEYS),
     ]
     if config.exists("/skiller") and (value := config.get("/skiller")).text:
-        mistakes.append(_error("'skiller' must be a map", value, "write skillspace: NAME below it"))
-    for _, path in _entries(config, spec):
+        mistakes.append(_make_error("'skiller' must be a map", value, "write skillspace: NAME below it"))
+    for _, path in _find_entries(config, spec):
         mistakes += _misspelt_keys(config, path, tuple(sorted(_ENTRY_KEYS)))
         for key in ("name", "file"):
             if config.exists(f"{path}/{key}") and _is_empty(value := config.get(f"{path}/{key}")):
-                mistakes.append(_error(f"'{key}' is empty", value, f"give the {key}, or remove the key"))
+                mistakes.append(_make_error(f"'{key}' is empty", value, f"give the {key}, or remove the key"))
     mapping = f"{base}/action-mapping"
     for action in config.keys(mapping):
         if config.exists(f"{mapping}/{action}") and _is_empty(value := config.get(f"{mapping}/{action}")):
             hint = f"name a skill: {action}: SKILL{{}}"
-            mistakes.append(_error(f"the mapping of action '{action}' is empty", value, hint))
+            mistakes.append(_make_error(f"the mapping of action '{action}' is empty", value, hint))
     return mistakes
 
 
@@ -120,19 +120,18 @@ def _misspelt_sections(config: Configuration) -> Iterator[ConfigError]:
                 config.keys(f"/{name}")
             ):
                 value = _first_value(config, f"/{name}")
-                yield _error(f"'{name}' is never read", value, f"did you mean {section}?")
+                yield _make_error(f"'{name}' is never read", value, f"did you mean {section}?")
 
 
 def _misspelt_keys(config: Configuration, path: str, known_keys: Sequence[str]) -> Iterator[ConfigError]:
     """Yield an error for each key that is similar to a known key that is absent."""
     values = {key: _first_value(config, f"{path}/{key}") for key in config.keys(path)}
     written_keys = [key for key, value in values.items() if value is None or value.file]
-    absent_keys = [
-        key for key in known_keys if key not in written_keys
-    ]  # includes keys that only have a default
+    # includes keys that only have a default
+    absent_keys = [key for key in known_keys if key not in written_keys]
     for key, value in values.items():
         if key not in known_keys and (similar := nearest_names(key, absent_keys, _MIN_LIKENESS)):
-            yield _error(f"'{key}' is never read", value, f"did you mean {similar[0]}?")
+            yield _make_error(f"'{key}' is never read", value, f"did you mean {similar[0]}?")
 
 
 def check_features(config: Configuration, spec: str, available: Collection[str]) -> None:
@@ -142,11 +141,11 @@ def check_features(config: Configuration, spec: str, available: Collection[str])
     """
     # the core's rules find the mistake, too, but without its place; the rules of ros2_cx fail while they
     # report it, and wait forever
-    for stage, path in _entries(config, spec):
+    for stage, path in _find_entries(config, spec):
         name = config.get_str(f"{path}/name", default="")
         is_requested = config.get_bool(f"{path}/feature-request", default=stage == STAGES[0])
         if is_requested and name not in available:
-            raise _error(
+            raise _make_error(
                 f"{stage} asks for the feature '{name}', which is not available",
                 config.get(f"{path}/name"),
                 package_hint(name)
@@ -158,7 +157,7 @@ def check_features(config: Configuration, spec: str, available: Collection[str])
 def find_missing_files(config: Configuration, spec: str, folders: Sequence[Path]) -> list[ConfigError]:
     """Return an error for each missing file of a spec, at its entry."""
     errors = []
-    for stage, path in _entries(config, spec):
+    for stage, path in _find_entries(config, spec):
         single_file = config.get_str(f"{path}/file", default="")
         names = config.get_strings(f"{path}/files", default=[])
         for name in [single_file, *names] if single_file else names:
@@ -166,11 +165,11 @@ def find_missing_files(config: Configuration, spec: str, folders: Sequence[Path]
             reasons = {folder / file: why_unreadable(folder / file) for folder in folders}
             if all(reasons.values()):
                 value = config.get(path + ("/file" if name == single_file else "/files"))
-                errors.append(_missing_file(stage, file, reasons, value, folders))
+                errors.append(_make_missing_file_error(stage, file, reasons, value, folders))
     return errors
 
 
-def _missing_file(
+def _make_missing_file_error(
     stage: str, file: str, reasons: Mapping[Path, str], value: ConfigValue, folders: Sequence[Path]
 ) -> ConfigError:
     """Return the error for a file of a spec that no folder has, or that cannot be read.
@@ -184,7 +183,7 @@ def _missing_file(
     return value.error(f"{stage} loads {file}, which no folder has", did_you_mean(file, names) or None)
 
 
-def _entries(config: Configuration, spec: str) -> Iterator[tuple[str, str]]:
+def _find_entries(config: Configuration, spec: str) -> Iterator[tuple[str, str]]:
     """Yield stage and path of each entry in a spec's initialisation."""
     for stage in STAGES:
         path = f"{_ROOT}/specs/{spec}/init/{stage}"
@@ -200,13 +199,15 @@ def _check_stage(config: Configuration, base: str, stage: str) -> Iterator[str]:
     path = f"{base}/init/{stage}"
     if stage not in STAGES:
         value = _first_value(config, path)
-        raise _error(f"there is no '{stage}'", value, f"the stages are {', '.join(STAGES)}")
+        raise _make_error(f"there is no '{stage}'", value, f"the stages are {', '.join(STAGES)}")
     _check_container(config, path, "a list of entries, each with a name")
     for index in config.keys(path):
         number = parse_decimal(index)
         if number is None:
             hint = "begin each with a dash: - name: ..."
-            raise _error(f"{stage} must be a list of entries", _first_value(config, f"{path}/{index}"), hint)
+            raise _make_error(
+                f"{stage} must be a list of entries", _first_value(config, f"{path}/{index}"), hint
+            )
         yield from _check_entry(config, f"{path}/{index}", f"{stage}, entry {number + 1}")
 
 
@@ -217,17 +218,21 @@ def _check_entry(config: Configuration, path: str, entry: str) -> Iterator[str]:
     """
     keys = config.keys(path)
     if "name" not in keys:
-        raise _error(f"{entry} has no name", _first_value(config, path), "give it one: - name: ...")
+        raise _make_error(f"{entry} has no name", _first_value(config, path), "give it one: - name: ...")
     for key in ("name", "file", "wait-for"):
         config.get_str(f"{path}/{key}", default="")
     config.get_bool(f"{path}/feature-request", default=False)
     if "files" in keys:
         if config.keys(f"{path}/files"):
             value = _first_value(config, f"{path}/files")
-            raise _error(f"the files of {entry} must be a list, not a map", value, "write [a.clp, b.clp]")
+            raise _make_error(
+                f"the files of {entry} must be a list, not a map", value, "write [a.clp, b.clp]"
+            )
         files = config.get(f"{path}/files")
         if not files.is_list or (files.items and files.type is not ConfigType.STRING):
-            raise _error(f"the files of {entry} must be a list of file names", files, "write [a.clp, b.clp]")
+            raise _make_error(
+                f"the files of {entry} must be a list of file names", files, "write [a.clp, b.clp]"
+            )
     unknown = sorted(set(keys) - _ENTRY_KEYS)
     for key in unknown:
         keys_of_entries = ", ".join(sorted(_ENTRY_KEYS))
@@ -244,7 +249,7 @@ def _check_container(config: Configuration, path: str, shape: str) -> None:
     """
     if config.exists(path) and (value := config.get(path)) and (value.is_list or value.text):
         name = path.rsplit("/", 1)[1]
-        raise _error(f"'{name}' must be {shape}", value, None)
+        raise _make_error(f"'{name}' must be {shape}", value, None)
 
 
 def _first_value(config: Configuration, path: str) -> ConfigValue | None:
@@ -268,7 +273,7 @@ def _location_prefix(config: Configuration, path: str) -> str:
     return f"{value.location}: " if value is not None and value.location else ""
 
 
-def _error(message: str, value: ConfigValue | None, hint: str | None) -> ConfigError:
+def _make_error(message: str, value: ConfigValue | None, hint: str | None) -> ConfigError:
     """Return an error at the place of a value; without a place if the value is missing."""
     return ConfigError(message, hint=hint) if value is None else value.error(message, hint)
 

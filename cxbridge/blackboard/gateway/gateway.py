@@ -129,7 +129,7 @@ class Gateway(Observer, Closing):
         for board in self._boards:
             board.unregister_observer(self)
         if self._thread is None or not self._thread.is_alive():
-            self._deliver_messages()
+            self._transfer()
         for key, mirror in self._mirrors.items():
             mirror.close(f"the gateway to {'::'.join(key)} was closed")
         self._mirrors.clear()
@@ -158,19 +158,19 @@ class Gateway(Observer, Closing):
 
     def loop(self) -> None:
         """Transfer queued data and messages, and sweep if a sweep is due."""
-        self._deliver_messages()
+        self._transfer()
         now_s = time.monotonic()
         if self._sweep_requested.is_set() or now_s >= self._next_sweep_s:
             self._sweep_requested.clear()
             self._next_sweep_s = now_s + self._sweep_period_s
-            self._reconcile()
-            self._deliver_messages()
+            self._sweep()
+            self._transfer()
 
-    def _deliver_messages(self) -> None:
+    def _transfer(self) -> None:
         for mirror in self._mirrors.values():
             mirror.transfer()
 
-    def _reconcile(self) -> None:
+    def _sweep(self) -> None:
         """End mirrors that lost a side, and start possible ones."""
         for key, mirror in list(self._mirrors.items()):
             if mirror.end_reason:  # before the lists, which take long on a lost board
@@ -191,7 +191,7 @@ class Gateway(Observer, Closing):
         mirror = self._mirrors.pop(key)
         self._on_end(uid, reason)
         mirror.close(f"{uid} of {self._board_names[mirror.side]} is lost: {reason}")
-        self._info(f"{uid} is no longer mirrored: {reason}")
+        self._log_info(f"{uid} is no longer mirrored: {reason}")
 
     def _list_interfaces(self, side: int) -> Listing | None:
         """Return the matching interfaces of a board; None if the board is unreachable."""
@@ -251,7 +251,7 @@ class Gateway(Observer, Closing):
             self._warn_once(key, f"cannot be mirrored: {error}")
             return
         self._last_warnings.pop(key, None)
-        self._info(f"{'::'.join(key)}: {self._board_names[side]} -> {self._board_names[1 - side]}")
+        self._log_info(f"{'::'.join(key)}: {self._board_names[side]} -> {self._board_names[1 - side]}")
 
     def _warn_once(self, subject: object, text: str) -> None:
         """Log a warning unless it repeats the last warning about its subject.
@@ -263,6 +263,6 @@ class Gateway(Observer, Closing):
             if self._log is not None:
                 self._log.warn(f"{'::'.join(subject)}: {text}" if isinstance(subject, tuple) else text)
 
-    def _info(self, text: str) -> None:
+    def _log_info(self, text: str) -> None:
         if self._log is not None:
             self._log.info(text)

@@ -168,9 +168,8 @@ class _TreeReader:
                 f"elements are nested more than {MAX_DEPTH} levels deep", "close the elements before"
             )
         match = _START_TAG.match(self._data, parser.CurrentByteIndex)
-        start_tag = (
-            match.group() if match else b""
-        )  # without a tag, e.g. in UTF-16, errors have the place of the element
+        # without a tag, e.g. in UTF-16, errors have the place of the element
+        start_tag = match.group() if match else b""
         element = Element(
             name, attributes, parser.CurrentLineNumber, parser.CurrentColumnNumber + 1, start_tag
         )

@@ -164,7 +164,7 @@ class ManagedNode(Generic[ComponentType]):
         if component is not None:
             component.abort()
 
-    def take(self, transition: Transition) -> None:
+    def take_transition(self, transition: Transition) -> None:
         """Take one transition.
 
         Shutdown leads through the states in between, and its failures do not stop the sequence.
@@ -193,7 +193,7 @@ class ManagedNode(Generic[ComponentType]):
         failures: list[Exception] = []
         for transition in _STOP_TRANSITIONS:
             if self.state is _STATES_BY_TRANSITION[transition][0]:
-                _collect_failure(partial(self.take, transition), failures)
+                _collect_failure(partial(self.take_transition, transition), failures)
         if self.component is not None:  # the executive of a run exists before it is configured
             _collect_failure(self.on_cleanup, failures)
         self.state = State.FINALIZED
@@ -270,14 +270,14 @@ class ComponentManager:
 
     def _start_if_due(self, node: ManagedNode[Any], transition: Transition) -> None:
         if node.state is _STATES_BY_TRANSITION[transition][0] and not self.failure:
-            self._try(node, transition)
+            self._try_transition(node, transition)
 
     def pause(self) -> None:
         """Deactivate all components except steady ones, last to first."""
         self.paused = True
         for node in reversed(self.nodes):
             if node.state is State.ACTIVE and not node.steady:
-                self._try(node, Transition.DEACTIVATE, "paused")
+                self._try_transition(node, Transition.DEACTIVATE, "paused")
 
     def resume(self) -> bool:
         """Activate the inactive components, first to last; return whether all are active."""
@@ -302,7 +302,7 @@ class ComponentManager:
         for node in reversed(self.nodes):
             if node.state is not State.FINALIZED:
                 reason = node.reason or "shut down"
-                _collect_failure(partial(self._try, node, Transition.SHUTDOWN, reason), failures)
+                _collect_failure(partial(self._try_transition, node, Transition.SHUTDOWN, reason), failures)
         if failures:
             raise failures[0]
 
@@ -321,7 +321,9 @@ class ComponentManager:
         if node.state is State.FINALIZED:
             raise LifecycleError(f"{name} was shut down", hint="restart the daemon to start it again")
         for transition in _START_TRANSITIONS:
-            if node.state is _STATES_BY_TRANSITION[transition][0] and not self._take(node, transition):
+            if node.state is _STATES_BY_TRANSITION[transition][0] and not self._take_transition(
+                node, transition
+            ):
                 raise LifecycleError(f"{name} cannot {transition}: {node.reason}")
 
     def stop_one(self, name: str) -> None:
@@ -358,7 +360,7 @@ class ComponentManager:
                 f"{name} cannot {transition}: it is {node.state.name.lower()}, expected {states}"
             )
         reason = "" if transition == Transition.ACTIVATE else f"{transition} on request"
-        if not self._take(node, Transition(transition), reason):
+        if not self._take_transition(node, Transition(transition), reason):
             raise LifecycleError(f"{name} cannot {transition}: {node.reason}")
 
     def _find_changeable_node(self, name: str) -> ManagedNode[Any]:
@@ -404,23 +406,27 @@ class ComponentManager:
     def _wind_down(self, node: ManagedNode[Any], reason: str) -> None:
         for transition in _STOP_TRANSITIONS:
             if node.state is _STATES_BY_TRANSITION[transition][0]:
-                self._try(node, transition, reason)
+                self._try_transition(node, transition, reason)
         node.reason = reason
         self.on_change()
 
-    def _try(self, node: ManagedNode[Any], transition: Transition, reason: str = "") -> None:
+    def _try_transition(self, node: ManagedNode[Any], transition: Transition, reason: str = "") -> None:
         """Take a transition; under :attr:`Policy.STOP`, a failure sets :attr:`failure`."""
-        if not self._take(node, transition, reason) and self.policy is Policy.STOP and not self.failure:
+        if (
+            not self._take_transition(node, transition, reason)
+            and self.policy is Policy.STOP
+            and not self.failure
+        ):
             self.failure, self.failure_error = f"{node.name}: {node.reason}", node.error
 
-    def _take(self, node: ManagedNode[Any], transition: Transition, reason: str = "") -> bool:
+    def _take_transition(self, node: ManagedNode[Any], transition: Transition, reason: str = "") -> bool:
         """Take a transition; return whether it succeeded.
 
         :param reason: why the component will be inactive; replaced by the error of a failure.
         """
         state_before, succeeded = node.state, True
         try:
-            node.take(transition)
+            node.take_transition(transition)
         except Exception as error:
             if self.policy is Policy.RAISE:
                 raise  # the caller's close() closes the component

@@ -86,7 +86,7 @@ class Expectation(Generic[R]):
         report: Callable[[Divergence], None],
     ) -> None:
         self.uid = uid
-        self.exhausted = False
+        self.is_exhausted = False
         """Whether commands continued past the end of an incomplete recording."""
         self._commands = commands
         self._start_us = start_us
@@ -110,7 +110,7 @@ class Expectation(Generic[R]):
         """Report a command that differs from the expected one."""
         expected = self.next
         if expected is None and not self._is_complete:
-            self.exhausted = True
+            self.is_exhausted = True
             return
         self._diverge(expected, actual, now_us)
 

@@ -156,11 +156,11 @@ class Recordings:
     def writes(self, sensors: Mapping[str, InterfaceWrite]) -> Iterator[InterfaceWrite]:
         """Yield the writes of these interfaces by time."""
         # an interface of several recordings is played once, from the first of them
-        waiting = set(sensors)
+        remaining = set(sensors)
         streams = []
         for scan in self.scans:
-            uids = scan.samples.keys() & waiting
-            waiting -= uids
+            uids = scan.samples.keys() & remaining
+            remaining -= uids
             streams.append(_interface_writes(scan, frozenset(uids)))
         return heapq.merge(*streams, key=lambda write: write.time_us)
 
@@ -239,9 +239,9 @@ class RecordedAgentRun(Run):
         prefix = f"{self._agent}/"
         for event in self._run:
             if isinstance(event, InterfaceWrite | InterfaceMessage):
-                kind, mark, name = event.uid.partition("::")
+                kind, separator, name = event.uid.partition("::")
                 if name.startswith(prefix):
-                    yield structs.replace(event, uid=f"{kind}{mark}{name.removeprefix(prefix)}")
+                    yield structs.replace(event, uid=f"{kind}{separator}{name.removeprefix(prefix)}")
             elif isinstance(event, _ENVIRONMENT_EVENTS) and event.env == self._agent:
                 yield event
 

@@ -88,8 +88,8 @@ def judge(
         in_partial_order = compare_runs(run, [recorded], view, Order.PARTIAL, tolerance=tolerance)
         if in_partial_order.same:
             lines.append("In partial order they are the same: --replay-order partial")
-    plain = report_to_json(report)
-    return ReplayOutcome(compared, order.value, None, comparison.same, is_complete, tuple(lines), plain)
+    json_report = report_to_json(report)
+    return ReplayOutcome(compared, order.value, None, comparison.same, is_complete, tuple(lines), json_report)
 
 
 def _cut_recordings(
@@ -187,7 +187,7 @@ class Replay:
         self._clock = VirtualClock(recordings.start_us) if team is None else team.clock()
         self._plans: dict[str, dict[str, RecordedPlan]] = {}
         self._last_us = 0
-        self._quiet_us: int | None = None
+        self._quiet_us: int | None = None  # since when all recorded commands are met
         self._outcome: ReplayOutcome | None = None
 
     def clock(self) -> VirtualClock:
@@ -323,7 +323,7 @@ class Replay:
         :param run_is_over: whether the run itself has ended.
         """
         replay = self._team or self
-        replay.is_exhausted = replay.is_exhausted or any(commands.exhausted for commands in self._expected)
+        replay.is_exhausted = replay.is_exhausted or any(commands.is_exhausted for commands in self._expected)
         if replay.divergence is not None or replay.is_exhausted:
             return True
         if any(skiller.running for skiller in self._skillers) or any(

@@ -78,7 +78,7 @@ class Scan:
 
     def add_event(self, event: Event) -> None:
         """Add an event."""
-        if self.begin_us is None and self.is_timed and self._begins(event):
+        if self.begin_us is None and self.is_timed and self._shows_begin(event):
             self.begin_us = event.time_us
         if isinstance(event, InterfaceWrite):
             self._add_write(event)
@@ -96,7 +96,7 @@ class Scan:
             elif isinstance(event, GoalTransition):
                 self._add_goal(event)
 
-    def _begins(self, event: Event) -> bool:
+    def _shows_begin(self, event: Event) -> bool:
         """Return whether the event shows that the executive runs and its clock is set."""
         # the first lines of a log have times of the real clock, until a simulated clock is set
         if not self.is_log:

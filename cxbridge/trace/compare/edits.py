@@ -60,7 +60,7 @@ class Alignment:
         numbers: dict[Hashable, int] = {}
         self.pairs = align(*([numbers.setdefault(state, len(numbers)) for state in run] for run in (a, b)))
         self._lengths = (len(a), len(b))
-        # `edits` adds the changed states, which are shown side by side like pairs
+        # `find_edits` adds the changed states, which are shown side by side like pairs
         self._row_pairs = self.pairs
 
     def unpaired_indices(self, run: int) -> list[int]:

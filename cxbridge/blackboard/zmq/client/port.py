@@ -80,9 +80,8 @@ class InterfaceCopy(BoardPort):
         self._dispatcher: Final = dispatcher
         self._fetched_version = 0  # the newest version that an instance has read
         self._notified_snapshot: Snapshot | None = None  # the data that listeners read during a notification
-        self._last_event: DataEvent | None = (
-            None  # the last pending event, which a further update may replace
-        )
+        # the last pending event, which a further update may replace
+        self._last_event: DataEvent | None = None
         self._members: dict[UUID, Member] = {}  # the open instances of all clients
 
     def update(self, seq: int, block: bytes, stamped: bool, changed: bool) -> None:

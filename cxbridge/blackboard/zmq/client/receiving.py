@@ -84,7 +84,7 @@ class EventReceiver(Dispatcher):
         self.context: Final = context
         self._wake_session: Final = wake_session
         self._lock: Final = threading.Lock()
-        self._changed: Final = threading.Condition(self._lock)
+        self._turn_changed: Final = threading.Condition(self._lock)
         self._turn = _SESSION
         self._is_reclaimed = False
         self._round_count = 0  # rounds of the dispatcher's thread; a constant count shows slow listeners
@@ -94,9 +94,8 @@ class EventReceiver(Dispatcher):
         self._backlog: deque[Call | None] = deque()  # calls taken from the queue while a listener waited
         self._has_ended = False
         self._is_idle = False  # whether the dispatcher's thread waits for calls
-        self._is_receiving = (
-            False  # whether the dispatcher's thread waits for a frame, so that calls must nudge it
-        )
+        # whether the dispatcher's thread waits for a frame, so that calls must nudge it
+        self._is_receiving = False
         self.must_wake_session = False
         """Whether the dispatcher's thread must wake the session's thread before it calls listeners."""
         self._reset()
@@ -183,10 +182,10 @@ class EventReceiver(Dispatcher):
         except Exception as error:  # noqa: BLE001 - for example the context was terminated
             self.fault = self.fault or repr(error)
         self._is_receiving = False
-        with self._changed:
+        with self._turn_changed:
             if self._turn == _DISPATCHER:
                 self._turn = _SESSION
-            self._changed.notify_all()
+            self._turn_changed.notify_all()
         self._wake_session()
 
     def _receive_and_call(self) -> None:
@@ -215,8 +214,8 @@ class EventReceiver(Dispatcher):
             self._round_count += 1
             self._turn = _CALLING
             if self._is_reclaimed:
-                with self._changed:
-                    self._changed.notify_all()
+                with self._turn_changed:
+                    self._turn_changed.notify_all()
             elif self.must_wake_session:
                 self._wake_session()
             self._call_waiting()
@@ -277,11 +276,11 @@ class EventReceiver(Dispatcher):
 
     def reclaim_turn(self) -> None:
         """Take the turn back, even while the dispatcher's thread receives."""
-        with self._changed:
+        with self._turn_changed:
             self._is_reclaimed = True
             while self._turn == _DISPATCHER:
                 self._nudge_dispatcher()
-                self._changed.wait(1.0)  # seconds until the next nudge
+                self._turn_changed.wait(1.0)  # seconds until the next nudge
             self._turn = _SESSION
             self._is_reclaimed = False
 

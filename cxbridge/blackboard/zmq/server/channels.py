@@ -113,10 +113,9 @@ class Channel(MembershipListener):
     def data_refreshed(self, interface: Interface) -> None:  # noqa: ARG002 - a listener's signature
         if self._loop.is_current_thread():
             self._send_update(self.memory.snapshot)
-        elif (
-            self._queued_count < MAX_QUEUED_UPDATES
-        ):  # at the limit, the last queued call sends the newest data
+        elif self._queued_count < MAX_QUEUED_UPDATES:
             self._queued_count += 1
+            # the call at the limit sends the newest data, which include all further updates
             self._loop.post(
                 self._send_queued_update,
                 None if self._queued_count == MAX_QUEUED_UPDATES else self.memory.snapshot,

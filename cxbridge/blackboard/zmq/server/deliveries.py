@@ -57,7 +57,7 @@ class Deliveries:
         :param on_outcome: called exactly once.
         :param deadline_s: the limit, in seconds of the monotonic clock.
         """
-        if session.failed:
+        if session.has_failed:
             on_outcome(ResultCode.NO_WRITER, 0)
             return
         if session.pending_count >= MAX_PENDING_MESSAGES:

@@ -280,7 +280,7 @@ class RequestHandler:
         session.send(Listed(list(infos), request=frame.request))
 
     def _handle_watch(self, session: ZmqSession, frame: Watch) -> None:
-        session.watching = True  # before the list, so that the client misses no interface in between
+        session.is_watching = True  # before the list, so that the client misses no interface in between
         session.send(Listed(list(self._board.list_all()), request=frame.request))
 
     def _handle_sync(self, session: ZmqSession, frame: Sync) -> None:

@@ -185,7 +185,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
 
     def _send_existence(self, created: bool, interface_type: str, interface_id: str) -> None:
         for session in tuple(self._sessions.values()):
-            if session.watching:
+            if session.is_watching:
                 session.send(Existence(created, interface_type, interface_id))
 
     def _run(self) -> None:
@@ -274,7 +274,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         :param surplus_parts: the number of parts after the frame; a valid message has none.
         """
         session = self._sessions.get(route[1:])
-        if session is not None and session.failed:
+        if session is not None and session.has_failed:
             return
         if surplus_parts:
             raise ProtocolError(f"a message must have one frame, not {1 + surplus_parts}")
@@ -343,8 +343,8 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         The server ends the session after the current request, because the callers iterate over sessions and
         their instances.
         """
-        if not session.failed:
-            session.failed = True
+        if not session.has_failed:
+            session.has_failed = True
             self._failed_sessions.append((session, code))
 
     def _end_failed(self) -> None:
@@ -359,7 +359,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
 
     def _end_session(self, session: ZmqSession) -> None:
         """Close the instances of a session."""
-        session.failed = True
+        session.has_failed = True
         if self._sessions.pop(session.id, None) is not None:
             self._skipped += session.skipped
             self._requests.end_session(session)

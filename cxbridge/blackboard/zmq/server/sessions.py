@@ -57,8 +57,8 @@ class ZmqSession:
     :param fail: called when the session cannot continue, with the reason.
     :param now: returns the monotonic time in seconds.
     :param credit: the number of updates that the server may send before the next acknowledgement.
-    :param watching: whether the client gets Existence frames.
-    :param failed: whether the server will end the session, which receives and sends no frames any more.
+    :param is_watching: whether the client gets Existence frames.
+    :param has_failed: whether the server will end the session, which receives and sends no frames any more.
     :param skipped: the number of conflated updates.
     :param pending_count: the number of messages whose outcome the client has not reported.
     :param instances: the client's instances by serial.
@@ -78,8 +78,8 @@ class ZmqSession:
     last_number_sent: int = 0
     last_received_s: float = 0.0
     last_sent_s: float = 0.0
-    watching: bool = False
-    failed: bool = False
+    is_watching: bool = False
+    has_failed: bool = False
     skipped: int = 0
     pending_count: int = 0
     instances: dict[bytes, Interface] = field(default_factory=dict)
@@ -107,7 +107,7 @@ class ZmqSession:
 
     def send_bytes(self, data: bytes) -> None:
         """Send an encoded frame, which several sessions may share if it has no number."""
-        if self.failed:
+        if self.has_failed:
             return
         try:
             self._send(self._route, SEND_MORE)

@@ -28,7 +28,7 @@ _DATA_END: Final = 0x0F
 
 # The start of a message up to its data: its record's head, channel, sequence, log time, publish time.
 _MESSAGE: Final = struct.Struct("<BQHIQQ")
-_MESSAGE_FIELDS: Final = _MESSAGE.size - mcap.HEAD.size
+_MESSAGE_FIELDS_SIZE: Final = _MESSAGE.size - mcap.HEAD.size
 _MAX_TIME_NS: Final = (1 << 64) - 1  # mcap times are unsigned 64 bit integers
 
 
@@ -72,9 +72,8 @@ class McapFile:
         self._schemas: dict[int, bytes] = {0: b""}  # mcap: a channel without a schema has the number 0
         self._channels: dict[int, bytes] = {}
         self._chunk = bytearray()
-        self._message_index: dict[
-            int, list[int]
-        ] = {}  # of the chunk, by channel: times and offsets alternate
+        # the messages of the chunk by channel: times and offsets alternate
+        self._message_index: dict[int, list[int]] = {}
         self._first_time_ns, self._last_time_ns = _MAX_TIME_NS, 0
         self._message_counts: dict[int, int] = {}
         self._chunk_index: list[bytes] = []
@@ -129,7 +128,7 @@ class McapFile:
                 time_ns = max(0, min(time_ns, _MAX_TIME_NS))  # noqa: PLW2901 - it is the time
             index = indexes[channel]
             index += (time_ns, len(chunk))
-            chunk += pack(mcap.MESSAGE, _MESSAGE_FIELDS + len(data), channel, 0, time_ns, time_ns)
+            chunk += pack(mcap.MESSAGE, _MESSAGE_FIELDS_SIZE + len(data), channel, 0, time_ns, time_ns)
             chunk += data
             if len(chunk) >= CHUNK_SIZE:
                 self.finish_chunk()

@@ -25,8 +25,8 @@ from cxbridge.trace.formats.mcap.records import (
 
 # The start of a message: its kind, its size, its channel.
 _MESSAGE_HEAD: Final = Struct("<BQH")
-# The bytes of a message before its data: channel, sequence, two times.
-_MESSAGE_FIELDS: Final = 22
+# Channel, sequence and two times precede the data of a message.
+_MESSAGE_FIELDS_SIZE: Final = 22
 
 
 class McapRun(Run):
@@ -57,7 +57,7 @@ class McapRun(Run):
                         has_messages = True
                         decode = channels.decoders.get(channel)
                         if decode is not None:
-                            yield decode(block[start + _MESSAGE_FIELDS : offset])
+                            yield decode(block[start + _MESSAGE_FIELDS_SIZE : offset])
                     elif kind in (mcap.SCHEMA, mcap.CHANNEL):
                         channels.add_definition(kind, block[start:offset])
                     else:
