@@ -126,7 +126,7 @@ class RunStory:
 
         :param elapsed_s: the seconds since the start of the run.
         :param took_s: the seconds since the selection of the goal; None if the goal was not selected.
-        :param failure: the reason of a failure; empty without one.
+        :param failure: the reason for a failure; empty without one.
         """
         outcome = goal_outcome(goal.mode, goal.outcome)
         took = "" if took_s is None or took_s < _MIN_SHOWN_S else f" in {took_s:.1f} s"

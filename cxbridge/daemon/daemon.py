@@ -237,7 +237,7 @@ class Daemon(Run):
             self.log.info("The loop continues")
         elif self.loop.is_stopping:
             self.stalls.watchdog.interrupt()  # the servers are stopping, so no client can interrupt the rules
-        self._notifier.report_status("goes on" if stall is None else str(stall))
+        self._notifier.report_status("the loop continues" if stall is None else str(stall))
         self._publish()
 
     def _poll(self) -> None:

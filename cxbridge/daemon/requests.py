@@ -52,7 +52,7 @@ class DaemonState:
         self._node = node
         self._loop = loop
         self._lines: deque[tuple[int, str, str, str]] = deque(maxlen=MAX_LINES)
-        self._numbers = count(1)
+        self._line_numbers = count(1)
         self._lock = threading.Lock()
         self._skills: dict[str, tuple[str, str]] = {}  # the skill string and its status by Skiller
         bus.subscribe(self._record_event, LogLine, SkillStatus)
@@ -62,7 +62,7 @@ class DaemonState:
             # assigns the number under the lock, so that a client that asks for later lines misses none
             with self._lock:
                 line = (
-                    next(self._numbers),
+                    next(self._line_numbers),
                     event.level.value,
                     event.component,
                     truncate(event.text, _MAX_TEXT),
@@ -125,7 +125,7 @@ MAX_REQUESTS: Final = 16
 """The maximal number of waiting requests."""
 
 _MAX_REPLY_BYTES: Final = 262_143  # size of the interface's field for replies, without the final NUL
-_MAX_REASON_BYTES: Final = 1000  # size of the interface's field for the reason of a stop
+_MAX_REASON_BYTES: Final = 1000  # size of the interface's field for the reason for a stop
 _MAX_LOGGED: Final = 500  # limit of characters of a request in the log
 
 

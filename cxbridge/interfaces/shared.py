@@ -69,11 +69,11 @@ class SharedBlock(BufferedBlock):
     """
 
     __slots__ = (
-        "_data_version",
         "_explicit_stamp_us",
         "_port",
         "_read_changed",
         "_read_refreshed",
+        "_read_version",
         "_version",
         "id",
         "is_writer",
@@ -107,7 +107,7 @@ class SharedBlock(BufferedBlock):
         self.is_writer: Final = writer
         """Whether the instance was opened for writing."""
         self._version = _NEVER_READ  # the version of the shared block that the private copy equals
-        self._data_version = 0  # the version of the shared block at the last read
+        self._read_version = 0  # the version of the shared block at the last read
         self._read_refreshed = False
         self._read_changed = False
         self._explicit_stamp_us: int | None = None
@@ -174,7 +174,7 @@ class SharedBlock(BufferedBlock):
     @property
     def version_read(self) -> int:
         """The number of writes of the shared block at the last :meth:`read`."""
-        return self._data_version
+        return self._read_version
 
     def read(self) -> bool:
         """Update the private copy from the shared block.
@@ -191,11 +191,11 @@ class SharedBlock(BufferedBlock):
             return False
         replaced_copy = bytes(self._buf) if self._version == _COPY_REPLACED else None
         version, stamped, changed = port.fetch(self._buf)
-        self._read_refreshed = stamped > self._data_version
-        self._read_changed = changed > self._data_version
+        self._read_refreshed = stamped > self._read_version
+        self._read_changed = changed > self._read_version
         if replaced_copy is not None:
             self._compare_with_replaced(replaced_copy)
-        self._version = self._data_version = version
+        self._version = self._read_version = version
         if not self.is_writer:
             self._refreshed = self._changed = False
         return self._read_refreshed
@@ -220,7 +220,7 @@ class SharedBlock(BufferedBlock):
         # the copy was replaced without setters: only a comparison shows whether its time stamp is new
         elif self._version < 0:
             stamped = None
-        self._version = self._data_version = self._port.publish(self, self._buf, stamped, changed)
+        self._version = self._read_version = self._port.publish(self, self._buf, stamped, changed)
 
     def publish_block(self, block: bytes, stamped: bool | None, changed: bool) -> None:
         """Publish a block that was written in another process; for transports.

@@ -73,7 +73,7 @@ class ReplayOutcome:
 class RunResult:
     """The result of a run.
 
-    :param reason: the reason of the status in a sentence.
+    :param reason: the reason for the status in a sentence.
     :param goals: the last state of each goal, in order of appearance, up to a number of latest goals.
     :param is_stuck: whether the run ended early because no event could follow.
     :param forgotten: the number of earlier goals that are not in ``goals``.

@@ -46,7 +46,7 @@ def read_samples(path: Path) -> list[Sample]:
         if status is not None:
             history = histories[type(event)]
             if isinstance(event, FactChange):
-                history.record_event(event)  # the fact has the reason of a failure
+                history.record_event(event)  # the fact has the reason for a failure
             history.record_event(status)
     # dictionaries keep the order: writes have the most exact times, statuses the least exact ones
     history = next((history for history in histories.values() if history.calls), RunHistory())

@@ -66,14 +66,16 @@ class Team(Closing):
             agents = []
             for name in names:
                 agent_replay = None if replay is None else replay.agent_player(name)
-                agent = Run(options, self._base_of(base, name), agent_replay, additions, components(name))
+                agent = Run(
+                    options, self._make_agent_base(base, name), agent_replay, additions, components(name)
+                )
                 agents.append(undo.enter_context(agent))
             undo.pop_all()
         self.agents: tuple[Run, ...] = tuple(agents)
         self.paths, self.registry = self.agents[0].paths, self.agents[0].registry
         self.spec = " ".join(dict.fromkeys(agent.spec for agent in self.agents))
 
-    def _base_of(self, base: RunBase, name: str) -> RunBase:
+    def _make_agent_base(self, base: RunBase, name: str) -> RunBase:
         config = choose_agent(base.config, name)
         config.warnings = ()  # reported once, by the team
         return replace(
@@ -114,7 +116,7 @@ class Team(Closing):
 
         :raises CxbridgeError: if the agent cannot be made.
         """
-        agent_base, components = self._base_of(self._base, name), self._components(name)
+        agent_base, components = self._make_agent_base(self._base, name), self._components(name)
         agent = Run(self.options, agent_base, None, self._additions, components)
         self.agents = (*self.agents, agent)
         for watcher in self.watchers:

@@ -147,13 +147,13 @@ class AgentRun(Closing):
 
     def step(self, loops: int = 1) -> None:
         """Run cycles of the main loop."""
-        end = self._assembly.loop.cycle_count + loops
-        self._run_cycles(lambda: self._assembly.loop.cycle_count >= end)
+        end_count = self._assembly.loop.cycle_count + loops
+        self._run_cycles(lambda: self._assembly.loop.cycle_count >= end_count)
 
     def advance(self, seconds: float) -> None:
         """Run cycles for a number of seconds of the run's clock."""
-        end = self.seconds + seconds
-        self._run_cycles(lambda: self.seconds >= end)
+        end_s = self.seconds + seconds
+        self._run_cycles(lambda: self.seconds >= end_s)
 
     def until(self, condition: Callable[[], object], timeout: float = 60.0) -> None:
         """Run until the condition is true after a cycle.
@@ -186,13 +186,13 @@ class AgentRun(Closing):
         :param timeout: the limit in seconds of the run's clock.
         :returns: whether the condition is true.
         """
-        end = self.seconds + timeout
+        end_s = self.seconds + timeout
         is_met = False
 
         def done() -> bool:
             nonlocal is_met
             is_met = bool(condition())
-            return is_met or self.seconds >= end
+            return is_met or self.seconds >= end_s
 
         self._run_cycles(done)
         return is_met

@@ -143,7 +143,7 @@ def compare_with_golden(
 
 
 def _write_page(page: Path, name: str, document: dict[str, Any]) -> str:
-    """Write a page; return a line with its path, or with the reason of a failure."""
+    """Write a page; return a line with its path, or with the reason for a failure."""
     document["a"]["path"] = "this run"  # instead of the path of a temporary file
     try:
         page.parent.mkdir(parents=True, exist_ok=True)

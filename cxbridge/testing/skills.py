@@ -74,7 +74,7 @@ class _Behaviour:
 
 @dataclass
 class SkillRule:
-    """The outcomes of the calls that match a skill's name and arguments, in order.
+    """The behaviours of the calls that match a skill's name and arguments, in order.
 
     :param name: the name of the skill; ``*`` for all skills.
     :param args: the arguments to match; texts may be shell patterns.
@@ -154,12 +154,12 @@ class SkillRule:
         )
 
     @property
-    def has_outcomes(self) -> bool:
-        """Whether the rule has outcomes for further calls."""
+    def has_behaviours(self) -> bool:
+        """Whether the rule has behaviours for further calls."""
         return bool(self._behaviours)
 
-    def use_next_outcome(self) -> _Behaviour:
-        """Return the outcome of the next call, and use it up if its number is limited."""
+    def use_next_behaviour(self) -> _Behaviour:
+        """Return the behaviour of the next call, and count the call if the number of calls is limited."""
         behaviour = self._behaviours[0]
         if behaviour.times is not None:
             behaviour.times -= 1
@@ -219,8 +219,8 @@ class SkillScript:
             rule.calls.append(started_call)
         # the last rule wins, as a test may refine the rules of its fixture
         for rule in (*reversed(matching_rules), self.otherwise):
-            if rule.has_outcomes:
-                behaviour = rule.use_next_outcome()
+            if rule.has_behaviours:
+                behaviour = rule.use_next_behaviour()
                 outcome = behaviour.answer(started_call)
                 return (
                     outcome if behaviour.then is None else replace(outcome or Outcome(), then=behaviour.then)

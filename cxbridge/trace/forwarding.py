@@ -89,6 +89,7 @@ class WriteForwarder(Listener, Observer):
         self._uids_from_bus: set[str] = set()
         self._schemas: dict[str, InterfaceSchema | None] = {}
         self._reported_keys: set[InterfaceKey] = set()
+        # the start of the present loss by the blackboard's clock, and by the monotonic clock
         self._lost_since: tuple[int, float] | None = None
         self._recheck_at_s: float | None = None
 

@@ -114,18 +114,18 @@ def replay(
     run = open_run(options.run, registry)
     # one pass before the first write finds all interfaces, which are opened first: if one of them has another
     # writer, nothing is replayed
-    overview = _find_moves(run, selection)
-    add_attached_types(registry, run, overview.write_counts.keys() | overview.message_counts.keys())
+    survey = _survey_replay(run, selection)
+    add_attached_types(registry, run, survey.write_counts.keys() | survey.message_counts.keys())
     report = ReplayReport(str(options.run), options.url, notes=list(run.notes))
-    report.last_s = overview.last_us / MICROSECONDS
-    report.total = sum(overview.write_counts.values()) + sum(overview.message_counts.values())
+    report.last_s = survey.last_us / MICROSECONDS
+    report.total = sum(survey.write_counts.values()) + sum(survey.message_counts.values())
     with Service(console, on_ready) as service:
         board = service.open_blackboard(options.url, registry)
         player = ReplayPlayer(board, service.bus.logger(COMPONENT), restamp=options.restamp)
         service.callback(player.close)
         session = _ReplaySession(options, board, player, report, service.stopped)
         session.on_progress, session.announce = on_progress, announce
-        player.open(overview)
+        player.open(survey)
         service.report_ready(f"replaying {options.run} to {options.url}")
         session.run(lambda: replay_moves(run, selection), keys)
     return report
@@ -204,15 +204,15 @@ class _ReplaySession:
             self._stop_event.set()
 
 
-def _find_moves(run: Run, selection: ReplaySelection) -> ReplaySurvey:
-    """Read the run and return the overview of its replay.
+def _survey_replay(run: Run, selection: ReplaySelection) -> ReplaySurvey:
+    """Read the run and return the survey of its replay.
 
     :raises TraceError: if no write is selected.
     """
-    overview = survey_replay(run, selection)
-    if overview.write_counts:
-        return overview
-    if overview.unselected_writes:
+    survey = survey_replay(run, selection)
+    if survey.write_counts:
+        return survey
+    if survey.unselected_writes:
         raise TraceError(
             "none of its interface writes is selected",
             file=run.path,

@@ -45,7 +45,7 @@ class Run:
 
     @property
     def reason(self) -> str:
-        """The reason of the status, in a sentence; empty if not recorded."""
+        """The reason for the status, in a sentence; empty if not recorded."""
         return self.source.metadata().get("reason", "")
 
     @property

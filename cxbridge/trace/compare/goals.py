@@ -174,7 +174,7 @@ class GoalForest:
                 goal.steps_by_stem(goal.plans),
                 goal.steps_by_stem(goal.plan_details),
             )
-            # siblings with equal behaviour may differ in which of them an error names
+            # an error may name one of several siblings that behave equally: the mention tells them apart
             for number, step in enumerate(goal.transitions):
                 for word in step.state[2].split():
                     if mentioned := self.goals.get((key[0], word)):
@@ -206,6 +206,8 @@ def goal_signatures(forest: GoalForest, numbers: dict[object, int], *, with_pare
     # children before their parents, whose signature contains theirs
     for goal in reversed(list(walk_goals(forest.roots))):
         parent = forest.goals.get(goal.parent) if with_parent and goal.parent else None
+        # the position of the first transition does not count, because a child may be formulated before its
+        # parent, depending on how the rules build the tree
         behaviour = (
             goal.kind,
             tuple((*step.state[:2], replace_names(step.state[2])) for step in goal.transitions),

@@ -379,9 +379,9 @@ def detail_change(key_a: NamedKey, key_b: NamedKey) -> Key | None:
     return (*parts_a[: _SUBJECT_LENGTHS[kind] - 1], *parts_a[start:], *parts_b[start:])
 
 
-def _parts_with_names(key: Key, labels: Names) -> Iterator[tuple[str, Names]]:
+def _parts_with_names(key: Key, names: Names) -> Iterator[tuple[str, Names]]:
     index = 0
     for part in key[1:]:
         count = len(_PLACEHOLDER.findall(part))
-        yield part, labels[index : index + count]
+        yield part, names[index : index + count]
         index += count

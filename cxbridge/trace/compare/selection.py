@@ -178,11 +178,11 @@ def compared_contents(
 class _SelectionReader:
     """Selects the content of the events of one run.
 
-    :param matched: gets the texts of the patterns that match.
+    :param matched_patterns: gets the texts of the patterns that match.
     """
 
-    def __init__(self, selection: Selection, matched: set[str]) -> None:
-        self._only, self._ignore, self._matched_patterns = selection.only, selection.ignore, matched
+    def __init__(self, selection: Selection, matched_patterns: set[str]) -> None:
+        self._only, self._ignore, self._matched_patterns = selection.only, selection.ignore, matched_patterns
         self._goals: dict[tuple[str, str], GoalTransition] = {}
         self._last_contents: dict[object, Event] = {}
 

@@ -54,22 +54,23 @@ class ReplayPositions:
     """Converts recorded times to positions that decrease by at most :data:`MAX_OUT_OF_ORDER_US`."""
 
     def __init__(self, start_us: int) -> None:
-        self._high_us = start_us
+        self._latest_us = start_us
         self._offset_us = -start_us
-        self._stamps: dict[str, int] = {}
+        self._last_stamps_us: dict[str, int] = {}
 
     def position_us(self, event: InterfaceWrite | InterfaceMessage) -> int:
         """Return the position of the next event of the run."""
         time_us = event.time_us
         if isinstance(event, InterfaceWrite):
-            if self._stamps.get(event.uid) == time_us:
+            if self._last_stamps_us.get(event.uid) == time_us:
                 # without a new time stamp, the time of a write is unknown
-                return self._high_us + self._offset_us
-            self._stamps[event.uid] = time_us
-        if time_us < self._high_us - MAX_OUT_OF_ORDER_US:
-            self._offset_us += self._high_us - time_us
-            self._high_us = time_us
-        self._high_us = max(self._high_us, time_us)
+                return self._latest_us + self._offset_us
+            self._last_stamps_us[event.uid] = time_us
+        # the clock was set back: positions continue from the latest one
+        if time_us < self._latest_us - MAX_OUT_OF_ORDER_US:
+            self._offset_us += self._latest_us - time_us
+            self._latest_us = time_us
+        self._latest_us = max(self._latest_us, time_us)
         return time_us + self._offset_us
 
 

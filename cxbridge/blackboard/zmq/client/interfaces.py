@@ -75,9 +75,9 @@ class OpenInterfaces:
         self._instances: dict[bytes, Interface] = {}  # by serial
         self._unsent_blocks: dict[InterfaceCopy, bytes] = {}  # the last block of writes that wait for room
         self._epoch = b""  # the id of the running server
-        self._same_epoch = False  # whether the last two sessions were with the same run of the server
+        self._is_same_epoch = False  # whether the last two sessions were with the same run of the server
         self._missing_replies = 0  # the number of replies that must come before other threads may send
-        self._loss_announced = False
+        self._is_loss_announced = False
         self._observers: Final = observers
         self._known_interfaces: set[tuple[str, str]] = set()  # the interfaces that the observers know
         self.is_watching = False
@@ -261,7 +261,7 @@ class OpenInterfaces:
 
     def handle_welcome(self, epoch: bytes) -> None:
         """Reopen all instances in a new session."""
-        self._same_epoch, self._epoch = epoch == self._epoch, epoch
+        self._is_same_epoch, self._epoch = epoch == self._epoch, epoch
         with self._lock:
             instances = [instance for copy in self._copies.values() for instance in copy.instances]
             self._channels.clear()
@@ -316,13 +316,13 @@ class OpenInterfaces:
     def _update_reopened(self, copy: InterfaceCopy, opened: Opened, block: bytes) -> None:
         """Update a copy with the data of a new session, unless the copy is newer."""
         # a restarted server counts from 0, and has no data before the first write
-        is_outdated = opened.seq <= copy.expected_seq if self._same_epoch else opened.seq == 0
+        is_outdated = opened.seq <= copy.expected_seq if self._is_same_epoch else opened.seq == 0
         if not is_outdated and copy not in self._unsent_blocks:
             copy.update(opened.seq, block, opened.stamped, opened.changed)
 
     def _is_write_lost(self, copy: InterfaceCopy, seq: int) -> bool:
         """Return whether the last write of this client was lost with the previous session."""
-        return seq < copy.expected_seq if self._same_epoch else seq == 0
+        return seq < copy.expected_seq if self._is_same_epoch else seq == 0
 
     def _invalidate_refused(self, copy: InterfaceCopy | None, instance: Interface, code: ResultCode) -> None:
         """Invalidate an instance that the server refuses to reopen."""
@@ -351,14 +351,14 @@ class OpenInterfaces:
         with self._sender.lock:
             self._sender.set_ready()
             self.flush()
-        if self._loss_announced:
-            self._loss_announced = False
+        if self._is_loss_announced:
+            self._is_loss_announced = False
             self._board.report_connection(True, f"connected to {self._url} again")
 
     def handle_loss(self, end_reason: str) -> None:
         """Report the loss of the session, and remove the instances of other clients."""
-        if self._epoch and not self._loss_announced:
-            self._loss_announced = True
+        if self._epoch and not self._is_loss_announced:
+            self._is_loss_announced = True
             text = f"lost the blackboard at {self._url}: {end_reason}; reconnecting"
             self._board.report_connection(False, text)
         self.end_reason = end_reason
