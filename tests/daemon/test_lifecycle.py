@@ -215,7 +215,7 @@ def test_when_a_state_began_is_known():
 @pytest.mark.parametrize("step", STEPS[1:])
 def test_a_step_from_the_wrong_state_is_refused(step):
     with pytest.raises(LifecycleError, match="n is unconfigured, expected "):
-        Node("n", []).take(Transition(step))
+        Node("n", []).take_transition(Transition(step))
 
 
 @given(

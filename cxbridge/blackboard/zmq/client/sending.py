@@ -77,7 +77,7 @@ class CommandSender:
 
     def __init__(self, dispatcher: EventReceiver) -> None:
         self.lock: Final = threading.RLock()
-        self._changed = threading.Condition(self.lock)
+        self._readiness_changed = threading.Condition(self.lock)
         self.last_sent_s = 0.0
         """The monotonic time of the last sent frame, in seconds."""
         self.is_blocked = False
@@ -101,7 +101,7 @@ class CommandSender:
     def set_ready(self) -> None:
         """Let all threads send; the caller holds the lock."""
         self.is_ready = True
-        self._changed.notify_all()
+        self._readiness_changed.notify_all()
 
     def detach(self) -> None:
         """End the session and its pending requests."""
@@ -115,7 +115,7 @@ class CommandSender:
         """Release all threads that wait for a session."""
         with self.lock:
             self._is_closed = True
-            self._changed.notify_all()
+            self._readiness_changed.notify_all()
 
     def finish(self, reply: Response) -> bool:
         """Give a reply to its requester; return False if no request waits for the reply."""
@@ -139,7 +139,7 @@ class CommandSender:
                 remaining = deadline - time.monotonic()
                 if remaining <= 0 or self._is_closed:
                     return False
-                self._changed.wait(remaining)
+                self._readiness_changed.wait(remaining)
         return True
 
     def give_credit(self, updates: int) -> bool:
@@ -215,14 +215,14 @@ class CommandSender:
         """
         kind = type(frame).__name__.lower()
         deadline = time.monotonic() + timeout
-        in_dispatcher = self._dispatcher.is_current_thread()
+        is_in_dispatcher = self._dispatcher.is_current_thread()
         while True:
-            pending = PendingRequest(on_reply, wake=self._wake_dispatcher if in_dispatcher else None)
+            pending = PendingRequest(on_reply, wake=self._wake_dispatcher if is_in_dispatcher else None)
             with self.lock:
                 if not self.wait_ready(deadline):
                     raise DisconnectedError("there is no connection to the blackboard's server")
                 number = self.start(frame, pending)
-            if in_dispatcher:
+            if is_in_dispatcher:
                 self._dispatcher.wait_until(pending.is_answered, deadline)
             else:
                 pending.wait(deadline - time.monotonic())

@@ -152,13 +152,13 @@ def _add_schema(header: Header, registry: InterfaceRegistry) -> Header:
 
 
 def pack_header(
-    scenario: str, uid: str, version: bytes, data_size: int, *, start_us: int, count: int = 0
+    scenario: str, uid: str, hash_: bytes, data_size: int, *, start_us: int, count: int = 0
 ) -> bytes:
     """Return the bytes of a header.
 
     :param scenario: a name, cut to 31 bytes.
     :param uid: ``Type::id``, cut to 47 and 63 bytes.
-    :param version: the hash of the interface type, 16 bytes.
+    :param hash_: the hash of the interface type, 16 bytes.
     :param data_size: the number of bytes of a block.
     :param start_us: the reference of the entries' times, in microseconds since the epoch.
     :param count: the number of entries, 0 for unknown.
@@ -169,7 +169,7 @@ def pack_header(
         _pack_text(kind, _TYPE_SIZE),
         _pack_text(interface_id, _ID_SIZE),
     )
-    return MAGIC + VERSION + _FIELDS.pack(0, count, *texts, version, data_size, *split_us(start_us))
+    return MAGIC + VERSION + _FIELDS.pack(0, count, *texts, hash_, data_size, *split_us(start_us))
 
 
 def pack_count(count: int) -> bytes:

@@ -41,12 +41,12 @@ class McapRun(Run):
     def select(self, *types: type[Event]) -> Iterator[Event]:
         """Yield the events of some types in the order of the file, and decode only these."""
         channels = _ChannelDecoders(types)
-        unpack, size_of_head = _MESSAGE_HEAD.unpack_from, _MESSAGE_HEAD.size
+        unpack, head_size = _MESSAGE_HEAD.unpack_from, _MESSAGE_HEAD.size
         has_messages = False
         with self._opened_file() as file, self._translating_event_errors(), self._noting_damage():
             for block in self._message_blocks(file):
                 offset, end = 0, len(block)
-                while offset + size_of_head <= end:
+                while offset + head_size <= end:
                     # the head includes the channel: messages of other types are skipped at once
                     kind, size, channel = unpack(block, offset)
                     start = offset + mcap.HEAD.size
