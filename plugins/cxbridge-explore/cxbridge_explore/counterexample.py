@@ -101,7 +101,7 @@ def write_counterexample(
     file, test = folder / f"test_{stem}.py", None
     if make is make_scenario:  # the fixture `cx` of a test runs only scenarios
         test = _write_test(options, shortest, violated[0], description, file)
-    unusual = tuple(choice for choice in shortest.choices if choice.option != USUAL)
+    unusual = tuple(choice for choice in shortest.choices if choice.option_index != USUAL)
     return Counterexample(name, violation.message, unusual, recording, test, description)
 
 

@@ -45,7 +45,7 @@ def unusual_choices(choices: Sequence[Choice]) -> tuple[NthChoice, ...]:
         subject = choice.point.subject
         nth = counts.get(subject, 0)
         counts[subject] = nth + 1
-        if choice.option != USUAL:
+        if choice.option_index != USUAL:
             unusual.append(NthChoice(subject, nth, choice.taken_option.name))
     return tuple(unusual)
 

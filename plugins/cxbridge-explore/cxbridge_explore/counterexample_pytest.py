@@ -80,7 +80,7 @@ def _script_lines(played: PlayedRun) -> Iterator[str]:
     if played.agent_count > 1:
         raise CxbridgeError("a test runs only one agent")
     for choice in played.choices:
-        if choice.option != USUAL and choice.point.kind not in _SCRIPTABLE_KINDS:
+        if choice.option_index != USUAL and choice.point.kind not in _SCRIPTABLE_KINDS:
             raise CxbridgeError(f"a test cannot script {choice.point.subject}")
     outcomes: dict[str, list[Outcome | None]] = {}
     for call, outcome in played.results:

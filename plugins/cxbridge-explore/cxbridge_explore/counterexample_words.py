@@ -64,7 +64,7 @@ def _unusual_events(played: PlayedRun) -> Iterator[tuple[str, str, str]]:
         # all calls of a skill by one Skiller are counted together, regardless of their arguments
         key = choice.point.subject if skill is None else f"{skill.skiller}/{skill.skill}"
         counts[key] = counts.get(key, 0) + 1
-        if choice.option == USUAL:
+        if choice.option_index == USUAL:
             continue
         name = choice.taken_option.name
         if skill is None:

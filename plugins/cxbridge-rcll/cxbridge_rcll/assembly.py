@@ -127,10 +127,10 @@ class GameSetup:
     :param seed: the seed for the field, the orders and all further random choices.
     """
 
-    def __init__(self, settings: LeagueSettings, run: RunOptions, seed: int) -> None:
-        self._minutes, self.run_options = settings.minutes, run
+    def __init__(self, settings: LeagueSettings, run_options: RunOptions, seed: int) -> None:
+        self._minutes, self.run_options = settings.minutes, run_options
         refbox = None if settings.refbox_dir is None else Refbox.open(settings.refbox_dir)
-        checkouts = source_of(run).checkouts.folders
+        checkouts = source_of(run_options).checkouts.folders
         message_folder = find_message_folder(
             *settings.proto_dirs,
             *(folder / "src/libs/llsf_msgs/rcll-protobuf-msgs" for folder in checkouts),
@@ -143,9 +143,9 @@ class GameSetup:
             assert settings.referee is not None
             self.referee = RemoteReferee(settings.referee, message_folder)
         self.world = RobotWorld(Field(self.referee.machine_facts), self.referee.find_machine)
-        self.context = make_base(run)
+        self.context = make_base(run_options)
         config = self.context.config
-        spec = f"{_SPECS_PATH}/{run.spec or config.get_str(_SPEC_PATH, default='')}"
+        spec = f"{_SPECS_PATH}/{run_options.spec or config.get_str(_SPEC_PATH, default='')}"
         # whether each robot has an executive, which coordinates with its teammates
         self.is_team = bool(config.keys(f"{spec}/{_COORDINATION_PATH}"))
         self.robots = self._configure_robots(config, spec)

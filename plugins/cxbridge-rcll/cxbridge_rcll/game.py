@@ -59,9 +59,9 @@ class LeagueGame(LeagueSettings):
 
         :raises CxbridgeError: if options conflict.
         """
-        run = replace(self.run, overlays=(agent, *self.run.overlays))
-        run.check()
-        return replace(self, run=run)
+        run_options = replace(self.run_options, overlays=(agent, *self.run_options.overlays))
+        run_options.check()
+        return replace(self, run_options=run_options)
 
     @property
     def cut_options(self) -> RunOptions:
@@ -71,14 +71,14 @@ class LeagueGame(LeagueSettings):
     @property
     def options(self) -> RunOptions:
         """The options of the run, with the clock for the referee and a timeout after the end of the game."""
-        run = self.run
+        run_options = self.run_options
         return replace(
-            run,
-            scenario=run.scenario or SCENARIO,
+            run_options,
+            scenario=run_options.scenario or SCENARIO,
             skiller="none",
             clock=self._clock_name,
             # not strict by default: the agents of teams have CLIPS errors, which the result reports
-            strict=bool(run.strict),
+            strict=bool(run_options.strict),
             timeout=PRE_GAME_S
             + SETUP_S
             + self.minutes * 60

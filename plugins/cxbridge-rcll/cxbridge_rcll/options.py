@@ -86,7 +86,7 @@ class ExploredLeagueOptions(RefboxOptions):
         from cxbridge_rcll.game import LeagueGame  # noqa: PLC0415 - slow, and help needs no game
 
         game = LeagueGame(
-            run=options,
+            run_options=options,
             refbox_dir=self.refbox_dir,
             proto_dirs=self.proto_dirs,
             referee_config=self.referee_config,
@@ -138,7 +138,7 @@ class PlayedLeagueOptions(RefboxOptions):
         return self.refbox_dir is not None or self.referee is not None
 
     def make_game(
-        self, run: RunOptions, *, minutes: float | None, world: Path | None, is_series: bool
+        self, run_options: RunOptions, *, minutes: float | None, world: Path | None, is_series: bool
     ) -> LeagueGame:
         """Return the game.
 
@@ -148,7 +148,7 @@ class PlayedLeagueOptions(RefboxOptions):
 
         if world is not None and self.failures:
             raise CxbridgeError("--world and --failures both define the failures", hint="omit one option")
-        if run.fawkes_dir is None and not run.overlays:
+        if run_options.fawkes_dir is None and not run_options.overlays:
             raise CxbridgeError(
                 "no agent is named",
                 hint="name the team's checkout with --overlay, and a Fawkes checkout with --fawkes-dir",
@@ -159,7 +159,7 @@ class PlayedLeagueOptions(RefboxOptions):
                 "a running referee box plays only one game", hint="play several games with --refbox-dir"
             )
         game = LeagueGame(
-            run=run,
+            run_options=run_options,
             refbox_dir=self.refbox_dir,
             referee=address,
             speed=self.speed,

@@ -34,7 +34,7 @@ def award_category(reason: str) -> str:
 
 
 def read_score(referee: Referee) -> Score:
-    """Return the score, with awards and deliveries sorted by time: CLIPS has another order."""
+    """Return the score, with awards and deliveries sorted by time: CLIPS yields facts in another order."""
     awards = sorted(
         (
             Award(

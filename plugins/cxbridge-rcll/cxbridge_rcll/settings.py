@@ -17,7 +17,7 @@ PRODUCTION_MINUTES: Final = 20.0  # the duration of the production phase in the 
 class LeagueSettings:
     """The settings of a game of the league.
 
-    :param run: the options of the agent's run: its checkouts, spec and recordings.
+    :param run_options: the options of the agent's run: its checkouts, spec and recordings.
     :param refbox_dir: a checkout of the referee box for a referee in this process; None if ``referee`` is
         set.
     :param referee: the address of a referee box; None for a referee in this process.
@@ -28,7 +28,7 @@ class LeagueSettings:
     :param simtest: the testbed of the agent's own tests, e.g. ``FULL``; empty for a game without tests.
     """
 
-    run: RunOptions
+    run_options: RunOptions
     refbox_dir: Path | None = None
     referee: Address | None = None
     speed: float = 1.0

@@ -74,6 +74,7 @@ def _confval_slots(parameter: ConfigValue, *, repeats_defects: bool) -> dict[str
             return None
         return {"type": Symbol("STRING"), "is-list": TRUE, "list-value": tuple(parameter.items)}
     kind = scalar_type(parameter.text)
+    # within a list of maps each value is a string, in the mode `original` even TRUE and FALSE
     if kind == "STRING" or (_INDEX.search(parameter.path) and (repeats_defects or kind != "BOOL")):
         return {"type": Symbol(kind), "value": parameter.text}
     if kind == "BOOL":

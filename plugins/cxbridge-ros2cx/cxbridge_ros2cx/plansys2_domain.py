@@ -14,7 +14,7 @@ from typing import Final
 from cxbridge.errors import PddlError
 from cxbridge.executive.pddl.brackets import BracketWord, Group, Item, read_items
 
-# requirements that PlanSys2 knows, without the colon
+# requirements that PlanSys2 supports, without the colon
 REQUIREMENTS: Final = frozenset(
     {
         "action-cost",
@@ -66,7 +66,7 @@ def _find_faults(items: tuple[Item, ...]) -> Iterator[tuple[Item, str]]:
     for section in requirements:
         for word in section.items[1:]:
             if isinstance(word, BracketWord) and word.text.removeprefix(":") not in REQUIREMENTS:
-                yield word, f"it does not know the requirement {word.text}"
+                yield word, f"it does not support the requirement {word.text}"
     has_typing = any(word.text == ":typing" for item in requirements for word in _filter_words(item.items))
     section_keywords: set[str] = set()  # of the sections before the current section
     for section in sections:
@@ -103,7 +103,7 @@ def _find_value_faults(key: str, value: Group, *, durative: bool) -> Iterator[tu
     elif key != ":parameters":
         for group in _find_all_groups(value):
             if group.head in _UNKNOWN_KEYWORDS:
-                yield group, f"it does not know '{group.head}'"
+                yield group, f"it does not support '{group.head}'"
         if durative:
             # an empty list is an empty condition or effect
             conjuncts = _filter_groups(value.items) if value.head == "and" else [value] * bool(value.items)

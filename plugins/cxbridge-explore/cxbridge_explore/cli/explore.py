@@ -194,11 +194,11 @@ def _compute_coverage(result: ExploreResult, options: RunOptions) -> Coverage:
 
 
 def _print_result(result: ExploreResult, coverage: Coverage | None, *, as_json: bool) -> None:
-    from cxbridge_explore.map.coverage import coverage_values, describe_unreached_parts
+    from cxbridge_explore.map.coverage import describe_unreached_parts, encode_coverage
 
     if as_json:
         say_json(
-            result.as_dict() | ({} if coverage is None else {"coverage": coverage_values(coverage)}), indent=2
+            result.as_dict() | ({} if coverage is None else {"coverage": encode_coverage(coverage)}), indent=2
         )
         return
     for line in (*result.lines(), *(() if coverage is None else describe_unreached_parts(coverage))):

@@ -42,7 +42,9 @@ class _SweepOptions:
     """Options of the runs and the engine."""
 
     runs: Annotated[int, typer.Option(min=1, help="The number of runs.")] = 1000
-    seed: Annotated[int, typer.Option(help="The seed of the first run; later runs count up from it.")] = 0
+    seed: Annotated[
+        int, typer.Option(help="The seed of the first run; each later run has the next number.")
+    ] = 0
     against: Annotated[
         Path | None,
         typer.Option(

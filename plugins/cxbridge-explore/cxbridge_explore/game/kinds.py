@@ -26,7 +26,7 @@ class Game(Protocol):
     """A game that can be played with any seed, also in another process."""
 
     @property
-    def run(self) -> RunOptions:
+    def run_options(self) -> RunOptions:
         """The options of the run, such as its agent and recordings."""
 
     @property
@@ -64,11 +64,11 @@ class PlayedGameOptions(Protocol):
         """
 
     def make_game(
-        self, run: RunOptions, *, minutes: float | None, world: Path | None, is_series: bool
+        self, run_options: RunOptions, *, minutes: float | None, world: Path | None, is_series: bool
     ) -> Game:
         """Make the game.
 
-        :param run: the options of the run, such as its agent and recordings.
+        :param run_options: the options of the run, such as its agent and recordings.
         :param minutes: the duration of the production; None for the game's default.
         :param world: the file of possible failures; None for the game's default.
         :param is_series: whether several games are played.

@@ -33,12 +33,12 @@ MINUTES_KEY: Final = "/game/minutes"
 class ScenarioGame:
     """A game of a scenario.
 
-    :param run: the scenario, its configuration and recordings.
+    :param run_options: the scenario, its configuration and recordings.
     :param minutes: the duration of the production; None for the duration in the scenario.
     :param world: the file of possible failures; None for the scenario's ``world.yaml``, or no failures.
     """
 
-    run: RunOptions
+    run_options: RunOptions
     minutes: float | None = None
     world: Path | None = None
 
@@ -47,7 +47,7 @@ class ScenarioGame:
         return ()
 
     def replace_agent(self, agent: Path) -> ScenarioGame:
-        return replace(self, run=replace(self.run, scenario=agent))
+        return replace(self, run_options=replace(self.run_options, scenario=agent))
 
     def play(
         self,
@@ -61,18 +61,18 @@ class ScenarioGame:
         :param console: a sink for log lines.
         :param attach: called with each agent before the game.
         """
-        file = self.world or find_world(source_of(self.run).config_file().parent)
+        file = self.world or find_world(source_of(self.run_options).config_file().parent)
         world = NOTHING_FAILS if file is None else read_world(file)
         # a file, since a run takes changes of its configuration only from files
         with tempfile.TemporaryDirectory(prefix="cxbridge-game-") as folder:
             overlay = Path(folder) / "game.yaml"
             overlay.write_text(yaml.safe_dump(self._referee_values(seed)))
-            options = replace(self.run, config=(*_list_overlays(self.run), overlay))
+            options = replace(self.run_options, config=(*_list_overlays(self.run_options), overlay))
             return play_game(options, seed, world, PublishedGame(), console=console, attach=attach)
 
     def _referee_values(self, seed: int) -> dict[str, int | float]:
         """Return the referee's configuration values for this game."""
-        config, file = source_of(self.run).load_configuration()
+        config, file = source_of(self.run_options).load_configuration()
         values: dict[str, int | float] = {_find_referee_path(config, file, SEED_KEY): seed}
         if self.minutes is not None:
             values[_find_referee_path(config, file, MINUTES_KEY)] = self.minutes

@@ -27,7 +27,7 @@ def compute_explored_coverage(options: RunOptions, used: Iterable[UsedPart]) -> 
     return compute_coverage(agent, use)
 
 
-def coverage_values(coverage: Coverage) -> dict[str, Any]:
+def encode_coverage(coverage: Coverage) -> dict[str, Any]:
     """Return a coverage as JSON values."""
     unfired_rules = [
         {"file": file.file, "line": rule.lines[0], "rule": rule.name}

@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import Any
 
 from cxbridge.run.pages import write_document
-from cxbridge_explore.map.coverage import coverage_values
+from cxbridge_explore.map.coverage import encode_coverage
 from cxbridge_explore.map.rows import make_run_rows
 from cxbridge_explore.result import ExploreResult
 from cxbridge_studio.explain.coverage.model import Coverage
@@ -49,7 +49,7 @@ def make_document(result: ExploreResult, coverage: Coverage | None, command: str
         "summary": _describe_result(result),
         "rows": [asdict(row) for row in make_run_rows(result.graph)],
         "properties": list(_property_rows(result)),
-        "coverage": None if coverage is None else coverage_values(coverage),
+        "coverage": None if coverage is None else encode_coverage(coverage),
     }
 
 

@@ -17,8 +17,8 @@ def select_properties(
     """Return the requested properties; by default the built-in properties and those of the scenario.
 
     :param property_texts: the names or forms of the requested properties.
-    :param is_cut: whether a time limit ends each run with unfinished goals, as in a game. Then the property
-        that each run ends is left out of the default.
+    :param is_cut: whether a time limit ends each run with unfinished goals, as in a game. Then the default
+        lacks the built-in property :data:`~cxbridge_explore.properties.builtin.table.RUN_ENDS`.
     """
     if property_texts:
         return combine_properties(map(find_property, property_texts))

@@ -48,7 +48,7 @@ def play_seed(job: SweepJob, seed: int, chooser: Chooser) -> RunRow:
         run.world.assembly.bus.subscribe(goal_counter, GoalTransition)
         ended, result = run.play()
     calls = Counter(_skill_call_subjects(result.choices))
-    unusual = [choice for choice in result.choices if choice.option]
+    unusual = [choice for choice in result.choices if choice.option_index]
     return RunRow(
         seed,
         ended.word,

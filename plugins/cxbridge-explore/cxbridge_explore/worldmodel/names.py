@@ -28,25 +28,25 @@ def check_world(world: WorldModel, run: Run | Team) -> None:
 
     :raises ConfigError: if the scenario lacks a name.
     """
-    names = [agent.name for agent in run.agents] if isinstance(run, Team) else []
-    check_world_names(world, list(run.agents), names)
+    agent_names = [agent.name for agent in run.agents] if isinstance(run, Team) else []
+    check_world_names(world, list(run.agents), agent_names)
 
 
 def check_world_names(
-    world: WorldModel, agents: Iterable[Run], names: Collection[str], *, reads_text_only: bool = False
+    world: WorldModel, agents: Iterable[Run], agent_names: Collection[str], *, reads_text_only: bool = False
 ) -> None:
     """Check the names in a world against a scenario.
 
-    :param names: the names of the agents; empty for a single agent.
+    :param agent_names: the names of the agents; empty for a single agent.
     :param reads_text_only: whether to read the skills of executors from their source code, without importing
         the executors.
     :raises ConfigError: if the scenario lacks a name.
     """
     for agent in agents:
         _check_agent(world, agent, find_known_skills(agent, reads_text_only=reads_text_only))
-    for kill in world.kills if names else ():
-        _check_name("agent", kill.agent, (*names, "*"), kill.mark)
-    if not names and (world.kills or world.order):
+    for kill in world.kills if agent_names else ():
+        _check_name("agent", kill.agent, (*agent_names, "*"), kill.mark)
+    if not agent_names and (world.kills or world.order):
         mark = world.kills[0].mark if world.kills else Mark()
         change = "kill an agent" if world.kills else "change the order of turns"
         hint = "see docs/several-agents.md"
@@ -103,8 +103,8 @@ def _find_performers(agent: Run) -> set[str]:
 
 def _check_name(kind: str, name: str, names: Collection[str], mark: Mark) -> None:
     if name not in names:
-        known_names = f"use one of: {', '.join(sorted(set(names) - {'*'}))}"
-        raise mark.error(f"there is no {kind} '{name}'", did_you_mean(name, names, known_names))
+        hint = did_you_mean(name, names, f"use one of: {', '.join(sorted(set(names) - {'*'}))}")
+        raise mark.error(f"there is no {kind} '{name}'", hint)
 
 
 def _check_interface(uid: str, agent: Run, mark: Mark) -> None:

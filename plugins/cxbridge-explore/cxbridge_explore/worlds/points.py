@@ -98,17 +98,17 @@ class Choice:
     """The chosen option of a choice point.
 
     :param index: the number of the point in its run, from 0.
-    :param option: the index of the option.
+    :param option_index: the index of the option.
     """
 
     index: int
     point: ChoicePoint
-    option: int
+    option_index: int
 
     @property
     def taken_option(self) -> Option:
         """The chosen option."""
-        return self.point.options[self.option]
+        return self.point.options[self.option_index]
 
     def as_dict(self) -> dict[str, Any]:
         return {
@@ -182,6 +182,7 @@ class PathChooser:
             if option.name == step.option:
                 return number
         drawn = None if point.option_range is None else point.option_range.parse(step.option)
+        # an option of the range that RandomChooser drew is not among the listed options
         if drawn is not None:
             return drawn
         names = ", ".join(option.name for option in point.options)

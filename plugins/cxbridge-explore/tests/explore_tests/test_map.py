@@ -12,7 +12,7 @@ from cxbridge_explore.bounds import Bounds, ExecutionOptions
 from cxbridge_explore.counterexample import write_counterexample
 from cxbridge_explore.explore import explore
 from cxbridge_explore.graph import Graph
-from cxbridge_explore.map.coverage import compute_explored_coverage, coverage_values
+from cxbridge_explore.map.coverage import compute_explored_coverage, encode_coverage
 from cxbridge_explore.map.page import write_page
 from cxbridge_explore.map.rows import OPEN, MapRow, make_run_rows
 from cxbridge_explore.map.run_pages import write_run_pages, write_violation_pages
@@ -50,7 +50,7 @@ def test_what_is_not_explored_is_open() -> None:
 
 
 def test_the_coverage_is_that_of_all_runs(result: ExploreResult) -> None:
-    found = coverage_values(compute_explored_coverage(OPTIONS, result.graph.used_parts))
+    found = encode_coverage(compute_explored_coverage(OPTIONS, result.graph.used_parts))
     assert found["rules"]["never"] == []
     assert found["rules"]["fired"] == found["rules"]["of"] > 20
     assert found["actions"]["never"] == ["lock", "unlock"]
@@ -60,7 +60,7 @@ def test_the_coverage_is_that_of_all_runs(result: ExploreResult) -> None:
 
 def test_forks_note_what_runs_from_the_beginning_note(result: ExploreResult) -> None:
     forked = explored("test-scenario", "--coverage")["coverage"]
-    assert forked == coverage_values(compute_explored_coverage(OPTIONS, result.graph.used_parts))
+    assert forked == encode_coverage(compute_explored_coverage(OPTIONS, result.graph.used_parts))
 
 
 @needs_plugin("web")

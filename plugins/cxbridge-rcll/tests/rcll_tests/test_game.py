@@ -20,7 +20,7 @@ from rcll_tests.league import MESSAGES, write_refbox, write_team
 @pytest.fixture
 def options(tmp_path):
     run = RunOptions(overlays=(write_team(tmp_path / "team"),))
-    return LeagueGame(run=run, refbox_dir=write_refbox(tmp_path / "refbox"), minutes=1)
+    return LeagueGame(run_options=run, refbox_dir=write_refbox(tmp_path / "refbox"), minutes=1)
 
 
 def write_messages(options, text):
@@ -77,7 +77,7 @@ def test_one_seed_is_one_game(options, tmp_path):
     texts = []
     for number in range(2):
         log = tmp_path / f"{number}.log"
-        replace(options, run=replace(options.run, log=log)).play(3)
+        replace(options, run_options=replace(options.run_options, log=log)).play(3)
         texts.append(log.read_text())
     assert texts[0] == texts[1]
     assert "manipulate_wp of robot1 SUCCEEDED" in texts[0]
@@ -111,7 +111,7 @@ def test_a_configuration_is_laid_over_the_referees(options, tmp_path):
 
 
 def test_another_key_is_told_once_and_nothing_is_heard(options):
-    agent = options.run.overlays[0] / "src/clips-specs/team.clp"
+    agent = options.run_options.overlays[0] / "src/clips-specs/team.clp"
     peer = 'pb-peer-create-local-crypto "y" 4445 4444 "wrong" "aes-128-cbc"'
     agent.write_text(agent.read_text().replace('pb-peer-create-local "y" 4445 4444', peer))
     events: list[Event] = []
@@ -127,7 +127,7 @@ def test_another_key_is_told_once_and_nothing_is_heard(options):
 
 def test_the_recording_of_an_aborted_game_is_whole(options, tmp_path, capsys):
     trace = tmp_path / "game.mcap"
-    running = replace(options, run=replace(options.run, trace=trace), minutes=1000)
+    running = replace(options, run_options=replace(options.run_options, trace=trace), minutes=1000)
 
     def abort_at_30_s(assembly):
         end_us = assembly.clock.now_us() + 30_000_000
@@ -161,7 +161,9 @@ def test_the_recording_of_an_aborted_game_is_whole(options, tmp_path, capsys):
             "the message definitions have no llsf_msgs.SetGamePhase",
         ),
         (
-            lambda options: (options.run.overlays[0] / "cfg/rcll-simulator/central_agent.yaml").unlink(),
+            lambda options: (
+                options.run_options.overlays[0] / "cfg/rcll-simulator/central_agent.yaml"
+            ).unlink(),
             "there is no such scenario",
         ),
     ],

@@ -34,7 +34,7 @@ def game(tmp_path):
     run = RunOptions(overlays=(write_team(tmp_path / "team", AGENT.replace("4445 4444", ports)),))
     messages = write_messages(tmp_path / "messages")
     return LeagueGame(
-        run=run, referee=Address("localhost", 1), proto_dirs=(messages,), minutes=0.2, speed=FAST
+        run_options=run, referee=Address("localhost", 1), proto_dirs=(messages,), minutes=0.2, speed=FAST
     )
 
 
@@ -68,7 +68,7 @@ def test_the_command(game, types, tmp_path, capsys):
 
 def test_a_referee_that_is_gone_ends_the_game_and_the_recording_is_whole(game, types, tmp_path, capsys):
     trace = tmp_path / "game.mcap"
-    playing = replace(game, run=replace(game.run, trace=trace), minutes=100)
+    playing = replace(game, run_options=replace(game.run_options, trace=trace), minutes=100)
     with referee_box(types, FAST) as box:
 
         def kill():
@@ -128,7 +128,7 @@ def test_another_speed_is_told(game, types, monkeypatch):
 
 
 def test_an_agent_meets_a_referee_of_this_host_on_this_host(game, types):
-    scenario = game.run.overlays[0] / "cfg/rcll-simulator/central_agent.yaml"
+    scenario = game.run_options.overlays[0] / "cfg/rcll-simulator/central_agent.yaml"
     text = "    team:\n      parameters: {rcll: {peer-address: 172.16.35.255}}\n"
     scenario.write_text(scenario.read_text().replace("    team:\n", text))
     with referee_box(types, FAST) as box:
@@ -159,7 +159,7 @@ def test_an_agent_meets_a_referee_of_this_host_on_this_host(game, types):
     ],
 )
 def test_mistakes(game, capsys, more, message):
-    assert invoke(["game", "--overlay", str(game.run.overlays[0]), *more]) == 2
+    assert invoke(["game", "--overlay", str(game.run_options.overlays[0]), *more]) == 2
     assert message in capsys.readouterr().err
 
 

@@ -33,11 +33,11 @@ TESTS = """
 @pytest.fixture
 def options(tmp_path):
     run = RunOptions(overlays=(write_team(tmp_path / "team", TEAM),))
-    return LeagueGame(run=run, refbox_dir=write_refbox(tmp_path / "refbox"), minutes=1)
+    return LeagueGame(run_options=run, refbox_dir=write_refbox(tmp_path / "refbox"), minutes=1)
 
 
 def configure(options, parameters):
-    scenario = options.run.overlays[0] / "cfg/rcll-simulator/central_agent.yaml"
+    scenario = options.run_options.overlays[0] / "cfg/rcll-simulator/central_agent.yaml"
     scenario.write_text(scenario.read_text().replace("    team:\n", parameters))
 
 
@@ -62,9 +62,15 @@ def test_robots_without_names_get_some(options):
 @pytest.mark.parametrize(("verdict", "status"), [("SUCCEEDED", 0), ("FAILED", 1)])
 def test_the_agent_says_whether_its_tests_have_succeeded(options, capsys, verdict, status):
     configure(options, SIMTEST)
-    agent = options.run.overlays[0] / "src/clips-specs/team.clp"
+    agent = options.run_options.overlays[0] / "src/clips-specs/team.clp"
     agent.write_text(AGENT + TESTS % ("FULL", verdict))
-    words = ["game", "--overlay", str(options.run.overlays[0]), "--refbox-dir", str(options.refbox_dir)]
+    words = [
+        "game",
+        "--overlay",
+        str(options.run_options.overlays[0]),
+        "--refbox-dir",
+        str(options.refbox_dir),
+    ]
     assert invoke([*words, "--minutes", "5", "--simtest", "FULL", "--json"]) == status
     found = json.loads(capsys.readouterr().out)
     assert found["simtest"] == verdict
@@ -86,7 +92,7 @@ def test_an_agent_without_tests(options):
 
 def test_a_misspelt_testbed(options):
     configure(options, SIMTEST)
-    folder = options.run.overlays[0] / "src/clips-specs/team"
+    folder = options.run_options.overlays[0] / "src/clips-specs/team"
     folder.mkdir()
     (folder / "simtest.clp").write_text('(switch ?t (case "FULL" then (f)) (case "ENTER-FIELD" then (g)))')
     with pytest.raises(CxbridgeError, match=r"no testbed 'FUL'\n.*did you mean FULL"):

@@ -24,18 +24,23 @@ def package(
     names: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[NAME...]", help="interface types; by default all", autocompletion=shipped_interfaces
+            metavar="[NAME...]",
+            help="the interface types that get messages; by default all",
+            autocompletion=shipped_interfaces,
         ),
     ] = None,
     output: Annotated[
         Path,
-        typer.Option("-o", "--output", metavar="DIR", help="folder for both packages, e.g. workspace/src"),
+        typer.Option(
+            "-o", "--output", metavar="DIR", help="the folder for both packages, e.g. workspace/src"
+        ),
     ] = Path(),
     interface_dir: InterfaceDirs = None,
 ) -> None:
     """Write two ROS packages: cxbridge_msgs has messages for interfaces, cxbridge starts this program.
 
-    Build them with colcon. Then ros2 run cxbridge cxbridge, and ros2 launch cxbridge daemon.launch.py work.
+    Build the packages with colcon. Then ros2 run cxbridge cxbridge starts the program, and ros2 launch
+    cxbridge daemon.launch.py starts a daemon.
 
     Example: cxbridge ros2 package -o workspace/src SkillerInterface Position3DInterface
     """
@@ -51,18 +56,27 @@ def package(
 def terminal(
     command: Annotated[
         list[str] | None,
-        typer.Argument(metavar="[COMMAND...]", help="a command; by default a prompt, or the lines of a pipe"),
+        typer.Argument(
+            metavar="[COMMAND...]", help="carry out this command; by default those of a prompt or a pipe"
+        ),
     ] = None,
-    transport: Annotated[str, typer.Option(help="The transport: dds, rclpy, rosbridge or zenoh.")] = "",
+    transport: Annotated[
+        str, typer.Option(help="Reach the experts over this transport: dds, rclpy, rosbridge or zenoh.")
+    ] = "",
     url: Annotated[str, typer.Option(help="The URL of the rosbridge, or of the Zenoh router.")] = "",
-    domain: Annotated[int | None, typer.Option(min=0, help="The DDS domain.")] = None,
-    reach: Annotated[str, typer.Option(help="The range of discovery: localhost or subnet.")] = "",
-    namespace: Annotated[str, typer.Option(help="The prefix of all names, e.g. /robot1.")] = "",
+    domain: Annotated[int | None, typer.Option(min=0, help="The DDS domain of the experts.")] = None,
+    reach: Annotated[
+        str, typer.Option(help="Find experts on this machine (localhost), or also in the network (subnet).")
+    ] = "",
+    namespace: Annotated[str, typer.Option(help="The prefix of the experts' names, e.g. /robot1.")] = "",
     distribution: Annotated[
         str, typer.Option(help="The experts' distribution: humble, iron, jazzy ...")
     ] = "",
     packages: Annotated[
-        list[Path] | None, typer.Option(metavar="DIR", help="A folder with ROS packages. Repeatable.")
+        list[Path] | None,
+        typer.Option(
+            metavar="DIR", help="Read message types from the ROS packages in this folder. Repeatable."
+        ),
     ] = None,
 ) -> int:
     """View and edit the domain and the problem with the commands of plansys2_terminal.

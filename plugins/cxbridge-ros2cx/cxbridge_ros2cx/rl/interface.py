@@ -149,7 +149,7 @@ class LearningAgent(Closing):
         def has_server() -> bool:
             for plugin in self._manager.plugins.values():
                 if isinstance(plugin, GeneratedPlugin) and plugin.type_name == action_type:
-                    handlers.extend(plugin.handlers(self._env, f"{self._name}/{action}"))
+                    handlers.extend(plugin.find_handlers(self._env, f"{self._name}/{action}"))
             return bool(handlers)
 
         self._run_until(has_server, f"the action {self._name}/{action} has no server", _STARTUP_TIMEOUT_S)

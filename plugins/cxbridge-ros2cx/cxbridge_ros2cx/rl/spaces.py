@@ -37,12 +37,12 @@ class Spaces(Struct, frozen=True):
     @classmethod
     def from_agent(cls, agent: LearningAgent) -> Spaces:
         """Query an agent for its predicates, actions and objects."""
-        predicate_indices = sorted({*agent.observables()})
+        predicates = sorted({*agent.observables()})
         actions = [NO_OP, *sorted({*agent.all_actions()})]
         return cls(
-            {name: index for index, name in enumerate(predicate_indices)},
+            {name: index for index, name in enumerate(predicates)},
             actions,
-            {name: number for number, name in enumerate(actions)},
+            {name: index for index, name in enumerate(actions)},
         )
 
     def encode_observation(self, predicates: Iterable[str]) -> Observation:

@@ -38,7 +38,7 @@ def reason(tmp_path, text):
         (
             HEAD + "(:action a :parameters ()\n :effect (and (scale-up (f) 2))))",
             6,
-            "it does not know 'scale-up'",
+            "it does not support 'scale-up'",
         ),
         (
             HEAD + "(:action a :parameters () :precondition (preference p (free)) :effect ()))",
@@ -111,7 +111,7 @@ def test_by_default_there_is_a_warning_and_in_the_mode_original_no_plan(tmp_path
         said = [
             line
             for line in bench.log.lines
-            if "it does not know the requirement :quantified-preconditions" in line.text
+            if "it does not support the requirement :quantified-preconditions" in line.text
         ]
         assert set(statuses) == {"PLAN-FAILED" if repeats_defects else "PLANNED"}
         assert len(said) == (2 if repeats_defects else 1)

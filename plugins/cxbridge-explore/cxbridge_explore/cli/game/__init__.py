@@ -89,7 +89,7 @@ def _make_game(options: RunOptions, play: PlayOptions, game_options: GameOptions
     if plugin_game is not None:
         return plugin_game.make_game(options, minutes=play.minutes, world=play.world, is_series=is_series)
     options.check()
-    return ScenarioGame(run=options, minutes=play.minutes, world=play.world)
+    return ScenarioGame(run_options=options, minutes=play.minutes, world=play.world)
 
 
 def _games_by_agent(first: Game, against: Path | None) -> dict[str, Game]:
@@ -97,7 +97,9 @@ def _games_by_agent(first: Game, against: Path | None) -> dict[str, Game]:
 
     :param against: the second agent, or None.
     """
-    name = str(first.run.scenario or (first.run.overlays or (first.run.fawkes_dir,))[0])
+    name = str(
+        first.run_options.scenario or (first.run_options.overlays or (first.run_options.fawkes_dir,))[0]
+    )
     games = {name: first}
     if against is not None:
         games[str(against)] = first.replace_agent(against)

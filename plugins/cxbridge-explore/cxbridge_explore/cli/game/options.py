@@ -39,7 +39,9 @@ class PlayOptions:
     games: Annotated[
         int, typer.Option(min=1, metavar="N", help="The number of games, each with a different seed.")
     ] = 1
-    seed: Annotated[int, typer.Option(help="The seed of the first game; later games count up from it.")] = 0
+    seed: Annotated[
+        int, typer.Option(help="The seed of the first game; each later game has the next number.")
+    ] = 0
     minutes: Annotated[
         float | None,
         typer.Option(

@@ -152,7 +152,7 @@ class SingleExecutionMonitor(ActionMonitor):
         if skill != slots["skill-id"]:
             name = slots["skill-name"]
             self.scene.report(
-                f"a second skill was called for action {key[3]} {name} of {key[1]}, which already has one",
+                f"a second skill was called for action {key[3]} {name} of {key[1]}, which has a skill",
                 goal=key[1],
                 action=name,
                 skill=name,

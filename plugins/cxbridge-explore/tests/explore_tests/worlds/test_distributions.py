@@ -80,4 +80,4 @@ def test_a_path_may_name_what_is_listed_but_nothing_else():
     assert duration(PathChooser({0: Step("a: b{}", "takes(4)")})).taken_option.value == 4.0
     with pytest.raises(DivergedError, match="no option 'fails'"):
         duration(PathChooser({0: Step("a: b{}", "fails")}))
-    assert duration(PathChooser({})).option == USUAL
+    assert duration(PathChooser({})).option_index == USUAL

@@ -89,7 +89,7 @@ class GeneratedPlugin(RosPlugin):
         for endpoints in self.endpoints:
             endpoints.define(env)
 
-    def handlers(self, env: ClipsEnvironment, server: str) -> list[GoalHandler]:
+    def find_handlers(self, env: ClipsEnvironment, server: str) -> list[GoalHandler]:
         """Return the handlers of an environment's action server; empty if there is no such server."""
         servers = (endpoints for endpoints in self.endpoints if isinstance(endpoints, ActionServers))
         return [

@@ -119,28 +119,26 @@ class ActionClients(ClientGroup[ClientEndpoint]):
         return self.plugin.messages.create(self.resolve_type(type_text, "action").derive("Goal"))
 
     def _define_templates(self, env: ClipsEnvironment) -> None:
-        template, prefix, names = self.plugin.define_template, self.prefix, self._names
+        define, prefix, names = self.plugin.define_template, self.prefix, self._names
         is_generic = self.type_name is None
-        template(env, f"{prefix}{names.client}", server=STRING, **({"type": STRING} if is_generic else {}))
-        template(env, f"{prefix}goal-response", server=STRING, client_goal_handle_ptr=ADDRESS)
+        define(env, f"{prefix}{names.client}", server=STRING, **({"type": STRING} if is_generic else {}))
+        define(env, f"{prefix}goal-response", server=STRING, client_goal_handle_ptr=ADDRESS)
         handle = {"server": STRING, "client_goal_handle_ptr": ADDRESS}
-        template(env, f"{prefix}{names.feedback}", **handle, feedback_ptr=ADDRESS)
+        define(env, f"{prefix}{names.feedback}", **handle, feedback_ptr=ADDRESS)
         goal_id = SYMBOL if is_generic else STRING
-        template(
+        define(
             env, f"{prefix}wrapped-result", server=STRING, goal_id=goal_id, code=SYMBOL, result_ptr=ADDRESS
         )
         if is_generic:
-            template(env, f"{prefix}cancel-response", **handle, cancel_response_ptr=ADDRESS)
+            define(env, f"{prefix}cancel-response", **handle, cancel_response_ptr=ADDRESS)
         else:
-            template(
-                env, f"{prefix}cancel-goal-response", server=STRING, return_code=SYMBOL, num_goals=INTEGER
-            )
-            template(env, f"{prefix}cancel-goal-entry", server=STRING, goal_id=STRING, stamp=FLOAT)
+            define(env, f"{prefix}cancel-goal-response", server=STRING, return_code=SYMBOL, num_goals=INTEGER)
+            define(env, f"{prefix}cancel-goal-entry", server=STRING, goal_id=STRING, stamp=FLOAT)
 
     def _define_handle_functions(self, env: ClipsEnvironment) -> None:
         find = self.handles.find
 
-        def status(address: ExternalAddress) -> Value:
+        def get_status(address: ExternalAddress) -> Value:
             goal_status = find(address).status
             return Symbol(goal_status.name) if self.type_name is None else int(goal_status)
 
@@ -152,7 +150,7 @@ class ActionClients(ClientGroup[ClientEndpoint]):
         functions: tuple[FunctionDefinition, ...] = (
             ("get-goal-id", lambda address: self.format_goal_id(find(address)), "e"),
             ("get-goal-stamp", lambda address: find(address).accepted_s, "e"),
-            ("get-status", status, "e"),
+            ("get-status", get_status, "e"),
             ("is-feedback-aware", is_aware, "e"),
             ("is-result-aware", is_aware, "e"),
         )

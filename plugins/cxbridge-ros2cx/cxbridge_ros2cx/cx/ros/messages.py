@@ -212,7 +212,7 @@ def _clear_fields(fields: Fields) -> None:
 
 
 def _describe_value(value: Value) -> str:
-    return "external address" if isinstance(value, ExternalAddress) else repr(value)
+    return "an external address" if isinstance(value, ExternalAddress) else repr(value)
 
 
 def _to_bool(value: Value, _kind: str) -> bool | None:
