@@ -73,7 +73,7 @@ class Interrupt:
         self._sockets: tuple[socket.socket, socket.socket] | None = None
         self._outer_wakeup_fd = -1
         self._force_at_s = 0.0
-        self._numbers = [int(number) for number in _SIGNALS]
+        self._handled_numbers = [int(number) for number in _SIGNALS]
         self.is_signalled = False
 
     def __enter__(self) -> Self:
@@ -83,7 +83,7 @@ class Interrupt:
             is_ignored = signal.getsignal(number) is signal.SIG_IGN
             if not is_ignored or (self._service and number == signal.SIGINT):
                 self._replaced_handlers[number] = signal.signal(number, self._record_signal)
-        self._numbers = [int(number) for number in self._replaced_handlers]
+        self._handled_numbers = [int(number) for number in self._replaced_handlers]
         # a socket, because Windows cannot wait for a pipe
         self._sockets = reading, writing = socket.socketpair()
         writing.setblocking(False)
@@ -125,7 +125,7 @@ class Interrupt:
         # the number of any handled signal wakes the thread like the signal itself
         if receiver._sockets is not None:
             with contextlib.suppress(BlockingIOError):  # full of signals, so the thread is awake
-                receiver._sockets[1].send(bytes(receiver._numbers[:1]))
+                receiver._sockets[1].send(bytes(receiver._handled_numbers[:1]))
 
     def on_signal(self, stop: Callable[[], None], force: Callable[[], None] = _do_nothing) -> None:
         """Replace the functions ``stop`` and ``force``; they are called soon if a signal was recorded."""
@@ -140,20 +140,20 @@ class Interrupt:
 
     def _request_end_on_signals(self, signal_socket: socket.socket) -> None:
         """Wait for a signal, then request the end repeatedly."""
-        count = 0
+        signal_count = 0
         while not self._ended.is_set():
-            signal_socket.settimeout(_REPEAT_S if count else None)
+            signal_socket.settimeout(_REPEAT_S if signal_count else None)
             with contextlib.suppress(TimeoutError):  # the time for the next call of ``stop`` or ``force``
                 new_signals = sum(
-                    number in self._numbers for number in signal_socket.recv(64)
+                    number in self._handled_numbers for number in signal_socket.recv(64)
                 )  # further bytes wait for the next round
-                if new_signals and not count:
+                if new_signals and not signal_count:
                     self._force_at_s = max(self._force_at_s, time.monotonic() + GRACE_S)
-                count += new_signals
-            if count >= _FATAL_SIGNALS:
+                signal_count += new_signals
+            if signal_count >= _FATAL_SIGNALS:
                 os.write(2, b"cxbridge: the process does not stop: the third signal ends it at once\n")
                 os._exit(_SIGINT_STATUS)
-            if count:
+            if signal_count:
                 self.is_signalled = True
                 self._stop()
                 if time.monotonic() >= self._force_at_s:

@@ -154,7 +154,7 @@ class _LayoutParser:
         return None if slots is None else dict(reversed(slots))
 
     def _parse_reversed_slots(self, first: int, position: int) -> list[tuple[str, str]] | None:
-        """Return the slots from a position on, in reverse order."""
+        """Return the slots from a position on, in reverse order: each call appends its slot to the later slots."""
         if self._is_end(position):
             return []
         number = self._slot_number_at(first, position)
@@ -162,7 +162,7 @@ class _LayoutParser:
             return None
         start = position + len(self._slot_starts[number])
         end = start - 1
-        # the shortest value first: a slot rarely contains the start of the next one
+        # the shortest value first: a slot rarely contains the start of the next slot
         while (end := self._text.find(")", end + 1)) >= 0:
             can_continue = self._is_end(end + 1) or self._slot_number_at(number + 1, end + 1) is not None
             if can_continue and _VALUE.fullmatch(self._text, start, end):

@@ -93,10 +93,11 @@ class Watcher:
         self.facts = WatchItem()
         self.rules = WatchItem()
         self.firings = 0
+        """The number of firings in the present run, counted while firings are recorded."""
         self._assert_followers: dict[str, _Followers] = {}
         self._retract_followers: dict[str, _Followers] = {}
         self._change_listeners: dict[str, list[Callable[[], None]]] = {}
-        self._names: dict[CData, str] = {}  # deftemplates by pointer
+        self._names: dict[CData, str] = {}  # names of deftemplates by pointer
         self._ignored: set[CData] = set()  # pointers of deftemplates without listeners
         self._emits_facts = False
         self._texts: dict[int, str] = {}  # texts of emitted facts by index, for their retraction
@@ -173,21 +174,21 @@ class Watcher:
     # CLIPS calls the hooks for every fact: facts without a listener must cost little
 
     def _handle_assertion(self, _env: CData, fact: CData, _context: CData) -> None:
-        template = lib.FactDeftemplate(fact)
-        if template not in self._ignored:
-            self._handle_change(fact, template, self._assert_followers, asserted=True)
+        deftemplate = lib.FactDeftemplate(fact)
+        if deftemplate not in self._ignored:
+            self._handle_change(fact, deftemplate, self._assert_followers, asserted=True)
 
     def _handle_retraction(self, _env: CData, fact: CData, _context: CData) -> None:
-        template = lib.FactDeftemplate(fact)
-        if template not in self._ignored:
-            self._handle_change(fact, template, self._retract_followers, asserted=False)
+        deftemplate = lib.FactDeftemplate(fact)
+        if deftemplate not in self._ignored:
+            self._handle_change(fact, deftemplate, self._retract_followers, asserted=False)
 
     def _handle_change(
-        self, fact: CData, pointer: CData, followers: dict[str, _Followers], *, asserted: bool
+        self, fact: CData, deftemplate: CData, followers: dict[str, _Followers], *, asserted: bool
     ) -> None:
-        template = self._names.get(pointer)
+        template = self._names.get(deftemplate)
         if template is None:
-            template = self._names[pointer] = decode(lib.DeftemplateName(pointer))
+            template = self._names[deftemplate] = decode(lib.DeftemplateName(deftemplate))
         for call in self._change_listeners.get(template, ()):
             call()
         if self._emits_facts and template in self.facts:
@@ -205,7 +206,7 @@ class Watcher:
             template in listeners
             for listeners in (self._assert_followers, self._retract_followers, self._change_listeners)
         ):
-            self._ignored.add(pointer)
+            self._ignored.add(deftemplate)
 
     def _handle_firing(self, _env: CData, activation: CData, _context: CData) -> None:
         self.firings += 1

@@ -82,7 +82,7 @@ def domain_facts(
     :param warn: receives an error about each dropped part.
     :raises PddlError: if facts cannot represent a condition or effect.
     """
-    return _FactMaker(domain.file, compat=fawkes_compat, warn=warn).domain(domain)
+    return _FactMaker(domain.file, fawkes_compat=fawkes_compat, warn=warn).domain_facts(domain)
 
 
 def formula_facts(formula: Formula, parent: str, *, file: str = "") -> list[FactToAssert]:
@@ -90,7 +90,9 @@ def formula_facts(formula: Formula, parent: str, *, file: str = "") -> list[Fact
 
     :raises PddlError: if facts cannot represent the formula (quantifiers, numbers).
     """
-    return list(_FactMaker(file, compat=False, warn=None).condition(formula, parent, 1, is_root=True))
+    return list(
+        _FactMaker(file, fawkes_compat=False, warn=None).condition_facts(formula, parent, 1, is_root=True)
+    )
 
 
 def _variables(terms: Iterable[Term]) -> Iterator[Variable]:
@@ -103,9 +105,11 @@ def _variables(terms: Iterable[Term]) -> Iterator[Variable]:
 
 
 class _FactMaker:
-    def __init__(self, file: str, *, compat: bool, warn: Warn | None) -> None:
+    """Makes the facts of one domain or condition."""
+
+    def __init__(self, file: str, *, fawkes_compat: bool, warn: Warn | None) -> None:
         self._file = file
-        self._fawkes_compat = compat
+        self._fawkes_compat = fawkes_compat
         self._warn = warn
 
     def _error(self, message: str, position: Position, hint: str | None = None) -> PddlError:
@@ -115,7 +119,7 @@ class _FactMaker:
         if self._warn is not None:
             self._warn(self._error(message, position))
 
-    def domain(self, domain: Domain) -> list[FactToAssert]:
+    def domain_facts(self, domain: Domain) -> list[FactToAssert]:
         facts = []
         for name, super_type in pairs_of(domain.types):
             slots: dict[str, SlotValue] = {"name": name}
@@ -166,11 +170,11 @@ class _FactMaker:
         names = tuple(name for name, _ in pairs) if self._fawkes_compat else names_of(action.parameters)
         yield FactToAssert("domain-operator", {"name": action.name, "param-names": names})
         if action.condition is not None:
-            yield from self.condition(action.condition, action.name, 1, is_root=True)
+            yield from self.condition_facts(action.condition, action.name, 1, is_root=True)
         if action.effect is not None:
             yield from self._effect_facts(action.effect, action.name, is_positive=True)
 
-    def condition(
+    def condition_facts(
         self, formula: Formula, parent: str, counter: int, *, is_root: bool = False
     ) -> Iterator[FactToAssert]:
         """Yield the facts of a formula.
@@ -183,7 +187,7 @@ class _FactMaker:
         match formula:
             case Timed(part=part):
                 # Fawkes does not wrap a timed atom at the root
-                yield from self.condition(part, parent, counter)
+                yield from self.condition_facts(part, parent, counter)
             case And(parts=parts):
                 yield from self._connective_facts("conjunction", parts, parent, id_)
             case Or(parts=parts):
@@ -224,7 +228,7 @@ class _FactMaker:
     ) -> Iterator[FactToAssert]:
         yield FactToAssert("pddl-formula", {"id": id_, "part-of": parent, "type": kind})
         for index, part in enumerate(parts, start=1):
-            yield from self.condition(part, id_, index)
+            yield from self.condition_facts(part, id_, index)
 
     def _atom_facts(
         self,

@@ -46,7 +46,7 @@ def spell_domain(domain: Domain, words: Iterable[str], words_as_numbers: set[str
     functions = {function.name.lower() for function in domain.functions if not function.parameters}
     if not _has_two_spellings(words) and functions.isdisjoint(map(str.lower, words_as_numbers)):
         return domain
-    return _Speller(domain, domain.constants).domain(domain)
+    return _Speller(domain, domain.constants).spell_domain(domain)
 
 
 def spell_problem(
@@ -65,7 +65,7 @@ def spell_problem(
         map(str.lower, words_as_numbers)
     ):
         return problem
-    return _Speller(domain, domain.constants + problem.objects).problem(problem)
+    return _Speller(domain, domain.constants + problem.objects).spell_problem(problem)
 
 
 def _has_two_spellings(words: Iterable[str]) -> bool:
@@ -82,6 +82,8 @@ def _domain_names(domain: Domain) -> Iterable[str]:
 
 
 class _Speller:
+    """Gives the names of a syntax tree the spelling of their declarations."""
+
     def __init__(self, domain: Domain, objects: TypedList) -> None:
         self._name = domain.name
         self._types = _spelling_table((ROOT_TYPE, *names_of(domain.types)))
@@ -92,7 +94,7 @@ class _Speller:
             TOTAL_TIME
         }
 
-    def domain(self, domain: Domain) -> Domain:
+    def spell_domain(self, domain: Domain) -> Domain:
         return replace(
             domain,
             types=self._spell_typed_list(domain.types, self._types),
@@ -106,7 +108,7 @@ class _Speller:
             actions=tuple(map(self._spell_action, domain.actions)),
         )
 
-    def problem(self, problem: Problem) -> Problem:
+    def spell_problem(self, problem: Problem) -> Problem:
         metric = problem.metric
         if metric is not None:
             metric = (metric[0], self._spell_number(self._spell_nested_term(metric[1], {})))

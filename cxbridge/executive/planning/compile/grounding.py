@@ -25,7 +25,7 @@ from cxbridge.executive.pddl.ast import ActionSchema, Domain, Problem
 from cxbridge.executive.pddl.types import ObjectTable
 from cxbridge.executive.planning.compile.conditions import Conjunction, Evaluator, Fact, fact_of
 from cxbridge.executive.planning.compile.effects import EffectCase, changed_predicates, effect_cases
-from cxbridge.executive.planning.compile.join import FactIndex, GroundedSchema
+from cxbridge.executive.planning.compile.join import FactIndex, SchemaToGround
 from cxbridge.executive.planning.compile.strips import Operator, StripsTask, without_irrelevant
 from cxbridge.executive.planning.errors import PlanningError
 from cxbridge.executive.planning.planner import PlannedAction
@@ -85,7 +85,7 @@ class _Grounder:
         objects = ObjectTable(domain, problem)
         self._evaluator = Evaluator(objects, self._static_truth)
         self._actions = domain.actions
-        self._schemas = [GroundedSchema(action, objects) for action in domain.actions]
+        self._schemas = [SchemaToGround(action, objects) for action in domain.actions]
         self._index = FactIndex()
         self._queue: deque[Fact] = deque()  # reached facts that are not joined yet
         self._joined: set[Fact] = set()
@@ -152,6 +152,7 @@ class _Grounder:
                 )
 
     def _ground(self, action: ActionSchema, choice: tuple[str, ...], binding: dict[str, str]) -> None:
+        """Add the cases of an action with chosen objects."""
         for conjunction in self._evaluator.alternatives(action.condition, binding):
             for case in effect_cases(self._evaluator, conjunction, action.effect, binding):
                 self._add(_GroundCase(PlannedAction(action.name, choice), case))
@@ -175,6 +176,7 @@ class _Grounder:
             self._apply(ground_case)
 
     def _apply(self, ground_case: _GroundCase) -> None:
+        """Record a case without missing facts, and reach the facts that it makes true."""
         self._applicable.append(ground_case)
         self._reach(change.fact for change in ground_case.case.changes if change.value)
 

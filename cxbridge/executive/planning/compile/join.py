@@ -34,7 +34,7 @@ class FactIndex:
         return shortest
 
 
-class GroundedSchema:
+class SchemaToGround:
     """An action to ground: parameters and required atoms.
 
     :ivar parameters: the permitted objects by parameter.
