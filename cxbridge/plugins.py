@@ -326,7 +326,7 @@ def _rows_by_table(
         raise PluginError(
             f"the plug-in '{name}' of {package} is for version {api} of the hooks, "
             f"this cxbridge has version {API}",
-            hint=f"install a version of {package.partition(' ')[0]} that goes with this cxbridge",
+            hint=f"install a version of {package.partition(' ')[0]} that fits this cxbridge",
         )
     tables = {
         hook: value for hook, value in vars(module).items() if hook.isupper() and hook not in _OTHER_CONSTANTS

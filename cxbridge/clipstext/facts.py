@@ -154,7 +154,7 @@ class _LayoutParser:
         return None if slots is None else dict(reversed(slots))
 
     def _parse_reversed_slots(self, first: int, position: int) -> list[tuple[str, str]] | None:
-        """Return the slots from a position on, in reverse order: each call appends its slot to the later slots."""
+        """Return the slots from a position on in reverse order: each call appends its slot to later slots."""
         if self._is_end(position):
             return []
         number = self._slot_number_at(first, position)

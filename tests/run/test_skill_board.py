@@ -114,6 +114,6 @@ def test_a_daemon_has_it_as_a_component(tmp_path):
             assert [info.id for info in board.list("ComponentInterface")][-1] == "skill-board"
             with SkillerCall(board, skiller="robot1") as call:
                 assert call.execute("say{}", 20).outcome is CallOutcome.FINAL
-                assert call.execute("sing{}", 20).error == "no executor of me knows sing; they know: say"
+                assert call.execute("sing{}", 20).error == "no executor of me offers sing; they offer: say"
         daemon.stop()
     assert outcome == [0]

@@ -163,7 +163,7 @@ class _FactMaker:
                 slots["type"] = type_
             elif self._fawkes_compat:
                 self._warn_of_dropped_part(
-                    f"parameter ?{name} of {action.name} has no type: no fact", action.position
+                    f"parameter ?{name} of {action.name} has no type, and gets no fact", action.position
                 )
                 continue
             yield FactToAssert("domain-operator-parameter", slots)
@@ -287,7 +287,7 @@ class _FactMaker:
             case NumericChange(operator=operator):
                 # PddlNumbers computes numeric effects from the domain
                 if self._fawkes_compat:
-                    self._warn_of_dropped_part(f"'{operator}' has no fact in Fawkes", formula.position)
+                    self._warn_of_dropped_part(f"Fawkes has no fact for '{operator}'", formula.position)
             case Quantified(quantifier=quantifier):
                 raise self._error(
                     f"'{quantifier}' in an effect cannot be expressed as facts",

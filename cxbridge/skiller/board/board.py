@@ -428,7 +428,7 @@ class SkillBoard:
             return f"the agent {call.agent} has no executor"
         if not capable_executors:
             skills = sorted({skill for info in executors for skill in info.skills})
-            return f"no executor of {call.agent} knows {call.skill}; they know: {', '.join(skills)}"
+            return f"no executor of {call.agent} offers {call.skill}; they offer: {', '.join(skills)}"
         silent_ids = [
             info.id for info in capable_executors if self._pending_by_executor.get(info.id) == master.number
         ]

@@ -118,7 +118,7 @@ class SkillerSimulator(InterfaceSkiller):
         decision = self._deciders.decide(call)
         if decision is None or decision.outcome.seconds is None:
             raise SkillError(
-                f"no estimator knows how long '{call.name}' takes",
+                f"no estimator has a duration for '{call.name}'",
                 hint="give /plugins/execution-time-estimator/static/exec-time in the configuration",
             )
         return _SimulatedCall(call, *decision, decision.outcome.seconds)

@@ -147,7 +147,7 @@ def test_changes_of_numbers_have_no_fact_and_are_lost_in_fawkes() -> None:
         rows = domain_facts(parsed, fawkes_compat=fawkes_compat, warn=told.append)
         assert [row.slots["predicate"] for row in rows if row.template == "domain-effect"] == ["ready"]
     assert [(error.line, error.column) for error in told] == [(10, 22)]
-    assert "'increase' has no fact in Fawkes" in told[0].message
+    assert "Fawkes has no fact for 'increase'" in told[0].message
 
 
 def test_comparisons_of_numbers_have_the_variables_as_parameters() -> None:

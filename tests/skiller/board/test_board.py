@@ -311,7 +311,7 @@ def test_refused_means_that_others_are_asked(rig):
         (lambda _rig: None, "the agent r1 has no executor"),
         (
             lambda rig: Silent(rig, skills="grasp dance"),
-            "no executor of r1 knows move; they know: dance, grasp",
+            "no executor of r1 offers move; they offer: dance, grasp",
         ),
         (Silent, "no executor of r1 answers: e1"),
     ],

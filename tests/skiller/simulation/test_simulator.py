@@ -73,7 +73,7 @@ def test_a_skill_string_that_cannot_be_read_fails(text: str, column: int):
 def test_a_skill_that_no_estimator_knows_fails():
     rig = make(StaticEstimator(whitelist=[SkillPattern("say", seconds=1.0)]))
     rig.exec("dance{}")
-    assert (rig.status, rig.state.error) == ("S_FAILED", "no estimator knows how long 'dance' takes")
+    assert (rig.status, rig.state.error) == ("S_FAILED", "no estimator has a duration for 'dance'")
 
 
 CONFIG = """
