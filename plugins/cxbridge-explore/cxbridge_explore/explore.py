@@ -72,7 +72,7 @@ def explore(  # noqa: PLR0913 - the options of the command, and two callbacks fo
         load_checkpoint(resume, graph, make_identity(options, bounds, properties, world, make))
     coordinator: Coordinator | None = None
     unmerged_reasons: tuple[str, ...] = ()
-    start_s, cpu_s = time.perf_counter(), _cpu_seconds()
+    start_s, start_cpu_s = time.perf_counter(), _cpu_seconds()
 
     def draw_result(explored_graph: Graph) -> None:
         if draw_page is not None:
@@ -102,7 +102,7 @@ def explore(  # noqa: PLR0913 - the options of the command, and two callbacks fo
                 _check_determinism(graph, usual_run)
         except DivergedError as error:
             raise explain_difference(make_explored_run, error) from None
-    cpu_s = _cpu_seconds() - cpu_s
+    cpu_s = _cpu_seconds() - start_cpu_s
     if coordinator is not None:
         unmerged_reasons = tuple(coordinator.unmerged_reasons)
         cpu_s += coordinator.cpu_seconds

@@ -62,6 +62,7 @@ class RefboxOptions:
         """
         for option in fields(self):
             if option.default is not MISSING and getattr(self, option.name) != option.default:
+                # --proto-dir is repeatable, and the only option with another name than its field
                 name = option.name.removesuffix("s") if option.name == "proto_dirs" else option.name
                 raise CxbridgeError(
                     f"--{name.replace('_', '-')} applies only to games of the league",
@@ -153,7 +154,7 @@ class PlayedLeagueOptions(RefboxOptions):
                 "no agent is named",
                 hint="name the team's checkout with --overlay, and a Fawkes checkout with --fawkes-dir",
             )
-        address = self._address()
+        address = self._parse_address()
         if is_series and address is not None:
             raise CxbridgeError(
                 "a running referee box plays only one game", hint="play several games with --refbox-dir"
@@ -171,7 +172,7 @@ class PlayedLeagueOptions(RefboxOptions):
         )
         return game if minutes is None else replace(game, minutes=minutes)
 
-    def _address(self) -> Address | None:
+    def _parse_address(self) -> Address | None:
         """Return the address of the referee box; None if its rules run in the agent's process."""
         from cxbridge_rcll.remote import Address  # noqa: PLC0415 - slow, and help needs no game
 

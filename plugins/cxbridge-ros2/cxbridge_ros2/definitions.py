@@ -265,7 +265,7 @@ def _find_definition_files(folder: Path) -> dict[str, Path]:
         raise Ros2Error("there is no such folder with ROS packages", file=folder)
     definition_files: dict[str, Path] = {}
     for directory_name, folders, files in walk_folders(folder):
-        folders.sort()  # in place: the walk visits the folders in this order
+        folders.sort()  # in place, since the walk visits the folders in the order of this list
         directory = Path(directory_name)
         if directory.name not in DEFINITION_KINDS:
             continue

@@ -82,8 +82,10 @@ class Ros2NodeComponent(Component):
         now_us = self._clock.now_us()
         if now_us >= self._next_diagnostics_us:
             self._next_diagnostics_us = now_us + MICROSECONDS  # once a second, the usual rate of /diagnostics
-            rows = [self._make_status(row) for row in self._daemon.lifecycle.status()]
-            self._diagnostics_publisher.publish({"header": {"stamp": us_to_stamp(now_us)}, "status": rows})
+            statuses = [self._make_status(row) for row in self._daemon.lifecycle.status()]
+            self._diagnostics_publisher.publish(
+                {"header": {"stamp": us_to_stamp(now_us)}, "status": statuses}
+            )
 
     def _make_status(self, row: ComponentStatus) -> Mapping[str, Any]:
         level = _ERROR if row.reason else _OK if row.state is State.ACTIVE else _WARN

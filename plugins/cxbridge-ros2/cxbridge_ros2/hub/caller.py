@@ -183,7 +183,7 @@ class HubSkills(RosExecutor):
     def _execute_request(self, skill: HubSkill, open_request: _OpenRequest) -> Generator[Any, None, Progress]:
         self._open_request = open_request
         try:
-            yield from self._find_performer(skill, open_request)
+            yield from self._await_performer(skill, open_request)
             finish = yield from self._yield_progress(open_request)
         finally:
             self._open_request = None
@@ -194,7 +194,7 @@ class HubSkills(RosExecutor):
             raise SkillFailedError(reason, progress=finish.progress)
         return Progress(1.0, finish.status)
 
-    def _find_performer(self, skill: HubSkill, open_request: _OpenRequest) -> Generator[None, None, None]:
+    def _await_performer(self, skill: HubSkill, open_request: _OpenRequest) -> Generator[None, None, None]:
         """Repeat the REQUEST until a performer is confirmed."""
         key, start_us, request_count = open_request.request.key, self.clock.now_us(), 0
         while True:
