@@ -90,7 +90,7 @@ class Folders:
     def list_scenarios(self) -> list[str]:
         """Return the shipped scenarios by name and those in the folders by path."""
         scenario_folders = [
-            self._short_name(path.parent) for path in self._walk_files() if path.name == _SCENARIO
+            self._shorten_path(path.parent) for path in self._walk_files() if path.name == _SCENARIO
         ]
         return [*shipped_scenarios(), *sorted(scenario_folders)]
 
@@ -102,11 +102,11 @@ class Folders:
                 run, stat = open_run(path), path.stat()
             except (CxbridgeError, OSError):
                 continue  # not a recording, or removed in the meantime
-            entries.append((stat.st_mtime, self._short_name(path), run.format, stat.st_size))
+            entries.append((stat.st_mtime, self._shorten_path(path), run.format, stat.st_size))
         rows = sorted(entries, reverse=True)
         return [{"path": path, "format": format_name, "bytes": size} for _, path, format_name, size in rows]
 
-    def _short_name(self, path: Path) -> str:
+    def _shorten_path(self, path: Path) -> str:
         """Return the name by which the assistant refers to a path."""
         return str(path.relative_to(self.home)) if path.is_relative_to(self.home) else str(path)
 

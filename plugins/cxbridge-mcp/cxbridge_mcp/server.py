@@ -45,30 +45,31 @@ def make_server(folders: Sequence[Path], url: str, allow: Sequence[str]) -> MCPS
     server = MCPServer("cxbridge", version=__version__, instructions=_INSTRUCTIONS, log_level="WARNING")
     read_only = ToolAnnotations(read_only_hint=True)
     destructive = ToolAnnotations(read_only_hint=False, destructive_hint=True)
-    files, programs = RecordingTools(allowed_folders), ProgramTools(allowed_folders)
+    recording_tools, program_tools = RecordingTools(allowed_folders), ProgramTools(allowed_folders)
     operations = [name for name in allow if name not in PROGRAM_TOOLS]
-    daemon = DaemonTools(url, operations)
+    daemon_tools = DaemonTools(url, operations)
     for tool in (
-        files.list_scenarios,
-        files.list_recordings,
-        files.goal_tree,
-        files.why_in_recording,
-        files.compare_recordings,
-        files.check_agent,
-        daemon.daemon_status,
-        daemon.list_interfaces,
-        daemon.read_interface,
-        daemon.list_facts,
-        daemon.why_in_daemon,
+        recording_tools.list_scenarios,
+        recording_tools.list_recordings,
+        recording_tools.goal_tree,
+        recording_tools.why_in_recording,
+        recording_tools.compare_recordings,
+        recording_tools.check_agent,
+        daemon_tools.daemon_status,
+        daemon_tools.list_interfaces,
+        daemon_tools.read_interface,
+        daemon_tools.list_facts,
+        daemon_tools.why_in_daemon,
     ):
         server.add_tool(_with_tool_errors(tool), annotations=read_only)
     server.add_tool(
-        _with_tool_errors(daemon.ask_daemon),
-        description=f"Request an operation of the daemon, with its arguments; {daemon.operations_text()}.",
+        _with_tool_errors(daemon_tools.ask_daemon),
+        description="Request an operation of the daemon, with its arguments; "
+        f"{daemon_tools.operations_text()}.",
         annotations=destructive if operations else read_only,
         structured_output=False,
     )
-    for program in (programs.run, programs.explore):
+    for program in (program_tools.run, program_tools.explore):
         if program.__name__ in allow:
             server.add_tool(_with_tool_errors(program), annotations=destructive)
     return server

@@ -31,7 +31,7 @@ _STATUS_PREFIX: Final = "exit status "  # precedes the exit status at the end of
 
 # A program that fails earlier has refused the text; a later failure is a failure of the search.
 _MAX_REFUSAL_S: Final = 2.0
-_MAX_EXCERPT: Final = 300  # the maximal characters of a program's output in an error
+_MAX_EXCERPT: Final = 300  # the maximum number of characters of a program's output in an error
 
 
 class CommandPlanner(EnginePlanner):
@@ -74,14 +74,14 @@ class CommandPlanner(EnginePlanner):
             raise
 
     def _solve_texts(
-        self, pddl: PddlTexts, domain: Domain, problem: Problem
+        self, texts: PddlTexts, domain: Domain, problem: Problem
     ) -> tuple[PlannedAction, ...] | None:
         names = PlanNames(domain, problem)
         with tempfile.TemporaryDirectory(prefix=FOLDER_PREFIX) as folder:
             files = {key: Path(folder, f"{key}.pddl") for key in ("domain", "problem")}
-            files["domain"].write_text(pddl.domain)
-            files["problem"].write_text(rename_problem(pddl.problem, _PROBLEM_NAME))
-            texts = {
+            files["domain"].write_text(texts.domain)
+            files["problem"].write_text(rename_problem(texts.problem, _PROBLEM_NAME))
+            placeholder_values = {
                 **{key: str(path) for key, path in files.items()},
                 "plan": str(Path(folder, _PLAN_PREFIX)),
             }
@@ -90,27 +90,29 @@ class CommandPlanner(EnginePlanner):
                 and self.improve > 0
                 and Need.COSTS in problem_needs(domain, problem)
             ):
-                texts["improve"] = str(max(1, round(self.improve)))
-                self._run_program(self._program.improving_arguments, texts, folder)
+                placeholder_values["improve"] = str(max(1, round(self.improve)))
+                self._run_program(self._program.improving_arguments, placeholder_values, folder)
                 if plan := self.read_plan(Path(folder), names):
                     return plan
-            output = self._run_program(self._program.arguments, texts, folder)
+            output = self._run_program(self._program.arguments, placeholder_values, folder)
             if not self._program.step:
                 plan = self.read_plan(Path(folder), names)
                 if plan is not None:
                     return plan
         # errors refer to the user's files, not to the temporary copies
-        for key, file in zip(files, pddl.files, strict=True):
-            output = output.replace(texts[key], file or f"the {key}")
+        for key, file in zip(files, texts.files, strict=True):
+            output = output.replace(placeholder_values[key], file or f"the {key}")
         return self._parse_output(output, names)
 
-    def _run_program(self, arguments: tuple[str, ...], texts: dict[str, str], folder: str) -> str:
+    def _run_program(
+        self, arguments: tuple[str, ...], placeholder_values: dict[str, str], folder: str
+    ) -> str:
         """Run the program and return its output with its exit status.
 
-        :param texts: the texts for the placeholders in the arguments.
+        :param placeholder_values: the texts that replace the placeholders in the arguments.
         :raises PlanningError: if the program cannot be started.
         """
-        words = [argument.format(**texts) for argument in arguments]
+        words = [argument.format(**placeholder_values) for argument in arguments]
         command = [*self._program.command(self._own_program), *words, *self._options]
         try:
             process = subprocess.run(  # noqa: S603 - no shell, and the program that the user chose
@@ -155,7 +157,7 @@ class CommandPlanner(EnginePlanner):
             if name.upper() == "REACH-GOAL":
                 continue  # the last step of FF's plans is not an action of the domain
             times = {key: float(value) for key, value in match.groupdict().items() if key != "step"}
-            yield names.step(name, arguments, **times)
+            yield names.make_step(name, arguments, **times)
 
 
 def _drop_times(steps: tuple[PlannedAction, ...]) -> tuple[PlannedAction, ...]:

@@ -28,7 +28,7 @@ _TEMPORAL: Final = ("lpg", "aries", "tamer", "optic", "popf")
 FOLDER_PREFIX: Final = "cxbridge-plan-"
 """The start of the names of the engines' work folders."""
 
-# A search for better plans stops so long before the time limit.
+# A search for better plans stops this long before the time limit.
 _MARGIN_S: Final = 0.5
 
 

@@ -23,7 +23,7 @@ class PlanNames:
         self._actions = _names_by_spelling(action.name for action in domain.actions)
         self._objects = _names_by_spelling((*names_of(domain.constants), *names_of(problem.objects)))
 
-    def step(
+    def make_step(
         self,
         action: str,
         arguments: Iterable[str],
@@ -51,7 +51,7 @@ def load_plan(path: str | Path, names: PlanNames) -> tuple[PlannedAction, ...]:
             continue
         try:
             (step,) = parse_plan_text(text)
-            steps.append(names.step(*step))
+            steps.append(names.make_step(*step))
         except (ValueError, PlanningError) as error:
             hint = "write (NAME OBJECT ...), or START: (NAME OBJECT ...) [DURATION]"
             raise PlanningError(str(error), file=str(path), line=number, hint=hint) from None
@@ -64,8 +64,8 @@ def _names_by_spelling(names: Iterable[str]) -> dict[str, str]:
     return {name.casefold(): name for name in names_by_exact_spelling} | names_by_exact_spelling
 
 
-def _find_spelling(name: str, table: dict[str, str], kind: str) -> str:
-    spelling = table.get(name) or table.get(name.casefold())
+def _find_spelling(name: str, spellings: dict[str, str], kind: str) -> str:
+    spelling = spellings.get(name) or spellings.get(name.casefold())
     if spelling is None:
         raise PlanningError(f"the plan names an {kind} that does not exist: {name}")
     return spelling

@@ -19,7 +19,7 @@ from cxbridge.executive.planning.errors import PlanningError
 
 _PROBLEM_NAME: Final = re.compile(r"(\(\s*problem\s+)[^\s()]+", re.IGNORECASE)
 _LINE_NUMBER: Final = re.compile(r"\bline:?\s*(\d{1,9})", re.IGNORECASE)
-_MAX_EXCERPT: Final = 300  # the maximal characters of a parser's message in an error
+_MAX_EXCERPT: Final = 300  # the maximum number of characters of a parser's message in an error
 _COMMENT: Final = re.compile(r";[^\n]*")
 
 
@@ -37,8 +37,8 @@ class PddlTexts(NamedTuple):
 def original_texts(domain: Domain, problem: Problem) -> PddlTexts:
     """Return the source texts of domain and problem; generated texts if they have no source."""
     return PddlTexts(
-        _without_comments(domain.text) or format_domain(domain),
-        _without_comments(problem.text) or format_problem(problem),
+        _blank_comments(domain.text) or format_domain(domain),
+        _blank_comments(problem.text) or format_problem(problem),
         (domain.file if domain.text else "", problem.file if problem.text else ""),
     )
 
@@ -59,7 +59,7 @@ def rename_problem(text: str, name: str) -> str:
     return _PROBLEM_NAME.sub(rf"\g<1>{name}", text, count=1)
 
 
-def _without_comments(text: str) -> str:
+def _blank_comments(text: str) -> str:
     """Replace comments by blanks, which keeps lines and columns for error messages.
 
     Some engines refuse non-ASCII characters in comments.

@@ -18,7 +18,7 @@ from cxbridge_planning.engine import FOLDER_PREFIX, Engine, EnginePlanner
 from cxbridge_planning.plan_files import PlanNames, load_plan
 from cxbridge_planning.texts import read_task
 
-_MAX_EXCERPT: Final = 300  # the maximal characters of an engine's log in an error
+_MAX_EXCERPT: Final = 300  # the maximum number of characters of an engine's log in an error
 _BEST_PLAN_FILE: Final = "best"
 
 
@@ -103,10 +103,10 @@ class UnifiedPlanner(EnginePlanner):
             try:
                 result = self._run_engine(shortcuts, task, names, improve=problem.metric is not None)
             except Exception as error:
-                raise PlanningError(f"{self.name} failed: {_failure_reason(error)}") from error
+                raise PlanningError(f"{self.name} failed: {_find_failure_reason(error)}") from error
             finally:
                 os.chdir(previous_folder)
-        return self._plan_of_result(result, names)
+        return self._extract_plan(result, names)
 
     def read_plan(self, folder: Path, names: PlanNames) -> tuple[PlannedAction, ...] | None:
         """Return the best plan so far; None without a plan."""
@@ -122,14 +122,14 @@ class UnifiedPlanner(EnginePlanner):
                 for result in engine.get_solutions(task, timeout=self.improve):
                     if result.plan is not None:
                         best_result = result
-                        _save_plan(self._plan_of_result(result, names))
+                        _save_plan(self._extract_plan(result, names))
             if best_result is not None:
                 return best_result
         with shortcuts.OneshotPlanner(name=self.name) as engine:
             _avoid_spaces(engine)
             return engine.solve(task)
 
-    def _plan_of_result(self, result: Any, names: PlanNames) -> tuple[PlannedAction, ...] | None:
+    def _extract_plan(self, result: Any, names: PlanNames) -> tuple[PlannedAction, ...] | None:
         status = result.status.name
         if status.startswith("UNSOLVABLE"):
             return None
@@ -152,10 +152,10 @@ tamer = partial(UnifiedPlanner, "tamer")
 
 def _use_integers(task: Any) -> None:
     """Change the functions of a task to integers; unified-planning reads all numbers of PDDL as reals."""
-    kinds = importlib.import_module("unified_planning.shortcuts")
+    shortcuts = importlib.import_module("unified_planning.shortcuts")
     for fluent in task.fluents:
         if fluent.type.is_real_type():
-            fluent._typename = kinds.IntType()  # noqa: SLF001 - the reader of PDDL has no option for integers
+            fluent._typename = shortcuts.IntType()  # noqa: SLF001 - the reader of PDDL has no option for integers
 
 
 def _save_plan(plan: tuple[PlannedAction, ...] | None) -> None:
@@ -179,10 +179,10 @@ def _avoid_spaces(engine: Any) -> None:
 def _make_step(
     instance: Any, names: PlanNames, start: float | None = None, duration: float | None = None
 ) -> PlannedAction:
-    return names.step(instance.action.name, map(str, instance.actual_parameters), start, duration)
+    return names.make_step(instance.action.name, map(str, instance.actual_parameters), start, duration)
 
 
-def _failure_reason(error: BaseException) -> str:
+def _find_failure_reason(error: BaseException) -> str:
     """Return the reason of a failed call; the first line of a gRPC error has none."""
     code, details = getattr(error, "code", None), getattr(error, "details", None)
     if callable(code) and callable(details):

@@ -62,7 +62,7 @@ class ApiCall:
 
         :raises PagingError: if the query is invalid.
         """
-        return Window.of(self.query)
+        return Window.from_query(self.query)
 
     def text(self, name: str) -> str:
         """Return a member of the body that must be a text.
@@ -222,7 +222,7 @@ def _encode_json(value: Any, *, pretty: bool) -> str:
 
 
 def _encode_bytes(value: bytes) -> str:
-    """Encode bytes, the only type that :func:`plain` leaves and the module json cannot encode."""
+    """Encode bytes, the only type that :func:`to_json_types` leaves and that json cannot encode."""
     return bytes(value).hex()
 
 

@@ -49,7 +49,7 @@ class EventSelection:
     kinds: frozenset[str]
     env: str = ""
 
-    def wants(self, kind: str, env: str) -> bool:
+    def includes(self, kind: str, env: str) -> bool:
         """Return whether an event is selected."""
         return kind in self.kinds and (not self.env or not env or env == self.env)
 
@@ -193,15 +193,15 @@ class EventBuffer:
         selected_events: list[tuple[StreamPosition, bytes]] = []
         byte_count, end_position = 0, self.end
         for buffered_event in later:
-            if selection.wants(buffered_event.kind, buffered_event.env):
+            if selection.includes(buffered_event.kind, buffered_event.env):
                 selected_events.append((buffered_event.position, buffered_event.text))
                 byte_count += len(buffered_event.text)
                 if byte_count >= BUNCH_BYTES:
                     end_position = buffered_event.position
                     break
-        discarded_count = sum(self._discarded_between(position, end_position, group) for group in groups)
+        discarded_count = sum(self._count_discarded(position, end_position, group) for group in groups)
         return selected_events, end_position, end_position.lost - position.lost + discarded_count
 
-    def _discarded_between(self, position: StreamPosition, end: StreamPosition, group: int) -> int:
+    def _count_discarded(self, position: StreamPosition, end: StreamPosition, group: int) -> int:
         """Return the number of discarded events of a group between two positions."""
         return max(0, min(end.counts[group], self._groups[group].discarded_count) - position.counts[group])

@@ -50,7 +50,7 @@ class EventCollector:
         self._sinks: dict[str, Sink] = {}  # subscribed sinks by kind
         self._watches: list[tuple[ClipsEnvironment, str]] = []  # watches that this collector has switched on
         self._environments: list[ClipsEnvironment] = []
-        # Number of firings by environment and rule, counted while a client wants them.
+        # Number of firings by environment and rule, counted while a client requests them.
         self.firings: Counter[tuple[str, str]] = Counter()
         self._on_demand = {name: kind for name, kind in EVENT_TYPES.items() if kind.KIND.on_demand}
         host.bus.subscribe(self._enqueue, *(kind for kind in EVENT_TYPES.values() if not kind.KIND.on_demand))
@@ -122,7 +122,7 @@ class EventCollector:
                     _watch_item(env, kind).set((), on=True)
                     self._watches.append((env, kind))
         for env in current_environments:
-            env.watcher.set_hooks()
+            env.watcher.set_hooks()  # only for subscribed kinds, because each hook of CLIPS costs time
         self._environments = environments
 
     def _make_sink(self, kind: str) -> Callable[[Event], None]:

@@ -147,7 +147,7 @@ class EventStreams:
 
     async def _wait_for_events(self, send: Send) -> None:
         """Wait for further events, with periodic comments as keep-alive."""
-        new_events = self._new_events
+        new_events = self._new_events  # this event, because each wake-up replaces it by a new one
         while not self._is_closed:
             try:
                 await asyncio.wait_for(new_events.wait(), self._keep_alive_s)
@@ -170,8 +170,8 @@ class EventStreams:
             buffered, end_position, missing_count = self._buffer.bunch_after(position, selection)
             text = b""
             if missing_count:
-                dropped_count = json.dumps({"kind": "dropped", "count": missing_count})
-                text = f"event: dropped\ndata: {dropped_count}\n\n".encode()
+                dropped_message = json.dumps({"kind": "dropped", "count": missing_count})
+                text = f"event: dropped\ndata: {dropped_message}\n\n".encode()
                 self.dropped_count += missing_count
             messages = [buffered] if together and buffered else [[event] for event in buffered]
             bunch = self._bunches[key] = text + b"".join(map(self._encode_message, messages)), end_position

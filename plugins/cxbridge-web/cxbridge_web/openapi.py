@@ -35,7 +35,7 @@ def make_document(endpoints: Sequence[Endpoint]) -> dict[str, Any]:
         # OpenAPI has neither names that match slashes, `{x+}`, nor optional slashes.
         path = _PATH_NAME.sub(r"{\1}", endpoint.path.removesuffix("/?"))
         paths.setdefault(path, {})[endpoint.method.lower()] = _describe_endpoint(endpoint)
-    paths[EVENTS_PATH] = {"get": _events_operation()}  # a stream, which no endpoint serves
+    paths[EVENTS_PATH] = {"get": _describe_events_operation()}  # a stream, which no endpoint serves
     return {
         "openapi": "3.1.0",
         "info": {
@@ -73,14 +73,14 @@ def _describe_endpoint(endpoint: Endpoint) -> dict[str, Any]:
     operation: dict[str, Any] = {
         "tags": [endpoint.component],
         "summary": endpoint.summary,
-        "operationId": _operation_id(endpoint),
+        "operationId": _make_operation_id(endpoint),
         "parameters": [
             *(
-                _path_parameter(name, endpoint.names.get(name, _Text))
+                _describe_path_parameter(name, endpoint.names.get(name, _Text))
                 for name in _PATH_NAME.findall(endpoint.path)
             ),
             *map(
-                _query_parameter,
+                _describe_query_parameter,
                 (*endpoint.query, *(PAGING_PARAMETERS if endpoint.is_paged else ()), _PRETTY),
             ),
         ],
@@ -101,16 +101,16 @@ def _make_content(media_type: str, type_: Any) -> dict[str, Any]:
     return {media_type: {"schema": make_schema(type_)}}
 
 
-def _operation_id(endpoint: Endpoint) -> str:
+def _make_operation_id(endpoint: Endpoint) -> str:
     words = re.findall(r"[A-Za-z]+", endpoint.path)
     return "_".join([endpoint.method.lower(), *words])
 
 
-def _path_parameter(name: str, type_: Any) -> dict[str, Any]:
+def _describe_path_parameter(name: str, type_: Any) -> dict[str, Any]:
     return {"name": name, "in": "path", "required": True, "schema": make_schema(type_)}
 
 
-def _query_parameter(query: Query) -> dict[str, Any]:
+def _describe_query_parameter(query: Query) -> dict[str, Any]:
     return {
         "name": query.name,
         "in": "query",
@@ -119,17 +119,17 @@ def _query_parameter(query: Query) -> dict[str, Any]:
     }
 
 
-def _events_operation() -> dict[str, Any]:
+def _describe_events_operation() -> dict[str, Any]:
     return {
         "tags": ["cxbridge"],
         "summary": "The events of the run as server-sent events, each a JSON object with its kind.",
         "operationId": "get_cxbridge_events",
         "parameters": [
-            _query_parameter(Query("kinds", "The kinds of events, separated by commas.")),
-            _query_parameter(
+            _describe_query_parameter(Query("kinds", "The kinds of events, separated by commas.")),
+            _describe_query_parameter(
                 Query("env", "The CLIPS environment of the events; by default all environments.")
             ),
-            _query_parameter(
+            _describe_query_parameter(
                 Query("since", "The id of the event after which to continue; 0 for all buffered events.")
             ),
         ],

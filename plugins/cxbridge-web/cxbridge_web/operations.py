@@ -46,7 +46,7 @@ def _make_endpoint(operation: Operation[Any], route: Route[Any]) -> Endpoint:
             if route.answer is not None:
                 result = route.answer(context, arguments)
         except ParameterError as error:
-            raise ApiError(400, _error_text(operation, route, error.name)) from error
+            raise ApiError(400, _make_error_text(operation, route, error.name)) from error
         except UnavailableError as error:
             raise ApiError(503, "The executive is not running now") from error
         except NotFoundError as error:
@@ -55,17 +55,17 @@ def _make_endpoint(operation: Operation[Any], route: Route[Any]) -> Endpoint:
         return [common_members | row for row in answer] if is_list else common_members | answer
 
     is_list = get_origin(route.reply) is list
-    answer = get_args(route.reply)[0] if is_list else route.reply
-    kind = route.kind or answer.__name__
+    answer_type = get_args(route.reply)[0] if is_list else route.reply
+    kind = route.kind or answer_type.__name__
     # the answer has JSON values already, so the members of its model are added here
-    common_members, model = {"kind": kind, "apiVersion": API_VERSION}, make_model(kind, answer)
+    common_members, model = {"kind": kind, "apiVersion": API_VERSION}, make_model(kind, answer_type)
     return Endpoint(
         method=route.method,
         path=route.path,
         handler=handler,
         summary=route.summary,
         reply=list[model] if is_list else model,  # type: ignore[valid-type]  # a type that is made at run time
-        names={field.name: int for field in fields(operation.parameters) if _bare_type(field) is int},
+        names={field.name: int for field in fields(operation.parameters) if _find_bare_type(field) is int},
         query=tuple(Query(name, description) for name, description in route.query.items()),
         body=_make_body_type(operation.parameters, route) if route.body else None,
         errors=route.errors,
@@ -83,21 +83,21 @@ def _read_arguments(operation: Operation[Any], route: Route[Any], call: ApiCall)
         name = parameter.name
         member = route.names.get(name, name)
         if name in call.path:
-            arguments[name] = int(call.path[name]) if _bare_type(parameter) is int else call.path[name]
+            arguments[name] = int(call.path[name]) if _find_bare_type(parameter) is int else call.path[name]
         elif name in route.defaults:
             arguments[name] = call.query.get(name) or call.body.get(member) or route.defaults[name]
         elif member in call.body:
             arguments[name] = call.body[member]
         # A path may have an empty segment, and a form sends an empty text for an empty field.
-        if parameter.required and _bare_type(parameter) is str and not arguments.get(name):
+        if parameter.required and _find_bare_type(parameter) is str and not arguments.get(name):
             raise ParameterError(name, "it must not be empty")
     return arguments
 
 
-def _error_text(operation: Operation[Any], route: Route[Any], name: str) -> str:
+def _make_error_text(operation: Operation[Any], route: Route[Any], name: str) -> str:
     """Return the error text for a wrong parameter."""
     parameter = {field.name: field for field in fields(operation.parameters)}[name]
-    member, kind = route.names.get(name, name), _bare_type(parameter)
+    member, kind = route.names.get(name, name), _find_bare_type(parameter)
     if parameter.required and kind is str and name not in route.defaults:
         return f"The body lacks '{member}', which must be a text"
     expected = _TYPE_NAMES.get(kind) or _get_metadata(parameter).description
@@ -109,7 +109,7 @@ def _get_metadata(parameter: FieldInfo) -> msgspec.Meta:
     return metadata[0]
 
 
-def _bare_type(parameter: FieldInfo) -> Any:
+def _find_bare_type(parameter: FieldInfo) -> Any:
     """Return the type of a parameter without metadata and item types."""
     type_ = get_args(parameter.type)[0] if hasattr(parameter.type, "__metadata__") else parameter.type
     return get_origin(type_) or type_

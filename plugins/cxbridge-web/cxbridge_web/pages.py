@@ -79,7 +79,7 @@ def make_shared_file(path: str, runs: Sequence[tuple[str, str]] | None = None) -
     """Return the text and the media type of a generated file; None for other paths.
 
     :param path: the path of the request.
-    :param runs: see :func:`site_module`.
+    :param runs: see :func:`make_site_module`.
     """
     match path.removeprefix(SHARED_PREFIX):
         case "base.js":
@@ -95,7 +95,7 @@ def make_shared_file(path: str, runs: Sequence[tuple[str, str]] | None = None) -
 class Pages:
     """Serves the files of a folder with ETags; an ASGI application.
 
-    :param runs: see :func:`site_module`.
+    :param runs: see :func:`make_site_module`.
     """
 
     def __init__(self, runs: Sequence[tuple[str, str]] | None = None) -> None:

@@ -45,7 +45,7 @@ class Window:
     search: str = ""
 
     @classmethod
-    def of(cls, query: Mapping[str, str]) -> Window:
+    def from_query(cls, query: Mapping[str, str]) -> Window:
         """Parse the query parameters.
 
         :raises PagingError: if a number is invalid.
@@ -57,11 +57,11 @@ class Window:
         )
 
     @property
-    def range(self) -> tuple[int, int | None]:
+    def requested_bounds(self) -> tuple[int, int | None]:
         """The start and the end of the part; an end of None is the end of the list."""
         return self.offset, None if self.limit is None else self.offset + self.limit
 
-    def bounds(self, total: int) -> tuple[int, int]:
+    def bounds_within(self, total: int) -> tuple[int, int]:
         """Return the start and the end of the part in a list of length ``total``, ignoring the search."""
         begin = min(self.offset, total)
         return begin, total if self.limit is None else min(begin + self.limit, total)
@@ -71,7 +71,7 @@ class Window:
         matching_models = (
             [model for model in models if has_text(model, self.search)] if self.search else models
         )
-        begin, end = self.bounds(len(matching_models))
+        begin, end = self.bounds_within(len(matching_models))
         return ListPart(matching_models[begin:end], len(matching_models))
 
 
@@ -82,7 +82,7 @@ def _parse_count(query: Mapping[str, str], name: str) -> int | None:
         return None
     count = parse_decimal(text, _MAX_DIGITS)
     if count is None:
-        raise PagingError(f"'{name}' must be a whole number, 0 or more")
+        raise PagingError(f"'{name}' must be a whole number from 0 to {MAX_COUNT}")
     return count
 
 

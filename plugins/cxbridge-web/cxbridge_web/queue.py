@@ -56,7 +56,7 @@ class RequestQueue:
         self._lock = threading.Lock()
         self._requests: deque[_QueuedRequest] = deque()
         self._by_key: dict[object, _QueuedRequest] = {}
-        self._closed = False
+        self._is_closed = False
         self._pause_end = 0.0
 
     def submit(self, function: Callable[[], Any], key: object = None) -> Future[Any]:
@@ -70,11 +70,11 @@ class RequestQueue:
         :raises QueueClosedError: if the queue is closed.
         """
         with self._lock:
-            if self._closed:
+            if self._is_closed:
                 raise QueueClosedError
-            shared = None if key is None else self._by_key.get(key)
-            if shared is not None:
-                return shared.result
+            shared_request = None if key is None else self._by_key.get(key)
+            if shared_request is not None:
+                return shared_request.result
             if len(self._requests) >= MAX_WAITING:
                 raise RequestQueueFullError
             request = _QueuedRequest(function, key)
@@ -106,7 +106,7 @@ class RequestQueue:
     def _requeue(self, request: _QueuedRequest) -> None:
         """Queue an unfinished request again, after the waiting requests."""
         with self._lock:
-            if not self._closed:
+            if not self._is_closed:
                 self._requests.append(request)
                 return
         request.result.set_exception(QueueClosedError())
@@ -114,11 +114,11 @@ class RequestQueue:
     def close(self) -> None:
         """Reject waiting and later requests; repeated calls are harmless."""
         with self._lock:
-            self._closed = True
-            waiting = list(self._requests)
+            self._is_closed = True
+            waiting_requests = list(self._requests)
             self._requests.clear()
             self._by_key.clear()
-        for request in waiting:
+        for request in waiting_requests:
             # A request that has begun is marked as running already, and a future is marked only once.
             if request.pieces is not None or request.result.set_running_or_notify_cancel():
                 request.result.set_exception(QueueClosedError())

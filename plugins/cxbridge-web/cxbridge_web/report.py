@@ -59,9 +59,8 @@ def report(run: Run, title: str = "") -> str:
     else:
         data = b"".join(encode_with_kind(event) + b"\n" for event in run if event.KIND.name)
     name = title or run.path.name or "run"
-    history = RunHistory.from_events(
-        run, UNLIMITED, run.start_us
-    )  # before `run.notes`: reading the run fills them
+    # before the use of `run.notes`, which reading the run fills
+    history = RunHistory.from_events(run, UNLIMITED, run.start_us)
     embedded = {
         "name": name,
         "links": guessed_links(history),
@@ -84,9 +83,9 @@ def _make_explanations(run: Run, history: RunHistory) -> dict[str, Any]:
             explain = explainer(run, env=env)
             agent = f"{env} " if len(envs) > 1 else ""
             goals = [goal for goal in history.goals if goal.env == env]
-            unfinished = [goal.name for goal in goals if goal.end_change is None or goal.outcome == "FAILED"]
+            troubled = [goal.name for goal in goals if goal.end_change is None or goal.outcome == "FAILED"]
             explanations[f"{agent}run"] = explain("run", "")["data"]
-            for name in unfinished[:MAX_EXPLANATIONS]:
+            for name in troubled[:MAX_EXPLANATIONS]:
                 explanations[f"{agent}goal {name}"] = explain("goal", name)["data"]
     except (CxbridgeError, RecursionError):  # RecursionError: thousands of nested goals
         return {}

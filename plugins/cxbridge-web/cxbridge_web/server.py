@@ -69,7 +69,7 @@ class WebServer:
         self._thread = thread
         thread.start(Guard(site, self._settings))
 
-    def attend(self) -> None:
+    def serve_main_loop(self) -> None:
         """Carry out the requests of the server's thread. Called once a loop, in the main loop's thread."""
         self._collector.poll()
         self._queue.poll()

@@ -46,6 +46,7 @@ def check_pair(cert: Path, key: Path, now: Callable[[], float] = time.time) -> N
         raise ConfigError("this file contains no private key", file=key, hint=_HINT)
 
     def password() -> str:
+        """Refuse an encrypted key: only then does the module ssl ask for a password."""
         raise ConfigError(
             "this key is encrypted, and a server cannot ask for its password",
             file=key,

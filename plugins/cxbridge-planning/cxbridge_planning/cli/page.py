@@ -30,7 +30,7 @@ def make_document(domain: Domain, problem: Problem, result: PlanResult) -> dict[
         "time": f"{result.seconds:.2f} s",
         "goal": format_formula(problem.goal),
         "why this planner": result.why,
-        "result": result.message or _result_text(problem, result.actions, check),
+        "result": result.message or _format_result(problem, result.actions, check),
     }
     planned = result.status.value == "PLANNED"
     # without a plan, the message has the form ``CLAIM: REASON; REASON``
@@ -38,18 +38,18 @@ def make_document(domain: Domain, problem: Problem, result: PlanResult) -> dict[
     return {
         "facts": {name: text for name, text in facts.items() if text},
         "reasons": None if planned else [reason for reason in reasons if reason],
-        "begin": _state_texts(check.begin),
-        "steps": _step_rows(result.actions, check) if planned else [],
+        "begin": _format_state(check.begin),
+        "steps": _make_step_rows(result.actions, check) if planned else [],
     }
 
 
-def _result_text(problem: Problem, actions: Sequence[PlannedAction], check: PlanCheck) -> str:
+def _format_result(problem: Problem, actions: Sequence[PlannedAction], check: PlanCheck) -> str:
     metric = metric_value(problem, actions, check)
     cost = "" if metric is None else f", metric {metric:g}"
     return check.failure or check.unchecked or f"{len(actions)} steps{cost}; the plan holds"
 
 
-def _step_rows(actions: Sequence[PlannedAction], check: PlanCheck) -> list[dict[str, Any]]:
+def _make_step_rows(actions: Sequence[PlannedAction], check: PlanCheck) -> list[dict[str, Any]]:
     services_of_steps = find_services(check)
     moments: dict[int, list[PlanMoment]] = {}
     for moment in check.moments:
@@ -60,37 +60,37 @@ def _step_rows(actions: Sequence[PlannedAction], check: PlanCheck) -> list[dict[
             "text": str(action),
             "start": action.start,
             "duration": action.duration,
-            "changes": [_change_row(moment) for moment in moments.get(number, ()) if moment.changes],
-            "serves": _service_rows(services_of_steps.get(number, ())),
-            "after": _state_texts(moments[number][-1].after) if number in moments else None,
+            "changes": [_make_change_row(moment) for moment in moments.get(number, ()) if moment.changes],
+            "serves": _make_service_rows(services_of_steps.get(number, ())),
+            "after": _format_state(moments[number][-1].after) if number in moments else None,
         }
         for number, action in enumerate(actions, start=1)
     ]
 
 
-def _change_row(moment: PlanMoment) -> dict[str, Any]:
+def _make_change_row(moment: PlanMoment) -> dict[str, Any]:
     return {
         "part": moment.part,
-        "added": [_fact_text(fact) for fact in sorted(moment.changes.adds)],
-        "deleted": [_fact_text(fact) for fact in sorted(moment.changes.deletes)],
-        "numbers": _number_texts(moment.changes.numbers),
+        "added": [_format_fact(fact) for fact in sorted(moment.changes.adds)],
+        "deleted": [_format_fact(fact) for fact in sorted(moment.changes.deletes)],
+        "numbers": _format_numbers(moment.changes.numbers),
     }
 
 
-def _service_rows(services_of_step: Sequence[Service]) -> list[dict[str, Any]]:
+def _make_service_rows(services_of_step: Sequence[Service]) -> list[dict[str, Any]]:
     by_step: dict[int, list[str]] = {}
     for service in services_of_step:
-        by_step.setdefault(service.step, []).append(_fact_text(service.fact))
+        by_step.setdefault(service.step, []).append(_format_fact(service.fact))
     return [{"step": step, "facts": facts} for step, facts in by_step.items()]
 
 
-def _state_texts(state: WorldState) -> list[str]:
-    return [*(_fact_text(fact) for fact in sorted(state.facts)), *_number_texts(state.numbers)]
+def _format_state(state: WorldState) -> list[str]:
+    return [*(_format_fact(fact) for fact in sorted(state.facts)), *_format_numbers(state.numbers)]
 
 
-def _number_texts(numbers: Mapping[Ground, float]) -> list[str]:
-    return [f"{_fact_text(ground)} = {format_number(value)}" for ground, value in sorted(numbers.items())]
+def _format_numbers(numbers: Mapping[Ground, float]) -> list[str]:
+    return [f"{_format_fact(ground)} = {format_number(value)}" for ground, value in sorted(numbers.items())]
 
 
-def _fact_text(ground: Ground) -> str:
+def _format_fact(ground: Ground) -> str:
     return f"({' '.join((ground[0], *ground[1]))})"

@@ -24,15 +24,24 @@ EXIT_STATUS: Final = {"PLANNED": 0, "NO-PLAN": 1, "TIMEOUT": 3, "FAILED": 4, "CA
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class _PlannerOptions:
-    planner: Annotated[str, typer.Option(help="Planner; see --list.")] = "auto"
-    timeout: Annotated[float, typer.Option(min=0.001, help="Limit of planning, in seconds.")] = 60.0
+    """The options for the call of a planner."""
+
+    planner: Annotated[
+        str, typer.Option(help="The planner that makes the plan; --list prints the planners.")
+    ] = "auto"
+    timeout: Annotated[float, typer.Option(min=0.001, help="End planning after this time, in seconds.")] = (
+        60.0
+    )
     option: Annotated[
-        tuple[str, ...], typer.Option(metavar="KEY=VALUE", help="An option of the planner. Repeatable.")
+        tuple[str, ...],
+        typer.Option(metavar="KEY=VALUE", help="Give this option to the planner. Repeatable."),
     ] = ()
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class _ReadingOptions:
+    """The option for reading the domain."""
+
     strict: Annotated[
         str, typer.Option(metavar="fawkes", help="Read the domain as Fawkes' parser does (docs/planning.md).")
     ] = ""
@@ -40,6 +49,8 @@ class _ReadingOptions:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class _ResultOptions:
+    """The options for the output of the result."""
+
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the plan to this file.")] = None
     html: Annotated[
         Path | None, typer.Option("--html", metavar="FILE", help="Write a page about the plan.")
@@ -47,7 +58,7 @@ class _ResultOptions:
     verbose: Annotated[
         bool, typer.Option("--verbose", "-v", help="Print the planner that was used, and why.")
     ] = False
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False
+    as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False
 
 
 @option_groups
@@ -55,8 +66,12 @@ def plan(
     planning: _PlannerOptions,
     results: _ResultOptions,
     reading: _ReadingOptions,
-    domain_file: Annotated[Path | None, typer.Argument(metavar="DOMAIN", help="PDDL domain.")] = None,
-    problem_file: Annotated[Path | None, typer.Argument(metavar="PROBLEM", help="PDDL problem.")] = None,
+    domain_file: Annotated[
+        Path | None, typer.Argument(metavar="DOMAIN", help="The file with the PDDL domain.")
+    ] = None,
+    problem_file: Annotated[
+        Path | None, typer.Argument(metavar="PROBLEM", help="The file with the PDDL problem.")
+    ] = None,
     validate: Annotated[
         Path | None, typer.Option(metavar="PLAN", help="Check this plan instead of making one.")
     ] = None,

@@ -26,15 +26,15 @@ _ARGUMENT: Final = re.compile(r"@param\s+(\w+)")
 
 def read_lua(path: str, text: str) -> SourceFile:
     """Read a Lua file. A file that is not a skill may have mentions, but defines no name."""
-    name = _NAME.search(text)
-    skill = name[1] if name else ""
+    name_match = _NAME.search(text)
+    skill = name_match[1] if name_match else ""
     mentions: list[Mention] = []
 
     def add_mention(kind: NameKind, use: Use, match: re.Match[str], owner: str = "") -> None:
         mentions.append(Mention(Name(kind, match[1], owner), use, *match.span(1)))
 
-    if name:
-        add_mention(NameKind.SKILL, Use.DEFINED, name)
+    if name_match:
+        add_mention(NameKind.SKILL, Use.DEFINED, name_match)
     for skill_list in _NEEDED_SKILLS.finditer(text):
         for match in _STRING.finditer(text, *skill_list.span(1)):
             add_mention(NameKind.SKILL, Use.NAMED, match)
@@ -43,9 +43,9 @@ def read_lua(path: str, text: str) -> SourceFile:
     for match in _CALLED_SKILL.finditer(text):
         add_mention(NameKind.SKILL, Use.CALLED, match)
     # A skill does not declare its arguments: only its documentation names them.
-    documentation = _DOCUMENTATION.search(text)
-    if documentation and skill:
-        for match in _ARGUMENT.finditer(text, *documentation.span(2)):
+    documentation_match = _DOCUMENTATION.search(text)
+    if documentation_match and skill:
+        for match in _ARGUMENT.finditer(text, *documentation_match.span(2)):
             add_mention(NameKind.ARGUMENT, Use.DEFINED, match, skill)
     skill_name = Name(NameKind.SKILL, skill) if skill else None
     return make_single_piece_file(path, text, "skill" if skill else "lua", skill_name, mentions)

@@ -53,12 +53,12 @@ def read_pddl(path: str, text: str) -> SourceFile:
         return SourceFile(
             path,
             text,
-            tuple(_restore_declared_case(list(_parsable_sections(text)))),
+            tuple(_restore_declared_case(list(_find_parsable_sections(text)))),
             make_parse_problem(error),
         )
     lines = Lines(text)
     sections = [
-        (section, _offset(lines, section.position))
+        (section, _find_offset(lines, section.position))
         for define in items
         if isinstance(define, Group)
         for section in define.items[1:]
@@ -93,7 +93,7 @@ def _lower_name(name: Name) -> Name:
     return name._replace(text=name.text.lower())
 
 
-def _parsable_sections(text: str) -> Iterator[PlacedPiece]:
+def _find_parsable_sections(text: str) -> Iterator[PlacedPiece]:
     """Yield the sections that can be parsed alone in a text with unbalanced brackets."""
     starts = [match.start(1) for match in _SECTION.finditer(text)]
     for start, end in zip(starts, [*starts[1:], len(text)], strict=True):
@@ -116,7 +116,7 @@ def _blank_comments(text: str) -> str:
     return _COMMENT.sub(lambda match: " " * len(match[0]), text)
 
 
-def _offset(lines: Lines, position: Position) -> int:
+def _find_offset(lines: Lines, position: Position) -> int:
     return lines.place(position.line, position.column)
 
 
@@ -240,7 +240,7 @@ class _SectionReader:
         """Record the words among the items as names. The question mark is not part of a parameter's name."""
         for item in items:
             if isinstance(item, BracketWord):
-                start = _offset(self._lines, item.position) - self._start
+                start = _find_offset(self._lines, item.position) - self._start
                 end = start + len(item.text)
                 name = Name(kind, item.text.removeprefix("?"), owner)
                 self.mentions.append(Mention(name, use, start + item.text.startswith("?"), end))

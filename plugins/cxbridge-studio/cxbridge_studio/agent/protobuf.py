@@ -7,7 +7,8 @@ from typing import Final, NamedTuple
 
 from cxbridge_studio.agent.names import Mention, Name, NameKind, SourceFile, Use, make_single_piece_file
 
-# Skipped are comments, strings and white space, which have no names. Words are also numbers and punctuation.
+# Comments, strings and white space are skipped, because they have no names. Numbers and punctuation count as
+# words.
 _TOKEN: Final = re.compile(
     r"""(?P<skipped>//[^\n]*|/\*.*?(?:\*/|\Z)|"(?:[^"\\\n]|\\.)*"?|'(?:[^'\\\n]|\\.)*'?|\s+)"""
     r"|(?P<word>[A-Za-z_][\w.]*|\d[\w.]*|.)",

@@ -217,7 +217,7 @@ class _Reading:
         if not self.stack and index:  # text after the end of the construct
             self.cost += _BROKEN_COST
         if token.is_first:
-            self.cost += _indentation_cost(token, self.stack)
+            self.cost += _compute_indentation_cost(token, self.stack)
         if token.text == "(":
             self._open_list(token, index)
         elif self.stack:
@@ -258,7 +258,7 @@ class _Reading:
             self.cost += _SOFT_COST
 
 
-def _indentation_cost(token: _Token, stack: list[_OpenList]) -> float:
+def _compute_indentation_cost(token: _Token, stack: list[_OpenList]) -> float:
     """Return the cost of a line that is indented no deeper than its open lists.
 
     The construct itself does not count: its content may begin at the start of a line.

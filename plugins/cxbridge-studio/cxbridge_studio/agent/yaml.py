@@ -102,13 +102,13 @@ class _ConfigurationReader:
         This searches the text of the file, not the value, because YAML's escapes and folded lines change
         offsets.
         """
-        start = self._offset(value.mark)
-        key = _KEY.search(self._text, start)
-        end = key.start() if key else len(self._text)
-        skill = _SKILL.search(self._text, start, end)
-        name = skill[1] if skill else value.text.strip()
-        if skill:
-            self.mentions.append(Mention(Name(NameKind.SKILL, name), Use.CALLED, *skill.span(1)))
+        start = self._find_offset(value.mark)
+        next_key_match = _KEY.search(self._text, start)
+        end = next_key_match.start() if next_key_match else len(self._text)
+        skill_match = _SKILL.search(self._text, start, end)
+        name = skill_match[1] if skill_match else value.text.strip()
+        if skill_match:
+            self.mentions.append(Mention(Name(NameKind.SKILL, name), Use.CALLED, *skill_match.span(1)))
         for match in _ARGUMENT.finditer(self._text, start, end):
             self.mentions.append(Mention(Name(NameKind.ARGUMENT, match[1], name), Use.NAMED, *match.span(1)))
         for match in _PLACEHOLDER.finditer(self._text, start, end):
@@ -116,12 +116,12 @@ class _ConfigurationReader:
                 Mention(Name(NameKind.PARAMETER, match[1], action), Use.READ, *match.span(1))
             )
 
-    def _offset(self, mark: Mark) -> int:
+    def _find_offset(self, mark: Mark) -> int:
         return self._lines.place(mark.line, mark.column)
 
     def _record_name(self, kind: NameKind, mark: Mark, text: str, use: Use) -> None:
         """Record a name, unless its spelling in the file differs, for example by escapes."""
-        start = self._offset(mark)
+        start = self._find_offset(mark)
         start += self._text.startswith(('"', "'"), start)
         if kind is NameKind.FILE and "|" in text:  # BATCH|FILE: the file follows the bar
             start += text.index("|") + 1

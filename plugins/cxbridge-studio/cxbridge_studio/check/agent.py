@@ -342,13 +342,13 @@ class Agent(Closing):
         ):
             self._preload_interface(interface)
         for stage in STAGES:
-            for name in self._core_stage_files(stage):
+            for name in self._list_core_stage_files(stage):
                 self._load_file(name, SourcePlace(_CORE_REQUEST))
             base = f"/clips-executive/specs/{self.spec}/init/{stage}"
             for index in self.config.keys(base):
                 self._load_entry(stage, f"{base}/{index}")
 
-    def _core_stage_files(self, stage: str) -> tuple[str, ...]:
+    def _list_core_stage_files(self, stage: str) -> tuple[str, ...]:
         """Return the files that the core loads before the entries of a stage."""
         if stage == STAGES[0]:
             return (_BLACKBOARD_FILE,) if self.context.source.has_fawkes_configuration else ()
@@ -380,7 +380,7 @@ class Agent(Closing):
                 self._set_module(_MAIN_MODULE)
 
     def _set_module(self, module: Value) -> Value:
-        """Make a module current and return the previous one."""
+        """Make a module current and return the previous module."""
         return self.env.call("set-current-module", module)
 
     def _load_file(self, name: str, place: SourcePlace) -> None:
@@ -423,11 +423,11 @@ class Agent(Closing):
     def _carry_out_requests(self, file: ClipsFile) -> None:
         """Load the files, request the features and open the interfaces that a loaded file names."""
         for call in file.calls("ff-feature-request"):
-            self._request_feature(_first_argument(call))
+            self._request_feature(_read_first_argument(call))
         for call in file.calls(*_INTERFACE_FUNCTIONS):
-            self._preload_interface(_first_argument(call))
+            self._preload_interface(_read_first_argument(call))
         for call in file.calls(*_LOAD_FUNCTIONS, *_BATCH_FUNCTIONS):
-            if name := _first_argument(call):
+            if name := _read_first_argument(call):
                 prefix = "BATCH|" if call.head in _BATCH_FUNCTIONS else ""
                 self._load_file(f"{prefix}{name}", file.place(call))
 
@@ -488,7 +488,7 @@ def find_agent_names(options: RunOptions) -> list[str | None]:
     return [*agent_names(source_of(options).load_configuration()[0])] or [None]
 
 
-def _first_argument(call: SyntaxNode) -> str:
+def _read_first_argument(call: SyntaxNode) -> str:
     """Return the literal first argument of a call; empty for a computed argument."""
     return literal_text(call.arguments[0]) if call.arguments else ""
 
@@ -496,7 +496,7 @@ def _first_argument(call: SyntaxNode) -> str:
 def literal_text(node: SyntaxNode) -> str:
     """Return the value of a literal or of ``(path-resolve LITERAL)``; empty for a computed value."""
     if node.head == "path-resolve":
-        return _first_argument(node)
+        return _read_first_argument(node)
     if node.items is not None or node.text.startswith(("?", "$?")):
         return ""
     return node.text[1:-1] if node.text.startswith('"') else node.text

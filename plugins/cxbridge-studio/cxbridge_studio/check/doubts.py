@@ -79,7 +79,7 @@ def find_domain_doubts(domain: Domain, asserted_predicates: Collection[str] | No
         yield from _find_undone_effects(action)
     if asserted_predicates is None:
         return
-    achieved_predicates = {name for action in domain.actions for name in _added_predicates(action)}
+    achieved_predicates = {name for action in domain.actions for name in _find_added_predicates(action)}
     for predicate in domain.predicates:
         if predicate.name not in achieved_predicates and predicate.name not in asserted_predicates:
             message = (
@@ -108,8 +108,8 @@ def find_goal_doubts(domain: Domain, goal: Formula, asserted_predicates: Collect
     :param asserted_predicates: the predicates of facts from rules and problems.
     """
     declared_predicates = {predicate.name for predicate in domain.predicates}
-    achieved_predicates = {name for action in domain.actions for name in _added_predicates(action)}
-    for atom in _required_atoms(goal):
+    achieved_predicates = {name for action in domain.actions for name in _find_added_predicates(action)}
+    for atom in _find_required_atoms(goal):
         if atom.predicate in declared_predicates - achieved_predicates - set(asserted_predicates):
             yield Doubt(UNACHIEVED_GOAL, f"no action achieves {format_formula(atom)}", atom.position)
 
@@ -119,43 +119,45 @@ def _find_impossible_actions(domain: Domain, asserted_predicates: Collection[str
     possible_predicates = set(asserted_predicates)
     blocked_actions = list(domain.actions)
     while ready_actions := [
-        action for action in blocked_actions if _needed_predicates(action) <= possible_predicates
+        action for action in blocked_actions if _find_needed_predicates(action) <= possible_predicates
     ]:
         blocked_actions = [action for action in blocked_actions if action not in ready_actions]
-        possible_predicates.update(name for action in ready_actions for name in _added_predicates(action))
+        possible_predicates.update(
+            name for action in ready_actions for name in _find_added_predicates(action)
+        )
     for action in blocked_actions:
         missing_text = ", ".join(
-            f"({name})" for name in sorted(_needed_predicates(action) - possible_predicates)
+            f"({name})" for name in sorted(_find_needed_predicates(action) - possible_predicates)
         )
         message = f"the action {action.name} can never be done: nothing makes {missing_text} true before it"
         yield Doubt(IMPOSSIBLE_ACTION, message, action.position)
 
 
-def _needed_predicates(action: ActionSchema) -> set[str]:
+def _find_needed_predicates(action: ActionSchema) -> set[str]:
     """Return the predicates without which the precondition of an action never holds."""
-    return {atom.predicate for atom in _required_atoms(action.condition)}
+    return {atom.predicate for atom in _find_required_atoms(action.condition)}
 
 
-def _required_atoms(formula: Formula | None) -> Iterator[Atom]:
+def _find_required_atoms(formula: Formula | None) -> Iterator[Atom]:
     """Yield the atoms that are true whenever a formula holds; none for an alternative such as ``or``."""
     match formula:
         case Atom():
             yield formula
         case And() | Timed() | Quantified(quantifier="exists"):
             for child in formula.children:
-                yield from _required_atoms(child)
+                yield from _find_required_atoms(child)
         case _:
             return
 
 
-def _added_predicates(action: ActionSchema) -> Iterator[str]:
+def _find_added_predicates(action: ActionSchema) -> Iterator[str]:
     """Yield the predicates that an action may make true."""
-    for atom, is_true, _ in _effect_literals(action.effect, ()):
+    for atom, is_true, _ in _find_effect_literals(action.effect, ()):
         if is_true:
             yield atom.predicate
 
 
-def _effect_literals(
+def _find_effect_literals(
     effect: Formula | None, context: tuple[object, ...]
 ) -> Iterator[tuple[Atom, bool, tuple[object, ...]]]:
     """Yield each atom of an effect, its truth value, and the enclosing times and conditions."""
@@ -166,20 +168,20 @@ def _effect_literals(
             yield atom, False, context
         case And():
             for child in effect.children:
-                yield from _effect_literals(child, context)
+                yield from _find_effect_literals(child, context)
         case None:
             return
         case _:
             # The last child is the effect; an earlier child is the condition of `when`.
             enclosing = effect.when if isinstance(effect, Timed) else effect
-            yield from _effect_literals(
+            yield from _find_effect_literals(
                 effect.children[-1] if effect.children else None, (*context, enclosing)
             )
 
 
 def _find_undone_effects(action: ActionSchema) -> Iterator[Doubt]:
     """Yield the doubts about atoms that an action makes true and false in the same context."""
-    literals = list(_effect_literals(action.effect, ()))
+    literals = list(_find_effect_literals(action.effect, ()))
     added_literals = {(atom, context) for atom, is_true, context in literals if is_true}
     for atom, is_true, context in literals:
         if not is_true and (atom, context) in added_literals:

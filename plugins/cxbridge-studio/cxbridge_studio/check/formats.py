@@ -42,13 +42,13 @@ def format_sarif(findings: Sequence[Finding]) -> str:
     driver = {
         "name": "cxbridge check",
         "version": __version__,
-        "rules": [_sarif_rule(code) for _, code in sorted(codes.items())],
+        "rules": [_make_sarif_rule(code) for _, code in sorted(codes.items())],
     }
-    run = {"tool": {"driver": driver}, "results": [_sarif_result(finding) for finding in findings]}
+    run = {"tool": {"driver": driver}, "results": [_make_sarif_result(finding) for finding in findings]}
     return json.dumps({"$schema": _SARIF_SCHEMA, "version": "2.1.0", "runs": [run]}, indent=2)
 
 
-def _sarif_rule(code: Code) -> dict[str, Any]:
+def _make_sarif_rule(code: Code) -> dict[str, Any]:
     return {
         "id": code.name,
         "shortDescription": {"text": code.title},
@@ -57,9 +57,9 @@ def _sarif_rule(code: Code) -> dict[str, Any]:
     }
 
 
-def _sarif_result(finding: Finding) -> dict[str, Any]:
+def _make_sarif_result(finding: Finding) -> dict[str, Any]:
     text = f"{finding.message}. {finding.hint}" if finding.hint else finding.message
-    location: dict[str, Any] = {"artifactLocation": {"uri": _file_uri(finding.place.file)}}
+    location: dict[str, Any] = {"artifactLocation": {"uri": _make_file_uri(finding.place.file)}}
     if finding.place.line:
         location["region"] = {"startLine": finding.place.line}
         if finding.place.column:
@@ -72,7 +72,7 @@ def _sarif_result(finding: Finding) -> dict[str, Any]:
     }
 
 
-def _file_uri(file: str) -> str:
+def _make_file_uri(file: str) -> str:
     path = Path(file)
     # GitHub takes a relative URI as a path in the repository, and shows the finding there.
     return path.as_uri() if path.is_absolute() else path.as_posix()
@@ -80,10 +80,10 @@ def _file_uri(file: str) -> str:
 
 def format_github(findings: Sequence[Finding]) -> str:
     """Return the findings as workflow commands, which GitHub shows next to the lines of a pull request."""
-    return "\n".join(map(_github_annotation, findings))
+    return "\n".join(map(_make_github_annotation, findings))
 
 
-def _github_annotation(finding: Finding) -> str:
+def _make_github_annotation(finding: Finding) -> str:
     line = f",line={finding.place.line}" if finding.place.line else ""
     column = f",col={finding.place.column}" if line and finding.place.column else ""
     position = f"file={_escape_characters(finding.place.file, ':,')}{line}{column}"

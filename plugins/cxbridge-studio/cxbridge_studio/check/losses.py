@@ -126,9 +126,11 @@ class LossFinder:
 
     def _find_lost_names(self, lost_constructs: dict[int, Construct]) -> set[tuple[NameKind, str]]:
         """Return the functions and templates that no remaining construct defines."""
-        names = _needed_definitions(lost_constructs.values())
-        alive = (construct for construct in self._usage.constructs if id(construct) not in lost_constructs)
-        return names - _needed_definitions(alive) if names else names
+        names = _find_needed_definitions(lost_constructs.values())
+        remaining_constructs = (
+            construct for construct in self._usage.constructs if id(construct) not in lost_constructs
+        )
+        return names - _find_needed_definitions(remaining_constructs) if names else names
 
     def _find_lost_facts(self, lost_constructs: dict[int, Construct]) -> set[str]:
         """Return the templates whose facts no remaining construct asserts."""
@@ -154,14 +156,16 @@ class LossFinder:
 
     def _find_lost_actions(self, lost_constructs: dict[int, Construct]) -> list[str]:
         """Return the actions that only dropped constructs put into plans."""
-        actions = {action for construct in lost_constructs.values() for action in _planned_actions(construct)}
+        actions = {
+            action for construct in lost_constructs.values() for action in _find_planned_actions(construct)
+        }
         for construct in self._usage.constructs:
             if actions and id(construct) not in lost_constructs:
-                actions -= _planned_actions(construct)
+                actions -= _find_planned_actions(construct)
         return sorted(actions)
 
 
-def _needed_definitions(constructs: Iterable[Construct]) -> set[tuple[NameKind, str]]:
+def _find_needed_definitions(constructs: Iterable[Construct]) -> set[tuple[NameKind, str]]:
     return {
         (_NEEDED_KINDS[construct.keyword], construct.name)
         for construct in constructs
@@ -169,7 +173,7 @@ def _needed_definitions(constructs: Iterable[Construct]) -> set[tuple[NameKind, 
     }
 
 
-def _planned_actions(construct: Construct) -> set[str]:
+def _find_planned_actions(construct: Construct) -> set[str]:
     return {
         mention.name.text
         for mention in construct.placed.piece.mentions

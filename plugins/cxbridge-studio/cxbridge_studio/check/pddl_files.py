@@ -35,14 +35,14 @@ def check_pddl_file(file: Path, text: str | None = None, *, fawkes_compat: bool 
 
     try:
         text = read_text(file, "PDDL file") if text is None else text
-        domain_name = _DOMAIN_REFERENCE.search(_PDDL_COMMENT.sub("", text))
-        if domain_name is None:  # only problems refer to a domain, so the file is a domain
+        domain_reference = _DOMAIN_REFERENCE.search(_PDDL_COMMENT.sub("", text))
+        if domain_reference is None:  # only problems refer to a domain, so the file is a domain
             domain = parse_domain(text, file, fawkes_compat=fawkes_compat, warn=warn)
             # Without a problem, any predicate may be true at the start.
             return [*findings, *_make_findings(file, doubts.find_domain_doubts(domain))]
-        path = _find_domain(file, domain_name[1])
+        path = _find_domain(file, domain_reference[1])
         if path is None:
-            message = f"there is no domain {domain_name[1]} beside the problem"
+            message = f"there is no domain {domain_reference[1]} beside the problem"
             return [Finding(MISSING_DOMAIN, SourcePlace(str(file)), message)]
         domain = load_domain(path, fawkes_compat=fawkes_compat)
         findings += _check_problem(file, parse_problem(text, domain, file, warn=warn), domain)

@@ -109,6 +109,7 @@ def _find_builders(file: ClipsFile) -> Iterator[tuple[str, _Builder]]:
         # The body may refer to the parameter $?x as ?x or as $?x.
         names = [text.removeprefix("$") for text in parameters]
 
+        # `names` as a default binds the names of this construct, not those of a later one
         def parameter_index(fact: SyntaxNode, slot: str, names: list[str] = names) -> int | None:
             """Return the index of the parameter that is the only value of a slot."""
             values = next((item.arguments for item in fact.arguments if item.head == slot), ())
@@ -119,11 +120,9 @@ def _find_builders(file: ClipsFile) -> Iterator[tuple[str, _Builder]]:
             action_index = parameter_index(fact, "action-name") if fact.head == _PLAN_ACTION else None
             if action_index is not None:
                 wildcards = (index for index, text in enumerate(parameters) if text.startswith("$"))
-                param_names, param_values = (
-                    parameter_index(fact, "param-names"),
-                    parameter_index(fact, "param-values"),
-                )
-                builder = _Builder(action_index, param_names, param_values, next(wildcards, None))
+                names_index = parameter_index(fact, "param-names")
+                values_index = parameter_index(fact, "param-values")
+                builder = _Builder(action_index, names_index, values_index, next(wildcards, None))
                 yield construct.name, builder
 
 

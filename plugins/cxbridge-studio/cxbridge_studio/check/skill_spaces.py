@@ -86,6 +86,7 @@ class _SpaceReader:
             if error.file is None:
                 error.file, error.line = str(space), line
             raise
+        # a Lua file is a single piece, which has the name of the skill
         name = read_lua(str(path), text).pieces[0].piece.name
         return None if name is None or name.kind is not NameKind.SKILL else (name.text, path)
 

@@ -143,10 +143,10 @@ class Construct:
         """The literal facts that the construct asserts."""
         nodes: list[SyntaxNode] = list(self.actions) if self.keyword == "deffacts" else []
         nodes += [fact for node in self.action_nodes if node.head == "assert" for fact in node.arguments]
-        single_valued_variables = self._single_valued_variables()
+        single_valued_variables = self._find_single_valued_variables()
         return tuple(_make_fact_use(node, single_valued_variables) for node in nodes if node.head)
 
-    def _single_valued_variables(self) -> frozenset[str]:
+    def _find_single_valued_variables(self) -> frozenset[str]:
         """Return the single-valued variables in the condition of a rule, written as ``?x``."""
         if self.keyword != "defrule":
             return frozenset()

@@ -38,7 +38,8 @@ def plot(
     fields: Annotated[
         list[str],
         typer.Argument(
-            metavar="FIELD...", help="Numeric fields: NAME, or NAME[INDEX] for an element of an array."
+            metavar="FIELD...",
+            help="Numeric fields to plot: NAME, or NAME[INDEX] for an element of an array.",
         ),
     ],
     url: Connect = DEFAULT_URL,

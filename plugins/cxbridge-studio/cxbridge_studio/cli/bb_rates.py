@@ -108,7 +108,7 @@ def _print_reports(
                 rate, new_writes = meter.rate(), meter.new_writes()
                 size = board.registry.get(uid.partition("::")[0]).SCHEMA.datasize
                 if options.as_json:
-                    say_json(_json_row(uid, rate, size) | {"news": new_writes}, flush=True)
+                    say_json(_make_json_row(uid, rate, size) | {"news": new_writes}, flush=True)
                 else:
                     # not the rate of earlier writes, which would look like the current rate
                     current = format_line(rate, size) if rate is not None and new_writes else NO_NEW_WRITES
@@ -121,7 +121,7 @@ def _print_reports(
     return 0 if options.count is None else TIMED_OUT
 
 
-def _json_row(uid: str, rate: Rate | None, size: int) -> dict[str, Any]:
+def _make_json_row(uid: str, rate: Rate | None, size: int) -> dict[str, Any]:
     """Return the report about an interface as JSON values."""
     measured = {} if rate is None else {**asdict(rate), "bytes_per_s": rate.hz * size}
     return {"uid": uid, "block_bytes": size, **measured}

@@ -24,7 +24,8 @@ class _AgentOptions(ScenarioOptions, SourceOptions):
     skiller: Annotated[
         str,
         typer.Option(
-            metavar="lua|simulator|none|URL", help="What executes skills; with lua, skills are checked, too."
+            metavar="lua|simulator|none|URL",
+            help="The Skiller that executes skills; with lua, skills are checked, too.",
         ),
     ] = "lua"
 

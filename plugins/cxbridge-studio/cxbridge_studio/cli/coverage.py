@@ -28,15 +28,21 @@ class _ScenarioOptions:
     scenario: Annotated[
         Path | None,
         typer.Option(
-            help="The scenario whose files are counted; by default, the files in the recordings.",
+            help="Count the files of this scenario; by default, the files that the recordings contain.",
             show_default=False,
         ),
     ] = None
     spec: Annotated[
-        str | None, typer.Option(help="The spec; by default, that of the configuration.", show_default=False)
+        str | None,
+        typer.Option(
+            help="The spec to load; by default the spec that the configuration names.", show_default=False
+        ),
     ] = None
     fawkes_dir: Annotated[
-        Path | None, typer.Option(help="A Fawkes checkout, as for run.", show_default=False)
+        Path | None,
+        typer.Option(
+            help="A Fawkes checkout; its files are counted, or the files of --scenario.", show_default=False
+        ),
     ] = None
 
     @property
@@ -64,7 +70,7 @@ class _CoverageOutputs:
         float | None,
         typer.Option(
             metavar="PERCENT",
-            help="Exit with status 1 if a smaller share of the rules fired.",
+            help="Exit with status 1 if less than PERCENT of the rules fired.",
             show_default=False,
         ),
     ] = None
@@ -82,7 +88,9 @@ def coverage(
         typer.Option(metavar="GLOB", help="Count only files with a path or name that matches. Repeatable."),
     ] = None,
     core: Annotated[bool, typer.Option("--core", help="Count the rules of the built-in core, too.")] = False,
-    env: Annotated[str, typer.Option(metavar="NAME", help="The CLIPS environment.")] = _EXECUTIVE,
+    env: Annotated[
+        str, typer.Option(metavar="NAME", help="Count the rules that fired in this CLIPS environment.")
+    ] = _EXECUTIVE,
     *,
     outputs: _CoverageOutputs,
 ) -> int:
@@ -136,7 +144,7 @@ def _read_runs(
                 "this recording contains no CLIPS files, so its rules are unknown",
                 file=run.path,
                 hint="name the scenario that was run (--scenario), "
-                "or the Fawkes whose log it is (--fawkes-dir)",
+                "or the Fawkes checkout that wrote the log (--fawkes-dir)",
             )
     return agent, use
 

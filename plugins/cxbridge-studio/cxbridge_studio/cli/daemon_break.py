@@ -22,7 +22,9 @@ breaks = typer.Typer(
 def add(
     specs: Annotated[
         list[str],
-        typer.Argument(metavar="SPEC...", help="e.g. rule:NAME, goal:CLASS:MODE; docs/debugging.md"),
+        typer.Argument(
+            metavar="SPEC...", help="breakpoints, e.g. rule:NAME, goal:CLASS:MODE; see docs/debugging.md"
+        ),
     ],
     url: Connect = DEFAULT_URL,
 ) -> None:
@@ -90,8 +92,8 @@ def step(
 
 
 def _print_breakpoints(breakpoints: list[dict[str, Any]]) -> None:
-    for item in breakpoints:
-        say(f"{item['number']}  {item['spec']}")
+    for row in breakpoints:
+        say(f"{row['number']}  {row['spec']}")
 
 
 def _take_step(board: BlackBoard, unit: str, timeout_s: float) -> str:

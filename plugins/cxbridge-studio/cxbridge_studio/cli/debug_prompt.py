@@ -78,8 +78,8 @@ class DebugPrompt(RunServer):
     def _attach(self, assembly: Run) -> None:
         agent = _PromptAgent(assembly, self._say)
         self._agents.append(agent)
-        for item in self._specs:
-            agent.debugger.add(item)
+        for spec in self._specs:
+            agent.debugger.add(spec)
         agent.debugger.on_stop = lambda stop: self._serve_stop(agent, stop)
         agent.debugger.names.on_mistakes = lambda mistakes: self._check_mistakes(agent, mistakes)
 
@@ -88,7 +88,7 @@ class DebugPrompt(RunServer):
 
         :raises ExecutiveError: if all agents are initialised, and none can reach a breakpoint.
         """
-        self._mistakes.append({str(item): agent.add_cause(item, error) for item, error in mistakes})
+        self._mistakes.append({str(point): agent.add_cause(point, error) for point, error in mistakes})
         if len(self._mistakes) < len(self._agents):
             return
         for spec, error in self._mistakes[0].items():
@@ -99,15 +99,17 @@ class DebugPrompt(RunServer):
         """Report the breakpoints at which the run has not stopped."""
         if self._is_quit:
             return
-        for item in dict.fromkeys(item for agent in self._agents for item in agent.debugger.breakpoints):
-            counts = [agent.debugger.counts(item.number) for agent in self._agents]
+        for point in dict.fromkeys(point for agent in self._agents for point in agent.debugger.breakpoints):
+            counts = [agent.debugger.counts(point.number) for agent in self._agents]
             why = _explain_unreached(
-                item, sum(hits for hits, _ in counts), sum(true_hits for _, true_hits in counts)
+                point,
+                sum(hits for hits, _ in counts),
+                sum(true_hits for _, true_hits in counts),
             )
-            unknown_names = [agent.occurred_names.missing_name_message(item) for agent in self._agents]
+            unknown_names = [agent.occurred_names.missing_name_message(point) for agent in self._agents]
             if why:
                 detail = f": {unknown_names[0]}" if all(unknown_names) else ""
-                self._say(f"breakpoint {item.number} ({item}) {why}{detail}")
+                self._say(f"breakpoint {point.number} ({point}) {why}{detail}")
         self._out.flush()
 
     def _serve_stop(self, agent: _PromptAgent, stop: Stop) -> None:
@@ -210,10 +212,10 @@ class _PromptAgent:
             f"  fired last: {stop.rule or '-'}; next: {stop.next_rule or '-'}",
         )
 
-    def add_cause(self, item: Breakpoint, error: ExecutiveError) -> ExecutiveError:
+    def add_cause(self, point: Breakpoint, error: ExecutiveError) -> ExecutiveError:
         """Return the error about a breakpoint, with the reason why its rule is missing, if there is one."""
         book = read_rulebook(self.assembly.executive.env, self.assembly.paths.clips_dirs)
-        cause = explain_missing_rule(item.name, book) if item.is_rule_breakpoint else ""
+        cause = explain_missing_rule(point.name, book) if point.is_rule_breakpoint else ""
         return ExecutiveError(error.message, hint=cause) if cause else error
 
     def _quit(self) -> None:
@@ -279,7 +281,7 @@ class _PromptAgent:
         self._say(f"f-{self._execute_operation('modify', index=index, slots=slots)}")
 
 
-def _explain_unreached(item: Breakpoint, hits: int, true_hits: int) -> str:
+def _explain_unreached(point: Breakpoint, hits: int, true_hits: int) -> str:
     """Return why a breakpoint has not stopped the run; empty if it may have stopped the run.
 
     :param hits: how often the run reached the breakpoint.
@@ -289,7 +291,7 @@ def _explain_unreached(item: Breakpoint, hits: int, true_hits: int) -> str:
         return "was never reached"
     if not true_hits:
         return f"was reached {_format_count(hits)}, but its condition was never true"
-    if not any(item.is_due(hit) for hit in range(1, true_hits + 1)):
+    if not any(point.is_due(hit) for hit in range(1, true_hits + 1)):
         return f"was reached {_format_count(true_hits)}, which does not meet its hit count"
     return ""
 

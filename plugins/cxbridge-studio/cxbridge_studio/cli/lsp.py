@@ -69,9 +69,8 @@ def _check_options(agent: _AgentOptions) -> None:
     try:
         config, file = source_of(options).load_configuration()
     except CxbridgeError as error:
-        if (
-            error.line is None
-        ):  # a missing file is an error here; mistakes within a file are shown by the editor
+        # a missing file is an error here; the editor shows the mistakes within a file
+        if error.line is None:
             raise
         return
     names = [options.agent] if options.agent else agent_names(config)

@@ -135,8 +135,8 @@ def graph(
     from cxbridge_studio.terminal.graphs import (
         DIRECTIONS,
         PICTURE_SUFFIXES,
-        draw_graph,
         fetch_graph,
+        make_graph,
         render_graph,
     )
 
@@ -149,7 +149,7 @@ def graph(
             "the suffix is not that of a supported format", file=output, hint="use .svg, .png, .pdf or .dot"
         )
     if url is None:
-        text = draw_graph(
+        text = make_graph(
             skill,
             *files.folders(),
             space=files.space,

@@ -14,10 +14,19 @@ def planning(
     file: RunPath,
     section: Annotated[
         str,
-        typer.Argument(metavar="[PART]", help="instances, predicates, goal or plan; by default, all parts"),
+        typer.Argument(
+            metavar="[PART]",
+            help="print this part: instances, predicates, goal or plan; by default, all parts",
+        ),
     ] = "",
     call: Annotated[
-        str, typer.Option("--of", metavar="ID", help="the call or the goal; by default, the last call")
+        str,
+        typer.Option(
+            "--of",
+            metavar="ID",
+            help="print the call with this id, or the last call for the goal with this id; by default, the "
+            "last call",
+        ),
     ] = "",
 ) -> None:
     """Print a request to a planner and its answer, in the format of PlanSys2's terminal.

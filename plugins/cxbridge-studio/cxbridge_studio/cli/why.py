@@ -30,7 +30,10 @@ class _AgentOptions:
     """The options for running a scenario."""
 
     spec: Annotated[
-        str | None, typer.Option(help="The spec; by default, that of the configuration.", show_default=False)
+        str | None,
+        typer.Option(
+            help="The spec to run; by default the spec that the configuration names.", show_default=False
+        ),
     ] = None
     config: Annotated[
         tuple[Path, ...],
@@ -40,14 +43,19 @@ class _AgentOptions:
         ),
     ] = ()
     fawkes_dir: Annotated[
-        Path | None, typer.Option(help="A Fawkes checkout, as for run.", show_default=False)
+        Path | None,
+        typer.Option(help="A Fawkes checkout; its files are used unchanged.", show_default=False),
     ] = None
-    core: Annotated[str | None, typer.Option(help="The core: builtin or fawkes.", show_default=False)] = None
+    core: Annotated[str | None, typer.Option(help="The CX core, builtin or fawkes.", show_default=False)] = (
+        None
+    )
     clips_dirs: Annotated[
         tuple[Path, ...],
         typer.Option("--clips-dir", help="A folder of CLIPS files, searched first. Repeatable."),
     ] = ()
-    skiller: Annotated[str, typer.Option(metavar="lua|simulator|none", help="What executes skills.")] = "lua"
+    skiller: Annotated[
+        str, typer.Option(metavar="lua|simulator|none", help="The Skiller that executes skills.")
+    ] = "lua"
 
     def check_unused(self) -> None:
         """Check that no option is given, since without a scenario the options have no effect.
@@ -69,9 +77,9 @@ def why(
         list[str],
         typer.Argument(
             metavar="[rule|goal|action|fact] NAME [SCENARIO]",
-            help="A rule, the id of a goal, a goal class, a plan-action GOAL/ID, or a fact f-12; 'run' for "
-            "the whole run; by default, of a daemon. SCENARIO: a scenario to run up to --at; with --run, the "
-            "scenario that has the rules of the recording.",
+            help="Explain a rule, the id of a goal, a goal class, a plan-action GOAL/ID, a fact f-12, or "
+            "with 'run' the whole run; by default, of a daemon's run. SCENARIO: run this scenario up to "
+            "--at; with --run, take the rules of the recording from this scenario.",
         ),
     ],
     url: Connect = DEFAULT_URL,
@@ -81,14 +89,15 @@ def why(
     moment: Annotated[
         str,
         typer.Option(
-            "--at", metavar="SECONDS|end", help="The moment, in seconds since the start of the run."
+            "--at", metavar="SECONDS|end", help="Explain the run at this moment, in seconds since its start."
         ),
     ] = _RUN_END,
     env: Annotated[
         str | None,
         typer.Option(
             metavar="NAME",
-            help="The CLIPS environment, by default that of the executive; or one of several agents.",
+            help="The CLIPS environment to explain, by default the executive's; or the name of an agent, if "
+            "there are several.",
             show_default=False,
         ),
     ] = None,
@@ -129,7 +138,8 @@ def _ask_daemon(
 
     if moment != _RUN_END:
         raise CxbridgeError(
-            f"--at {moment}: a daemon reports now only", hint="name a scenario, or --run a recording"
+            f"--at {moment}: a daemon explains only its present state",
+            hint="name a scenario, or --run a recording",
         )
     if env not in (None, _EXECUTIVE):
         raise CxbridgeError(f"a daemon has no CLIPS environment '{env}'", hint=f"it has one: {_EXECUTIVE}")

@@ -364,11 +364,11 @@ class Adapter:
         self._current_stop.check_frame(arguments.frame_id)
         return {
             "targets": [
-                {"id": number, "label": title} for number, (_, title) in self._possible_steps().items()
+                {"id": number, "label": title} for number, (_, title) in self._find_possible_steps().items()
             ]
         }
 
-    def _possible_steps(self) -> dict[int, tuple[str, str]]:
+    def _find_possible_steps(self) -> dict[int, tuple[str, str]]:
         """Return the targets of `stepIn` that the debugged target supports."""
         has_lines = self._current_target.can_stop_at_actions
         return {
@@ -384,7 +384,7 @@ class Adapter:
 
     def _step_in(self, arguments: protocol.StepInArguments) -> None:
         target_id = 1 if arguments.target_id is None else arguments.target_id
-        steps = self._possible_steps()
+        steps = self._find_possible_steps()
         if target_id not in steps:
             raise CxbridgeError(f"there is no target {target_id} to step into")
         unit, _ = steps[target_id]

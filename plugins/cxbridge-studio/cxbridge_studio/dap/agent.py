@@ -80,7 +80,8 @@ class DebuggedAgent:
             self.client_numbers.pop(previous)
         # unchecked, since an unreachable breakpoint is no error: the adapter shows it as not verified
         numbers = {
-            self.debugger.add(item, checked=False).number: number for number, item in breakpoints.items()
+            self.debugger.add(new_breakpoint, checked=False).number: number
+            for number, new_breakpoint in breakpoints.items()
         }
         self.client_numbers |= numbers
         self._breakpoint_groups[group] = list(numbers)

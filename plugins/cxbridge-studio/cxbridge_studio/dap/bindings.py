@@ -23,9 +23,8 @@ if TYPE_CHECKING:
     from cxbridge.events import FactChange
     from cxbridge_studio.explain.rules.snapshot import Snapshot
 
-_FACT_VARIABLE_PREFIX: Final = (
-    "cx-dap-fact-"  # the start of the variables for the facts that the condition does not name
-)
+# The prefix of the variables for the facts that the condition does not bind to a variable.
+_FACT_VARIABLE_PREFIX: Final = "cx-dap-fact-"
 _MAX_BRANCHES: Final = 64  # alternatives of nested (or ...), whose number multiplies, that are tried
 _MAX_MATCHES: Final = 1000  # matches of a rule that are compared with the firing
 

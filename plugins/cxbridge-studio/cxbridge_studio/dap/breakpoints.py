@@ -61,13 +61,15 @@ class Breakpoints:
         if self._target is not None:
             self._target.set_breakpoints(group, breakpoints)
 
-    def _new_number(self) -> int:
+    def _take_number(self) -> int:
         self._last_number += 1
         return self._last_number
 
     def _open_source(self, source: protocol.Source) -> tuple[Path, BreakpointLines]:
         file, text = self._sources.find_text(source)
-        return file, BreakpointLines(text, actions=self._target is None or self._target.can_stop_at_actions)
+        return file, BreakpointLines(
+            text, includes_actions=self._target is None or self._target.can_stop_at_actions
+        )
 
     # -- breakpoints on lines
 
@@ -78,7 +80,7 @@ class Breakpoints:
         states: list[protocol.Breakpoint] = []
         line_breakpoints: list[_LineBreakpoint] = []
         for requested in arguments.requested_breakpoints:
-            number = self._new_number()
+            number = self._take_number()
             position = lines.find_position(requested.line) if requested.line > 0 else None
             problem = _find_problem(requested, position)
             if position is None or problem:
@@ -90,7 +92,7 @@ class Breakpoints:
             )
             message = (
                 f"within the right-hand side of rule {position.rule}"
-                if position.action
+                if position.is_at_action
                 else f"before rule {position.rule} fires"
             )
             state = protocol.Breakpoint(number, verified=True, message=message, line=position.line)
@@ -101,24 +103,30 @@ class Breakpoints:
         self._replace(f"file:{file}", breakpoints)
         return states
 
-    def _verify_line(self, item: _LineBreakpoint) -> protocol.Breakpoint:
+    def _verify_line(self, line_breakpoint: _LineBreakpoint) -> protocol.Breakpoint:
         """Return the state of a breakpoint; before rules are loaded, the state by the text of its file."""
         is_loaded = self._target is not None and self._target.is_loaded
-        reason = self._target.explain_no_stop(item.rule, item.file) if self._target and is_loaded else ""
+        reason = (
+            self._target.explain_no_stop(line_breakpoint.rule, line_breakpoint.file)
+            if self._target and is_loaded
+            else ""
+        )
         if not reason:
-            return item.state
-        return protocol.Breakpoint(item.state.id, verified=False, message=reason, line=item.state.line)
+            return line_breakpoint.state
+        return protocol.Breakpoint(
+            line_breakpoint.state.id, verified=False, message=reason, line=line_breakpoint.state.line
+        )
 
     def update_states(self) -> list[protocol.Breakpoint]:
         """Return the breakpoints whose state the loaded rules have changed."""
         pairs = [
-            (self._verify_line(item), item.state)
-            for items in self._line_breakpoints.values()
-            for item in items
+            (self._verify_line(line_breakpoint), line_breakpoint.state)
+            for file_breakpoints in self._line_breakpoints.values()
+            for line_breakpoint in file_breakpoints
         ]
         pairs += [
-            (self._verify_name(number, item), self._functions[number])
-            for number, item in self._breakpoint_groups.get(_FUNCTIONS_GROUP, {}).items()
+            (self._verify_name(number, tested_breakpoint), self._functions[number])
+            for number, tested_breakpoint in self._breakpoint_groups.get(_FUNCTIONS_GROUP, {}).items()
         ]
         return [state for state, previous in pairs if state.verified != previous.verified]
 
@@ -136,24 +144,25 @@ class Breakpoints:
         breakpoints: dict[int, Breakpoint] = {}
         self._functions.clear()
         for function in requested:
-            number = self._new_number()
+            number = self._take_number()
             try:
-                item = parse_breakpoint(function.name)
+                parsed_breakpoint = parse_breakpoint(function.name)
                 check_hit_count(function.hit_condition)
             except CxbridgeError as error:
                 self._functions[number] = protocol.Breakpoint(number, verified=False, message=str(error))
                 continue
             # as in `cxbridge run --break`, the name may include a condition and a hit count
-            condition, hits = function.condition or item.condition, function.hit_condition or item.hits
-            breakpoints[number] = replace(item, condition=condition, hits=hits)
+            condition = function.condition or parsed_breakpoint.condition
+            hits = function.hit_condition or parsed_breakpoint.hits
+            breakpoints[number] = replace(parsed_breakpoint, condition=condition, hits=hits)
             self._functions[number] = self._verify_name(number, breakpoints[number])
         self._replace(_FUNCTIONS_GROUP, breakpoints)
         return list(self._functions.values())
 
-    def _verify_name(self, number: int, item: Breakpoint) -> protocol.Breakpoint:
+    def _verify_name(self, number: int, tested_breakpoint: Breakpoint) -> protocol.Breakpoint:
         """Return the state of a breakpoint on a name; before the rules are loaded, each is verified."""
         is_loaded = self._target is not None and self._target.is_loaded
-        reason = self._target.explain_unreachable(item) if self._target and is_loaded else ""
+        reason = self._target.explain_unreachable(tested_breakpoint) if self._target and is_loaded else ""
         return protocol.Breakpoint(number, verified=not reason, message=reason)
 
     def set_exception_filters(
@@ -169,7 +178,7 @@ class Breakpoints:
                 f"there is no filter '{unknown[0]}'", hint=f"the filters are {', '.join(FILTERS)}"
             )
         breakpoints = {
-            self._new_number(): parse_breakpoint(spec) for _, spec in map(FILTERS.__getitem__, names)
+            self._take_number(): parse_breakpoint(spec) for _, spec in map(FILTERS.__getitem__, names)
         }
         self._replace(_FILTERS_GROUP, breakpoints)
         return [protocol.Breakpoint(number, verified=True) for number in breakpoints]

@@ -43,12 +43,12 @@ def read_slots(fact: FactChange) -> Mapping[str, str]:
 
 def make_frames(stopped_env: StoppedEnvironment) -> list[CallFrame]:
     """Return the stack, innermost frame first."""
-    return [*_rule_frame(stopped_env), *_goal_frames(stopped_env)] or [
+    return [*_make_rule_frame(stopped_env), *_make_goal_frames(stopped_env)] or [
         CallFrame("event", "between two loops")
     ]
 
 
-def _rule_frame(stopped_env: StoppedEnvironment) -> Iterator[CallFrame]:
+def _make_rule_frame(stopped_env: StoppedEnvironment) -> Iterator[CallFrame]:
     firing = stopped_env.firing
     if firing is None:
         if stopped_env.event is not None:
@@ -60,7 +60,7 @@ def _rule_frame(stopped_env: StoppedEnvironment) -> Iterator[CallFrame]:
     yield CallFrame("rule", firing.rule, position)
 
 
-def _goal_frames(stopped_env: StoppedEnvironment) -> Iterator[CallFrame]:
+def _make_goal_frames(stopped_env: StoppedEnvironment) -> Iterator[CallFrame]:
     """Yield the frames of the plan-action, the goal and its parents, if known."""
     goals, forest = find_goals(stopped_env)
     action, goal = _find_subject(stopped_env)
@@ -98,7 +98,7 @@ def _find_subject(stopped_env: StoppedEnvironment) -> tuple[FactChange | None, s
     facts = [fact for fact in map(stopped_env.fact, basis) if fact is not None]
     action = next((fact for fact in facts if fact.template == ACTION), None)
     if action is not None:
-        key = goal_id, _, _ = _plan_action_key(action)
+        key = goal_id, _, _ = _read_plan_action_key(action)
         # the rule may have modified the fact since the firing
         return _find_plan_action(stopped_env, key) or action, goal_id
     # A rule often matches a goal and its parent, and then acts on the goal: sub-goals come first.
@@ -112,9 +112,9 @@ def _find_subject(stopped_env: StoppedEnvironment) -> tuple[FactChange | None, s
 
 
 def _find_plan_action(stopped_env: StoppedEnvironment, key: tuple[str, str, str]) -> FactChange | None:
-    return next((fact for fact in stopped_env.facts(ACTION) if _plan_action_key(fact) == key), None)
+    return next((fact for fact in stopped_env.facts(ACTION) if _read_plan_action_key(fact) == key), None)
 
 
-def _plan_action_key(action: FactChange) -> tuple[str, str, str]:
+def _read_plan_action_key(action: FactChange) -> tuple[str, str, str]:
     slots = read_slots(action)
     return slots.get("goal-id", ""), slots.get("plan-id", ""), slots.get("id", "")

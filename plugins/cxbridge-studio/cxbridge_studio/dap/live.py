@@ -160,17 +160,17 @@ class LiveRun(Target):
             return ""
         return explain_missing_rule(rule, book) or f"the spec does not load {file.name}"
 
-    def explain_unreachable(self, item: Breakpoint) -> str:
-        reasons = [_explain_unreachable(agent, item) for agent in self._agents]
+    def explain_unreachable(self, tested_breakpoint: Breakpoint) -> str:
+        reasons = [_explain_unreachable(agent, tested_breakpoint) for agent in self._agents]
         return reasons[0] if all(reasons) else ""
 
     def files(self) -> Iterator[Path]:
         yield from dict.fromkeys(file.resolve() for agent in self._agents for file in agent.env.loader.files)
 
 
-def _explain_unreachable(agent: DebuggedAgent, item: Breakpoint) -> str:
+def _explain_unreachable(agent: DebuggedAgent, tested_breakpoint: Breakpoint) -> str:
     try:
-        agent.debugger.names.check(item)
+        agent.debugger.names.check(tested_breakpoint)
     except CxbridgeError as error:
         return str(error)
     return ""

@@ -88,17 +88,19 @@ def make_scopes(stopped_env: StoppedEnvironment, frame: CallFrame) -> list[Varia
     """Return the scopes of a frame."""
     scopes: list[VariableScope] = []
     if frame.kind == "rule":
-        scopes.append(VariableScope("Variables", lambda: _variable_nodes(stopped_env), hint="locals"))
+        scopes.append(VariableScope("Variables", lambda: _make_variable_nodes(stopped_env), hint="locals"))
     elif frame.fact is not None:
         scopes.append(VariableScope("Slots", _TrackedFact(stopped_env, frame.fact).nodes, hint="locals"))
         if frame.kind == GOAL:
             scopes.append(
-                VariableScope("Plan", partial(_plan_nodes, stopped_env, read_slots(frame.fact).get("id", "")))
+                VariableScope(
+                    "Plan", partial(_make_plan_nodes, stopped_env, read_slots(frame.fact).get("id", ""))
+                )
             )
-    scopes.append(VariableScope("Goals", lambda: _goal_nodes(stopped_env)))
+    scopes.append(VariableScope("Goals", lambda: _make_goal_nodes(stopped_env)))
     if stopped_env.agenda() is not None:
-        scopes.append(VariableScope("Agenda", lambda: _activation_nodes(stopped_env)))
-    scopes.append(VariableScope("Facts", lambda: _template_nodes(stopped_env), expensive=True))
+        scopes.append(VariableScope("Agenda", lambda: _make_activation_nodes(stopped_env)))
+    scopes.append(VariableScope("Facts", lambda: _make_template_nodes(stopped_env), expensive=True))
     return scopes
 
 
@@ -108,15 +110,15 @@ def make_fact_node(stopped_env: StoppedEnvironment, fact: FactChange) -> Variabl
     return VariableNode(f"f-{fact.index}", fact.text, fact.template, children)
 
 
-def _variable_nodes(stopped_env: StoppedEnvironment) -> list[VariableNode]:
+def _make_variable_nodes(stopped_env: StoppedEnvironment) -> list[VariableNode]:
     try:
         variables = find_variables(stopped_env)
     except CxbridgeError as error:
         return [VariableNode("(not known)", error.message)]
-    return [_variable_node(stopped_env, f"?{name}", value) for name, value in variables.items()]
+    return [_make_variable_node(stopped_env, f"?{name}", value) for name, value in variables.items()]
 
 
-def _variable_node(stopped_env: StoppedEnvironment, name: str, value: Value) -> VariableNode:
+def _make_variable_node(stopped_env: StoppedEnvironment, name: str, value: Value) -> VariableNode:
     if isinstance(value, FactRef) and (fact := stopped_env.fact(value.index)) is not None:
         text = f"f-{fact.index} {fact.text}"
         return VariableNode(name, text, fact.template, _TrackedFact(stopped_env, fact).nodes, None, name)
@@ -127,22 +129,22 @@ def _variable_node(stopped_env: StoppedEnvironment, name: str, value: Value) -> 
     return VariableNode(name, show_alone(value), _TYPES.get(type(value), ""), None, None, name)
 
 
-def _goal_nodes(stopped_env: StoppedEnvironment) -> list[VariableNode]:
+def _make_goal_nodes(stopped_env: StoppedEnvironment) -> list[VariableNode]:
     facts, forest = find_goals(stopped_env)
 
-    def goal_node(name: str) -> VariableNode:
+    def make_goal_node(name: str) -> VariableNode:
         slots = read_slots(facts[name])
         state = " ".join(slots.get(slot, "") for slot in ("class", "mode", "outcome"))
-        return VariableNode(slots.get("id", ""), state, GOAL, partial(children_of, name))
+        return VariableNode(slots.get("id", ""), state, GOAL, partial(make_children, name))
 
-    def children_of(name: str) -> list[VariableNode]:
-        sub_goals = [goal_node(child) for child in forest.children.get(name, ())]
+    def make_children(name: str) -> list[VariableNode]:
+        sub_goals = [make_goal_node(child) for child in forest.children.get(name, ())]
         return [*sub_goals, *_TrackedFact(stopped_env, facts[name]).nodes()]
 
-    return [goal_node(name) for name in forest.roots]
+    return [make_goal_node(name) for name in forest.roots]
 
 
-def _plan_nodes(stopped_env: StoppedEnvironment, goal: str) -> list[VariableNode]:
+def _make_plan_nodes(stopped_env: StoppedEnvironment, goal: str) -> list[VariableNode]:
     nodes = []
     for fact in stopped_env.facts(ACTION):
         slots = read_slots(fact)
@@ -155,7 +157,7 @@ def _plan_nodes(stopped_env: StoppedEnvironment, goal: str) -> list[VariableNode
     return nodes
 
 
-def _activation_nodes(stopped_env: StoppedEnvironment) -> list[VariableNode]:
+def _make_activation_nodes(stopped_env: StoppedEnvironment) -> list[VariableNode]:
     rows = stopped_env.agenda() or ()
     return [
         VariableNode(f"{number}", f"{salience} {rule}: {basis}", "activation")
@@ -163,20 +165,20 @@ def _activation_nodes(stopped_env: StoppedEnvironment) -> list[VariableNode]:
     ]
 
 
-def _template_nodes(stopped_env: StoppedEnvironment) -> list[VariableNode]:
+def _make_template_nodes(stopped_env: StoppedEnvironment) -> list[VariableNode]:
     return [
         VariableNode(
             name,
             f"{count} {'fact' if count == 1 else 'facts'}",
             "deftemplate",
-            partial(_fact_nodes, stopped_env, name),
+            partial(_make_fact_nodes, stopped_env, name),
         )
         for name, count in sorted(stopped_env.fact_counts().items())
         if count
     ]
 
 
-def _fact_nodes(stopped_env: StoppedEnvironment, template: str) -> list[VariableNode]:
+def _make_fact_nodes(stopped_env: StoppedEnvironment, template: str) -> list[VariableNode]:
     facts = stopped_env.facts(template)
     nodes = [make_fact_node(stopped_env, fact) for fact in facts[:MAX_ROWS]]
     if len(facts) > MAX_ROWS:

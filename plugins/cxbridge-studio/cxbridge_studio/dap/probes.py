@@ -83,12 +83,12 @@ class Probes:
             return
         self._context = context
         try:
-            self._values = {name: self._next_value(context, value) for name in action.names}
+            self._values = {name: self._read_next_value(context, value) for name in action.names}
             self._debugger.at_line(rule, action.line)
         finally:
             self._context, self._values = None, {}
 
     @staticmethod
-    def _next_value(context: CData, value: CData) -> Value:
+    def _read_next_value(context: CData, value: CData) -> Value:
         lib.UDFNextArgument(context, _ANY_TYPE, value)
         return detach_value(to_python(value))

@@ -149,7 +149,7 @@ class RecordedRun(Target):
         self._has_rules = any(isinstance(event, RuleFired) for event in scrubber.events)
         self._breakpoint_groups: dict[str, Mapping[int, Breakpoint]] = {}
         self._hit_counts: Counter[int] = Counter()
-        self._next_move = ""  # the requested step, `continue`, or empty while stopped
+        self._next_move = ""  # the unit of a step, `continue`, `entry`, or empty while stopped
         self._is_backwards = False
         self._is_over = threading.Event()
 
@@ -198,18 +198,22 @@ class RecordedRun(Target):
             return f"the run had no rule {rule} of {file.name}"
         return ""
 
-    def explain_unreachable(self, item: Breakpoint) -> str:
+    def explain_unreachable(self, tested_breakpoint: Breakpoint) -> str:
         met_names = OccurredNames()
         for event in filter(self._is_stop_event, self._scrubber.events):
-            if _is_hit(item, event):
+            if _is_hit(tested_breakpoint, event):
                 return ""
             met_names.add_event(event)
         rules = self._sources.constructs.rule_texts()
-        if not item.is_rule_breakpoint:
-            return met_names.missing_name_message(item) or f"nothing in the recording reaches {item}"
-        if any(map(item.matches_rule, rules)):
+        if not tested_breakpoint.is_rule_breakpoint:
+            return (
+                met_names.missing_name_message(tested_breakpoint)
+                or f"nothing in the recording reaches {tested_breakpoint}"
+            )
+        if any(map(tested_breakpoint.matches_rule, rules)):
             return ""  # the recording has the rule, which never fires
-        return f"there is no rule '{item.name}' in the recording{or_similar(item.name, rules)}"
+        name = tested_breakpoint.name
+        return f"there is no rule '{name}' in the recording{or_similar(name, rules)}"
 
     def files(self) -> Iterator[Path]:
         yield from (Path(name).resolve() for name in self._sources.texts)
@@ -248,8 +252,10 @@ class RecordedRun(Target):
         event = self._scrubber.events[number]
         is_change = isinstance(event, RuleFired) or self._is_change(number)
         for breakpoints in self._breakpoint_groups.values() if is_change else ():
-            for client_number, item in breakpoints.items():
-                if _is_hit(item, event) and (stop := self._count_hit(client_number, item, number, client)):
+            for client_number, set_breakpoint in breakpoints.items():
+                if _is_hit(set_breakpoint, event) and (
+                    stop := self._count_hit(client_number, set_breakpoint, number, client)
+                ):
                     return stop
         if self._ends_step(event, number):
             self._scrubber.go_to(number + 1)
@@ -258,9 +264,9 @@ class RecordedRun(Target):
 
     def _is_change(self, number: int) -> bool:
         """Return whether a transition changes a state: a Skiller also repeats its status."""
-        steps = self._scrubber.transitions
-        index = bisect_left(steps, number + 1)
-        return index < len(steps) and steps[index] == number + 1
+        transitions = self._scrubber.transitions
+        index = bisect_left(transitions, number + 1)
+        return index < len(transitions) and transitions[index] == number + 1
 
     def _ends_step(self, event: Event, number: int) -> bool:
         if self._next_move == "rule":
@@ -277,7 +283,7 @@ class RecordedRun(Target):
         return number == 0 or times[number] != times[number - 1]
 
     def _count_hit(
-        self, client_number: int, item: Breakpoint, number: int, client: DebugClient
+        self, client_number: int, hit_breakpoint: Breakpoint, number: int, client: DebugClient
     ) -> TargetStop | None:
         """Return the stop at a breakpoint; None if its condition, hit count or log message prevents the stop.
 
@@ -286,22 +292,22 @@ class RecordedRun(Target):
         """
         self._scrubber.go_to(number + 1)
         event = self._scrubber.events[number]
-        reason = "breakpoint" if item.is_rule_breakpoint else "function breakpoint"
+        reason = "breakpoint" if hit_breakpoint.is_rule_breakpoint else "function breakpoint"
         target_stop = replace(
             self._stop_here(reason, self._describe_event(event), event), breakpoint=client_number
         )
-        if item.condition:
+        if hit_breakpoint.condition:
             try:
-                if self._evaluate_text(target_stop.stopped_env, item.condition) == "FALSE":
+                if self._evaluate_text(target_stop.stopped_env, hit_breakpoint.condition) == "FALSE":
                     return None
             except CxbridgeError as error:
                 text = f"{target_stop.description} (the condition fails: {error.message})"
                 target_stop = replace(target_stop, description=text)
         self._hit_counts[client_number] += 1
-        if not item.is_due(self._hit_counts[client_number]):
+        if not hit_breakpoint.is_due(self._hit_counts[client_number]):
             return None
-        if item.log:
-            text = item.log_text(
+        if hit_breakpoint.log:
+            text = hit_breakpoint.log_text(
                 lambda expression: self._evaluate_or_error(target_stop.stopped_env, expression)
             )
             client.send_event("output", {"category": "console", "output": f"{text}\n"})
@@ -332,11 +338,11 @@ class RecordedRun(Target):
         firing = None if fired is None else Firing(fired.rule, fired.basis)
         transition = event if isinstance(event, TRANSITION_TYPES) else None
         stopped_env = RecordedStoppedEnvironment(
-            self._env, firing, transition, state, self._retracted_facts(), self._sources
+            self._env, firing, transition, state, self._find_retracted_facts(), self._sources
         )
         return TargetStop(1, reason, f"Stopped {description} ({seconds:.3f} s)", stopped_env)
 
-    def _retracted_facts(self) -> dict[int, FactChange]:
+    def _find_retracted_facts(self) -> dict[int, FactChange]:
         """Return the facts that the current rule has retracted so far."""
         retracted_facts: dict[int, FactChange] = {}
         for number in range(self._scrubber.position - 1, -1, -1):
@@ -348,11 +354,11 @@ class RecordedRun(Target):
         return retracted_facts
 
 
-def _is_hit(item: Breakpoint, event: Event) -> bool:
+def _is_hit(tested_breakpoint: Breakpoint, event: Event) -> bool:
     if isinstance(event, RuleFired):
-        return item.is_rule_breakpoint and item.matches_rule(event.rule)
+        return tested_breakpoint.is_rule_breakpoint and tested_breakpoint.matches_rule(event.rule)
     return (
         isinstance(event, TRANSITION_TYPES)
-        and item.is_transition_breakpoint
-        and item.matches_transition(event)
+        and tested_breakpoint.is_transition_breakpoint
+        and tested_breakpoint.matches_transition(event)
     )

@@ -57,10 +57,10 @@ def find_rules(text: str) -> Iterator[FileRule]:
     for definition in definitions(text):
         if definition.kind == "defrule":
             last = lines.at(definition.node.end - 1)
-            yield FileRule(definition.name, definition.line, last, tuple(_actions(definition, lines)))
+            yield FileRule(definition.name, definition.line, last, tuple(_find_actions(definition, lines)))
 
 
-def _actions(rule: Definition, lines: Lines) -> Iterator[RuleAction]:
+def _find_actions(rule: Definition, lines: Lines) -> Iterator[RuleAction]:
     try:
         names = find_bound_names(parse_condition(rule.node))
     except RecursionError:  # a deeply nested condition of a hostile file: its rule gets no probes
@@ -90,12 +90,12 @@ def _find_nested_actions(
         if node.items is None:
             continue
         yield RuleAction(node.start, lines.at(node.start), names)
-        for inner_nodes, added_names in _nested_sequences(node):
+        for inner_nodes, added_names in _find_nested_sequences(node):
             yield from _find_nested_actions(inner_nodes, tuple(dict.fromkeys((*names, *added_names))), lines)
-        names = _names_after(node, names)
+        names = _find_names_after(node, names)
 
 
-def _nested_sequences(node: SyntaxNode) -> Iterator[tuple[Sequence[SyntaxNode], tuple[str, ...]]]:
+def _find_nested_sequences(node: SyntaxNode) -> Iterator[tuple[Sequence[SyntaxNode], tuple[str, ...]]]:
     """Yield the action sequences within an action, each with the variables that the action binds for it."""
     head, items = node.head, node.arguments
     if head == "if":
@@ -103,29 +103,30 @@ def _nested_sequences(node: SyntaxNode) -> Iterator[tuple[Sequence[SyntaxNode], 
         for begin, end in zip(starts, [*starts[1:], len(items)], strict=True):
             yield items[begin + 1 : end], ()
     elif head in _BODY_STARTS:
-        yield items[_BODY_STARTS[head] :], _loop_names(head, items)
+        yield items[_BODY_STARTS[head] :], _find_loop_names(head, items)
     elif head in _FACT_QUERIES and items:
-        names = (_variable_name(member.items[0]) for member in items[0].items or () if member.items)
+        names = (_read_variable_name(member.items[0]) for member in items[0].items or () if member.items)
         yield items[2:], tuple(filter(None, names))
 
 
-def _loop_names(head: str, items: Sequence[SyntaxNode]) -> tuple[str, ...]:
+def _find_loop_names(head: str, items: Sequence[SyntaxNode]) -> tuple[str, ...]:
     if not items or head in ("progn", "while"):
         return ()
     first = items[0]
-    name = _variable_name(first if first.items is None else (first.items or (first,))[0])
+    # the variable, or the list that begins with it, as in (loop-for-count (?i 1 3) ...)
+    name = _read_variable_name(first if first.items is None else (first.items or (first,))[0])
     return (name,) if name else ()
 
 
-def _variable_name(node: SyntaxNode) -> str:
+def _read_variable_name(node: SyntaxNode) -> str:
     """Return the name of a local variable; empty for other nodes."""
     text = node.text
     return text.lstrip("$?") if node.items is None and text.startswith(("?", "$?")) else ""
 
 
-def _names_after(node: SyntaxNode, names: tuple[str, ...]) -> tuple[str, ...]:
+def _find_names_after(node: SyntaxNode, names: tuple[str, ...]) -> tuple[str, ...]:
     """Return the variables that are bound after an action."""
-    name = _variable_name(node.arguments[0]) if node.head == "bind" and node.arguments else ""
+    name = _read_variable_name(node.arguments[0]) if node.head == "bind" and node.arguments else ""
     if not name or name.startswith("*"):  # ?*NAME*: a global variable
         return names
     kept_names = tuple(other_name for other_name in names if other_name != name)
@@ -137,28 +138,28 @@ class RulePosition:
     """The position of a breakpoint on a line.
 
     :param line: the next line at which a breakpoint is possible.
-    :param action: whether to stop at an action of the rule instead of before the rule.
+    :param is_at_action: whether to stop at an action of the rule instead of before the rule.
     """
 
     rule: str
     line: int
-    action: bool
+    is_at_action: bool
 
     def breakpoint(self, condition: str = "", hits: str = "", log: str = "") -> Breakpoint:
-        kind, state = ("line", str(self.line)) if self.action else ("before", "*")
+        kind, state = ("line", str(self.line)) if self.is_at_action else ("before", "*")
         return Breakpoint(0, kind, escape(self.rule), state, "*", condition, hits, log)
 
 
 class BreakpointLines:
     """The lines of a file where a breakpoint is possible.
 
-    :param actions: whether the lines of actions are possible.
+    :param includes_actions: whether the lines of actions are possible, too.
     """
 
-    def __init__(self, text: str, *, actions: bool) -> None:
+    def __init__(self, text: str, *, includes_actions: bool) -> None:
         self._rules: list[FileRule] = list(find_rules(text))
         self._first_lines = [rule.first_line for rule in self._rules]
-        self._actions = actions
+        self._includes_actions = includes_actions
 
     def find_position(self, line: int) -> RulePosition | None:
         """Return the position for a line: within its rule or at the next rule; None after the last rule."""
@@ -168,15 +169,15 @@ class BreakpointLines:
         if number >= len(self._rules):
             return None
         rule = self._rules[number]
-        action_lines = [action.line for action in rule.actions] if self._actions else []
+        action_lines = [action.line for action in rule.actions] if self._includes_actions else []
         if action_lines and line >= min(action_lines):
             action_line = max(candidate for candidate in action_lines if candidate <= line)
-            return RulePosition(rule.name, action_line, action=True)
-        return RulePosition(rule.name, rule.first_line, action=False)
+            return RulePosition(rule.name, action_line, is_at_action=True)
+        return RulePosition(rule.name, rule.first_line, is_at_action=False)
 
     def possible_lines(self, first: int, last: int) -> list[int]:
         """Return the possible lines in a range."""
         lines = set(self._first_lines)
-        if self._actions:
+        if self._includes_actions:
             lines |= {action.line for rule in self._rules for action in rule.actions}
         return sorted(line for line in lines if first <= line <= last)

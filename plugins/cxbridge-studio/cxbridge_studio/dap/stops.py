@@ -45,11 +45,11 @@ class StopView:
 
     def frames(self, start: int, levels: int) -> dict[str, object]:
         """Return a part of the stack."""
-        frames = [self._frame(number, frame) for number, frame in enumerate(self._stack, start=1)]
+        frames = [self._make_frame(number, frame) for number, frame in enumerate(self._stack, start=1)]
         end = start + levels if levels else None
         return {"stackFrames": frames[start:end], "totalFrames": len(frames)}
 
-    def _frame(self, number: int, frame: CallFrame) -> protocol.StackFrame:
+    def _make_frame(self, number: int, frame: CallFrame) -> protocol.StackFrame:
         if frame.position is None:
             # in the protocol, a frame without a source has the line 0
             return protocol.StackFrame(number, frame.name, 0, 0, None, "subtle")
@@ -57,32 +57,32 @@ class StopView:
             number, frame.name, frame.position.line, 1, self._source_of(frame.position)
         )
 
-    def check_frame(self, frame: int) -> None:
+    def check_frame(self, number: int) -> None:
         """Check a frame number.
 
         :raises CxbridgeError: if there is no such frame.
         """
-        if not 0 < frame <= len(self._stack):
-            raise CxbridgeError(f"there is no frame {frame} now")
+        if not 0 < number <= len(self._stack):
+            raise CxbridgeError(f"there is no frame {number} now")
 
-    def scopes(self, frame: int) -> list[protocol.Scope]:
-        """Return the scopes of a frame.
+    def scopes(self, number: int) -> list[protocol.Scope]:
+        """Return the scopes of the frame with a number.
 
         :raises CxbridgeError: if there is no such frame.
         """
-        self.check_frame(frame)
-        groups = make_scopes(self.target_stop.stopped_env, self._stack[frame - 1])
+        self.check_frame(number)
+        groups = make_scopes(self.target_stop.stopped_env, self._stack[number - 1])
         return [
-            protocol.Scope(group.name, self._new_reference(group.children), group.expensive, group.hint)
+            protocol.Scope(group.name, self._add_reference(group.children), group.expensive, group.hint)
             for group in groups
         ]
 
-    def _new_reference(self, children: Callable[[], Sequence[VariableNode]]) -> int:
+    def _add_reference(self, children: Callable[[], Sequence[VariableNode]]) -> int:
         """Return a new reference to a list of nodes."""
         self._child_makers.append(children)
         return len(self._child_makers)
 
-    def _nodes(self, reference: int) -> list[VariableNode]:
+    def _open_nodes(self, reference: int) -> list[VariableNode]:
         if not 0 < reference <= len(self._child_makers):
             raise CxbridgeError(f"there are no variables {reference} now")
         if reference not in self._nodes_by_reference:
@@ -94,11 +94,11 @@ class StopView:
 
         :raises CxbridgeError: if there is no such reference.
         """
-        nodes = self._nodes(reference)[start:]
-        return [self._variable(node) for node in (nodes[:count] if count else nodes)]
+        nodes = self._open_nodes(reference)[start:]
+        return [self._make_variable(node) for node in (nodes[:count] if count else nodes)]
 
-    def _variable(self, node: VariableNode) -> protocol.Variable:
-        reference = 0 if node.children is None else self._new_reference(node.children)
+    def _make_variable(self, node: VariableNode) -> protocol.Variable:
+        reference = 0 if node.children is None else self._add_reference(node.children)
         # a compound value is read-only; the client changes the children
         hint = {} if node.set_value is not None else {"attributes": ["readOnly"]}
         return protocol.Variable(
@@ -115,7 +115,7 @@ class StopView:
 
         :raises CxbridgeError: if the variable is read-only or the value invalid.
         """
-        node = next((node for node in self._nodes(reference) if node.name == name), None)
+        node = next((node for node in self._open_nodes(reference) if node.name == name), None)
         if node is None or node.set_value is None:
             raise CxbridgeError(f"{name} cannot be changed: only slots of facts can")
         value = node.set_value(text)
@@ -129,7 +129,7 @@ class StopView:
         self.discard_cache()
         reference = 0
         if result.facts:
-            reference = self._new_reference(
+            reference = self._add_reference(
                 lambda: [make_fact_node(stopped_env, fact) for fact in result.facts]
             )
         return protocol.EvaluateBody(result.text, reference), result.output

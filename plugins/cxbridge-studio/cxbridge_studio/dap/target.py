@@ -198,7 +198,7 @@ class Target(ABC):
         """Return why the target cannot stop at a rule of a file; empty if the target can stop there."""
 
     @abstractmethod
-    def explain_unreachable(self, item: Breakpoint) -> str:
+    def explain_unreachable(self, tested_breakpoint: Breakpoint) -> str:
         """Return why no loaded rule can reach a breakpoint; empty if a rule can."""
 
     @abstractmethod

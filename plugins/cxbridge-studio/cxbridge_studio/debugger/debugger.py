@@ -360,12 +360,12 @@ class Debugger:
         if not hit_breakpoint.is_due(self._true_hit_counts[hit_breakpoint.number]):
             return None
         if hit_breakpoint.log:
-            text = hit_breakpoint.log_text(lambda expression: self._value_text(expression, stop))
+            text = hit_breakpoint.log_text(lambda expression: self._format_value(expression, stop))
             self._log.info(text)
             return None
         return stop
 
-    def _value_text(self, expression: str, stop: Stop) -> str:
+    def _format_value(self, expression: str, stop: Stop) -> str:
         """Return the value of an expression as text, or its error."""
         try:
             value = self._env.eval(self.expand(expression, stop))

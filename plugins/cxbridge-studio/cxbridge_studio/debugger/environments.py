@@ -136,7 +136,7 @@ class EnvironmentService:
             diagnostic_count = len(env.loader.diagnostics)
             (env.batch if batch else env.load)(file)
             env.api.clear_halt()  # a mistake in the file would end the next firing of rules
-            return [str(item) for item in env.loader.diagnostics[diagnostic_count:]]
+            return [str(diagnostic) for diagnostic in env.loader.diagnostics[diagnostic_count:]]
 
     def request_feature(self, name: str, feature: str) -> None:
         """Load a feature into an environment; do nothing if it has the feature.

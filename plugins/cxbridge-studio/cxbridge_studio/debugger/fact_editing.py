@@ -93,13 +93,13 @@ def assert_text(env: ClipsEnvironment, text: str, *, constant: bool = False) -> 
 
 def _find_similar_name(env: ClipsEnvironment, text: str, errors: str, templates: Iterable[str]) -> str | None:
     """Return a hint with the most similar deftemplate or slot; None without one."""
-    relation = template_name(text)
-    if relation not in templates:
-        return did_you_mean(relation, templates) or None
-    slot = _INVALID_SLOT.search(errors)
-    if slot is None:
+    template = template_name(text)
+    if template not in templates:
+        return did_you_mean(template, templates) or None
+    invalid_slot = _INVALID_SLOT.search(errors)
+    if invalid_slot is None:
         return None
-    return _find_similar_slot(slot[1], template_of(lib.FindDeftemplate(env.c_env, encode(relation))))
+    return _find_similar_slot(invalid_slot[1], template_of(lib.FindDeftemplate(env.c_env, encode(template))))
 
 
 def _find_similar_slot(name: str, template: FactTemplate) -> str:

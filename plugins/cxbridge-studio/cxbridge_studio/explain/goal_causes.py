@@ -214,13 +214,13 @@ def _describe_missing_selection(texts: Mapping[str, str], diagnosis: ActionDiagn
     hint = f"add action-selection/{plan_type.lower() or 'sequential'}.clp to the files of the spec"
     if not rules:
         return f"no action selection is loaded: {hint}"
-    types_by_rule = [_named_plan_types(texts[name]) for name in rules]
+    types_by_rule = [_find_named_plan_types(texts[name]) for name in rules]
     if plan_type and not any(not types or plan_type in types for types in types_by_rule):
         return f"no action selection is loaded for plans of type {plan_type}: {hint}"
     return ""
 
 
-def _named_plan_types(text: str) -> list[str]:
+def _find_named_plan_types(text: str) -> list[str]:
     """Return the plan types that a rule names; empty if the rule applies to all types."""
     plans = (pattern for pattern in find_patterns(parse_rule(text).ces) if pattern.template == "plan")
     return [kind for pattern in plans for kind in sorted(pattern.slots.get("type", ()))]

@@ -114,24 +114,24 @@ def goal_headline(story: GoalStory) -> str:
 
 def cause_headline(cause: Cause) -> str:
     """Return a cause in one line, with the causes that lead to its root."""
-    path = _root_cause_path(cause) or _first_cause_path(cause)
+    path = _find_root_cause_path(cause) or _find_first_cause_path(cause)
     return ": ".join(
         [cause.text.partition(_WAIT_PHRASE)[0] if path else cause.text, *path[-_MAX_HEADLINE_CAUSES:]]
     )
 
 
-def _root_cause_path(cause: Cause) -> list[str]:
+def _find_root_cause_path(cause: Cause) -> list[str]:
     """Return the texts of the causes up to the first root cause; empty if there is no root cause."""
     for inner in cause.because:
-        below = _root_cause_path(inner)
+        below = _find_root_cause_path(inner)
         if below or inner.root:
             return [inner.text, *below]
     return []
 
 
-def _first_cause_path(cause: Cause) -> list[str]:
+def _find_first_cause_path(cause: Cause) -> list[str]:
     """Return the texts of the first cause of each level; empty if the cause has no reasons."""
-    return [cause.because[0].text, *_first_cause_path(cause.because[0])] if cause.because else []
+    return [cause.because[0].text, *_find_first_cause_path(cause.because[0])] if cause.because else []
 
 
 def goal_lines(stories: Sequence[GoalStory], evidence: Evidence, rule_count: int = 1) -> Iterator[str]:

@@ -62,7 +62,7 @@ def find_missing_rule(rules: Iterable[MissingRule], slots: Mapping[str, str]) ->
     for rule in rules:
         if slots["class"] in rule.text and any(
             _names_value(pattern, "class", slots["class"]) and _names_value(pattern, "mode", slots["mode"])
-            for pattern in _goal_patterns(rule.text)
+            for pattern in _find_goal_patterns(rule.text)
         ):
             return rule
     return None
@@ -80,7 +80,7 @@ def find_misspelt_rule(
     for name, text in texts.items():
         if _GOAL_TEMPLATE not in text or slots["mode"] not in text.partition("=>")[0]:
             continue
-        for pattern in _goal_patterns(text):
+        for pattern in _find_goal_patterns(text):
             if _names_value(pattern, "mode", slots["mode"]) and not _names_value(
                 pattern, "class", slots["class"]
             ):
@@ -109,7 +109,7 @@ def _names_value(pattern: PatternCE, slot: str, value: str) -> bool:
     return value in pattern.slots.get(slot, ())
 
 
-def _goal_patterns(text: str) -> Iterator[PatternCE]:
+def _find_goal_patterns(text: str) -> Iterator[PatternCE]:
     """Yield the patterns of a rule that match goals; none if the rule cannot be parsed."""
     with suppress(ClipsError):
         yield from (

@@ -366,7 +366,7 @@ class GoalStoryWriter:
         return f"{self._mode_text(goal)}, and waits {_WAIT_REASONS.get(goal.mode, 'for a rule')}"
 
     def _wait_causes(self, goal: GoalRecord, depth: int) -> Iterator[Cause]:
-        """Yield the causes of a goal's wait, besides the usual one of its mode.
+        """Yield the causes of a goal's wait, besides the usual cause of its mode.
 
         :param depth: the number of levels below the goal in question.
         """
@@ -462,7 +462,7 @@ def _ended_badly(child: GoalRecord, end_of_parent: GoalChange) -> bool:
     )
 
 
-# The usual cause of a wait, by mode: the end of a sentence.
+# The usual cause of a wait by mode, as the end of a sentence.
 _WAIT_REASONS: Final = {
     "FORMULATED": "for a rule that selects it",
     "SELECTED": "to be expanded: for a rule that gives it a plan or sub-goals",

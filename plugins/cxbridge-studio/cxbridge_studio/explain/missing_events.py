@@ -54,7 +54,7 @@ def _describe_causes(agent: Run, failed_rules: Iterable[str]) -> Iterator[str]:
     else:
         yield "a skill or a rule had not ended"
     for rule in failed_rules:
-        if position := _rule_position(agent, rule):
+        if position := _find_rule_position(agent, rule):
             yield f"{position}: an error has ended the actions of rule {rule}"
     for file in dict.fromkeys(executive.env.loader.files):
         if file.exists() and not file.stat().st_size:
@@ -76,7 +76,9 @@ def _describe_signals(agent: Run) -> Iterator[str]:
         if slots["state"] == "WAIT-FOR":
             signal = str(slots["wait-for"])
             positions = (
-                item.location for item in entries if item.path.endswith("/wait-for") and item.text == signal
+                entry.location
+                for entry in entries
+                if entry.path.endswith("/wait-for") and entry.text == signal
             )
             position = next(filter(None, positions), "")
             yield f"{position}{': ' if position else ''}{slots['name']} waits for the signal {signal}"
@@ -87,7 +89,7 @@ def _describe_goals(agent: Run, positions: SourcePositions) -> Iterator[str]:
     env, goals = agent.executive.env, agent.executive.goals
     modes = allowed_values(env, "goal", "mode")
     classes = {str(slots["id"]): str(slots["class"]) for _, _, slots in env.facts("goal")}
-    texts_by_goal = _unhandled_sub_type_texts(agent)
+    texts_by_goal = _describe_unhandled_sub_types(agent)
     sub_goals = (
         goal for goal in goals.open_goals.values() if not goal.is_root and goal.goal in texts_by_goal
     )
@@ -119,10 +121,10 @@ def _describe_control_requests(agent: Run) -> Iterator[str]:
         if slots["acquired"] != "TRUE":
             yield f"{controllers.get(slots['skiller']) or 'no client'} has control of {slots['skiller']}"
     if not controls and env.has_template("skiller-control"):
-        yield "no (skiller-control) asks for control of a Skiller"
+        yield "no fact (skiller-control) asks for the control of a Skiller"
 
 
-def _unhandled_sub_type_texts(agent: Run) -> dict[str, str]:
+def _describe_unhandled_sub_types(agent: Run) -> dict[str, str]:
     """Return a text about each goal whose sub-type no rule handles, by goal id."""
     env = agent.executive.env
     sub_types_by_goal = {
@@ -161,7 +163,7 @@ def _describe_missing_fact(agent: Run, positions: SourcePositions) -> list[str]:
     """Return the missing fact of the first rule that asserts goals, and the probable misspelling."""
     for rule in positions.goal_asserting_rules():
         if template := find_missing_template(agent.executive.env, rule):
-            position = _add_brackets(_rule_position(agent, rule))
+            position = _add_brackets(_find_rule_position(agent, rule))
             hint = positions.similar_fact_hint(template)
             return [f"rule {rule} lacks a fact ({template}){position}", *([hint] if hint else [])]
     return []
@@ -185,7 +187,7 @@ def _describe_deffacts(agent: Run) -> Iterator[str]:
                 )
 
 
-def _rule_position(agent: Run, rule: str) -> str:
+def _find_rule_position(agent: Run, rule: str) -> str:
     """Return the position of a rule; empty if the agent's loader has not loaded the rule."""
     position = agent.executive.env.loader.rule_location(rule)
     return "" if position is None else f"{position[0]}:{position[1]}"

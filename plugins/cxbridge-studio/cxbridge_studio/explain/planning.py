@@ -61,14 +61,14 @@ class PlannerAnswer:
             case "goal":
                 return [f"Goal: {format_formula(self.problem.goal)}"]
             case _:
-                return self._plan_lines()
+                return self._format_plan()
 
-    def _plan_lines(self) -> list[str]:
+    def _format_plan(self) -> list[str]:
         if self.end is None:
             return ["plan: none yet"]
         if self.end.status != "found":
             return [f"plan: {self.end.status}: {self.end.reason}"]
-        rows = _plan_rows(parse_plan_text(self.end.plan))
+        rows = _make_plan_rows(parse_plan_text(self.end.plan))
         widths = [max((len(row[column]) for row in rows), default=0) for column in (0, 1)]
         return [
             "plan:",
@@ -84,7 +84,7 @@ class PlannerAnswer:
         return lines
 
 
-def _plan_rows(actions: Sequence[PlannedAction]) -> list[tuple[str, str, str]]:
+def _make_plan_rows(actions: Sequence[PlannedAction]) -> list[tuple[str, str, str]]:
     """Return the start, the text and the duration of each action.
 
     An action without times gets those that POPF prints.

@@ -94,7 +94,8 @@ class Preconditions:
             if true_atom[0] == atom[0] and len(true_atom) == len(atom)
         ]
         similarity, nearest_atom = max(
-            ((_likeness(atom, true_atom), true_atom) for true_atom in comparable_atoms), default=(0.0, atom)
+            ((_compute_likeness(atom, true_atom), true_atom) for true_atom in comparable_atoms),
+            default=(0.0, atom),
         )
         similar_text = f" ({atom_text(nearest_atom)} is true)" if similarity > MIN_LIKENESS else ""
         return f"{atom_text(atom)} is false{similar_text}"
@@ -135,7 +136,7 @@ def ground_predicate(predicate: Mapping[str, str], arguments: Mapping[str, str])
     return ("=" if name == _EQUALITY_PREDICATE else name, *terms)
 
 
-def _likeness(first: Atom, second: Atom) -> float:
+def _compute_likeness(first: Atom, second: Atom) -> float:
     """Return the similarity of two atoms that differ in one argument; 0 if they differ in more."""
     pairs = [pair for pair in zip(first, second, strict=True) if pair[0] != pair[1]]
     return likeness(*pairs[0]) if len(pairs) == 1 else 0.0

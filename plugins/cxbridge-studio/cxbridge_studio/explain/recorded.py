@@ -156,7 +156,7 @@ class RecordedEvidence(Evidence):
             self.ending = _describe_ending(run)
         self.notes += [f"{run.path}: {note}" for note in run.notes]
 
-    def _rule_source(self) -> RuleSource:
+    def _load_rule_source(self) -> RuleSource:
         """Return the source of rules; the recorded files are parsed on first use.
 
         :raises TraceError: if the recording has no CLIPS files.
@@ -173,14 +173,14 @@ class RecordedEvidence(Evidence):
                 raise TraceError(
                     "this recording contains no CLIPS files, so its rules are unknown",
                     file=self._path,
-                    hint="name the scenario that was run, or with --fawkes-dir the Fawkes that wrote the log",
+                    hint="name the scenario that was run, or with --fawkes-dir the checkout of the log",
                 )
             folders = agent_folders((file.name, file.text) for file in files)
             self._rules = Constructs(files, self._diagnostics.environment_diagnostics(self.env), folders)
         return self._rules
 
     def rulebook(self) -> Rulebook:
-        return self._rule_source().rulebook()
+        return self._load_rule_source().rulebook()
 
     def snapshot(self, rule: str) -> Snapshot:
         """Return a rule with the facts of the moment."""
@@ -190,7 +190,7 @@ class RecordedEvidence(Evidence):
                 file=self._path,
                 hint="record with --trace-level facts; Fawkes needs clips-executive/debug/enable",
             )
-        snapshot = self._rule_source().snapshot(rule, self.env, self.now_us)
+        snapshot = self._load_rule_source().snapshot(rule, self.env, self.now_us)
         names = {pattern.template for pattern in find_patterns(parse_rule(snapshot.text).ces)}
         changes = [
             fact for fact in self._facts.values() if snapshot.needs_all_facts or fact.template in names
@@ -208,7 +208,7 @@ class RecordedEvidence(Evidence):
 
     def rule_texts(self) -> Mapping[str, str]:
         try:
-            return self._rule_source().rule_texts()
+            return self._load_rule_source().rule_texts()
         except TraceError:
             return {}
 

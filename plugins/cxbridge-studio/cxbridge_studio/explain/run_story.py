@@ -80,10 +80,10 @@ class _RunStoryWriter:
         # The reason why the run ended comes first, and does not count as a goal.
         ending = [Cause(self._evidence.ending)] if self._evidence.ending else []
         return RunStory(
-            goal_headline(stories[0]) if stories else self._untroubled_headline(open_goals, work),
+            goal_headline(stories[0]) if stories else self._make_untroubled_headline(open_goals, work),
             self._evidence.where,
             _limit_sentences(
-                [Cause(self._goal_summary(goal)) for goal in root_goals[:MAX_SENTENCES]], len(root_goals)
+                [Cause(self._summarize_goal(goal)) for goal in root_goals[:MAX_SENTENCES]], len(root_goals)
             ),
             _limit_sentences(work, len(work)),
             _limit_sentences(
@@ -100,7 +100,7 @@ class _RunStoryWriter:
             tuple(self._evidence.notes),
         )
 
-    def _untroubled_headline(self, open_goals: Sequence[GoalRecord], work: Sequence[Cause]) -> str:
+    def _make_untroubled_headline(self, open_goals: Sequence[GoalRecord], work: Sequence[Cause]) -> str:
         """Return the headline of a run without a failed goal, and without a goal that waits for no work."""
         if open_goals:
             further_count = len(open_goals) - 1
@@ -116,7 +116,7 @@ class _RunStoryWriter:
             return self._story_writer.outcome_cause(self._root_goals[0]).text
         return f"all {len(self._root_goals)} goals without a parent are over, and none of them has failed"
 
-    def _goal_summary(self, goal: GoalRecord) -> str:
+    def _summarize_goal(self, goal: GoalRecord) -> str:
         """Return a goal, the number of its sub-goals, and its outcome."""
         count = self._goals.sub_goal_count(goal)
         sub_goals = f", with {count} sub-goal{'s' if count > 1 else ''}" if count else ""

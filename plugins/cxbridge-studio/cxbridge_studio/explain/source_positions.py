@@ -28,7 +28,9 @@ class SourcePositions:
 
     def action_position(self, action: str) -> str:
         """Return the position where an action is put into a plan."""
-        return _first_position(self._model.mentions(Name(NameKind.ACTION, action), Use.ASSERTED, Use.NAMED))
+        return _find_first_position(
+            self._model.mentions(Name(NameKind.ACTION, action), Use.ASSERTED, Use.NAMED)
+        )
 
     def goal_position(self, goal_class: str, mode: str) -> str:
         """Return the position where a rule sets a goal of a class to a mode, or asserts the goal."""
@@ -41,11 +43,11 @@ class SourcePositions:
                 continue
             names = {mention.name for mention in rule.piece.mentions}
             if class_name in names:
-                return _position(change)
+                return _format_position(change)
             # A rule without any class may change this goal, but a later rule may name its class.
             if not any(name.kind is NameKind.GOAL_CLASS for name in names):
-                position_without_class = position_without_class or _position(change)
-        return position_without_class or _first_position(self._model.mentions(class_name, Use.ASSERTED))
+                position_without_class = position_without_class or _format_position(change)
+        return position_without_class or _find_first_position(self._model.mentions(class_name, Use.ASSERTED))
 
     def interface_position(self, kind: str, name: str) -> str:
         """Return the position where rules open an interface."""
@@ -53,7 +55,7 @@ class SourcePositions:
             # The id follows the type: "TYPE::ID", or as the next argument of the call.
             rest_of_line = mention.file.text[mention.mention.end :].partition("\n")[0]
             if name in rest_of_line:
-                return _position(mention)
+                return _format_position(mention)
         return ""
 
     def similar_fact_hint(self, template: str) -> str:
@@ -63,7 +65,7 @@ class SourcePositions:
             NameKind.TEMPLATE, Use.MATCHED
         )
         for name in nearest_names(template, unmatched_templates):
-            position = _first_position(self._model.mentions(Name(NameKind.TEMPLATE, name), Use.ASSERTED))
+            position = _find_first_position(self._model.mentions(Name(NameKind.TEMPLATE, name), Use.ASSERTED))
             return f"did you mean ({name}), which {position} asserts?"
         return ""
 
@@ -81,9 +83,9 @@ class SourcePositions:
         ]
 
 
-def _first_position(mentions: Iterator[FileMention]) -> str:
-    return next(map(_position, mentions), "")
+def _find_first_position(mentions: Iterator[FileMention]) -> str:
+    return next(map(_format_position, mentions), "")
 
 
-def _position(mention: FileMention) -> str:
+def _format_position(mention: FileMention) -> str:
     return f"{mention.file.path}:{mention.file.lines.at(mention.mention.start)}"

@@ -59,7 +59,7 @@ class ClipsWatch(Run):
                 yield LogLine(line, Level.DEBUG, f"CLIPS ({ENVIRONMENT})", text)
             elif isinstance(event, FactChange):
                 try:
-                    change, transition = facts.change(event)
+                    change, transition = facts.complete_change(event)
                 except FactSyntaxError as error:
                     self.note(f"line {line}: fact f-{event.index} is not readable: {error}")
                     continue
@@ -104,7 +104,7 @@ class _WatchedFacts:
         self._texts: dict[int, str] = {}
         self._tracker = TransitionTracker(ENVIRONMENT)
 
-    def change(self, event: FactChange) -> tuple[FactChange, Transition | None]:
+    def complete_change(self, event: FactChange) -> tuple[FactChange, Transition | None]:
         """Return the change with the text of the whole fact, and its transition, if any.
 
         :raises FactSyntaxError: if the fact cannot be parsed.

@@ -124,11 +124,11 @@ def _propose_arguments(session: Session, file: SourceFile, context: Context) -> 
         if kind is not None:
             yield from _propose_names(session, file, kind)
         if (template, head) == ("plan-action", "param-names"):
-            action = _ACTION_NAME.search(context.pattern)
-            yield from _propose_defined(session, file, NameKind.PARAMETER, action[1] if action else None)
+            match = _ACTION_NAME.search(context.pattern)
+            yield from _propose_defined(session, file, NameKind.PARAMETER, match[1] if match else None)
         yield from _propose_allowed_values(session, file, template, head)
-    elif head in FIELD_FUNCTIONS and (message := _MESSAGE_ARGUMENT.search(context.text)):
-        owner = find_message_type(context.text, message[1])
+    elif head in FIELD_FUNCTIONS and (match := _MESSAGE_ARGUMENT.search(context.text)):
+        owner = find_message_type(context.text, match[1])
         yield from _propose_defined(session, file, NameKind.PROTO_FIELD, owner) if owner else ()
     elif head in FIRST_ARGUMENT_KINDS:
         yield from _propose_names(session, file, FIRST_ARGUMENT_KINDS[head])
@@ -153,9 +153,9 @@ def _propose_allowed_values(
     for definition, mention in definitions:
         placed = definition.piece_at(mention.start)
         nodes = read(placed.piece.text, close=True) if placed else []
-        for item in nodes[0].arguments if nodes else ():
-            if item.arguments and item.arguments[0].text == slot:
-                for facet in item.arguments[1:]:
+        for slot_node in nodes[0].arguments if nodes else ():
+            if slot_node.arguments and slot_node.arguments[0].text == slot:
+                for facet in slot_node.arguments[1:]:
                     if facet.head in ("allowed-values", "allowed-symbols"):
                         for value in facet.arguments:
                             yield Proposal(value.text, None, f"{template} {slot}")
@@ -168,18 +168,19 @@ def _complete_yaml(session: Session, file: SourceFile, offset: int) -> Iterator[
     start = file.text.rfind("\n", 0, offset) + 1
     row = file.text[start:offset]
     parent_keys = list(find_parent_keys(file, start + len(row) - len(row.lstrip())))
-    key = re.match(r"\s*(?:- +)?([\w-]+):", row)
+    key_match = re.match(r"\s*(?:- +)?([\w-]+):", row)
+    key = key_match[1] if key_match else ""
     if "action-mapping" in parent_keys[:2]:
         yield from _complete_mapping(
             session, file, row, parent_keys[0] if parent_keys[0] != "action-mapping" else ""
         )
-    elif "file" in (key and key[1], *parent_keys[:1]) or "files" in (key and key[1], *parent_keys[:1]):
-        yield from (Proposal(name, NameKind.FILE, "file") for name in _clips_file_names(session))
-    elif "blackboard-preload" in (key and key[1], *parent_keys[:1]):
+    elif "file" in (key, *parent_keys[:1]) or "files" in (key, *parent_keys[:1]):
+        yield from (Proposal(name, NameKind.FILE, "file") for name in _list_clips_files(session))
+    elif "blackboard-preload" in (key, *parent_keys[:1]):
         yield from _propose_defined(session, file, NameKind.INTERFACE)
-    elif key and key[1] == "name" and "stage-1" in parent_keys[:1]:
+    elif key == "name" and "stage-1" in parent_keys[:1]:
         yield from _propose_names(session, file, NameKind.FEATURE)
-    elif key and key[1] == "spec":
+    elif key == "spec":
         yield from _propose_defined(session, file, NameKind.SPEC)
 
 
@@ -189,20 +190,20 @@ def _complete_mapping(session: Session, file: SourceFile, row: str, action: str)
     :param row: the line up to the cursor.
     :param action: the action with a skill string that began in an earlier line; empty outside such a string.
     """
-    key = re.match(r"\s*([\w-]+):\s", row)
-    if not action and key is None:
+    key_match = re.match(r"\s*([\w-]+):\s", row)
+    if not action and key_match is None:
         yield from _propose_defined(session, file, NameKind.ACTION)
         return
-    action = key[1] if key else action
+    action = key_match[1] if key_match else action
     if re.search(r"\?\([\w-]*\Z", row):
         yield from _propose_defined(session, file, NameKind.PARAMETER, action)
-    elif skill := re.search(r"([A-Za-z_]\w*)\s*\{[^}]*\Z", row):
-        yield from _propose_defined(session, file, NameKind.ARGUMENT, skill[1])
+    elif skill_match := re.search(r"([A-Za-z_]\w*)\s*\{[^}]*\Z", row):
+        yield from _propose_defined(session, file, NameKind.ARGUMENT, skill_match[1])
     else:
         yield from _propose_defined(session, file, NameKind.SKILL)
 
 
-def _clips_file_names(session: Session) -> Iterator[str]:
+def _list_clips_files(session: Session) -> Iterator[str]:
     """Yield the names of CLIPS files as in specs: the name alone, and the name with its folder."""
     for file in session.model.files:
         if file.path.endswith(".clp"):

@@ -65,14 +65,14 @@ def find_context(file: SourceFile, offset: int) -> Context | None:
     is_at_head = bool(open_starts) and not text[open_starts[-1] + 1 :].strip()
     lists = open_starts[:-1] if is_at_head else open_starts
     heads = tuple(match[1] if (match := _HEAD.match(text, start)) else "" for start in reversed(lists))
-    template, pattern_start = _enclosing_template(text, heads, lists)
+    template, pattern_start = _find_enclosing_template(text, heads, lists)
     is_in_condition = bool(heads) and heads[-1] == "defrule" and "=>" not in blank(text)
     return Context(
         word, heads, is_at_head, is_in_condition, template, text, text[pattern_start:] if template else ""
     )
 
 
-def _enclosing_template(text: str, heads: tuple[str, ...], lists: list[int]) -> tuple[str, int]:
+def _find_enclosing_template(text: str, heads: tuple[str, ...], lists: list[int]) -> tuple[str, int]:
     """Return the template and the start of the fact or pattern that encloses the end of a text."""
     starts = list(reversed(lists))
     for depth, head in enumerate(heads):

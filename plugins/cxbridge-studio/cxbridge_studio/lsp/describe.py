@@ -62,8 +62,8 @@ def _describe_definition(definition: FileMention, name: Name) -> Iterator[str]:
         NameKind.PARAMETER,
         NameKind.GLOBAL,
     ):
-        yield _format_code(file, _enclosing_list(file, mention))
-        yield _trailing_comment(file, mention.end)
+        yield _format_code(file, _find_enclosing_list(file, mention))
+        yield _find_trailing_comment(file, mention.end)
     else:
         yield from _describe_construct(definition)
     yield f"*{name.kind.value}*, {Path(file.path).name}:{file.lines.at(mention.start)}"
@@ -101,12 +101,12 @@ def _describe_construct(definition: FileMention) -> Iterator[str]:
     nodes = read(text, close=True)
     documentation = _find_documentation(nodes[0]) if nodes and file.path.endswith(".clp") else ""
     if placed.piece.keyword in ("deffunction", "defmethod") and nodes:
-        text = _function_head(nodes[0])
+        text = _format_function_head(nodes[0])
     yield _format_code(file, text)
     yield "\n\n".join(filter(None, (documentation, find_comment_above(file.text, placed.start))))
 
 
-def _function_head(function: SyntaxNode) -> str:
+def _format_function_head(function: SyntaxNode) -> str:
     """Return a function without its body."""
     parameters = next((node for node in function.arguments if node.items is not None), None)
     return function.source[function.start : parameters.end] + " ...)" if parameters else function.text
@@ -120,8 +120,8 @@ def _find_documentation(construct: SyntaxNode) -> str:
 
 def _describe_slot(definition: FileMention) -> Iterator[str]:
     file, mention = definition
-    yield _format_code(file, _enclosing_list(file, mention))
-    yield _trailing_comment(file, mention.end)
+    yield _format_code(file, _find_enclosing_list(file, mention))
+    yield _find_trailing_comment(file, mention.end)
     yield f"of the deftemplate **{mention.name.owner}**"
 
 
@@ -137,11 +137,11 @@ def _describe_argument(definition: FileMention) -> Iterator[str]:
 
 
 def _describe_interface(definition: FileMention) -> Iterator[str]:
-    comment = _COMMENT_ELEMENT.search(definition.file.text)
+    comment_match = _COMMENT_ELEMENT.search(definition.file.text)
     yield f"interface **{definition.mention.name.text}**"
-    yield " ".join(comment[1].split()) if comment else ""
+    yield " ".join(comment_match[1].split()) if comment_match else ""
     fields = [
-        f"- `{mention.name.text}`: {_field_description(definition.file, mention)}"
+        f"- `{mention.name.text}`: {_format_field(definition.file, mention)}"
         for mention in definition.file.mentions
         if mention.name.kind is NameKind.FIELD
     ]
@@ -149,12 +149,12 @@ def _describe_interface(definition: FileMention) -> Iterator[str]:
 
 
 def _describe_field(definition: FileMention) -> Iterator[str]:
-    yield f"`{definition.mention.name.text}` of **{definition.mention.name.owner}**: " + _field_description(
+    yield f"`{definition.mention.name.text}` of **{definition.mention.name.owner}**: " + _format_field(
         *definition
     )
 
 
-def _field_description(file: SourceFile, mention: Mention) -> str:
+def _format_field(file: SourceFile, mention: Mention) -> str:
     """Return the comment and the type of a field or message in an interface definition."""
     start = file.text.rfind("<", 0, mention.start)
     match = _FIELD_ELEMENT.match(file.text, start)
@@ -199,7 +199,7 @@ def _summarize_uses(session: Session, name: Name) -> str:
 # ---- text
 
 
-def _enclosing_list(file: SourceFile, mention: Mention) -> str:
+def _find_enclosing_list(file: SourceFile, mention: Mention) -> str:
     """Return the innermost list around a definition; for a global variable, the rest of its line."""
     start = file.text.rfind("(", 0, mention.start + 1)
     placed = file.piece_at(mention.start)
@@ -213,7 +213,7 @@ def _enclosing_list(file: SourceFile, mention: Mention) -> str:
     return text
 
 
-def _trailing_comment(file: SourceFile, offset: int) -> str:
+def _find_trailing_comment(file: SourceFile, offset: int) -> str:
     """Return the CLIPS comment at the end of the line of an offset; empty if there is none."""
     row = file.text[offset:].partition("\n")[0]
     # in a line with a string, a semicolon may be part of the string

@@ -72,7 +72,7 @@ def find_mistakes(session: Session, file: SourceFile) -> list[TextFinding]:
     offset = file.lines.place(file.problem.line, file.problem.column)
     return [
         TextFinding(
-            UNREADABLE_AGENT, offset, _word_end(file, offset), file.problem.message, file.problem.hint
+            UNREADABLE_AGENT, offset, _find_word_end(file, offset), file.problem.message, file.problem.hint
         )
     ]
 
@@ -176,10 +176,10 @@ def _find_pddl_mistakes(session: Session, file: SourceFile) -> Iterator[TextFind
         place, code = finding.place, finding.code
         if Path(place.file) == Path(file.path):  # the findings for a problem include those for its domain
             start = file.lines.place(place.line or 1, place.column or 1)
-            yield TextFinding(code, start, _word_end(file, start), finding.message, finding.hint)
+            yield TextFinding(code, start, _find_word_end(file, start), finding.message, finding.hint)
 
 
-def _word_end(file: SourceFile, start: int) -> int:
+def _find_word_end(file: SourceFile, start: int) -> int:
     """Return the end of the word at an offset: at least one character later, if the file has one."""
     end = start + 1
     while end < len(file.text) and not file.text[end].isspace() and file.text[end] not in "()":

@@ -2,7 +2,7 @@
 
 ``python -m cxbridge_studio.lsp.examine`` reads options as JSON from standard input, and writes an
 :class:`~cxbridge_studio.lsp.knowledge.AgentKnowledge` as JSON. The server itself never loads CLIPS. So the
-    server answers at any time, and a file that crashes CLIPS only ends this process.
+server answers at any time, and a file that crashes CLIPS only ends this process.
 """
 
 from __future__ import annotations
@@ -30,17 +30,17 @@ from cxbridge_studio.explain.coverage.model import RecordedUse
 from cxbridge_studio.lsp.knowledge import AgentKnowledge, FunctionInfo
 
 _FUNCTION_LIST_CALLS = ("(get-function-list)", "(get-deffunction-list *)", "(get-defgeneric-list *)")
-REWRITTEN_MODIFY = (
-    "cx-modify-goal"  # the loader replaces `modify` of goals in the built-in core by this function
-)
+# The loader replaces `modify` of goals in the built-in core by this function.
+REWRITTEN_MODIFY = "cx-modify-goal"
 
 
-def make_run_options(plain: Mapping[str, Any]) -> RunOptions:
+def make_run_options(option_values: Mapping[str, Any]) -> RunOptions:
     """Return the options of a run from JSON values. An empty value stands for an unset setting of an editor.
 
     :raises CxbridgeError: if an option is unknown or invalid.
     """
-    options = options_from_json({name: value for name, value in plain.items() if value not in ("", [])})
+    set_values = {name: value for name, value in option_values.items() if value not in ("", [])}
+    options = options_from_json(set_values)
     options.check()
     return options
 
@@ -81,9 +81,8 @@ def _list_functions(agent: Agent) -> Iterator[tuple[str, FunctionInfo]]:
         for construct in file.constructs
         if construct.kind in ("deffunction", "defgeneric")
     }
-    for names in map(
-        agent.eval_words, _FUNCTION_LIST_CALLS
-    ):  # deffunctions, too, since the host defines some
+    # deffunctions, too, since the host defines some
+    for names in map(agent.eval_words, _FUNCTION_LIST_CALLS):
         for name in map(without_module, names):
             if name not in defined:
                 yield name, FunctionInfo()

@@ -145,15 +145,16 @@ def _handle_hover(ls: AgentServer, params: lsp.HoverParams) -> lsp.Hover | None:
 def _handle_definition(ls: AgentServer, params: lsp.DefinitionParams) -> list[lsp.Location]:
     if (file_and_mention := _find_mention(ls, params.text_document.uri, params.position)) is None:
         return []
-    return _make_locations(ls, navigation.definitions(ls.session, *file_and_mention))
+    return _make_locations(ls, navigation.find_definitions(ls.session, *file_and_mention))
 
 
 def _handle_references(ls: AgentServer, params: lsp.ReferenceParams) -> list[lsp.Location]:
     if (file_and_mention := _find_mention(ls, params.text_document.uri, params.position)) is None:
         return []
-    declaration = params.context.include_declaration
+    include_definitions = params.context.include_declaration
     return _make_locations(
-        ls, navigation.find_references(ls.session, file_and_mention[1], declaration=declaration)
+        ls,
+        navigation.find_references(ls.session, file_and_mention[1], include_definitions=include_definitions),
     )
 
 
@@ -164,8 +165,9 @@ def _handle_completion(ls: AgentServer, params: lsp.CompletionParams) -> lsp.Com
     offset = ls.positions.offset(file, params.position)
     pattern = _WORD_PATTERNS.get(PurePath(file.path).suffix, _DEFAULT_WORD_PATTERN)
     row = file.text[file.text.rfind("\n", 0, offset) + 1 : offset]
-    word = pattern.search(row)
-    replaced = ls.positions.range(file, offset - len(word[0] if word else ""), offset)
+    word_match = pattern.search(row)
+    word_length = len(word_match[0]) if word_match else 0
+    replaced = ls.positions.range(file, offset - word_length, offset)
     items = [
         lsp.CompletionItem(
             proposal.text,
@@ -272,18 +274,15 @@ def _handle_formatting(ls: AgentServer, params: lsp.DocumentFormattingParams) ->
     if file is None or not file.path.endswith(".clp"):
         return []
     # one edit of the changed lines: a new text would make editors lose the cursor and the folded regions
-    previous_lines, indented_lines = (
-        file.text.splitlines(keepends=True),
-        indent_clips(file.text).splitlines(keepends=True),
-    )
+    previous_lines = file.text.splitlines(keepends=True)
+    indented_lines = indent_clips(file.text).splitlines(keepends=True)
     if previous_lines == indented_lines:
         return []
-    first = _common_line_count(previous_lines, indented_lines)
-    tail = _common_line_count(reversed(previous_lines[first:]), reversed(indented_lines[first:]))
-    start, end = (
-        len("".join(previous_lines[:first])),
-        len("".join(previous_lines[: len(previous_lines) - tail])),
-    )
+    first = _count_common_lines(previous_lines, indented_lines)
+    # the number of equal lines at the end
+    tail = _count_common_lines(reversed(previous_lines[first:]), reversed(indented_lines[first:]))
+    start = len("".join(previous_lines[:first]))
+    end = len("".join(previous_lines[: len(previous_lines) - tail]))
     return [
         lsp.TextEdit(
             ls.positions.range(file, start, end), "".join(indented_lines[first : len(indented_lines) - tail])
@@ -291,7 +290,7 @@ def _handle_formatting(ls: AgentServer, params: lsp.DocumentFormattingParams) ->
     ]
 
 
-def _common_line_count(first: Iterable[str], second: Iterable[str]) -> int:
+def _count_common_lines(first: Iterable[str], second: Iterable[str]) -> int:
     """Return the number of equal lines at the start of two sequences."""
     return sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], zip(first, second, strict=False)))
 

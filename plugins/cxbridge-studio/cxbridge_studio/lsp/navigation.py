@@ -27,7 +27,7 @@ _FIXED_KINDS: Final = frozenset(
 )
 
 
-def definitions(session: Session, file: SourceFile, mention: Mention) -> list[FileMention]:
+def find_definitions(session: Session, file: SourceFile, mention: Mention) -> list[FileMention]:
     """Return the definitions of a name, or the assertions of a goal class or an action without a definition.
 
     :param file: the file that contains the mention.
@@ -59,16 +59,20 @@ def _find_files(session: Session, file: SourceFile, name: Name) -> list[FileMent
     return session.filter_visible(files, file.path)
 
 
-def find_references(session: Session, mention: Mention, *, declaration: bool = True) -> list[FileMention]:
+def find_references(
+    session: Session, mention: Mention, *, include_definitions: bool = True
+) -> list[FileMention]:
     """Return the mentions of a name in all files.
 
-    :param declaration: whether to include definitions.
+    :param include_definitions: whether to include the definitions of the name.
     """
     mentions = list(session.model.mentions(mention.name))
     if mention.name.kind is NameKind.FUNCTION:  # in the model, a call in an ordered fact looks like a slot
         calls = session.model.calls(mention.name.text)
         mentions += [call for call in calls if call.mention.name.kind is NameKind.SLOT]
-    return [item for item in mentions if declaration or item.mention.use is not Use.DEFINED]
+    return [
+        reference for reference in mentions if include_definitions or reference.mention.use is not Use.DEFINED
+    ]
 
 
 def find_renamed_mentions(session: Session, mention: Mention, new_name: str) -> list[FileMention]:

@@ -36,9 +36,8 @@ class FileFindings:
         self._session = session
         self.changed_paths: set[str] = set()
         self._changed_since_begin: set[str] = set()
-        self._findings_by_path: dict[
-            str, list[Mapping[str, Any]]
-        ] = {}  # the findings of the last check, by file
+        # The findings of the last check, by file.
+        self._findings_by_path: dict[str, list[Mapping[str, Any]]] = {}
 
     @property
     def paths(self) -> set[str]:
@@ -59,9 +58,8 @@ class FileFindings:
 
         :param unsaved: the paths of the files with unsaved text.
         """
-        self.changed_paths = (
-            self._changed_since_begin | unsaved
-        )  # the check has not read the present text of these files
+        # The check has not read the present text of these files.
+        self.changed_paths = self._changed_since_begin | unsaved
         self._findings_by_path = {}
         for finding in self._session.knowledge.findings:
             if finding["file"]:
@@ -91,8 +89,8 @@ def _convert_check_finding(
     file: SourceFile, finding: Mapping[str, Any], positions: PositionConverter
 ) -> Diagnostic:
     start = file.lines.place(max(finding["line"], 1), max(finding["column"], 1))
-    word = _WORD.match(file.text, start)
-    end = word.end() if word else start
+    word_match = _WORD.match(file.text, start)
+    end = word_match.end() if word_match else start
     return Diagnostic(
         range=positions.range(file, min(start, len(file.text)), min(end, len(file.text))),
         message=_format_message(finding["message"], finding["hint"]),

@@ -123,9 +123,9 @@ class AgentServer(LanguageServer):
             self._options["recording"] = str(recording)
         self.examinations.request()
         await self._read_files(find_agent_files(root) if root is not None else ())
-        plain = {name: value for name, value in self._options.items() if name != "recording"}
+        option_values = {name: value for name, value in self._options.items() if name != "recording"}
         try:
-            agent = await asyncio.to_thread(_find_agent_files, plain)
+            agent = await asyncio.to_thread(_find_agent_files, option_values)
         except CxbridgeError as error:
             self._show_error(str(error))
         else:

@@ -37,10 +37,10 @@ class OutlineSymbol(Struct, frozen=True):
 
 
 def make_outline(file: SourceFile) -> list[OutlineSymbol]:
-    return [symbol for placed in file.pieces for symbol in _piece_symbols(placed)]
+    return [symbol for placed in file.pieces for symbol in _make_piece_symbols(placed)]
 
 
-def _piece_symbols(placed: PlacedPiece) -> Iterator[OutlineSymbol]:
+def _make_piece_symbols(placed: PlacedPiece) -> Iterator[OutlineSymbol]:
     definitions = [mention for mention in placed.mentions if mention.use is Use.DEFINED]
     main_mention = next((mention for mention in definitions if mention.name == placed.piece.name), None)
     inner_symbols = tuple(
@@ -76,7 +76,7 @@ def find_folding_ranges(file: SourceFile) -> list[tuple[int, int]]:
     """Return the first and the last line, from 1, of each list and comment that spans several lines."""
     ranges: list[tuple[int, int]] = []
     if file.path.endswith((".clp", ".pddl")):
-        ranges += [(file.lines.at(start), file.lines.at(end)) for start, end in _list_offsets(file)]
+        ranges += [(file.lines.at(start), file.lines.at(end)) for start, end in _find_list_offsets(file)]
     comment_start = 0
     for number, row in enumerate([*file.text.split("\n"), ""], 1):
         is_comment = row.startswith((";", "#", "--"))
@@ -92,7 +92,7 @@ def find_folding_ranges(file: SourceFile) -> list[tuple[int, int]]:
     return sorted(last_lines.items())
 
 
-def _list_offsets(file: SourceFile) -> Iterator[tuple[int, int]]:
+def _find_list_offsets(file: SourceFile) -> Iterator[tuple[int, int]]:
     """Yield the offsets of the two parentheses of each list in a file.
 
     Each construct is parsed alone, so that an unclosed construct does not affect further constructs.

@@ -118,19 +118,19 @@ class DaemonSource:
         :raises CxbridgeError: if the daemon cannot be reached, or the server is not a daemon.
         """
         try:
-            return self._snapshot(self._connected_board(), query)
+            return self._make_snapshot(self._connect_board(), query)
         except CxbridgeError:
             self.close()  # the next snapshot connects again
             raise
 
-    def _connected_board(self) -> BlackBoard:
+    def _connect_board(self) -> BlackBoard:
         if self._board is None:
             self._board = self._connect()
         if not self._board.connected:
             raise BlackBoardError("the daemon is gone")
         return self._board
 
-    def _snapshot(self, board: BlackBoard, query: ViewQuery) -> MonitorSnapshot:
+    def _make_snapshot(self, board: BlackBoard, query: ViewQuery) -> MonitorSnapshot:
         status = read_status(board)
         if status["started_us"] != self._started_us:  # a restarted daemon numbers its log lines from 1 again
             self._started_us, self._last_line, self._search = status["started_us"], 0, _FactSearch()
@@ -170,10 +170,10 @@ class DaemonSource:
                 "interfaces",
             ),
             fields=self._read_fields(board, query),
-            facts=_table_or_note(self._find_facts, query)
+            facts=_read_table_or_note(self._find_facts, query)
             if query.pane == "facts" and not problem
             else Table(),
-            agenda=_table_or_note(self._read_agenda, query)
+            agenda=_read_table_or_note(self._read_agenda, query)
             if query.pane == "agenda" and not problem
             else Table(),
             breakpoints=Table([(str(row["number"]), row["spec"]) for row in state["breakpoints"]]),
@@ -209,7 +209,7 @@ class DaemonSource:
         return self._last_story
 
     def _request(self, verb: str, **arguments: Any) -> Any:
-        return request(self._connected_board(), verb, REPLY_TIMEOUT_S, **arguments)
+        return request(self._connect_board(), verb, REPLY_TIMEOUT_S, **arguments)
 
     def _request_state(self, filter_text: str) -> Mapping[str, Any]:
         """Return the daemon's report, with fewer goals if the reply would be too long."""
@@ -277,14 +277,15 @@ class DaemonSource:
         return message
 
     def _send_command(self, verb: str, _query: ViewQuery) -> str:
-        if not send_command(self._connected_board(), verb.capitalize(), REPLY_TIMEOUT_S):
+        if not send_command(self._connect_board(), verb.capitalize(), REPLY_TIMEOUT_S):
             raise CxbridgeError(f"the daemon did not {verb} within {REPLY_TIMEOUT_S:g} s")
         return ""
 
     def _add_breakpoint(self, spec: str) -> str:
         if not spec:
             raise CxbridgeError(
-                "where?", hint="break rule:NAME, goal:NAME:MODE, action:NAME:STATE, skill:TEXT"
+                "a breakpoint is missing",
+                hint="break rule:NAME, goal:NAME:MODE, action:NAME:STATE, skill:TEXT",
             )
         return ", ".join(f"breakpoint {row['number']}" for row in self._request("break-add", specs=[spec]))
 
@@ -309,7 +310,7 @@ class DaemonSource:
             name, *arguments = shlex.split(text)
         except ValueError as error:
             raise CxbridgeError(f"the message cannot be sent: {error or 'its name is missing'}") from None
-        with self._connected_board().open_for_reading(*parse_uid(query.interface), owner=OWNER) as interface:
+        with self._connect_board().open_for_reading(*parse_uid(query.interface), owner=OWNER) as interface:
             is_full_name = name in interface.MESSAGES or name.endswith("Message")
             message = interface.create_message(name if is_full_name else f"{name}Message")
             assign(message, arguments)
@@ -327,9 +328,8 @@ class _FactSearch:
 
     def _restart(self) -> None:
         self._rows: list[tuple[str, ...]] = []
-        self._position: int | None = (
-            0  # the fact index after which the search continues; None at the end of the search
-        )
+        # The fact index after which the search continues; None at the end of the search.
+        self._position: int | None = 0
         self._spent_s = 0.0
         self._is_over = False
 
@@ -355,7 +355,7 @@ class _FactSearch:
         self._spent_s += time.monotonic() - begin_s
         is_cut = len(self._rows) > MAX_ROWS
         if self._position is None or is_cut:
-            note = f"the first {MAX_ROWS}: / finds others" if is_cut else ""
+            note = f"the first {MAX_ROWS}: / finds further facts" if is_cut else ""
             self._last_result, self._is_over = Table(self._rows[:MAX_ROWS], note), True
             self._next_search_s = time.monotonic() + max(_MIN_PAUSE_S, _PAUSE_FACTOR * self._spent_s)
         elif len(self._rows) > len(self._last_result.rows):
@@ -363,7 +363,7 @@ class _FactSearch:
         return self._last_result
 
 
-def _table_or_note(read: Callable[[ViewQuery], Table], query: ViewQuery) -> Table:
+def _read_table_or_note(read: Callable[[ViewQuery], Table], query: ViewQuery) -> Table:
     """Return a table, or an empty table with the error of its request as a note.
 
     A lost connection is an error of the whole snapshot.

@@ -77,7 +77,7 @@ class RecordedSource:
                 lambda scrubber: scrubber.go_to(scrubber.position + _parse_integer(count))
             ),
             "transition": lambda count: self._move(
-                lambda scrubber: scrubber.move_transitions(_parse_integer(count))
+                lambda scrubber: scrubber.step_transitions(_parse_integer(count))
             ),
             "begin": lambda _: self._move(lambda scrubber: scrubber.go_to(0)),
             "end": lambda _: self._move(lambda scrubber: scrubber.go_to(len(scrubber.events))),
@@ -143,25 +143,25 @@ class RecordedSource:
             scrubber.go_to(scrubber.transitions[-1] if scrubber.transitions else len(scrubber.events))
         return MonitorSnapshot(
             head=self._describe_position(),
-            stop=self._last_event_text(),
+            stop=self._describe_last_event(),
             # in a recording without times, the number of events counts
             progress=scrubber.now_us / scrubber.end_us
             if scrubber.end_us
             else scrubber.position / len(scrubber.events),
-            goals=filter_goals(self._goal_rows(), query.filter_text),
-            actions=make_page(self._action_rows(), query.filter_text, "plan-actions"),
-            skills=make_page(self._skill_rows(), query.filter_text, "Skillers"),
-            interfaces=make_page(self._interface_rows(), query.filter_text, "interfaces"),
-            fields=self._field_table(query.interface),
-            facts=self._fact_table(query) if query.pane == "facts" else Table(),
-            events=self._events() if query.pane == "events" else Table(),
-            log=self._log_rows(),
-            story=self._current_story() if query.pane == "story" else (),
+            goals=filter_goals(self._make_goal_rows(), query.filter_text),
+            actions=make_page(self._make_action_rows(), query.filter_text, "plan-actions"),
+            skills=make_page(self._make_skill_rows(), query.filter_text, "Skillers"),
+            interfaces=make_page(self._make_interface_rows(), query.filter_text, "interfaces"),
+            fields=self._make_field_table(query.interface),
+            facts=self._make_fact_table(query) if query.pane == "facts" else Table(),
+            events=self._make_event_table() if query.pane == "events" else Table(),
+            log=self._make_log_rows(),
+            story=self._refresh_story() if query.pane == "story" else (),
             environments=sorted({env for env, _ in scrubber.state.goals} | set(scrubber.state.facts.by_env)),
             notes=scrubber.notes,
         )
 
-    def _current_story(self) -> Sequence[str]:
+    def _refresh_story(self) -> Sequence[str]:
         """Return the explanation of the run up to the position; while playing, the last explanation."""
         scrubber = self._scrubber
         position, story = self._last_story
@@ -185,16 +185,16 @@ class RecordedSource:
             parts.append(f"playing x{self._speed:g}")
         return " · ".join(parts)
 
-    def _last_event_text(self) -> str:
+    def _describe_last_event(self) -> str:
         """Return the last transition before the current position; if there is none, the last event."""
         scrubber = self._scrubber
         if not scrubber.position:
-            return "the begin"
+            return "the beginning"
         recent = scrubber.events[max(0, scrubber.position - _EVENTS_EACH_SIDE) : scrubber.position]
         last = next((event for event in reversed(recent) if isinstance(event, TRANSITION_TYPES)), recent[-1])
         return f"{last.KIND.name} {describe_event(last)}"
 
-    def _goal_rows(self) -> list[GoalRow]:
+    def _make_goal_rows(self) -> list[GoalRow]:
         state = self._scrubber.state
         return [
             GoalRow(
@@ -210,7 +210,7 @@ class RecordedSource:
             if state.has_goal(env, name)
         ]
 
-    def _action_rows(self) -> Iterator[tuple[str, ...]]:
+    def _make_action_rows(self) -> Iterator[tuple[str, ...]]:
         state = self._scrubber.state
         arguments: dict[tuple[str, ...], str] = {}
         for env in state.facts.by_env:
@@ -223,18 +223,18 @@ class RecordedSource:
             if key in arguments or "plan-action" not in state.facts.templates.get(env, ()):
                 yield goal, action.action_id, action.action, arguments.get(key, ""), action.state
 
-    def _skill_rows(self) -> Iterator[tuple[str, ...]]:
+    def _make_skill_rows(self) -> Iterator[tuple[str, ...]]:
         skills = self._scrubber.state.skills
         has_several_envs = len({env for env, _ in skills}) > 1
         for (env, skiller), skill in sorted(skills.items()):
             yield f"{env}/{skiller}" if has_several_envs else skiller, skill.skill_string, skill.status
 
-    def _interface_rows(self) -> Iterator[tuple[str, ...]]:
+    def _make_interface_rows(self) -> Iterator[tuple[str, ...]]:
         for uid, write in sorted(self._scrubber.state.interfaces.items()):
-            seconds = (write.time_us - self._scrubber.start_us) / MICROSECONDS
+            seconds = (write.time_us - self._scrubber.start_clock_us) / MICROSECONDS
             yield uid, f"at {format_duration(seconds)}", ""
 
-    def _field_table(self, uid: str) -> Table:
+    def _make_field_table(self, uid: str) -> Table:
         write = self._scrubber.state.interfaces.get(uid)
         if write is None:
             return Table(note="it has not been written yet" if uid else "")
@@ -242,7 +242,7 @@ class RecordedSource:
             [(name, format_value(value)) for name, value in values_with_enum_names(write.values).items()]
         )
 
-    def _fact_table(self, query: ViewQuery) -> Table:
+    def _make_fact_table(self, query: ViewQuery) -> Table:
         facts = self._scrubber.state.facts.by_env.get(query.env)
         if facts is None:
             return Table(note=f"no facts of {query.env} are recorded: --trace-level facts records them")
@@ -250,7 +250,7 @@ class RecordedSource:
             ((f"f-{index}", fact.text) for index, fact in facts.items()), query.filter_text, "facts"
         )
 
-    def _events(self) -> Table:
+    def _make_event_table(self) -> Table:
         scrubber = self._scrubber
         first = max(0, scrubber.position - _EVENTS_EACH_SIDE)
         rows = [
@@ -261,7 +261,7 @@ class RecordedSource:
         ]
         return Table(rows, selected=scrubber.position - first - 1 if scrubber.position else None)
 
-    def _log_rows(self) -> list[LogRow]:
+    def _make_log_rows(self) -> list[LogRow]:
         scrubber = self._scrubber
         last = bisect_left(scrubber.log_lines, scrubber.position)
         rows = []

@@ -100,12 +100,12 @@ class MonitorApp(App[None]):
             with TabbedContent(id="panes"):
                 for number, name in enumerate(self._panes, 1):
                     with TabPane(f"{number} {PANE_TITLES.get(name, name.capitalize())}", id=f"pane-{name}"):
-                        yield from self._pane_widgets(name)
+                        yield from self._make_pane_widgets(name)
             yield SidePanes()
         yield Input(id="prompt")
         yield KeyLine()
 
-    def _pane_widgets(self, name: str) -> ComposeResult:
+    def _make_pane_widgets(self, name: str) -> ComposeResult:
         if name == "log":
             yield LogLines()
             return

@@ -58,18 +58,18 @@ class Scrubber:
         return self._reader is not None
 
     @property
-    def start_us(self) -> int:
-        """The clock at the start of the run."""
+    def start_clock_us(self) -> int:
+        """The time of the run's clock at the start of the run; all other times count from there."""
         return self._clock.first_us or 0
 
     @property
     def end_us(self) -> int:
-        """The time of the last event."""
+        """The time of the last event, in microseconds since the start of the run."""
         return self.times[-1] if self.times else 0
 
     @property
     def now_us(self) -> int:
-        """The time of the last event before the current position."""
+        """The time of the last event before the current position, since the start of the run."""
         return self.times[self.position - 1] if self.position else 0
 
     def load(self, seconds: float, now: Callable[[], float] = time.monotonic) -> None:
@@ -127,28 +127,28 @@ class Scrubber:
     def go_to(self, position: int) -> None:
         """Go to the position after a number of events, or to the nearest end of the run."""
         position = max(0, min(position, len(self.events)))
-        nearest = position // self._stride
+        stored_index = position // self._stride
         # not on the way forward within a stride, where the current state is nearer than the stored state
-        if position < self.position or nearest > self.position // self._stride:
-            self.state = self._stored_states[nearest].copy()
-            self.position = nearest * self._stride
-        take = self.state.add_event
+        if position < self.position or stored_index > self.position // self._stride:
+            self.state = self._stored_states[stored_index].copy()
+            self.position = stored_index * self._stride
+        add_event = self.state.add_event
         for event in self.events[self.position : position]:
-            take(event)
+            add_event(event)
         self.position = position
 
-    def move_transitions(self, count: int) -> None:
+    def step_transitions(self, count: int) -> None:
         """Go forward or back by a number of transitions, or of events in a run without transitions."""
-        steps = self.transitions
-        if not steps:
+        transitions = self.transitions
+        if not transitions:
             self.go_to(self.position + count)
             return
-        passed_count = bisect_right(steps, self.position)
-        if count < 0 and passed_count and steps[passed_count - 1] < self.position:
+        passed_count = bisect_right(transitions, self.position)
+        if count < 0 and passed_count and transitions[passed_count - 1] < self.position:
             count += 1  # the first step back is to the last transition before the current position
         target = passed_count + count - 1
         end = len(self.events)
-        self.go_to(0 if target < 0 else steps[target] if target < len(steps) else end)
+        self.go_to(0 if target < 0 else transitions[target] if target < len(transitions) else end)
 
     def go_to_time(self, time_us: int) -> None:
         """Go to the position after all events up to a time, in microseconds since the first event."""

@@ -68,7 +68,7 @@ class GoalTree(Tree[GoalKey]):
             return
         for key, row in rows.items():
             if previous[key] != row:
-                self._goal_nodes[key].set_label(self._goal_label(key, row))
+                self._goal_nodes[key].set_label(self._make_goal_label(key, row))
 
     def _build_goals(self, rows: dict[GoalKey, GoalRow]) -> None:
         cursor_key = self.cursor_node.data if self.cursor_node is not None else None
@@ -87,7 +87,7 @@ class GoalTree(Tree[GoalKey]):
             for key, _ in forest.walk(key for key in forest.roots if key[0] == env):
                 parent, is_leaf = forest.parents[key], key not in forest.children
                 above = top if parent is None else self._goal_nodes[parent]
-                label = self._goal_label(key, rows[key])
+                label = self._make_goal_label(key, rows[key])
                 node = above.add(label, data=key, expand=not is_leaf, allow_expand=not is_leaf)
                 self._goal_nodes[key] = node
         self.root.expand()
@@ -98,7 +98,7 @@ class GoalTree(Tree[GoalKey]):
         """Fit the column of states into the new width."""
         self._compute_widths(self._goals)
         for key, node in self._goal_nodes.items():
-            node.set_label(self._goal_label(key, self._goals[key]))
+            node.set_label(self._make_goal_label(key, self._goals[key]))
 
     def _compute_widths(self, rows: Mapping[GoalKey, GoalRow]) -> None:
         """Compute the width of titles, so that all states are in one visible column."""
@@ -113,7 +113,7 @@ class GoalTree(Tree[GoalKey]):
         # A negative width marks a leaf, which has no arrow: its label begins with blanks instead.
         self._widths = {key: width if key in forest.children else -width for key, width in widths.items()}
 
-    def _goal_label(self, key: GoalKey, goal: GoalRow) -> Text:
+    def _make_goal_label(self, key: GoalKey, goal: GoalRow) -> Text:
         line = goal_line("", goal.id, goal)
         width = self._widths[key]
         title = one_line(line.title)

@@ -108,7 +108,7 @@ def _describe_debugger(context: OperationContext, _parameters: object) -> Debugg
     return DebuggerInfo(breakpoint_rows(debugger), stop_info(debugger) or UNSET)
 
 
-def _debugger_route(method: str, path: str, summary: str, **settings: Any) -> Route[Any]:
+def _make_debugger_route(method: str, path: str, summary: str, **settings: Any) -> Route[Any]:
     """Return a route whose answer is the state of the debugger."""
     settings = {"answer": _describe_debugger, "check": _check_executive_runs, **settings}
     return Route(method, f"{_PATH}{path}", summary, DebuggerInfo, "Debugger", **settings)
@@ -118,7 +118,7 @@ OPERATIONS.add(
     "debugger",
     Right.LOOK,
     NoParameters,
-    _debugger_route("GET", "", "Return the breakpoints, and the stop of the rules if they are stopped."),
+    _make_debugger_route("GET", "", "Return the breakpoints, and the stop of the rules if they are stopped."),
     is_verb=False,
 )(_describe_debugger)
 
@@ -187,7 +187,7 @@ def _remove_breakpoints(context: OperationContext, parameters: _BreakpointNumber
     "break-remove-one",
     Right.CONTROL,
     _BreakpointNumber,
-    _debugger_route(
+    _make_debugger_route(
         "DELETE",
         "/breakpoints/{number}",
         "Remove a breakpoint.",
@@ -204,7 +204,7 @@ def _remove_breakpoint(context: OperationContext, parameters: _BreakpointNumber)
     "break-clear",
     Right.CONTROL,
     NoParameters,
-    _debugger_route("DELETE", "/breakpoints", "Remove all breakpoints."),
+    _make_debugger_route("DELETE", "/breakpoints", "Remove all breakpoints."),
     is_verb=False,
 )
 def _clear_breakpoints(context: OperationContext, _parameters: NoParameters) -> None:
@@ -212,14 +212,17 @@ def _clear_breakpoints(context: OperationContext, _parameters: NoParameters) -> 
 
 
 @OPERATIONS.add(
-    "step", Right.CONTROL, _Step, _debugger_route("POST", "/step", "Continue for one step.", body="Step")
+    "step", Right.CONTROL, _Step, _make_debugger_route("POST", "/step", "Continue for one step.", body="Step")
 )
 def _step_rules(context: OperationContext, parameters: _Step) -> None:
     debugger_of(context.executive).step(parameters.what)
 
 
 @OPERATIONS.add(
-    "stop", Right.CONTROL, NoParameters, _debugger_route("POST", "/stop", "Stop before the next rule fires.")
+    "stop",
+    Right.CONTROL,
+    NoParameters,
+    _make_debugger_route("POST", "/stop", "Stop before the next rule fires."),
 )
 def _stop_rules(context: OperationContext, _parameters: NoParameters) -> None:
     debugger_of(context.executive).stop()
@@ -229,7 +232,7 @@ def _stop_rules(context: OperationContext, _parameters: NoParameters) -> None:
     "go-on",
     Right.CONTROL,
     NoParameters,
-    _debugger_route("POST", "/go-on", "Continue to the next breakpoint."),
+    _make_debugger_route("POST", "/go-on", "Continue to the next breakpoint."),
 )
 def _resume_rules(context: OperationContext, _parameters: NoParameters) -> None:
     debugger_of(context.executive).go_on()

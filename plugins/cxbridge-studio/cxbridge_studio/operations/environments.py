@@ -160,9 +160,8 @@ def _create_environment(context: OperationContext, parameters: _NewEnvironment) 
 def _destroy_and_return_environment(
     context: OperationContext, parameters: NamedEnvironment
 ) -> EnvironmentInfo:
-    info = _describe_environment(
-        context, parameters
-    )  # which is impossible after the environment is destroyed
+    # before the destruction, after which the environment cannot be described
+    info = _describe_environment(context, parameters)
     _destroy_environment(context, parameters)
     return info
 

@@ -128,7 +128,7 @@ def _retract_over_http(context: OperationContext, parameters: _FactReference) ->
     return FactIndex(parameters.index)
 
 
-def _fact_route(method: str, summary: str, bad_request: str, **fields: Any) -> Route[Any]:
+def _make_fact_route(method: str, summary: str, bad_request: str, **fields: Any) -> Route[Any]:
     """Return a route for one fact.
 
     :param bad_request: the meaning of status 400.
@@ -188,7 +188,9 @@ def _assert_fact(context: OperationContext, parameters: _FactText) -> int:
     "retract",
     Right.CONTROL,
     _FactReference,
-    _fact_route("DELETE", "Retract a fact.", "The index is not a number", http_function=_retract_over_http),
+    _make_fact_route(
+        "DELETE", "Retract a fact.", "The index is not a number", http_function=_retract_over_http
+    ),
     at_prompt=True,
 )
 def _retract_fact(context: OperationContext, parameters: _FactReference) -> None:
@@ -201,7 +203,7 @@ def _retract_fact(context: OperationContext, parameters: _FactReference) -> None
     "modify",
     Right.CONTROL,
     _SlotChanges,
-    _fact_route(
+    _make_fact_route(
         "PATCH",
         "Change slots of a fact, which gets a new index.",
         "The fact has no such slot, or the slot cannot have the value",

@@ -39,7 +39,7 @@ def _describe_feature(context: OperationContext, parameters: _Feature) -> Featur
     return make_service(context).feature(parameters.feature)
 
 
-def _feature_route(method: str, summary: str, refusal: str = "") -> Route[Any]:
+def _make_feature_route(method: str, summary: str, refusal: str = "") -> Route[Any]:
     """Return a route for one feature.
 
     :param refusal: the meaning of status 400; empty if the operation never has that status.
@@ -72,13 +72,16 @@ OPERATIONS.add(
     "feature-info",
     Right.LOOK,
     _Feature,
-    _feature_route("GET", "Return a feature, which can be withdrawn while no environment has it."),
+    _make_feature_route("GET", "Return a feature, which can be withdrawn while no environment has it."),
     is_verb=False,
 )(_describe_feature)
 
 
 @OPERATIONS.add(
-    "feature-offer", Right.CONTROL, _Feature, _feature_route("PUT", "Offer a feature to environments again.")
+    "feature-offer",
+    Right.CONTROL,
+    _Feature,
+    _make_feature_route("PUT", "Offer a feature to environments again."),
 )
 def _offer_feature(context: OperationContext, parameters: _Feature) -> None:
     make_service(context).offer_feature(parameters.feature)
@@ -88,7 +91,9 @@ def _offer_feature(context: OperationContext, parameters: _Feature) -> None:
     "feature-withdraw",
     Right.CONTROL,
     _Feature,
-    _feature_route("DELETE", "Withdraw a feature from the offer.", refusal="An environment has the feature"),
+    _make_feature_route(
+        "DELETE", "Withdraw a feature from the offer.", refusal="An environment has the feature"
+    ),
 )
 def _withdraw_feature(context: OperationContext, parameters: _Feature) -> None:
     make_service(context).withdraw_feature(parameters.feature)

@@ -54,7 +54,7 @@ class Repair:
 
         :raises TraceError: if a file cannot be written.
         """
-        backup = _unused_backup_path(self.path)
+        backup = _find_unused_backup_path(self.path)
         try:
             # a link is cheap and safe: the repaired file replaces the name, not the content
             os.link(self.path, backup)
@@ -111,16 +111,16 @@ def recordings_in(folder: Path) -> Iterator[Path]:
 def _examine_bblogger(run: BBLoggerFile) -> Repair:
     """Return the repair of a bblogger file: of its byte order flag, end and count."""
     header = run.header
-    size = _file_size(run.path)
+    size = _read_file_size(run.path)
     actions = []
     patches = []
     if header.says_big_endian:
         actions.append("FIXING: header says big endian, but the data are little endian, setting")
         patches.append((FLAG_OFFSET, bytes([header.flag ^ 0x01])))
     count, extra = divmod(size - HEADER_SIZE, header.entry_size)
-    actions += _truncation_actions(extra)
+    actions += _describe_truncation(extra)
     if header.count != count:
-        actions.append(_count_action(run.path, header, count))
+        actions.append(_describe_wrong_count(run.path, header, count))
         patches.append((COUNT_OFFSET, pack_count(count & _COUNT_MASK)))
     write = partial(_copy_patched_start, run.path, size - extra, patches)
     return Repair(run.path, run.format, actions, write)
@@ -140,12 +140,12 @@ def _copy_patched_start(source: Path, size: int, patches: Sequence[tuple[int, by
             file.write(data)
 
 
-def _truncation_actions(extra: int) -> list[str]:
+def _describe_truncation(extra: int) -> list[str]:
     """Return the removal of bytes at the end, in the words and the spelling of ``ffbblog repair``."""
     return [f"FIXING: errorneous bytes at end of file, truncating by {extra} b"] if extra else []
 
 
-def _count_action(path: Path, header: Header, count: int) -> str:
+def _describe_wrong_count(path: Path, header: Header, count: int) -> str:
     if header.count == 0:
         return f"FIXING: header of file {path} has 0 data items, setting to {count}."
     return f"FIXING: header has {header.count} data items, but expecting {count}, setting"
@@ -156,9 +156,9 @@ def _examine_text(run: Run) -> Repair:
 
     :raises TraceError: if no line is complete.
     """
-    size = _file_size(run.path)
+    size = _read_file_size(run.path)
     end = _find_end_of_lines(run.path, size)
-    actions = _truncation_actions(size - end)
+    actions = _describe_truncation(size - end)
     if not end and size:
         raise TraceError("no line of it is complete", file=run.path)
     return Repair(run.path, run.format, actions, partial(_copy_patched_start, run.path, end, []))
@@ -178,12 +178,12 @@ def _find_end_of_lines(path: Path, size: int) -> int:
     return 0
 
 
-def _file_size(path: Path) -> int:
+def _read_file_size(path: Path) -> int:
     with reading(path):
         return path.stat().st_size
 
 
-def _unused_backup_path(path: Path) -> Path:
+def _find_unused_backup_path(path: Path) -> Path:
     """Return an unused name for the backup of a file."""
     backup = path.with_name(f"{path.name}.bak")
     number = 1

@@ -17,7 +17,7 @@ _STATUS_STYLES = {"S_RUNNING": "yellow", "S_FINAL": "green", "S_FAILED": "red", 
 _KIND_STYLES = {"start": "bold", "final": "green", "failed": "red", "end": "cyan"}
 _ACTIVE, _VISITED, _UNVISITED = "\N{BLACK CIRCLE}", "\N{WHITE CIRCLE}", " "
 _ARROW = "\N{RIGHTWARDS ARROW}"
-_MAX_PATH = 12  # steps of a path in a line: the last steps
+_MAX_SHOWN_TRANSITIONS = 12  # the limit of the last transitions that the line of a path shows
 
 
 def draw_skill(values: Mapping[str, Any], graph: str, uses: Mapping[str, list[str]]) -> RenderableType:
@@ -29,18 +29,18 @@ def draw_skill(values: Mapping[str, Any], graph: str, uses: Mapping[str, list[st
     """
     values = {name: one_line(value) if isinstance(value, str) else value for name, value in values.items()}
     graph = visible(graph)
-    rows: list[RenderableType] = [_head_line(values)]
+    rows: list[RenderableType] = [_make_head_line(values)]
     if graph:
         try:
             machine = parse_graph(graph)
         except SkillerError as error:
             rows.append(Text(f"(not a state machine, or too big to be shown: {error.message})", style="dim"))
         else:
-            rows += _machine_rows(machine, uses)
+            rows += _make_machine_rows(machine, uses)
     return Group(*rows)
 
 
-def _head_line(values: Mapping[str, Any]) -> Text:
+def _make_head_line(values: Mapping[str, Any]) -> Text:
     if not values:
         return Text("the Skiller is gone", style="red")
     status = values["status"]
@@ -51,7 +51,7 @@ def _head_line(values: Mapping[str, Any]) -> Text:
     return line
 
 
-def _machine_rows(machine: StateMachine, uses: Mapping[str, list[str]]) -> list[RenderableType]:
+def _make_machine_rows(machine: StateMachine, uses: Mapping[str, list[str]]) -> list[RenderableType]:
     names = {state.node: state.name for _, inner in machine.walk() for state in inner.states}
     transitions = machine_transitions(machine)
     title = Text.assemble("\n", (machine.name, "bold underline"))
@@ -59,24 +59,29 @@ def _machine_rows(machine: StateMachine, uses: Mapping[str, list[str]]) -> list[
         title.append(f"  uses {', '.join(uses[machine.name])}", style="dim")
     table = Table(box=None, padding=(0, 2, 0, 0), show_header=False)
     for depth, inner in machine.walk():
-        visited = {node for item in inner.taken_transitions() for node in (item.source, item.target)}
+        visited = {
+            node
+            for transition in inner.taken_transitions()
+            for node in (transition.source, transition.target)
+        }
         if depth:
             table.add_row(Text(f"{'  ' * depth}{inner.name}", style="underline"), Text())
         for state in inner.states:
             # the transitions of all machines, since a transition may lead out of an inner machine
-            exits = [item for item in transitions if item.source == state.node]
+            exits = [transition for transition in transitions if transition.source == state.node]
             table.add_row(
-                _state_text(state, depth, is_visited=state.node in visited), _exits_text(exits, names)
+                _make_state_text(state, depth, is_visited=state.node in visited),
+                _make_exits_text(exits, names),
             )
-    return [title, table, *_path_lines(machine, names)]
+    return [title, table, *_make_path_lines(machine, names)]
 
 
 def machine_transitions(machine: StateMachine) -> list[MachineTransition]:
     """Return the transitions of a machine and its inner machines."""
-    return [item for _, inner in machine.walk() for item in inner.transitions]
+    return [transition for _, inner in machine.walk() for transition in inner.transitions]
 
 
-def _state_text(state: MachineState, depth: int, *, is_visited: bool) -> Text:
+def _make_state_text(state: MachineState, depth: int, *, is_visited: bool) -> Text:
     mark = _ACTIVE if state.is_active else _VISITED if is_visited else _UNVISITED
     style = "reverse bold" if state.is_active else _KIND_STYLES.get(state.kind, "" if is_visited else "dim")
     text = Text.assemble("  " * depth, f"{mark} ", (state.name, style))
@@ -85,25 +90,25 @@ def _state_text(state: MachineState, depth: int, *, is_visited: bool) -> Text:
     return text
 
 
-def _exits_text(transitions: list[MachineTransition], names: Mapping[str, str]) -> Text:
+def _make_exits_text(transitions: list[MachineTransition], names: Mapping[str, str]) -> Text:
     lines = []
-    for item in transitions:
-        target = names.get(item.target, item.target)
-        steps = f" [{','.join(map(str, item.steps))}]" if item.steps else ""
-        label = f"  {item.label}" if item.label else ""
-        lines.append(Text(f"{_ARROW} {target}{steps}{label}", style="yellow" if item.steps else "dim"))
+    for transition in transitions:
+        target = names.get(transition.target, transition.target)
+        steps = f" [{','.join(map(str, transition.steps))}]" if transition.steps else ""
+        label = f"  {transition.label}" if transition.label else ""
+        lines.append(Text(f"{_ARROW} {target}{steps}{label}", style="yellow" if transition.steps else "dim"))
     return Text("\n").join(lines)
 
 
-def _path_lines(machine: StateMachine, names: Mapping[str, str]) -> list[RenderableType]:
-    """Return a line with the last steps of each machine's path."""
+def _make_path_lines(machine: StateMachine, names: Mapping[str, str]) -> list[RenderableType]:
+    """Return a line for each machine with the last transitions of its path."""
     lines: list[RenderableType] = []
     for _, inner in machine.walk():
         path_transitions = inner.taken_transitions()
         if path_transitions:
-            shown_transitions = path_transitions[-_MAX_PATH:]
-            nodes = [shown_transitions[0].source, *(item.target for item in shown_transitions)]
-            ellipsis = "... " if len(path_transitions) > _MAX_PATH else ""
+            shown_transitions = path_transitions[-_MAX_SHOWN_TRANSITIONS:]
+            nodes = [shown_transitions[0].source, *(transition.target for transition in shown_transitions)]
+            ellipsis = "... " if len(path_transitions) > _MAX_SHOWN_TRANSITIONS else ""
             path = f" {_ARROW} ".join(names.get(node, node) for node in nodes)
-            lines.append(Text(f"way: {ellipsis}{path}", style="yellow"))
+            lines.append(Text(f"path: {ellipsis}{path}", style="yellow"))
     return lines

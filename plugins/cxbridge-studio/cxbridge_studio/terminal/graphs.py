@@ -22,7 +22,7 @@ DEBUG_TYPE = "SkillerDebugInterface"
 DIRECTIONS = {"TB": "GD_TOP_BOTTOM", "BT": "GD_BOTTOM_TOP", "LR": "GD_LEFT_RIGHT", "RL": "GD_RIGHT_LEFT"}
 # subjects that are not skills: the names of all skills, and the dependencies between skills
 OVERVIEWS = ("LIST", "SKILL_DEP")
-PICTURE_SUFFIXES = (".svg", ".png", ".pdf")  # supported suffixes of `render`
+PICTURE_SUFFIXES = (".svg", ".png", ".pdf")  # the suffixes that `render_graph` supports
 
 _RENDER_S = 60  # ends a graphviz that hangs or has a huge graph
 
@@ -36,7 +36,7 @@ def fetch_graph(
     coloured: bool | None = None,
     timeout_s: float = 5.0,
 ) -> str:
-    """Fetch a graph from a Skiller, and restore the graph that the Skiller showed before.
+    """Fetch a graph in the dot language from a Skiller, and restore the graph that it showed before.
 
     SkillerDebugInterface has one field for a graph, so all viewers of a Skiller see the same graph.
 
@@ -61,7 +61,9 @@ def fetch_graph(
             _request_graph(interface, message_fields)
             change = _wait_for_graph(feed, interface, message_fields, Deadline(timeout_s))
         finally:
+            # the graph last, so that it is drawn only once, with its own direction and colours
             previous_fields = {name: _enum_name(previous_values[name]) for name in reversed(message_fields)}
+            # a Skiller that nobody has asked for a graph shows the active skill
             previous_fields["graph_fsm"] = previous_fields["graph_fsm"] or "ACTIVE"
             _request_graph(interface, previous_fields)
     if change is None:
@@ -102,7 +104,7 @@ def _wait_for_graph(
     return change
 
 
-def draw_graph(
+def make_graph(
     subject: str,
     folders: Sequence[Path],
     interface_dirs: Sequence[Path] = (),
@@ -111,7 +113,7 @@ def draw_graph(
     direction: str = "TB",
     coloured: bool = True,
 ) -> str:
-    """Draw a graph from skill files, as a Skiller would after loading them.
+    """Make a graph in the dot language from skill files, as a Skiller would after loading them.
 
     :param subject: a skill, or ``SKILL_DEP``.
     :param folders: see :func:`cxbridge.skiller.make.skill_folders`.
@@ -139,7 +141,7 @@ def draw_graph(
 
 
 def render_graph(graph: str, suffix: str) -> bytes:
-    """Render a graph.
+    """Render a graph in the dot language as a picture.
 
     :param suffix: one of :data:`PICTURE_SUFFIXES`.
     :raises CxbridgeError: if graphviz is not installed.

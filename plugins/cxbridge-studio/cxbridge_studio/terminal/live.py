@@ -68,6 +68,6 @@ def _fetch_uses(board: BlackBoard, skiller: str) -> dict[str, list[str]]:
     except CxbridgeError:
         return {}
     uses: dict[str, list[str]] = {}
-    for item in machine_transitions(graph):
-        uses.setdefault(item.source, []).append(item.target)
+    for transition in machine_transitions(graph):
+        uses.setdefault(transition.source, []).append(transition.target)
     return uses

@@ -64,8 +64,8 @@ class StateMachine:
 
     def taken_transitions(self) -> list[MachineTransition]:
         """Return the taken transitions in order, with repetitions."""
-        steps = [(step, item) for item in self.transitions for step in item.steps]
-        return [item for _, item in sorted(steps, key=lambda pair: pair[0])]
+        steps = [(step, transition) for transition in self.transitions for step in transition.steps]
+        return [transition for _, transition in sorted(steps, key=lambda pair: pair[0])]
 
     def walk(self) -> Iterator[tuple[int, StateMachine]]:
         """Yield this machine and its inner machines, with their depth."""

@@ -87,7 +87,7 @@ def draw_plot(points: Sequence[tuple[float, float]], width: int, height: int, sp
     :param span_s: the shown time span in seconds.
     """
     points = [(time_s, value) for time_s, value in points if isfinite(value)]
-    low, high = _axis_range([value for _, value in points])
+    low, high = _compute_axis_range([value for _, value in points])
     span = high - low
     labels = [_format_label(high - span * row / max(1, height - 1), span) for row in range(height)]
     margin = max(map(len, labels))
@@ -101,7 +101,7 @@ def draw_plot(points: Sequence[tuple[float, float]], width: int, height: int, sp
         y = round((high - value) / span * (4 * height - 1))
         if x < 0:
             continue
-        for dot_x, dot_y in _step_dots(previous_dot, (x, y)):
+        for dot_x, dot_y in _find_step_dots(previous_dot, (x, y)):
             cells[dot_y // 4][dot_x // 2] |= _DOT_BITS[dot_x % 2][dot_y % 4]
         previous_dot = x, y
     for row, label in enumerate(labels):
@@ -115,7 +115,7 @@ def draw_plot(points: Sequence[tuple[float, float]], width: int, height: int, sp
     yield f"{'':{margin}}  {begin}{end:>{max(1, plot_width - len(begin))}}"
 
 
-def _step_dots(previous_dot: tuple[int, int] | None, dot: tuple[int, int]) -> Iterator[tuple[int, int]]:
+def _find_step_dots(previous_dot: tuple[int, int] | None, dot: tuple[int, int]) -> Iterator[tuple[int, int]]:
     """Yield the dots of a step: horizontal, since a field keeps its value until a write, then vertical."""
     x, y = dot
     if previous_dot is not None:
@@ -125,7 +125,7 @@ def _step_dots(previous_dot: tuple[int, int] | None, dot: tuple[int, int]) -> It
     yield dot
 
 
-def _axis_range(values: Sequence[float]) -> tuple[float, float]:
+def _compute_axis_range(values: Sequence[float]) -> tuple[float, float]:
     """Return the range of the axis."""
     if not values:
         return 0.0, 1.0

@@ -35,7 +35,7 @@ def view(
     """Open recorded runs on the web page, until Ctrl-C. No daemon is needed.
 
     Serves the page and these runs, but no other file, on this machine only. Two runs are shown side by side,
-    with the first difference, as `trace diff --order partial` finds it; from more runs you choose. Exit
+    with the first difference, as `trace diff --order partial` finds it; more runs are listed. Exit
     status: 0 ended by Ctrl-C; 2 a run cannot be read, or the port is taken.
 
     Example: cxbridge view out/run.mcap

@@ -38,7 +38,7 @@ class EnvironmentSize(Struct):
 
 
 class WebState(Struct):
-    """The numbers of clients that follow events, of events, and of events that slow clients missed."""
+    """The counts of the event streams: connected clients, events so far, events that slow clients missed."""
 
     clients: int
     events: int

@@ -78,7 +78,7 @@ def _make_fields(fields: Iterable[FieldSchema]) -> list[InterfaceFieldType]:
     ]
 
 
-def _writer_owner(info: BoardInfo) -> str | UnsetType:
+def _find_writer_owner(info: BoardInfo) -> str | UnsetType:
     return info.writer if info.has_writer else UNSET
 
 
@@ -98,7 +98,7 @@ def _make_info(call: ApiCall, info: BoardInfo) -> InterfaceInfo:
         id=info.id,
         type=info.type,
         hash=info.hash.hex().upper(),
-        writer=_writer_owner(info),
+        writer=_find_writer_owner(info),
         readers=list(info.readers),
         fields=fields,
         message_types=messages,
@@ -160,7 +160,7 @@ def _read_interface_data(call: ApiCall, info: BoardInfo) -> InterfaceData:
         return InterfaceData(
             id=info.id,
             type=info.type,
-            writer=_writer_owner(info),
+            writer=_find_writer_owner(info),
             readers=list(info.readers),
             data={field.name: _convert_value(field, values[field.name]) for field in instance.fields()},
             timestamp=_format_timestamp(instance.timestamp_us),

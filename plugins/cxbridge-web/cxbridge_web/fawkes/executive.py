@@ -43,7 +43,7 @@ _FAWKES_SLOTS: Final = frozenset(
 _SLOT_TYPES: Final[Mapping[str, type]] = {"INTEGER": int, "FLOAT": float}
 
 
-def _goal_member(slot: GoalSlot) -> tuple[Any, ...]:
+def _make_goal_member(slot: GoalSlot) -> tuple[Any, ...]:
     """Return the name and the type of a goal slot's member, and the default of an optional member."""
     if slot.name == "params":
         return "parameters", Annotated[list[str], Meta(extra={"slot": slot.name})]
@@ -58,7 +58,7 @@ Goal: Final = cast(
     "type[Model]",
     msgspec.defstruct(
         "Goal",
-        [("plans", list[str]), *map(_goal_member, GOAL_SLOTS)],
+        [("plans", list[str]), *map(_make_goal_member, GOAL_SLOTS)],
         bases=(Model,),
         namespace={"__doc__": "A goal with its plans: all slots of the deftemplate."},
         kw_only=True,

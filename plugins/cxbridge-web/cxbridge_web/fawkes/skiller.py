@@ -65,7 +65,7 @@ class SkillCall(Request, kw_only=True):
 
 @dataclass(slots=True)
 class _ShownGraph:
-    """The state of a Skiller, which all clients share.
+    """The graph that a Skiller shows; all clients share it.
 
     :ivar lock: held while a client requests a graph.
     :ivar last_graph: the last shown state machine of an executed skill. An idle Skiller loses it when another
@@ -76,7 +76,7 @@ class _ShownGraph:
     last_graph: str = ""
 
 
-# The state of each host's Skillers by Skiller id.
+# The shown graphs of each host by Skiller id.
 _shown_graphs: WeakKeyDictionary[WebHost, dict[str, _ShownGraph]] = WeakKeyDictionary()
 
 
@@ -98,6 +98,7 @@ def _open_interfaces(call: ApiCall, *types: str) -> Iterator[list[Any]]:
             instances.append(board.open_for_reading(name, skiller, owner=OWNER))
             instances[-1].read()
         if not all(instance.has_writer for instance in instances):
+            # this text and those of the other endpoints are Fawkes' texts
             raise ApiError(503, "Behavior Engine plugin is not loaded")
         yield instances
     except NoWriterError as error:  # the Skiller has stopped during the request
@@ -126,17 +127,17 @@ def _show_graph(debug: Any, subject: str) -> None:
 @contextmanager
 def _reserve_graph(call: ApiCall, debug: Any) -> Iterator[_ShownGraph]:
     """Reserve the Skiller's debug interface for one client."""
-    shown = _shown_graphs.setdefault(call.host, {}).setdefault(debug.id, _ShownGraph())
-    with shown.lock:
+    shown_graph = _shown_graphs.setdefault(call.host, {}).setdefault(debug.id, _ShownGraph())
+    with shown_graph.lock:
         debug.read()
-        _store_active_graph(shown, debug)
-        yield shown
+        _store_active_graph(shown_graph, debug)
+        yield shown_graph
 
 
-def _store_active_graph(shown: _ShownGraph, debug: Any) -> None:
+def _store_active_graph(shown_graph: _ShownGraph, debug: Any) -> None:
     """Store the state machine of the active skill if the Skiller shows it."""
     if debug.graph_fsm == "ACTIVE" and debug.graph:
-        shown.last_graph = str(debug.graph)
+        shown_graph.last_graph = str(debug.graph)
 
 
 def _request_graph(debug: Any, subject: str) -> None:
@@ -164,16 +165,16 @@ def _get_skill(call: ApiCall) -> Skill:
     name = "ACTIVE" if call.path["id"] == _ACTIVE_ID else call.path["id"]
     with (
         _open_interfaces(call, "SkillerDebugInterface", "SkillerInterface") as (debug, skiller),
-        _reserve_graph(call, debug) as shown,
+        _reserve_graph(call, debug) as shown_graph,
     ):
         _show_graph(debug, name)
-        _store_active_graph(shown, debug)
+        _store_active_graph(shown_graph, debug)
         if name != "ACTIVE":
             return Skill(name=debug.graph_fsm, graph=debug.graph)
         skiller.read()
         return Skill(
             name=debug.graph_fsm,
-            graph=shown.last_graph,
+            graph=shown_graph.last_graph,
             skill_string=skiller.skill_string,
             error=skiller.error,
             msg_id=skiller.msgid,

@@ -56,7 +56,7 @@ def copy_facts(
     :raises ApiError: if the environment does not exist, or is replaced during the request.
     """
     env = find_environment(call, name, status)
-    begin, end = (0, None) if window is None or window.search else window.range
+    begin, end = (0, None) if window is None or window.search else window.requested_bounds
     copier = FactCopier(env.c_env, is_selected, begin, end)
     pieces, end_marker = copier.pieces(), object()
     while True:
@@ -73,7 +73,7 @@ def facts(call: ApiCall, template: str) -> Iterator[Slots]:
     return call.facts.facts_of(template)
 
 
-def _first_value(slots: Slots, name: str) -> Value:
+def _read_first_value(slots: Slots, name: str) -> Value:
     """Return the value of a slot, or the first value of a multislot.
 
     :raises SlotError: if the slot has no value.
@@ -91,7 +91,7 @@ def read_text(slots: Slots, name: str) -> str:
 
     :raises SlotError: if the slot has no value, or the value is not a text.
     """
-    value = _first_value(slots, name)
+    value = _read_first_value(slots, name)
     if not isinstance(value, str):
         raise SlotError(f"Value for slot '{name}' is not a text")
     return "" if isinstance(value, Symbol) and value == "nil" else str(value)
@@ -102,7 +102,7 @@ def read_number(slots: Slots, name: str) -> Any:
 
     :raises SlotError: if the slot has no value, or the value is not a number.
     """
-    value = _first_value(slots, name)
+    value = _read_first_value(slots, name)
     if isinstance(value, Symbol) and value == "nil":  # an unset slot
         return 0
     if not isinstance(value, int | float):
@@ -126,7 +126,7 @@ def read_flag(slots: Slots, name: str) -> bool:
 
     :raises SlotError: if the slot has no value, or the value is not a symbol.
     """
-    value = _first_value(slots, name)
+    value = _read_first_value(slots, name)
     if not isinstance(value, Symbol):
         raise SlotError(f"Value for slot '{name}' is not a boolean")
     return value == "TRUE"

@@ -88,7 +88,7 @@ _SCALAR_CONVERTERS: Final = {
 def _convert_scalar(text: str, kind: ConfigType) -> Any:
     converter = _SCALAR_CONVERTERS.get(kind)
     value = text if converter is None else converter(text)
-    return text if value is None else value  # a text that is no value of its type stays a text
+    return text if value is None else value  # a text that does not fit its type stays a text
 
 
 def _convert_value(value: ConfigValue) -> Any:
@@ -133,6 +133,7 @@ def _get_plugin(call: ApiCall) -> Plugin:
 
 
 def _set_plugin(call: ApiCall) -> PluginOpResponse:
+    # the texts of the errors are those of Fawkes
     name, desired_state = call.path["name"], call.body.get("desired_state")
 
     def make_refusal(status: int, text: str) -> ApiError:
@@ -161,6 +162,7 @@ def _list_images(_call: ApiCall) -> list[ImageInfo]:
 
 
 def _get_image(call: ApiCall) -> Any:
+    # Fawkes' texts for an id with and without a suffix
     raise ApiError(404, "Stream not found" if "." in call.path["id"] else "Invalid stream ID")
 
 

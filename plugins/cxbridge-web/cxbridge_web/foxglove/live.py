@@ -90,7 +90,7 @@ class FoxgloveServer:
         if proxy is not None:
             proxy.close()
 
-    def attend(self) -> None:
+    def serve_new_subscribers(self) -> None:
         """Send the kept messages to new subscribers. Called once a loop."""
         if not self._new_topics:
             return
@@ -102,7 +102,7 @@ class FoxgloveServer:
                 self._channels[topic].log(encode_message(), log_time=time_us * 1000)
 
     def _queue_topic(self, topic: str) -> None:
-        """Queue the topic of a subscription, which is not active yet, for :meth:`attend`.
+        """Queue the topic of a subscription, which is not active yet, for :meth:`serve_new_subscribers`.
 
         Called in a thread of the server.
         """

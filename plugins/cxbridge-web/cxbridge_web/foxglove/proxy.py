@@ -97,7 +97,7 @@ class FoxgloveProxy(Closing):
         """Return the status and the reason of a rejection; empty for an accepted request."""
         if self._connection_count > MAX_CONNECTIONS:
             return "503 Too many connections"
-        hosts, origins = _header_values(head, "host"), _header_values(head, "origin")
+        hosts, origins = _find_header_values(head, "host"), _find_header_values(head, "origin")
         if len(hosts) != 1 or len(origins) > 1:
             return "400 The request needs one Host and at most one Origin"
         if self._names is not None and not has_host_name(hosts[0], self._names):
@@ -107,7 +107,7 @@ class FoxgloveProxy(Closing):
         return ""
 
 
-def _header_values(head: bytes, name: str) -> list[str]:
+def _find_header_values(head: bytes, name: str) -> list[str]:
     """Return the values of a header field in the head of a request."""
     fields = (line.partition(":") for line in head.decode("latin-1").split("\r\n")[1:])
     return [value.strip() for field, _, value in fields if field.strip().lower() == name]

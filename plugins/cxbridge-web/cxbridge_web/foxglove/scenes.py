@@ -45,7 +45,7 @@ def make_pose(position: Sequence[float], rotation: Sequence[float] = (0.0, 0.0, 
 
 def make_navgraph_scene(event: NavGraphRead) -> dict[str, Any]:
     """Return a ``SceneUpdate`` with spheres for nodes, lines for edges and arrows for directed edges."""
-    positions = dict(_node_positions(event))
+    positions = dict(_find_node_positions(event))
     undirected_edges: list[tuple[_Point, _Point]] = []
     directed_edges: list[tuple[_Point, _Point]] = []
     for edge in event.edges.values():
@@ -76,7 +76,7 @@ def make_navgraph_scene(event: NavGraphRead) -> dict[str, Any]:
     return {"deletions": [], "entities": [entity]}
 
 
-def _node_positions(event: NavGraphRead) -> Iterator[tuple[str, _Point]]:
+def _find_node_positions(event: NavGraphRead) -> Iterator[tuple[str, _Point]]:
     """Yield the nodes with a position. A recording of another program may have any value."""
     for name, node in event.nodes.items():
         x, y = node.get("x"), node.get("y")

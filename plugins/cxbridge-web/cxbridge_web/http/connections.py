@@ -7,9 +7,8 @@ from typing import Any, Final
 
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-IDLE_LIMIT_S: Final = (
-    10.0  # idle time after which a connection is closed, at the latest after twice this time
-)
+# The idle time after which a connection is closed, at the latest after twice this time.
+IDLE_LIMIT_S: Final = 10.0
 
 
 class Connection(H11Protocol):

@@ -41,9 +41,8 @@ _LIST_PAGE: Final = """<!doctype html>
 <link rel="icon" href="/icon.svg"></head>
 <body><main><h1>Recorded runs</h1><ul>{items}</ul></main></body></html>
 """
-COMPARE_PATH: Final = (
-    "/compare"  # path of the page that compares two runs by their numbers: `/compare?a=0&b=1`
-)
+# The path of the page that compares two runs by their numbers: `/compare?a=0&b=1`.
+COMPARE_PATH: Final = "/compare"
 
 # The query for the guessed pairs of plan-actions and skill calls, which recordings lack.
 _LINKS_QUERY: Final = b"links"

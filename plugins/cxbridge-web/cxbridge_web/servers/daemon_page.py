@@ -45,7 +45,7 @@ class WebComponent(Component):
             self._options.announce(self._server.url)
 
     def loop(self) -> None:
-        self._server.attend()
+        self._server.serve_main_loop()
 
     def close(self) -> None:
         self._server.stop()

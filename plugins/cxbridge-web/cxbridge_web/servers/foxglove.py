@@ -57,7 +57,7 @@ class FoxgloveComponent(Component):
 
     def loop(self) -> None:
         """Send the last values to new subscribers."""
-        self._server.attend()
+        self._server.serve_new_subscribers()
 
     def close(self) -> None:
         self._server.stop()
@@ -82,7 +82,7 @@ class RunFoxglove(RunServer):
         try:
             server.start()
             self._on_ready(server.url)
-            run.loop.add(Hook.POST_LOOP, server.attend)
+            run.loop.add(Hook.POST_LOOP, server.serve_new_subscribers)
             yield
         finally:
             server.stop()
@@ -90,4 +90,4 @@ class RunFoxglove(RunServer):
     def attend(self) -> None:
         """Send the last values to new subscribers."""
         if self._server is not None:
-            self._server.attend()
+            self._server.serve_new_subscribers()

@@ -115,8 +115,8 @@ class RunHost(WebHost):
         state = "loaded" if load else "unloaded"
         raise CxbridgeError(f"{name} cannot be {state}: the components of a run are fixed")
 
-    def attend(self) -> None:
-        """Answer requests between two loops."""
+    def serve_blackboard(self) -> None:
+        """Serve the environments of clients and the blackboard between two loops."""
         self._agent.manager.run_client_environments()
         self._agent.attend()
 
@@ -143,22 +143,22 @@ class RunPage(RunServer):
             server.start()
             self._on_ready(server.url)
 
-            def attend() -> None:
+            def attend_until_resumed() -> None:
                 self.attend()
                 # A paused run stays between two loops, where the page still gets answers.
                 while host.paused and not run.loop.is_stopping:
                     time.sleep(ATTEND_PAUSE_S)
                     self.attend()
 
-            run.loop.add(Hook.PRE_LOOP, attend)
+            run.loop.add(Hook.PRE_LOOP, attend_until_resumed)
             yield
         finally:
             server.stop()
 
     def attend(self) -> None:
         if self._server is not None and self._host is not None:
-            self._server.attend()
-            self._host.attend()
+            self._server.serve_main_loop()
+            self._host.serve_blackboard()
 
     def finish(self, result: RunResult) -> None:
         """Show the end of the run on the page."""

@@ -43,7 +43,7 @@ class Rank(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Track:
-    """A row of a viewer: a thread, in the terms of the format."""
+    """A row of a viewer, which the format calls a thread."""
 
     process: int
     thread: int
@@ -51,26 +51,26 @@ class Track:
 
 @dataclass(slots=True)
 class Tracks:
-    """Numbers and names processes and threads.
+    """Numbers and names processes and their tracks.
 
-    Thread numbers are unique in all processes, since Perfetto ignores the process of a thread.
+    The numbers of tracks are unique in all processes, since Perfetto ignores the process of a thread.
     """
 
     names: list[dict[str, Any]] = field(default_factory=list)
-    _processes: int = 0
-    _threads: int = 1000  # above the numbers of all processes
+    _last_process: int = 0
+    _last_thread: int = 1000  # above the numbers of all processes
 
     def add_process(self, name: str) -> int:
         """Add a process below the existing processes; return its number."""
-        self._processes += 1
-        self._add_name("process", name, self._processes, 0)
-        return self._processes
+        self._last_process += 1
+        self._add_name("process", name, self._last_process, 0)
+        return self._last_process
 
-    def add_thread(self, process: int, name: str) -> Track:
-        """Add and return a thread below the existing threads."""
-        self._threads += 1
-        self._add_name("thread", name, process, self._threads)
-        return Track(process, self._threads)
+    def add_track(self, process: int, name: str) -> Track:
+        """Add and return a track below the existing tracks."""
+        self._last_thread += 1
+        self._add_name("thread", name, process, self._last_thread)
+        return Track(process, self._last_thread)
 
     def _add_name(self, kind: str, name: str, process: int, thread: int) -> None:
         base_fields = {"ph": "M", "pid": process, "tid": thread, "ts": 0}
@@ -80,26 +80,26 @@ class Tracks:
 
 
 class Lanes:
-    """Threads of one name for slices that may overlap, each in a separate thread.
+    """Tracks of one name for slices that may overlap: each lane is a track.
 
-    :param title: the name of the threads.
-    :param numbered: whether the names of further threads have numbers.
+    :param title: the name of the tracks.
+    :param numbered: whether the names of further tracks have numbers.
     """
 
     def __init__(self, tracks: Tracks, process: int, title: str, *, numbered: bool = False) -> None:
         self._tracks, self._process, self._title, self._numbered = tracks, process, title, numbered
-        # Each thread with the number of the event that ends its last slice.
+        # Each track with the number of the event that ends its last slice.
         self._lanes: list[tuple[Track, int]] = []
 
     def reserve_track(self, begin: Moment, end: Moment) -> Track:
-        """Return a thread that is free at the start of a slice, and reserve the thread until the end."""
+        """Return a track that is free at the start of a slice, and reserve the track until the end."""
         for number, (track, busy_until) in enumerate(self._lanes):
             if busy_until <= begin[0]:
                 self._lanes[number] = track, end[0]
                 return track
         number = len(self._lanes) + 1
         suffix = f" ({number})" if self._numbered and number > 1 else ""
-        track = self._tracks.add_thread(self._process, f"{self._title}{suffix}")
+        track = self._tracks.add_track(self._process, f"{self._title}{suffix}")
         self._lanes.append((track, end[0]))
         return track
 

@@ -80,7 +80,7 @@ def _add_rules(data: TimelineData, tracks: Tracks, events: TraceEvents, processe
     """Add the firings of each environment, their rate, and the number of facts."""
     envs = {env for _, env, _ in data.firings.items()}
     env_tracks = {
-        env: tracks.add_thread(process, "rules") for env, process in processes.items() if env in envs
+        env: tracks.add_track(process, "rules") for env, process in processes.items() if env in envs
     }
     bins: Counter[tuple[str, int]] = Counter()
     for moment, env, rule in data.firings.items():
@@ -92,7 +92,7 @@ def _add_rules(data: TimelineData, tracks: Tracks, events: TraceEvents, processe
         if (env, number + 1) not in bins:  # viewers keep the last value of a counter
             events.add_counter(env_tracks[env], "rules", (0, (number + 1) * BIN_US), {_RATE_NAME: 0})
     if data.facts:
-        track = tracks.add_thread(next(iter(processes.values()), 0) or tracks.add_process("facts"), "facts")
+        track = tracks.add_track(next(iter(processes.values()), 0) or tracks.add_process("facts"), "facts")
         for moment, count in data.facts.values():
             events.add_counter(track, "facts", moment, {"since the beginning": count})
 
@@ -107,7 +107,7 @@ def _add_calls(data: TimelineData, tracks: Tracks, events: TraceEvents) -> dict[
     for call in data.history.calls:
         key = call.env, call.skiller
         if key not in skiller_tracks:
-            skiller_tracks[key] = tracks.add_thread(process, call.skiller)
+            skiller_tracks[key] = tracks.add_track(process, call.skiller)
         args: dict[str, Any] = {"skill": call.skill_string, "msgid": call.msgid, "status": call.status}
         if call.error:
             args["error"] = truncate(call.error, MAX_VALUE_LENGTH)
@@ -129,7 +129,7 @@ def _add_interfaces(data: TimelineData, tracks: Tracks, events: TraceEvents) -> 
     if not data.interfaces:
         return {}
     process = tracks.add_process("interfaces")
-    interface_tracks = {uid: tracks.add_thread(process, uid) for uid in data.interfaces}
+    interface_tracks = {uid: tracks.add_track(process, uid) for uid in data.interfaces}
     last_changes: dict[str, tuple[Moment, dict[str, str]]] = {}
 
     def add_slice(uid: str, end: Moment) -> None:
@@ -217,7 +217,7 @@ def _add_log(data: TimelineData, tracks: Tracks, events: TraceEvents) -> None:
         return
     process = tracks.add_process("log")
     components = dict.fromkeys(component for _, component, _, _ in lines)
-    component_tracks = {name: tracks.add_thread(process, name) for name in components}
+    component_tracks = {name: tracks.add_track(process, name) for name in components}
     for moment, component, text, level in lines:
         args = {"level": _LEVELS[level], "text": text}
         events.add_instant(component_tracks[component], f"{level} {text}", moment, args, category="log")

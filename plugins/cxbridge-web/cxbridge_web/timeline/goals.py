@@ -35,7 +35,7 @@ def add_goals(
     for number, depth in forest.walk():
         goal = history.goals[number]
         process, parent = processes[goal.env], forest.parents[number]
-        track = tracks.add_thread(process, f"{_indent(depth)}{goal.name} {goal.goal_class}")
+        track = tracks.add_track(process, f"{_indent(depth)}{goal.name} {goal.goal_class}")
         _add_goal(goal, "" if parent is None else history.goals[parent].name, history, events, track)
         for plan, actions in _group_by_plan(goal.actions).items():
             title = f"{_indent(depth + 1)}plan {plan}"
@@ -107,7 +107,7 @@ def _add_plan(
     """
     plan = actions[0].plan
     spans = [(span, action) for action in actions if (span := _find_span(action, history)) is not None]
-    spans.sort(key=lambda item: item[0][0])
+    spans.sort(key=lambda span_and_action: span_and_action[0][0])
     begin = min(action.changes[0][:2] for action in actions)
     end = max([*(span[1] for span, _ in spans), *(action.changes[-1][:2] for action in actions)])
     unbegun_actions = [
@@ -131,6 +131,7 @@ def _add_plan(
 
 def _find_span(action: PlanActionRecord, history: RunHistory) -> tuple[Moment, Moment] | None:
     """Return the start of an action, when it left FORMULATED, and its end; None if it never began."""
+    # the first two fields of a change are its moment
     begin = next((change[:2] for change in action.changes if change.state != _FORMULATED), None)
     if begin is None:
         return None

@@ -89,7 +89,7 @@ def read_timeline(run: Run, limits: TimelineLimits | None = None) -> TimelineDat
     data.notes = [
         *run.notes,
         *data.history.clock.describe_setbacks(),
-        *(_make_note(noun, items) for noun, items in lists_by_noun.items() if items.lost),
+        *(_make_note(noun, events) for noun, events in lists_by_noun.items() if events.lost),
         *data.history.omission_notes(),
     ]
     return data
@@ -104,7 +104,9 @@ def _add_event(data: TimelineData, event: Event, moment: Moment) -> None:
             data.log[event.level].add((moment, event.component, truncate(event.text)))
         case InterfaceWrite():
             values = data.interfaces.setdefault(event.uid, {})
-            texts = {name: _value_text(value) for name, value in values_with_enum_names(event.values).items()}
+            texts = {
+                name: _format_value(value) for name, value in values_with_enum_names(event.values).items()
+            }
             texts = {name: truncate(text, MAX_VALUE_LENGTH) for name, text in texts.items()}
             changed = {name: text for name, text in texts.items() if values.get(name) != text}
             values.update(changed)
@@ -113,21 +115,21 @@ def _add_event(data: TimelineData, event: Event, moment: Moment) -> None:
         case InterfaceMessage():
             data.interfaces.setdefault(event.uid, {})
             fields = values_with_enum_names(event.values).items()
-            values_text = " ".join(f"{name}={_value_text(value)}" for name, value in fields)
+            values_text = " ".join(f"{name}={_format_value(value)}" for name, value in fields)
             sender = f" from {event.sender}" if event.sender else ""
             text = f"{event.message} {event.msgid} {event.outcome}{sender}: {values_text}"
             data.messages.add((moment, event.uid, truncate(text)))
 
 
-def _make_note(noun: str, lists_by_noun: TruncatedList[Any]) -> str:
+def _make_note(noun: str, events: TruncatedList[Any]) -> str:
     """Return the warning about omitted events."""
     return (
-        f"{lists_by_noun.lost} of {lists_by_noun.total} {noun} are omitted from the middle of the run: "
+        f"{events.lost} of {events.total} {noun} are omitted from the middle of the run: "
         "'cxbridge trace cat' shows them."
     )
 
 
-def _value_text(value: object) -> str:
+def _format_value(value: object) -> str:
     """Return a field's value as text."""
     match value:
         case bool():
@@ -135,7 +137,7 @@ def _value_text(value: object) -> str:
         case float():
             return f"{value:.6g}"
         case list() | tuple():
-            return f"[{', '.join(map(_value_text, value))}]"
+            return f"[{', '.join(map(_format_value, value))}]"
         case bytes():
             return value.hex()
     return str(value)

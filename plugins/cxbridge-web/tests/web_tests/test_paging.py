@@ -27,7 +27,7 @@ MODELS = [{"kind": "X", "name": f"N{i}", "values": [str(i), "ä" * (i % 2)], "nu
     ],
 )
 def test_parts(query, numbers, total):
-    part = Window.of(query).select(MODELS)
+    part = Window.from_query(query).select(MODELS)
     assert [model["number"] for model in part.items] == list(numbers)
     assert part.total == total
 
@@ -35,7 +35,7 @@ def test_parts(query, numbers, total):
 @pytest.mark.parametrize("query", [{"limit": "-1"}, {"offset": "x"}, {"limit": "1" * 30}, {"limit": "²"}])
 def test_numbers_that_are_none(query):
     with pytest.raises(PagingError, match="must be a whole number"):
-        Window.of(query)
+        Window.from_query(query)
 
 
 def test_texts_and_patterns():

@@ -64,7 +64,7 @@ def check(agent: Agent) -> Iterator[Finding]:
 def _make_unknown_slot_finding(construct: Construct, mention: Mention, slots: set[str]) -> Finding:
     name, owner = mention.name.text, mention.name.owner
     hint = did_you_mean(name, slots) or f"it has: {', '.join(sorted(slots))}"
-    message = f"{_construct_prefix(construct)}the deftemplate '{owner}' has no slot '{name}'"
+    message = f"{_format_construct(construct)}the deftemplate '{owner}' has no slot '{name}'"
     return Finding(UNKNOWN_SLOT, construct.place(mention.start), message, hint)
 
 
@@ -78,10 +78,10 @@ def _find_forbidden_values(agent: Agent, construct: Construct, mention: Mention)
     for value in read(text[list_start:], close=True)[0].arguments if allowed else ():
         word = literal(value)
         if word and word not in allowed:
-            message = f"{_construct_prefix(construct)}the slot '{slot}' of '{template}' cannot be {word}"
+            message = f"{_format_construct(construct)}the slot '{slot}' of '{template}' cannot be {word}"
             hint = did_you_mean(word, allowed) or f"it can be: {', '.join(sorted(allowed))}"
             yield Finding(FORBIDDEN_VALUE, construct.place(list_start + value.start), message, hint)
 
 
-def _construct_prefix(construct: Construct) -> str:
+def _format_construct(construct: Construct) -> str:
     return f"{construct.keyword} {construct.name}: " if construct.name else ""

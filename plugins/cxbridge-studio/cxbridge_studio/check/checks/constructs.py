@@ -114,7 +114,7 @@ def check(agent: Agent) -> Iterator[Finding]:
         for diagnostic in file.diagnostics
         if diagnostic.construct
     }
-    dropped_names |= {name for file in agent.files for name in _swallowed_names(file)}
+    dropped_names |= {name for file in agent.files for name in _find_swallowed_names(file)}
     for file in agent.files:
         line = _find_unclosed_line(file)
         for diagnostic in file.diagnostics:
@@ -127,9 +127,13 @@ def check(agent: Agent) -> Iterator[Finding]:
                     yield _add_losses(file, diagnostic, finding, loss_finder)
 
 
-def _defined_names(agent: Agent, *keywords: str) -> set[str]:
+def _find_defined_names(agent: Agent, *keywords: str) -> set[str]:
     """Return the names that constructs of these kinds define, including dropped constructs."""
-    return {item.name for item in agent.usage.constructs if item.keyword in keywords and item.name}
+    return {
+        construct.name
+        for construct in agent.usage.constructs
+        if construct.keyword in keywords and construct.name
+    }
 
 
 def _add_losses(
@@ -138,7 +142,9 @@ def _add_losses(
     """Return a finding whose message also lists the losses that the dropped construct causes."""
     keyword, _, name = diagnostic.construct.partition(" ")
     key = (keyword, without_module(name))
-    constructs = [item for item in file.all_constructs if (item.keyword, item.name) == key]
+    constructs = [
+        construct for construct in file.all_constructs if (construct.keyword, construct.name) == key
+    ]
     losses = loss_finder.find_losses(constructs[-1:]) if constructs else None
     return replace(finding, message=f"{finding.message}; {losses}") if losses else finding
 
@@ -150,7 +156,7 @@ def _make_finding(agent: Agent, file: ClipsFile, diagnostic: Diagnostic) -> Find
     prefix = f"{diagnostic.construct}: " if diagnostic.construct else ""
     unknown = _find_unknown_template(agent, construct) if construct is not None else None
     if unknown is not None:
-        hint = did_you_mean(unknown.head, _defined_names(agent, "deftemplate"))
+        hint = did_you_mean(unknown.head, _find_defined_names(agent, "deftemplate"))
         message = f"{prefix}there is no deftemplate '{unknown.head}'"
         return Finding(UNKNOWN_TEMPLATE, file.place(unknown), message, hint)
     if construct is not None and code is UNREADABLE_CONSTRUCT:
@@ -171,9 +177,13 @@ def _make_finding(agent: Agent, file: ClipsFile, diagnostic: Diagnostic) -> Find
     place = SourcePlace(str(file.path), diagnostic.line or 0) if word is None else file.place(word)
     text = "" if word is None else word.text
     if code is UNKNOWN_FUNCTION:
-        return Finding(code, place, f"{prefix}there is no function '{text}'", _function_hint(agent, text))
+        return Finding(
+            code, place, f"{prefix}there is no function '{text}'", _make_function_hint(agent, text)
+        )
     if code is UNKNOWN_GLOBAL:
-        return Finding(code, place, f"{prefix}there is no global variable {text}", _global_hint(agent, text))
+        return Finding(
+            code, place, f"{prefix}there is no global variable {text}", _make_global_hint(agent, text)
+        )
     if code is UNKNOWN_SLOT:
         # Padding with empty names serves messages that quote fewer names.
         slot, template = [*_QUOTED_NAME.findall(diagnostic.message), "", ""][:2]
@@ -209,7 +219,9 @@ def _find_facts(construct: Definition) -> list[SyntaxNode]:
 
 
 def _defines_template(file: ClipsFile, template: str) -> bool:
-    return any((item.kind, item.name) == ("deftemplate", template) for item in file.constructs)
+    return any(
+        (definition.kind, definition.name) == ("deftemplate", template) for definition in file.constructs
+    )
 
 
 def _explain_missing_slots(
@@ -218,7 +230,7 @@ def _explain_missing_slots(
     """Return the finding for the first pattern or fact without slots whose deftemplate has slots."""
     for fact in _find_facts(construct):
         name = without_module(fact.head)
-        if name in agent.deftemplates and any(item.items is None for item in fact.arguments):
+        if name in agent.deftemplates and any(argument.items is None for argument in fact.arguments):
             hint = f"write ({name} (SLOT VALUE) ...)"
             if any(source.is_core and _defines_template(source, name) for source in agent.files):
                 hint = "it is a deftemplate of the CX core: use another name"
@@ -236,9 +248,13 @@ def _find_construct(file: ClipsFile, diagnostic: Diagnostic) -> Definition | Non
     Of several constructs with the name, the last construct before the line of the diagnostic counts.
     """
     kind, _, name = diagnostic.construct.partition(" ")
-    matches = [item for item in file.constructs if (item.kind, item.name) == (kind, without_module(name))]
+    matches = [
+        definition
+        for definition in file.constructs
+        if (definition.kind, definition.name) == (kind, without_module(name))
+    ]
     if len(matches) > 1 and diagnostic.line:
-        matches = [item for item in matches if item.line <= diagnostic.line] or matches
+        matches = [definition for definition in matches if definition.line <= diagnostic.line] or matches
     return matches[-1] if matches else None
 
 
@@ -280,7 +296,7 @@ def _find_unclosed_line(file: ClipsFile) -> int | None:
     return next(lines, None)
 
 
-def _swallowed_names(file: ClipsFile) -> Iterator[str]:
+def _find_swallowed_names(file: ClipsFile) -> Iterator[str]:
     """Yield the names of the unclosed construct and of all later constructs in the file."""
     line = _find_unclosed_line(file)
     if line is not None:
@@ -294,7 +310,7 @@ def _swallowed_names(file: ClipsFile) -> Iterator[str]:
 def _is_consequence(agent: Agent, finding: Finding, diagnostic: Diagnostic, dropped_names: set[str]) -> bool:
     """Return whether CLIPS drops a construct only because it has dropped a construct that this one needs."""
     names = _QUOTED_NAME.findall(finding.message) + _QUOTED_NAME.findall(diagnostic.message)
-    return not _defined_names(agent, "deftemplate", "deffunction").isdisjoint(
+    return not _find_defined_names(agent, "deftemplate", "deffunction").isdisjoint(
         dropped_names.intersection(names)
     )
 
@@ -309,15 +325,15 @@ def _find_unknown_template(agent: Agent, construct: Definition) -> SyntaxNode | 
     return next((ce.node for ce in slotted_patterns if without_module(ce.template) not in templates), None)
 
 
-def _function_hint(agent: Agent, name: str) -> str:
+def _make_function_hint(agent: Agent, name: str) -> str:
     """Return the file or feature with an unknown function, or a similar name; empty without either."""
     functions = ("deffunction", "defgeneric")
     for file in agent.files:
-        if any(item.kind in functions and item.name == name for item in file.constructs):
+        if any(definition.kind in functions and definition.name == name for definition in file.constructs):
             return f"{file.path.name} defines it, and is loaded later: load it earlier"
     if feature := agent.find_feature(name):
         return f"it is a function of the feature {feature}: request it in stage-1 of the spec"
-    return did_you_mean(name, _defined_names(agent, *functions, "defmethod"))
+    return did_you_mean(name, _find_defined_names(agent, *functions, "defmethod"))
 
 
 def _find_unknown_global(agent: Agent, construct: Definition | None) -> SyntaxNode | None:
@@ -329,7 +345,7 @@ def _find_unknown_global(agent: Agent, construct: Definition | None) -> SyntaxNo
     return next((node for node in globals_ if node.text.strip("$?*") not in defined_globals), construct.node)
 
 
-def _global_hint(agent: Agent, text: str) -> str:
+def _make_global_hint(agent: Agent, text: str) -> str:
     hint = did_you_mean(text.strip("$?*"), agent.model.names(NameKind.GLOBAL, Use.DEFINED))
     # The model has the names of global variables without their asterisks.
     return re.sub(r"mean (.*)\?", r"mean ?*\1*?", hint)

@@ -115,7 +115,7 @@ def _check_rules(agent: Agent, usage: Usage, own_constructs: list[Construct]) ->
     """Yield the rules with a pattern that no fact can match."""
     for construct in own_constructs:
         for pattern in construct.patterns:
-            problem = _pattern_problem(agent, usage, pattern)
+            problem = _find_pattern_problem(agent, usage, pattern)
             if problem is not None:
                 reason, hint = problem
                 message = f"defrule {construct.name} can never match: {reason}"
@@ -123,7 +123,7 @@ def _check_rules(agent: Agent, usage: Usage, own_constructs: list[Construct]) ->
                 break  # a single unmatched pattern disables the rule
 
 
-def _pattern_problem(agent: Agent, usage: Usage, pattern: FactUse) -> tuple[str, str] | None:
+def _find_pattern_problem(agent: Agent, usage: Usage, pattern: FactUse) -> tuple[str, str] | None:
     """Return the reason why no fact can match a pattern, and a hint; None if a fact may match."""
     name = pattern.template
     if name not in usage.asserted_facts and name in _INITIAL_FACTS:
@@ -133,7 +133,7 @@ def _pattern_problem(agent: Agent, usage: Usage, pattern: FactUse) -> tuple[str,
         )
     if name not in usage.asserted_facts and not usage.is_made_elsewhere(name):
         return f"nothing asserts a fact '{name}'", did_you_mean(name, set(usage.asserted_facts) - {name})
-    counts = _field_counts(agent, usage, name)
+    counts = _count_fields(agent, usage, name)
     if pattern.field_counts is None or not counts:
         return None
     minimum, maximum = pattern.field_counts
@@ -149,7 +149,7 @@ def _pattern_problem(agent: Agent, usage: Usage, pattern: FactUse) -> tuple[str,
     )
 
 
-def _field_counts(agent: Agent, usage: Usage, template: str) -> list[tuple[int, float]]:
+def _count_fields(agent: Agent, usage: Usage, template: str) -> list[tuple[int, float]]:
     """Return the minimum and the maximum number of fields of each asserted ordered fact of a template.
 
     The list is empty if the numbers are unknown.
@@ -349,13 +349,13 @@ def _find_sub_type_uses(
         for node in construct.action_nodes:
             if node.head in _CHANGE_FUNCTIONS and is_goal_slot:
                 slots = {
-                    item.head: frozenset({name})
-                    for item in node.arguments
-                    if item.head == sub_types.SUB_TYPE_SLOT and (name := _first_word(item))
+                    argument.head: frozenset({name})
+                    for argument in node.arguments
+                    if argument.head == sub_types.SUB_TYPE_SLOT and (name := _read_first_word(argument))
                 }
             elif node.head in core_functions:
                 slots = {sub_types.SUB_TYPE_SLOT: core_functions[node.head]}
-                if name := _first_word(node):
+                if name := _read_first_word(node):
                     slots[_CLASS_SLOT] = frozenset({name})
             else:
                 continue
@@ -363,7 +363,7 @@ def _find_sub_type_uses(
                 yield construct, FactUse(_GOAL_TEMPLATE, node.start, slots, frozenset(slots)), node.start
 
 
-def _first_word(node: SyntaxNode) -> str:
+def _read_first_word(node: SyntaxNode) -> str:
     """Return the first argument of a list; empty if it is missing, computed or a list."""
     return literal(node.arguments[0]) if node.arguments else ""
 

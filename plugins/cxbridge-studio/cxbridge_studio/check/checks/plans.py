@@ -153,11 +153,14 @@ def _check_formulas(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
                     f"the planner's goal has the unknown predicate '{node.head}'",
                     hint,
                 )
-            for item in map(literal, node.arguments) if are_objects_known else ():
-                if item and item not in objects:
-                    hint = did_you_mean(item, objects)
+            for object_name in map(literal, node.arguments) if are_objects_known else ():
+                if object_name and object_name not in objects:
+                    hint = did_you_mean(object_name, objects)
                     yield Finding(
-                        UNKNOWN_GOAL_NAME, place, f"the planner's goal has the unknown object '{item}'", hint
+                        UNKNOWN_GOAL_NAME,
+                        place,
+                        f"the planner's goal has the unknown object '{object_name}'",
+                        hint,
                     )
 
 

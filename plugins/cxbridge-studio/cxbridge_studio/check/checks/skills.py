@@ -156,11 +156,11 @@ def _find_skills(agent: Agent) -> dict[str, Path | None] | None:
             if skills is None:
                 return None
             skill_files.update(dict.fromkeys(skills))
-    for item in skiller_settings(context.config, "lua", () if board is None else board.skillers):
-        if item.kind != "lua":
+    for settings in skiller_settings(context.config, "lua", () if board is None else board.skillers):
+        if settings.kind != "lua":
             return None  # the skills of other Skillers have no files
         space: str = context.config.get_str(SKILL_SPACE, default=DEFAULT_SPACE)
-        space_files = find_space_skills(item.space or space, context.paths.skill_dirs, LuaCompiler())
+        space_files = find_space_skills(settings.space or space, context.paths.skill_dirs, LuaCompiler())
         if space_files is None:
             return None
         skill_files.update(space_files)

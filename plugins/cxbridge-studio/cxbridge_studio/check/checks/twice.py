@@ -52,6 +52,6 @@ def check(agent: Agent) -> Iterator[Finding]:
         )
         losses = loss_finder.find_losses([earlier_construct])
         line = earlier_construct.place().line
-        message = f"{construct.keyword} {construct.name} replaces the one in {earlier_place} {line}"
+        message = f"{construct.keyword} {construct.name} replaces the definition in {earlier_place} {line}"
         message += f"; {losses}" if losses else ""
-        yield Finding(DUPLICATE_CONSTRUCT, construct.place(), message, "rename or remove one")
+        yield Finding(DUPLICATE_CONSTRUCT, construct.place(), message, "rename or remove one of them")

@@ -91,9 +91,9 @@ class AgentSources:
         self.texts[file.name] = file.text
         for definition in definitions(file.text):
             if definition.kind == "defrule":
-                lines = tuple(_code_lines(definition.node.text, definition.line))
+                lines = tuple(_find_code_lines(definition.node.text, definition.line))
                 self.rules[definition.name] = RuleLines(definition.name, file.name, lines)
-            self.goal_classes.update(_goal_class_names(definition.node))
+            self.goal_classes.update(_find_goal_class_names(definition.node))
 
     def add_source(self, source: RunSource | SourceRead, *, include_core: bool) -> None:
         """Add the names of a recorded source: a CLIPS file, a PDDL domain or a configuration.
@@ -111,7 +111,7 @@ class AgentSources:
             self.add_domain(text)
         elif source.role == "config-tree":
             self.unwatched_rules.update(_LOOP_RULES)
-            self.unwatched_rules.update(_unwatched_rules(text))
+            self.unwatched_rules.update(_read_unwatched_rules(text))
 
     def add_domain(self, text: str) -> None:
         """Add the operators of a PDDL domain."""
@@ -120,14 +120,14 @@ class AgentSources:
         )
 
 
-def _code_lines(text: str, first: int) -> Iterable[int]:
+def _find_code_lines(text: str, first: int) -> Iterable[int]:
     """Yield the numbers of lines with more than blanks and comments."""
     for number, line in enumerate(text.split("\n"), first):
         if line.strip() and not line.lstrip().startswith(";"):
             yield number
 
 
-def _goal_class_names(construct: SyntaxNode) -> Iterable[str]:
+def _find_goal_class_names(construct: SyntaxNode) -> Iterable[str]:
     """Yield the goal classes that a construct names."""
     for node in construct.walk():
         slots = node.arguments if node.head == "goal" else ()
@@ -226,7 +226,7 @@ def add_recorded_agent(agent: AgentSources, run: Run, env: str, *, include_core:
     return bool(steps)
 
 
-def _unwatched_rules(tree: str) -> list[str]:
+def _read_unwatched_rules(tree: str) -> list[str]:
     """Return the rules that a recorded configuration does not watch; empty if it is unreadable.
 
     :param tree: the configuration as JSON: values by path.

@@ -24,19 +24,19 @@ def report_lines(coverage: Coverage, *, firings_known: bool) -> Iterator[str]:
         counts = f"{coverage.fired_count} of {coverage.watched_count}"
         yield f"{counts} rules fired in {runs}: {coverage.percent:.1f} %"
         yield ""
-        yield from _file_table(coverage)
-        yield from _unfired_lines(coverage)
+        yield from _format_file_table(coverage)
+        yield from _list_unfired_rules(coverage)
     else:
         yield f"which rules fired in {runs} was not recorded: record with --trace-level rules"
     yield ""
-    yield from _name_lines("goal classes", "appeared", coverage.goal_classes)
+    yield from _format_names("goal classes", "appeared", coverage.goal_classes)
     yield from (f"  {name} was never {', '.join(missing)}" for name, missing in coverage.missing_modes)
-    yield from _name_lines("actions", "were executed", coverage.actions)
-    yield from _name_lines("skills", "were executed", coverage.skills)
+    yield from _format_names("actions", "were executed", coverage.actions)
+    yield from _format_names("skills", "were executed", coverage.skills)
     yield from (f"note: {note}" for note in coverage.notes)
 
 
-def _file_table(coverage: Coverage) -> Iterator[str]:
+def _format_file_table(coverage: Coverage) -> Iterator[str]:
     folder, names = _split_folder(coverage.files)
     title = f"below {folder}" if folder else "file"
     width = max(map(len, [*names, title]))
@@ -60,7 +60,7 @@ def short_names(files: Sequence[FileCoverage]) -> list[str]:
     return _split_folder(files)[1]
 
 
-def _unfired_lines(coverage: Coverage) -> Iterator[str]:
+def _list_unfired_rules(coverage: Coverage) -> Iterator[str]:
     names = short_names(coverage.files)
     unfired = [
         f"  {name}:{rule.lines[0]} {rule.name}"
@@ -77,7 +77,7 @@ def _unfired_lines(coverage: Coverage) -> Iterator[str]:
         yield f"firings not recorded: {', '.join(unwatched)}"
 
 
-def _name_lines(title: str, verb: str, names: NameCoverage) -> Iterator[str]:
+def _format_names(title: str, verb: str, names: NameCoverage) -> Iterator[str]:
     total = len(names.used) + len(names.unused)
     yield f"{title}: {len(names.used)} of {total} {verb}"
     if names.unused:

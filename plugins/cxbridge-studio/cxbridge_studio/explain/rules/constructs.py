@@ -68,7 +68,7 @@ class Constructs:
             case "defrule":
                 self._rules[name] = node.text
             case "deftemplate":
-                self.templates[name] = FactTemplate(name, tuple(_template_slots(node.arguments[1:])))
+                self.templates[name] = FactTemplate(name, tuple(_read_template_slots(node.arguments[1:])))
             case "deffunction":
                 self._functions[name] = node.text
             case "defglobal":
@@ -114,8 +114,8 @@ class Constructs:
         )
 
 
-def _template_slots(items: tuple[SyntaxNode, ...]) -> Iterator[tuple[str, bool]]:
+def _read_template_slots(nodes: tuple[SyntaxNode, ...]) -> Iterator[tuple[str, bool]]:
     """Yield the name of each slot of a deftemplate, and whether the slot is a multislot."""
-    for item in items:
-        if item.head in (*_MULTI_SLOTS, *_SINGLE_SLOTS) and item.arguments:
-            yield item.arguments[0].text, item.head in _MULTI_SLOTS
+    for slot in nodes:
+        if slot.head in (*_MULTI_SLOTS, *_SINGLE_SLOTS) and slot.arguments:
+            yield slot.arguments[0].text, slot.head in _MULTI_SLOTS

@@ -77,13 +77,15 @@ class _Diagnoser:
                     joined, unknown = None, f"CE {number} cannot be matched on a copy: {error.message}"
             elements.append(CECount(number, ce.text, self._count_alone(ces[: number - 1], ce), joined))
         if unknown:
-            return Diagnosis(self._salience(), tuple(elements), errors=tuple(matcher.errors), unknown=unknown)
+            return Diagnosis(
+                self._find_salience(), tuple(elements), errors=tuple(matcher.errors), unknown=unknown
+            )
         failure = (
             self._explain_element(list(ces[: failing_ce - 1]), ces[failing_ce - 1]) if failing_ce else None
         )
         bases = () if failing_ce else tuple(matcher.match_bases([ce.text for ce in ces], MAX_BASES))
         return Diagnosis(
-            self._salience(),
+            self._find_salience(),
             tuple(elements),
             failing_ce,
             failure,
@@ -92,14 +94,13 @@ class _Diagnoser:
             tuple(matcher.errors),
         )
 
-    def _salience(self) -> str:
+    def _find_salience(self) -> str:
         if not self._condition.salience:
             return ""
         try:
             return show(self._matcher.evaluate(self._condition.salience))
-        except (
-            ClipsError
-        ):  # the salience depends on the state of the run, so the report shows its source text
+        except ClipsError:
+            # the salience depends on the state of the run, so the report shows its source text
             return self._condition.salience
 
     def _count_alone(self, previous_ces: Sequence[CE], ce: CE) -> Count | None:
@@ -158,10 +159,10 @@ class _Diagnoser:
             if own_facts
             else []
         )
-        negated_patterns = [item for item in ce.items if isinstance(item, PatternCE)]
+        negated_patterns = [inner_ce for inner_ce in ce.items if isinstance(inner_ce, PatternCE)]
         facts = dict.fromkeys(
             " with ".join(
-                self._fact_text(ref.index, pattern)
+                self._format_fact(ref.index, pattern)
                 for ref, pattern in zip(row, negated_patterns, strict=True)
             )
             for row in rows
@@ -172,14 +173,14 @@ class _Diagnoser:
 
     def _explain_forall(self, previous_ces: list[CE], ce: GroupCE) -> MatchFailure:
         first, *requirements = ce.items
-        requirement_text = " ".join(item.text for item in requirements)
+        requirement_text = " ".join(requirement.text for requirement in requirements)
         facts: list[str] = []
         if isinstance(first, PatternCE):
             positive_prefix = Prefix([*previous_ces, first])
             # CLIPS replaces (forall A B) by (not (and A (not B))): facts of A without B violate it.
             violating_texts = [*positive_prefix.texts, f"(not (and {requirement_text}))"]
             rows = self._matcher.match_values(violating_texts, positive_prefix.fact_variables[-1:], MAX_SHOWN)
-            facts = [self._fact_text(row[0].index, first) for row in rows]
+            facts = [self._format_fact(row[0].index, first) for row in rows]
         reason = f"not every {first.text} has {requirement_text}"
         return MatchFailure("forall", ce.text, reason, facts=tuple(dict.fromkeys(facts)))
 
@@ -194,5 +195,5 @@ class _Diagnoser:
                 return self._explain_element([*previous_ces, *ces[:index]], ce)
         raise ClipsError("its parts match in sequence")
 
-    def _fact_text(self, index: int, pattern: PatternCE) -> str:
+    def _format_fact(self, index: int, pattern: PatternCE) -> str:
         return self._snapshot.fact_text(self._matcher.rows[index], {part.slot for part in pattern.parts})

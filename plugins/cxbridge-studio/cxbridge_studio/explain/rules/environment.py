@@ -63,7 +63,7 @@ def take_snapshot(env: ClipsEnvironment, rule: str, max_facts: int | None = None
         raise ClipsError(f"there is no rule '{rule}'")
     text = decode(lib.DefrulePPForm(rule_pointer))
     condition = parse_rule(text)
-    dependencies = find_dependencies(condition, lambda name: _function_text(env, name))
+    dependencies = find_dependencies(condition, lambda name: _read_function(env, name))
     global_names = sorted(
         name for name in dependencies.globals if lib.FindDefglobal(env.c_env, encode(name)) != NULL
     )
@@ -75,10 +75,10 @@ def take_snapshot(env: ClipsEnvironment, rule: str, max_facts: int | None = None
     templates = _find_templates(env, names)
     limit = MAX_FACTS if max_facts is None else max_facts
     # Counting comes first: copying a fact stops the loop of a daemon for about 10 us.
-    fact_count = sum(1 for _ in islice(_fact_pointers(env, templates), limit + 1))
+    fact_count = sum(1 for _ in islice(_iterate_facts(env, templates), limit + 1))
     copier = FactCopier(env, templates.__contains__)
     if fact_count <= limit:
-        for fact in _fact_pointers(env, templates):
+        for fact in _iterate_facts(env, templates):
             copier.add(fact)
     return Snapshot(
         env.name,
@@ -99,7 +99,7 @@ def take_snapshot(env: ClipsEnvironment, rule: str, max_facts: int | None = None
     )
 
 
-def _function_text(env: ClipsEnvironment, name: str) -> str | None:
+def _read_function(env: ClipsEnvironment, name: str) -> str | None:
     """Return the text of a deffunction, empty if CLIPS keeps none; None if there is no such function."""
     function = lib.FindDeffunction(env.c_env, encode(name))
     if function == NULL:
@@ -120,7 +120,7 @@ def _find_templates(env: ClipsEnvironment, names: set[str] | None) -> Mapping[st
     return templates
 
 
-def _fact_pointers(env: ClipsEnvironment, templates: Iterable[str]) -> Iterator[CData]:
+def _iterate_facts(env: ClipsEnvironment, templates: Iterable[str]) -> Iterator[CData]:
     """Yield the pointers to the facts of deftemplates."""
     for name in templates:
         template_pointer = lib.FindDeftemplate(env.c_env, encode(name))

@@ -196,12 +196,12 @@ class Matcher:
         text = output.end_error_capture(previous_sink)
         messages = [" ".join(match.split()) for match in _MESSAGE.findall(text)]
         if error != lib.BE_NO_ERROR:
-            raise ClipsError(self._rejection_reason(messages))
+            raise ClipsError(self._find_rejection_reason(messages))
         # CLIPS evaluates tests while it matches the facts, so errors of tests come from `Build`.
         self.errors += [message for message in dict.fromkeys(messages) if message not in self.errors]
         self._env.api.clear_halt()
 
-    def _rejection_reason(self, messages: list[str]) -> str:
+    def _find_rejection_reason(self, messages: list[str]) -> str:
         """Return why CLIPS rejects a condition, from its messages."""
         missing_function = _MISSING_FUNCTION.search(" ".join(messages))
         if missing_function is None:

@@ -62,7 +62,7 @@ def refused_rules(rulebook: Rulebook) -> dict[str, MissingRule]:
 
 def unloaded_rules(rulebook: Rulebook) -> Iterator[MissingRule]:
     """Yield the rules in the agent's folders whose files are not loaded."""
-    for file in _unloaded_files(rulebook):
+    for file in _find_unloaded_files(rulebook):
         for name, text in _read_rules(file):
             if name not in rulebook.rules:
                 yield MissingRule(name, text, f"is in {short_path(file)}, which the spec does not load")
@@ -84,7 +84,7 @@ def explain_missing_rule(rule: str, rulebook: Rulebook) -> str:
         if messages:
             return f"{position} defines it, but the file was not loaded as a whole: {messages[0]}"
         return f"{position} defines it, and it was loaded, but it is gone: undefined later, or not loaded yet"
-    position = find_rule(rule, _unloaded_files(rulebook))
+    position = find_rule(rule, _find_unloaded_files(rulebook))
     return "" if position is None else f"{position} defines it, but the spec does not load that file"
 
 
@@ -111,7 +111,7 @@ def _explain_swallowed_rule(rule: str, rulebook: Rulebook) -> str:
     return ""
 
 
-def _unloaded_files(rulebook: Rulebook) -> Iterator[str]:
+def _find_unloaded_files(rulebook: Rulebook) -> Iterator[str]:
     """Yield the CLIPS files in the agent's folders that are not loaded."""
     loaded_files = {str(Path(file).resolve()) for file in rulebook.files}
     for folder in rulebook.folders:

@@ -63,7 +63,7 @@ def find_nearest(matcher: Matcher, snapshot: Snapshot, prefix: Prefix, pattern: 
                 constraint.label,
                 snapshot.value_text(row, constraint.slot, constraint.position),
                 _LEADING_VARIABLE.sub("", constraint.text),
-                tuple(_bound_values(constraint, prefix, sample.values[key])),
+                tuple(_format_bound_values(constraint, prefix, sample.values[key])),
             )
             for number, constraint in enumerate(constraints)
             if number in compared_slots and number not in satisfied_slots[key, index]
@@ -74,7 +74,7 @@ def find_nearest(matcher: Matcher, snapshot: Snapshot, prefix: Prefix, pattern: 
     return MatchFailure(
         "pattern",
         pattern.text,
-        _failure_reason(prefix, sample, best_slot_count, len(compared_slots), near_misses),
+        _describe_failure(prefix, sample, best_slot_count, len(compared_slots), near_misses),
         tuple(near_misses),
     )
 
@@ -95,12 +95,12 @@ def _rank_pairs(satisfied_slots: dict[tuple[_MatchKey, int], set[int]]) -> list[
     return sorted(satisfied_slots, key=rank, reverse=True)
 
 
-def _failure_reason(
+def _describe_failure(
     prefix: Prefix, sample: _Sample, best_slot_count: int, compared_slots: int, near_misses: list[NearMiss]
 ) -> str:
     if not any(miss.deviations for miss in near_misses):
         return "each part of it matches some fact, but not all parts together match one"
-    verb = "goes with the facts before it" if prefix.fact_variables else "matches"
+    verb = "matches together with the facts before it" if prefix.fact_variables else "matches"
     limitation = ", in a sample of the matches" if sample.is_limited else ""
     slots = "slot" if compared_slots == 1 else "slots"
     return f"no fact {verb}; the nearest have {best_slot_count} of {compared_slots} {slots} right{limitation}"
@@ -137,7 +137,7 @@ def _compare_slot(
     return True
 
 
-def _bound_values(constraint: SlotConstraint, prefix: Prefix, values: dict[str, Value]) -> list[str]:
+def _format_bound_values(constraint: SlotConstraint, prefix: Prefix, values: dict[str, Value]) -> list[str]:
     """Return the values of the variables in a slot that other CEs bind."""
     return [
         f"?{name} = {show_alone(values[name])} (CE {prefix.binding_ce_number(name)})"

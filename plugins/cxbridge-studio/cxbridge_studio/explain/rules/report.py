@@ -107,7 +107,9 @@ def to_json(story: RuleStory) -> dict[str, Any]:
             "env": story.snapshot.env,
             "clips_matches": list(story.snapshot.clips_counts),
             "on_agenda": story.activations,
-            "ahead_on_agenda": None if story.ahead is None else [asdict(item) for item in story.ahead],
+            "ahead_on_agenda": None
+            if story.ahead is None
+            else [asdict(activation) for activation in story.ahead],
             "halted": story.snapshot.halt_reason,
         }
     return result
@@ -142,17 +144,17 @@ def verdict(story: RuleStory) -> str:
         return f"its condition does not match: CE {diagnosis.failing} has no match" + (
             " with those before it" if diagnosis.failing > 1 else ""
         )
-    return _verdict_of_matches(story, diagnosis, snapshot)
+    return _explain_matches(story, diagnosis, snapshot)
 
 
-def _verdict_of_matches(story: RuleStory, diagnosis: Diagnosis, snapshot: Snapshot) -> str:
+def _explain_matches(story: RuleStory, diagnosis: Diagnosis, snapshot: Snapshot) -> str:
     """Return why the complete matches do not make the rule fire, in the same form as :func:`verdict`."""
     is_single = diagnosis.matches == Count(1)
     matches = "its condition matches" + (" in one way" if is_single else f" in {diagnosis.matches} ways")
     if story.activations:
         verb = "is" if story.activations == 1 else "are"
         # `ahead` is None if more activations come first than a snapshot lists.
-        turn_text = "it is the next to fire" if story.ahead == () else "many others come first"
+        turn_text = "it is the next to fire" if story.ahead == () else "many other activations come first"
         if story.ahead:
             first = story.ahead[0]
             turn_text = (
@@ -183,15 +185,15 @@ def report_lines(story: RuleStory) -> Iterator[str]:
     yield f"in {story.where}"
     yield ""
     if story.firings is not None and not story.missing:
-        yield _firings_text(story.firings)
+        yield _describe_firings(story.firings)
     sentence = verdict(story)
     yield f"{sentence[:1].upper()}{sentence[1:]}."
     if diagnosis is not None and snapshot is not None:
-        yield from _diagnosis_lines(story, diagnosis, snapshot)
+        yield from _format_diagnosis(story, diagnosis, snapshot)
     yield from (f"note: {note}" for note in story.notes)
 
 
-def _firings_text(firings: tuple[tuple[float, str], ...]) -> str:
+def _describe_firings(firings: tuple[tuple[float, str], ...]) -> str:
     if not firings:
         return "It has not fired."
     times = "once" if len(firings) == 1 else f"{len(firings)} times, last"
@@ -199,10 +201,10 @@ def _firings_text(firings: tuple[tuple[float, str], ...]) -> str:
     return f"It has fired {times} at {seconds:.3f} s{f' for {basis}' if basis else ''}."
 
 
-def _diagnosis_lines(story: RuleStory, diagnosis: Diagnosis, snapshot: Snapshot) -> Iterator[str]:
+def _format_diagnosis(story: RuleStory, diagnosis: Diagnosis, snapshot: Snapshot) -> Iterator[str]:
     if diagnosis.elements:
         yield ""
-        yield from _table_lines(diagnosis.elements, diagnosis.failing)
+        yield from _format_table(diagnosis.elements, diagnosis.failing)
     if diagnosis.unknown and snapshot.clips_counts:
         # CLIPS' numbers are hard to read, but better than none.
         yield ""
@@ -210,7 +212,7 @@ def _diagnosis_lines(story: RuleStory, diagnosis: Diagnosis, snapshot: Snapshot)
         yield from (f"  {line}" for line in snapshot.clips_counts)
     if diagnosis.failure is not None:
         yield ""
-        yield from _failure_lines(diagnosis.failure, f"CE {diagnosis.failing}: ", "  ")
+        yield from _format_failure(diagnosis.failure, f"CE {diagnosis.failing}: ", "  ")
     elif diagnosis.bases:
         yield ""
         yield "it matches for"
@@ -223,7 +225,7 @@ def _diagnosis_lines(story: RuleStory, diagnosis: Diagnosis, snapshot: Snapshot)
         yield f"CLIPS, while evaluating the condition: {error}"
 
 
-def _table_lines(elements: tuple[CECount, ...], failing: int) -> Iterator[str]:
+def _format_table(elements: tuple[CECount, ...], failing: int) -> Iterator[str]:
     rows = [
         (
             str(element.number),
@@ -246,7 +248,7 @@ def _table_lines(elements: tuple[CECount, ...], failing: int) -> Iterator[str]:
 _COLUMN_TITLES = ("CE", "alone", "joined")
 
 
-def _failure_lines(failure: MatchFailure, title: str, indent: str) -> Iterator[str]:
+def _format_failure(failure: MatchFailure, title: str, indent: str) -> Iterator[str]:
     yield f"{title}{failure.reason}"
     for miss in failure.near:
         yield f"{indent}{miss.fact}"
@@ -256,4 +258,4 @@ def _failure_lines(failure: MatchFailure, title: str, indent: str) -> Iterator[s
     for text in (*failure.facts, *failure.values):
         yield f"{indent}{text}"
     for inner in failure.inner:
-        yield from _failure_lines(inner, f"{indent}{inner.text}: ", indent + "  ")
+        yield from _format_failure(inner, f"{indent}{inner.text}: ", indent + "  ")

@@ -89,7 +89,7 @@ class CsvWriter(RunWriter):
 
     def describe(self, metadata: Mapping[str, str]) -> None:
         """Set the name of the run for file names."""
-        self._scenario = _scenario_name(metadata) or self._scenario
+        self._scenario = _find_scenario_name(metadata) or self._scenario
 
     def write(self, event: Event) -> None:
         """Write a row; the first write of an interface creates its file."""
@@ -178,14 +178,14 @@ def _convert_file(run: BBLoggerFile, path: Path) -> None:
         raise TraceError(header.problem, file=run.path, hint="without a definition there are no columns")
     if header.problem:
         run.note(header.problem)
-    decode = BlockDecoder(header.schema, _text_bytes).decode
+    decode = BlockDecoder(header.schema, _encode_text).decode
     with closing(_CsvFile(path, header.schema)) as file:
         for since_us, block in run.entries():
             file.write(since_us, decode(block))
 
 
-def _text_bytes(field: bytes) -> bytes:
-    # as in ffbblog: a text ends at its first zero, but a field of one byte is written even if it is zero
+def _encode_text(field: bytes) -> bytes:
+    # as in ffbblog: a text ends at its first zero byte, but a field of one byte is written even if it is zero
     return field if len(field) == 1 else field.split(b"\0", 1)[0]
 
 
@@ -214,7 +214,7 @@ def _make_folder(path: Path) -> None:
         path.mkdir(exist_ok=True)
 
 
-def _scenario_name(metadata: Mapping[str, str]) -> str:
+def _find_scenario_name(metadata: Mapping[str, str]) -> str:
     """Return the name of a run's scenario: the folder of its configuration file, or the spec."""
     text = metadata.get("scenario", "")
     if len(file := PurePath(text).parts) > 1:
@@ -225,7 +225,9 @@ def _scenario_name(metadata: Mapping[str, str]) -> str:
 
 def _several_interfaces_error(path: Path) -> TraceError:
     return TraceError(
-        "the run has several interfaces, or none", file=path, hint="name a folder: each gets a file in it"
+        "the run has several interfaces, or none",
+        file=path,
+        hint="name a folder: each interface gets a file there",
     )
 
 

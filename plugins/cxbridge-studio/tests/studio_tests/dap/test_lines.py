@@ -37,7 +37,7 @@ TEXT = """\
 
 
 def lines():
-    return BreakpointLines(TEXT, actions=True)
+    return BreakpointLines(TEXT, includes_actions=True)
 
 
 @pytest.mark.parametrize(
@@ -63,23 +63,23 @@ def lines():
 def test_what_a_line_stands_for(line, rule, moved, action):
     rule_position = lines().find_position(line)
     assert rule_position is not None
-    assert (rule_position.rule, rule_position.line, rule_position.action) == (rule, moved, action)
+    assert (rule_position.rule, rule_position.line, rule_position.is_at_action) == (rule, moved, action)
 
 
 def test_behind_the_last_rule_is_nothing():
     assert lines().find_position(20) is None
-    assert BreakpointLines("(deffunction f () 3)\n", actions=True).find_position(1) is None
+    assert BreakpointLines("(deffunction f () 3)\n", includes_actions=True).find_position(1) is None
 
 
 def test_without_actions_a_line_is_its_rule():
-    rule_position = BreakpointLines(TEXT, actions=False).find_position(11)
+    rule_position = BreakpointLines(TEXT, includes_actions=False).find_position(11)
     assert rule_position is not None
-    assert (rule_position.rule, rule_position.line, rule_position.action) == ("first", 4, False)
+    assert (rule_position.rule, rule_position.line, rule_position.is_at_action) == ("first", 4, False)
 
 
 def test_the_lines_to_stop_at():
     assert lines().possible_lines(1, 100) == [4, 8, 9, 11, 13, 14, 15, 19]
-    assert BreakpointLines(TEXT, actions=False).possible_lines(1, 100) == [4, 19]
+    assert BreakpointLines(TEXT, includes_actions=False).possible_lines(1, 100) == [4, 19]
 
 
 def test_only_variables_that_have_a_value_for_sure():

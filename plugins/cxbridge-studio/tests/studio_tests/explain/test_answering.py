@@ -107,7 +107,7 @@ def test_the_command(daemon, capsys):
     assert invoke(["why", "mini-never", "--connect", url]) == 0
     assert "rule mini-never (" in capsys.readouterr().out
     for words, message in (
-        (["--at", "3"], "a daemon reports now only"),
+        (["--at", "3"], "a daemon explains only its present state"),
         (["--env", "other"], "a daemon has no CLIPS environment 'other'"),
     ):
         assert invoke(["why", "mini-never", "--connect", url, *words]) == 2

@@ -162,7 +162,7 @@ def test_thousands_of_facts_are_looked_through_bit_by_bit(source, daemon, tmp_pa
         request(board, "env-load", WAIT_S, env="executive", file=str(file), batch=True)
     query = ViewQuery(pane="facts")
     seen = until(lambda: source.take_snapshot(query), lambda seen: len(seen.facts.rows) == MAX_ROWS)
-    assert seen.facts.note == f"the first {MAX_ROWS}: / finds others"
+    assert seen.facts.note == f"the first {MAX_ROWS}: / finds further facts"
     found = until(
         lambda: source.take_snapshot(ViewQuery(pane="facts", filter_text="many 1999")),
         lambda seen: seen.facts.rows,

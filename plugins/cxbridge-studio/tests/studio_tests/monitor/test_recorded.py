@@ -65,7 +65,7 @@ def test_the_story_of_a_moment_is_that_of_why(source):
 def test_moments(source):
     seen = at(source, "begin", pane="events")
     assert re.fullmatch(r"0\.0 s of 4\.0 s · event 0 of 1,024", seen.head)
-    assert (seen.stop, seen.progress, seen.goals, seen.events.selected) == ("the begin", 0, [], None)
+    assert (seen.stop, seen.progress, seen.goals, seen.events.selected) == ("the beginning", 0, [], None)
     seen = at(source, "transition 1", "event 2")
     assert [goal.id for goal in seen.goals] == ["gen1", "gen2", "RUN-gen3"]
     assert seen.environments == ["executive"]

@@ -54,20 +54,20 @@ def test_transitions_forth_and_back():
     assert list(it.transitions) == [1, 3, 4]
     seen = []
     for step in (1, 1, 1, 1, 1, -1, -1, -1, -1, -1, 2, -1):
-        it.move_transitions(step)
+        it.step_transitions(step)
         seen.append(it.position)
     assert seen == [1, 3, 4, 6, 6, 4, 3, 1, 0, 0, 3, 1]
     it.go_to(2)
-    it.move_transitions(-1)
+    it.step_transitions(-1)
     assert it.position == 1
     assert list(it.log_lines) == [1, 5]
 
 
 def test_without_transitions_events_are_stepped():
     it = loaded([LogLine(0, Level.INFO, "x", "y")] * 3)
-    it.move_transitions(2)
+    it.step_transitions(2)
     assert it.position == 2
-    it.move_transitions(-1)
+    it.step_transitions(-1)
     assert it.position == 1
 
 

@@ -17,7 +17,7 @@ from cxbridge.errors import CxbridgeError, SkillerError
 from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.interfaces.assignments import json_value
 from cxbridge.skiller.make import skill_folders
-from cxbridge_studio.terminal.graphs import draw_graph, fetch_graph, render_graph
+from cxbridge_studio.terminal.graphs import fetch_graph, make_graph, render_graph
 from tests.cli.boards import Looping, SharedBoard, silent_bus
 from tests.skiller.rig import SKILLS, write_skills
 
@@ -97,9 +97,9 @@ def test_nobody_there(board: Any):
 
 def test_a_graph_from_skill_files(tmp_path: Path):
     write_skills(tmp_path, SKILLS)
-    graph = draw_graph("count", [tmp_path], space="space", direction="RL", coloured=False)
+    graph = make_graph("count", [tmp_path], space="space", direction="RL", coloured=False)
     assert graph.startswith('digraph count {\n\tgraph  [penwidth="2.0", rankdir="RL"];\n')
-    assert draw_graph("LIST", [tmp_path], space="space") == "count\nfail\ndone\n"
+    assert make_graph("LIST", [tmp_path], space="space") == "count\nfail\ndone\n"
 
 
 @pytest.mark.parametrize(
@@ -108,14 +108,14 @@ def test_a_graph_from_skill_files(tmp_path: Path):
 def test_a_skill_that_cannot_be_drawn(tmp_path: Path, skill: str, message: str):
     write_skills(tmp_path, SKILLS)
     with pytest.raises(SkillerError, match=message) as caught:
-        draw_graph(skill, [tmp_path], space="space")
+        make_graph(skill, [tmp_path], space="space")
     assert "count, done, fail" in str(caught.value)
 
 
 @needs_dot
 @pytest.mark.parametrize(("suffix", "start"), [(".svg", b"<?xml"), (".png", b"\x89PNG"), (".pdf", b"%PDF")])
 def test_pictures(suffix: str, start: bytes):
-    assert render_graph(draw_graph("say", skill_folders()), suffix).startswith(start)
+    assert render_graph(make_graph("say", skill_folders()), suffix).startswith(start)
 
 
 @needs_dot

@@ -96,7 +96,7 @@ def test_monitor_on_a_terminal_draws_the_machine(board):
         "  FINAL",
         "  inner",
         f"  {here} A",
-        f"way: drive {to} turn",
+        f"path: drive {to} turn",
     ]
     assert not show_skiller(board, "Skiller", 2, Deadline(0.1), console)
 

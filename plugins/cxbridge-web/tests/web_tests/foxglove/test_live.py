@@ -94,7 +94,7 @@ def check(client: FoxgloveClient) -> None:
 def attend(server: Any, over: threading.Event) -> None:
     """Do the work of a main loop."""
     while not over.wait(0.01):
-        server.attend()
+        server.serve_new_subscribers()
 
 
 @pytest.fixture

@@ -132,7 +132,7 @@ def test_the_page_as_a_person_reads_it(tmp_path):
     with world(rule, ROBOT, "(goal (id g) (mode SELECTED))") as env:
         story = explain_rule(WorldEvidence(env), "it")
     goal = "?g <- (goal (id ?n) (mode SELECTED))"
-    nearest = "no fact goes with the facts before it; the nearest have 1 of 2 slots right"
+    nearest = "no fact matches together with the facts before it; the nearest have 1 of 2 slots right"
     assert list(report_lines(story)) == [
         f"rule it has not fired: CE 2 {goal} has no match: {nearest}: id is g, not ?n",
         "",
@@ -146,7 +146,7 @@ def test_the_page_as_a_person_reads_it(tmp_path):
         ">  2      1       0  ?g <- (goal (id ?n) (mode SELECTED))",
         "   3                 (test (eq 1 1))",
         "",
-        "CE 2: no fact goes with the facts before it; the nearest have 1 of 2 slots right",
+        "CE 2: no fact matches together with the facts before it; the nearest have 1 of 2 slots right",
         "  f-2 (goal (id g) (mode SELECTED) ...)",
         "    id is g, not ?n where ?n = r (CE 1)",
     ]
