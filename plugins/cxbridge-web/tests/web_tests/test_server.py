@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import http.client
+import socket
 import threading
 
 import pytest
@@ -12,6 +13,7 @@ from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import ConfigError
 from cxbridge.events import LogLine
 from cxbridge_web.endpoint import ApiError, Directory, Endpoint
+from cxbridge_web.http.serving import listen
 from cxbridge_web.pages import Pages
 from tests.daemon.test_daemon import QUIET, WAIT_S, running, settings
 from tests.run.mini import write_scenario
@@ -175,6 +177,12 @@ def test_without_the_tree_there_is_no_server_and_nothing_of_it_is_imported():
     made = settings("cxbridge: {web: {port: 1}}\n").sections["web"]
     assert made is not None
     assert (made.host, made.port) == ("127.0.0.1", 1)
+
+
+def test_answers_are_sent_at_once():
+    """asyncio turns Nagle's algorithm off on sockets of this protocol only; else each file takes 40 ms."""
+    with listen("127.0.0.1", 0) as listening:
+        assert listening.proto == socket.IPPROTO_TCP
 
 
 def test_a_port_that_is_taken_is_told():

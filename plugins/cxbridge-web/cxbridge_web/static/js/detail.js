@@ -306,10 +306,11 @@ export class Detail {
     this.later();
   }
 
-  /** Warnings and errors of the log in the time of an item; not those of other robots. */
+  /** Warnings and errors of the log in the time of an item, up to the moment; not those of other robots. */
   log(item) {
     const { begin, end } = timesOf(item, this.history),
-      last = end ? { time: end.time + LATE_US } : this.host.now(),
+      isOver = end && end.step <= this.step,
+      last = isOver ? { time: end.time + LATE_US } : this.host.cursor() || this.host.now(),
       isBad = ({ level }) => level === "W" || level === "E",
       lines = this.host
         .lines(begin, last)

@@ -3,6 +3,7 @@ import { part } from "cx/api.js";
 import { el } from "cx/dom.js";
 
 const WORD = /[A-Za-z_][\w-]*(?:#\d+)?|\b\d+\.\d{3} s\b/g;
+const BEFORE_RULE = /(?<!\b(a|no) )\brule $/; // not "for a rule that selects it"
 
 /** @param rules names of rules that are known, a Set @returns nodes and texts */
 export function linked(app, text, rules = new Set()) {
@@ -10,7 +11,7 @@ export function linked(app, text, rules = new Set()) {
   let at = 0;
   for (const match of text.matchAll(WORD)) {
     const [word] = match,
-      isRule = rules.has(word) || text.slice(0, match.index).endsWith("rule ");
+      isRule = rules.has(word) || BEFORE_RULE.test(text.slice(0, match.index));
     let href = "";
     if (/^f-\d+$/.test(word)) href = "#/clips/facts/" + word;
     else if (app.model.goals.has(word) || app.model.gone.has(word))

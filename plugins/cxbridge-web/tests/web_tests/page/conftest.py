@@ -125,11 +125,14 @@ def tab(browsers: Browsers, browser: Any, errors: list[str]) -> Iterator[Any]:
     Tests take the same one in turn. One that adds scripts or a clock to its tab makes a separate context.
     """
     page = browsers.tab(browser)
+
+    def note(text: str) -> None:
+        if "load resource" not in text and "establish a connection" not in text:  # the tests' servers go away
+            errors.append(text)
+
     listeners: dict[str, Callable[[Any], None]] = {
-        "pageerror": lambda error: errors.append(str(error)),
-        "console": lambda line: (
-            errors.append(line.text) if line.type == "error" and "load resource" not in line.text else None
-        ),
+        "pageerror": lambda error: note(str(error)),
+        "console": lambda line: note(line.text) if line.type == "error" else None,
         "request": lambda request: _no_stranger(request.url, errors),
     }
     for kind, listener in listeners.items():
@@ -179,6 +182,21 @@ def show_gone(tab: Any) -> None:
         return bool(box.is_checked())
 
     wait_for(tab, is_on)
+
+
+def is_firefox(tab: Any) -> bool:
+    return bool(tab.context.browser.browser_type.name == "firefox")
+
+
+def double_click(tab: Any, x: float, y: float) -> None:
+    """Click twice at a place; playwright's clicks in Firefox make no double click."""
+    tab.mouse.dblclick(x, y)
+    if is_firefox(tab):
+        tab.evaluate(
+            """([clientX, clientY]) => document.elementFromPoint(clientX, clientY)
+                 .dispatchEvent(new MouseEvent("dblclick", { clientX, clientY, bubbles: true }))""",
+            [x, y],
+        )
 
 
 def wait_for(tab: Any, condition: Callable[[], bool]) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import json
-import socket
 import threading
 from collections.abc import AsyncIterator, Iterator, MutableMapping
 from contextlib import contextmanager
@@ -16,6 +15,7 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, PlainTextResponse, Response, StreamingResponse
 from starlette.routing import Mount, Route
 
+from cxbridge_web.http.serving import listen
 from cxbridge_web.pages import Pages
 
 if TYPE_CHECKING:
@@ -200,7 +200,7 @@ class Served:
 
     def __init__(self, daemon: FakeDaemon) -> None:
         self.daemon = daemon
-        self._listening = socket.create_server(("127.0.0.1", 0))
+        self._listening = listen("127.0.0.1", 0)
         self._port = self._listening.getsockname()[1]
         self.url = f"http://127.0.0.1:{self._port}/"
         self._server: uvicorn.Server | None = None
@@ -221,7 +221,7 @@ class Served:
             self._application, log_config=None, lifespan="off", ws="none", timeout_graceful_shutdown=1
         )
         if self._listening.fileno() == -1:
-            self._listening = socket.create_server(("127.0.0.1", self._port))
+            self._listening = listen("127.0.0.1", self._port)
         self._server = uvicorn.Server(config)
         self._thread = threading.Thread(target=self._server.run, args=([self._listening],), daemon=True)
         self._thread.start()

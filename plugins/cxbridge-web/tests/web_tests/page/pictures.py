@@ -8,6 +8,7 @@ those of reports by docs/images/make_timeline.py.
 
 from __future__ import annotations
 
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -46,6 +47,9 @@ _SERIES: Final = (f"{_POSE}[0]", f"{_POSE}[1]", "executive:plan-action{id=3}.sta
 FAULTY: Final = "two-robots, a place is missing"
 """The run of two robots with a navigation graph that lacks a place."""
 _MISSING: Final = "lab"
+STUCK: Final = "two-robots, no robot is free again"
+"""The run of two robots whose agent forgets to free a robot that has done its goal."""
+_FREES: Final = "(modify ?robot (goal nil))"
 
 Prepare = Callable[[Any], None]
 
@@ -56,7 +60,7 @@ class Shot:
 
     :param address: of the view, below ``#/``.
     :param prepare: what to do before, on the page.
-    :param run: the scenario whose recording is shown, or FAULTY; empty: the page of the daemon;
+    :param run: the scenario whose recording is shown, FAULTY or STUCK; empty: the page of the daemon;
         ``compare``: a run of two robots next to one of the same robots in which skills fail.
     """
 
@@ -101,11 +105,20 @@ def _moment(part: float) -> Prepare:
     return prepare
 
 
+def _send(page: Any) -> None:
+    """Choose a moment, and copy its address."""
+    _moment(0.6)(page)
+    page.keyboard.press("l")
+    page.wait_for_selector(".toast >> text=is copied")
+
+
 SHOTS: Final[Mapping[str, Shot]] = {
     "now": Shot("timeline"),  # the first: the run of the daemon has an end
     "story": Shot("timeline", run=FAULTY),
     "goals": Shot("goals/INSPECT-lab", run=FAULTY),
     "failed": Shot("goals?goal=&outcome=failed", run=FAULTY),
+    "stuck": Shot("timeline", run=STUCK),
+    "moment": Shot("goals/INSPECT-office", _send, run="two-robots"),
     "keys": Shot("timeline", _keys),
     "search": Shot("goals?goal=", _search),
     "debug": Shot("goals?goal=", _debug),
@@ -127,12 +140,14 @@ SHOTS: Final[Mapping[str, Shot]] = {
 
 def record(folder: Path, scenario: str) -> Path:
     """Return the recording of a run; that of the tour has loop times: its clock is not a virtual one."""
+    folder = Path(tempfile.mkdtemp(dir=folder))  # runs of one scenario have the same name
     path = folder / f"{scenario.partition(',')[0]}.mcap"
     options = ["--trace", str(path), "--trace-level", "facts", "--quiet"]
     options += ["--clock", "scaled:8"] if scenario == "waypoints" else []
     options += ["--config", str(_fault(folder))] if scenario == FAULTY else []
-    command = [sys.executable, "-m", "cxbridge", "run", str(ROOT / "scenarios" / path.stem), *options]
-    subprocess.run(command, check=scenario != FAULTY)
+    started = _forgetful(folder) if scenario == STUCK else ROOT / "scenarios" / path.stem
+    command = [sys.executable, "-m", "cxbridge", "run", str(started), "--timeout", "60", *options]
+    subprocess.run(command, check=scenario not in {FAULTY, STUCK})
     return path
 
 
@@ -152,6 +167,15 @@ def _fault(folder: Path) -> Path:
     move = f"{{executors: {{move: {{navgraph: {graph}}}}}}}"
     config.write_text(f"skill-board: {{agents: {{robot1: {move}, robot2: {move}}}}}\n", "utf-8")
     return config
+
+
+def _forgetful(folder: Path) -> Path:
+    """Write the scenario without the line that frees a robot, and return its path."""
+    scenario = folder / "two-robots"
+    shutil.copytree(ROOT / "scenarios" / "two-robots", scenario)
+    goals = scenario / "robots-goals.clp"
+    goals.write_text(goals.read_text("utf-8").replace(_FREES, ""), "utf-8")
+    return scenario
 
 
 @contextmanager
@@ -175,7 +199,9 @@ def viewing(folder: Path, scenarios: list[str]) -> Iterator[dict[str, str]]:
 def shoot(browser: Any, url: str, name: str, shot: Shot) -> None:
     """Take the pictures of one view."""
     for look, options in LOOKS.items():
-        page = browser.new_page(reduced_motion="reduce", **options)
+        page = browser.new_page(
+            reduced_motion="reduce", permissions=["clipboard-read", "clipboard-write"], **options
+        )
         page.goto(url if shot.run == COMPARE_PATH else f"{url}#/{shot.address}")
         state = "RECORDING" if shot.run else "RUNNING"
         page.wait_for_selector(".comparison" if shot.run == COMPARE_PATH else f"#state >> text={state}")

@@ -104,12 +104,13 @@ def test_every_key_is_in_the_help(tab: Any, site: Served):
 
 
 @pytest.mark.smoke
-def test_a_report_opens_at_the_failure(tab: Any):
+def test_a_report_opens_at_the_failure(tab: Any, site: Served, daemon: FakeDaemon):
     run = [
         goal("TOUR", "DISPATCHED", time_us=START_US),
         goal("TOUR", "FINISHED", "FAILED", time_us=START_US + 3 * SECOND),
         goal("OTHER", "FINISHED", "COMPLETED", time_us=START_US + 9 * SECOND),
     ]
-    tab.set_content(report(MemoryRun(run), "A run"))
+    daemon.files["run.html"] = report(MemoryRun(run), "A run").encode()
+    tab.goto(f"{site.url}files/run.html")
     tab.wait_for_selector(".story-head >> text=Failed after 9.0 s")
     tab.wait_for_selector("#told >> text=3.000 s")

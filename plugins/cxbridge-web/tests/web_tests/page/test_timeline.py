@@ -12,7 +12,7 @@ from cxbridge.trace.codec import encode_with_kind
 from cxbridge_web.report import report
 from tests.history.test_board_executions import exchange
 from tests.trace.runs import MemoryRun, family, goal
-from web_tests.page.conftest import in_both, wait_for
+from web_tests.page.conftest import double_click, in_both, wait_for
 from web_tests.page.fake import START_US, FakeDaemon, Served, goal_event
 
 SECOND = 1_000_000
@@ -239,9 +239,9 @@ def test_wheel_keys_and_buttons_zoom_and_pan(recorded):
     tab.click(".tl-zoom >> text=Fit")
     wait_for(tab, lambda: window(tab) == whole)
     box = tab.locator(".tl-overview").bounding_box()
-    tab.mouse.dblclick(x_of(tab, 4.5), y_of(tab, "FETCH"))
+    double_click(tab, x_of(tab, 4.5), y_of(tab, "FETCH"))
     wait_for(tab, lambda: window(tab)[1] - window(tab)[0] < whole[1] - whole[0])
-    tab.mouse.dblclick(box["x"] + 200, box["y"] + 10)
+    double_click(tab, box["x"] + 200, box["y"] + 10)
     wait_for(tab, lambda: window(tab) == whole)
 
 

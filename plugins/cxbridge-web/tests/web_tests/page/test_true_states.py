@@ -43,7 +43,7 @@ def older(recorded: Path) -> Path:
 @pytest.fixture
 def opened(tab: Any, recorded: Path) -> Iterator[Any]:
     with viewing(recorded) as (url, recordings):
-        tab.goto(f"{url}{recordings.start}#/goals")
+        tab.goto(f"{url}{recordings.start_path}#/goals")
         tab.wait_for_selector("#state >> text=RECORDING")
         yield tab
 
@@ -60,9 +60,10 @@ def test_a_move_is_below_the_action_of_its_own_robot(opened: Any):
         assert calls == [f'{robot}: move{{to="{goal.removeprefix("INSPECT-")}"}}']
 
 
+@pytest.mark.smoke
 def test_an_older_recording_has_the_same_calls_probably(tab: Any, older: Path):
     with viewing(older) as (url, recordings):
-        tab.goto(f"{url}{recordings.start}#/timeline/goal/INSPECT-lab/action/INSPECT-lab-PLAN%201")
+        tab.goto(f"{url}{recordings.start_path}#/timeline/goal/INSPECT-lab/action/INSPECT-lab-PLAN%201")
         tab.wait_for_selector(".tl-detail h3:text-is('Probably its skill calls')")
         calls = tab.locator(".tl-detail section:has(h3:has-text('skill calls')) li a").all_inner_texts()
         assert calls == ['robot1: move{to="lab"}']
@@ -111,7 +112,7 @@ def test_a_recording_of_a_skill_board_has_the_skills_of_its_executors(tab: Any, 
     trace = tmp_path / "workshop.mcap"
     run_scenario(RunOptions(scenario=shipped_dir("scenarios") / "workshop", trace=trace, timeout=60.0))
     with viewing(trace) as (url, recordings):
-        tab.goto(f"{url}{recordings.start}#/skills")
+        tab.goto(f"{url}{recordings.start_path}#/skills")
         tab.wait_for_selector("#executors")
         wait_for(tab, lambda: "robot1-move" in tab.locator("#skiller option").all_inner_texts())
         tab.select_option("#skiller", label="robot1-move")

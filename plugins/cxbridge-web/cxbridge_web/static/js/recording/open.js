@@ -54,11 +54,18 @@ async function openBytes(app, name, bytes, pause, server) {
     { history } = recording;
   await playAll(recording, pause);
   recording.why = server.why && ((...question) => server.why(recording, ...question));
-  if (server.readLinks && ![...history.actions.values()].some((action) => action.calls.length))
-    history.linkGuessed(await server.readLinks());
+  const isUnlinked =
+    history.calls.length && [...history.actions.values()].every(({ calls }) => !calls.length);
+  if (server.links && isUnlinked) history.linkGuessed(server.links);
   if (SITE.inside && location.hash.length < 3) app.select({ time: failureTime(history) });
   app.look(recording);
   for (const note of notes) app.toast(note, true);
+  if (!server.readLinks || !isUnlinked) return;
+  // the server reads the whole recording for it: the picture does not wait
+  app.attempt(async () => {
+    history.linkGuessed(await server.readLinks());
+    recording.model.touch("goals");
+  });
 }
 
 /** When the run failed, microseconds: a report opens there. Null: nothing failed. */
@@ -145,7 +152,7 @@ async function load(url) {
 export async function openLinked(app) {
   if (SITE.inside) {
     const { name, links, notes, answers } = SITE.inside;
-    await open(app, name, inside, { readLinks: async () => links, why: answers && toldInside(answers) });
+    await open(app, name, inside, { links, why: answers && toldInside(answers) });
     for (const note of notes) app.toast(note, true);
     return;
   }
@@ -162,16 +169,14 @@ export async function openLinked(app) {
 }
 
 export function chooseFile(app) {
-  let input = document.getElementById("recording-file");
-  if (!input) {
-    const change = () => {
-      openFile(app, input.files[0]);
-      input.value = ""; // the same file may be chosen again
-    };
-    const about = { type: "file", hidden: true, accept: ".mcap,.json,.jsonl,.ndjson", on: { change } };
-    input = el("input#recording-file", about);
-    document.body.append(input);
-  }
+  const change = () => {
+    openFile(app, input.files[0]);
+    input.remove();
+  };
+  // a new one each time: the same file may be chosen again
+  const on = { change, cancel: () => input.remove() },
+    input = el.input({ type: "file", hidden: true, accept: ".mcap,.json,.jsonl,.ndjson", on });
+  document.body.append(input);
   input.click();
 }
 
