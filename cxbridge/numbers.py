@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 MAX_DIGITS: Final = 18
-"""The maximal length of a number; any number with so few digits fits into 64 bits."""
+"""The maximum length of a number; any number with so few digits fits into 64 bits."""
 
 
 def parse_decimal(text: str, max_digits: int = MAX_DIGITS) -> int | None:

@@ -62,7 +62,7 @@ class Bench:
         """Make a run of a scenario and load its agent.
 
         :param skiller: ``scripted``, or as for ``cxbridge run``.
-        :param patience: the maximal seconds of real time of a wait.
+        :param patience: the maximum duration of a wait, in seconds of real time.
         :param config: files that are laid over the configuration in order.
         :param options: further options of ``cxbridge run``, e.g. ``spec``, ``clips_dirs``, ``fawkes_dir``,
             and of plug-ins, e.g. ``ros2cx``.

@@ -8,7 +8,7 @@ from itertools import takewhile
 from typing import Final
 
 MIN_LIKENESS: Final = 0.6
-"""The minimal similarity, from 0 to 1, for a suggestion."""
+"""The minimum similarity, from 0 to 1, for a suggestion."""
 
 _MAX_SUGGESTIONS: Final = 3
 _ENDS_WEIGHT: Final = 0.2  # the weight of equal starts and ends, which a typing error usually leaves
@@ -28,7 +28,7 @@ def nearest_names(name: str, known_names: Iterable[str], cutoff: float = MIN_LIK
 
     Case is ignored. Without similar names, the names that contain the unknown name are returned.
 
-    :param cutoff: the minimal similarity; higher for paths, which often start equally.
+    :param cutoff: the minimum similarity; higher for paths, which often start equally.
     """
     candidates = set(known_names)
     if not name or not candidates or len(name) > _MAX_LENGTH:
@@ -45,7 +45,7 @@ def did_you_mean(
     """Return a hint with the likely meanings of an unknown name.
 
     :param otherwise: the hint if there are none.
-    :param cutoff: the minimal similarity, as for :func:`nearest_names`.
+    :param cutoff: the minimum similarity, as for :func:`nearest_names`.
     """
     suggestions = nearest_names(name, known_names, cutoff)
     return f"did you mean {' or '.join(suggestions)}?" if suggestions else otherwise

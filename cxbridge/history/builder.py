@@ -69,12 +69,12 @@ _Change = TypeVar("_Change", GoalChange, ActionChange)
 class HistoryLimits:
     """The limits of a history; events beyond them are only counted.
 
-    :param goals: the maximal number of goals.
-    :param actions: the maximal number of plan-actions.
-    :param calls: the maximal number of calls of skills, and of planners.
-    :param transitions: the maximal number of transitions of goals and plan-actions; beyond it only the first
+    :param goals: the maximum number of goals.
+    :param actions: the maximum number of plan-actions.
+    :param calls: the maximum number of calls of skills, and of planners.
+    :param transitions: the maximum number of transitions of goals and plan-actions; beyond it only the first
         and the last transition of each are kept.
-    :param text: the maximal number of characters of an error or a skill string.
+    :param text: the maximum number of characters of an error or a skill string.
     """
 
     goals: int = 10_000

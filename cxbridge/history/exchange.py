@@ -212,7 +212,7 @@ class _RunningCall(NamedTuple):
 class BoardExecutions:
     """The executions of executors, in the form of skills of Skillers.
 
-    :param limit: the maximal number of calls.
+    :param limit: the maximum number of calls.
     """
 
     def __init__(self, limit: int) -> None:

@@ -18,10 +18,10 @@ REASON_TYPES: Final = (GoalTransition, PlanActionTransition)
 """The types of events for :meth:`FailureReasons.record_event`."""
 
 MAX_LOOKUPS: Final = 100
-"""The maximal number of lookups of facts in a run, as each iterates over all facts of a deftemplate."""
+"""The maximum number of lookups of facts in a run, as each iterates over all facts of a deftemplate."""
 
 MAX_FAILURES: Final = 1000
-"""The maximal number of remembered goals and actions; the oldest are dropped."""
+"""The maximum number of remembered goals and actions; the oldest are dropped."""
 
 _FAILURE_OUTCOMES: Final = ("FAILED", "REJECTED")
 _FAILED_STATES: Final = ("EXECUTION-FAILED", "FAILED")

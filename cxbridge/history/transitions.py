@@ -46,7 +46,7 @@ RELEASING_TEMPLATES: Final[Mapping[str, tuple[str, ...]]] = {
 """The deftemplates, with the slots, whose retractions release memory of the tracker."""
 
 MAX_RETIRED: Final = 1000
-"""The maximal number of remembered retracted facts; the oldest is dropped."""
+"""The maximum number of remembered retracted facts; the oldest is dropped."""
 
 Key = TypeVar("Key")
 State = TypeVar("State")

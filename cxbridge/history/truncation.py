@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 MAX_TEXT = 2000
-"""The maximal number of characters of a text on a page."""
+"""The maximum number of characters of a text on a page."""
 
 
 def truncate(text: str, max_length: int = MAX_TEXT) -> str:

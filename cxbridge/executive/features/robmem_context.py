@@ -37,7 +37,7 @@ class RobotMemoryContext:
         self.handles = Handles(self.log)
         self._assertions: deque[Callable[[], None]] = deque()
         self._last_event_us = 0
-        self._tasks: dict[str, Future[None]] = {}  # the operations by key
+        self._operations: dict[str, Future[None]] = {}  # the operations by key
         self._threads: ThreadPoolExecutor | None = None
 
     def assert_queued_facts(self) -> None:
@@ -59,7 +59,7 @@ class RobotMemoryContext:
 
         :returns: whether the operation was started.
         """
-        running = self._tasks.get(key)
+        running = self._operations.get(key)
         if running is not None and not running.done():
             return False
         # a local store is fast, and its operation in this thread makes runs reproducible
@@ -68,7 +68,7 @@ class RobotMemoryContext:
             return True
         if self._threads is None:
             self._threads = ThreadPoolExecutor(_MAX_THREADS, thread_name_prefix="robot-memory")
-        self._tasks[key] = self._threads.submit(self._run_logged, key, operation)
+        self._operations[key] = self._threads.submit(self._run_logged, key, operation)
         return True
 
     def _run_logged(self, key: str, operation: Callable[[], None]) -> None:

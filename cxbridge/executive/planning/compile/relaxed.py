@@ -43,7 +43,7 @@ def unreachable_goal_lines(domain: Domain, problem: Problem) -> list[str]:
 
     :raises PlanningError: if the problem is too large.
     """
-    relaxed = replace(domain, actions=tuple(map(_relaxed_action, domain.actions)))
+    relaxed = replace(domain, actions=tuple(map(_relax_action, domain.actions)))
     # the goal has no influence on the reachable facts
     facts = reachable(relaxed, replace(problem, goal=And(())), _MAX_OPERATORS)
     permanent = _permanent_facts(relaxed, problem)
@@ -53,7 +53,7 @@ def unreachable_goal_lines(domain: Domain, problem: Problem) -> list[str]:
             *((fact, True) for fact in sorted(conjunction.positive - facts)),
             *((fact, False) for fact in sorted(conjunction.negative & permanent)),
         ]
-        for conjunction in alternatives(_relaxed(problem.goal), {})
+        for conjunction in alternatives(_relax_formula(problem.goal), {})
     ]
     fewest = min(obstacles, key=len, default=[])
     lines = [_obstacle_line(relaxed, fact, value=value) for fact, value in fewest[:_MAX_REASONS]]
@@ -70,14 +70,14 @@ def no_plan_reason(domain: Domain, problem: Problem) -> str:
     return f": {'; '.join(reasons)}" if reasons else ""
 
 
-def _relaxed_action(action: ActionSchema) -> ActionSchema:
+def _relax_action(action: ActionSchema) -> ActionSchema:
     changes = frozenset(changed_predicates(action.effect))
-    condition = None if action.condition is None else _relaxed(action.condition, changes)
-    effect = None if action.effect is None else _relaxed(action.effect)
+    condition = None if action.condition is None else _relax_formula(action.condition, changes)
+    effect = None if action.effect is None else _relax_formula(action.effect)
     return replace(action, condition=condition, effect=effect, durative=False, duration=None)
 
 
-def _relaxed(formula: Formula, changes: Collection[str] = ()) -> Formula:
+def _relax_formula(formula: Formula, changes: Collection[str] = ()) -> Formula:
     """Return a formula without times and numbers: a part whose truth depends on a number is true.
 
     :param changes: predicates that the same action changes, and which may satisfy its conditions after the
