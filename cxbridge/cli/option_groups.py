@@ -112,16 +112,16 @@ class _Group:
     def __init__(self, group: Any) -> None:
         hints = get_type_hints(group, include_extras=True)
         self._make = group
-        self._repeatable_fields = {name for name, hint in hints.items() if _item_type(hint) is not None}
+        self._repeatable_fields = {name for name, hint in hints.items() if _find_item_type(hint) is not None}
         fields = {field.name: field for field in dataclasses.fields(group)}
         self._own_parameters = [
             Parameter(
                 name,
                 Parameter.KEYWORD_ONLY,
-                default=_option_default(fields[name]),
-                annotation=_list_hint(_typer_hint(group, fields[name], hints[name])),
+                default=_choose_default(fields[name]),
+                annotation=_make_list_hint(_make_typer_hint(group, fields[name], hints[name])),
             )
-            for name in dict.fromkeys(_field_names(group))
+            for name in dict.fromkeys(_list_field_names(group))
             if get_origin(hints[name]) is Annotated
         ]
         self._added_groups = [_Group(added) for added in getattr(group, "added_groups", list)()]
@@ -142,15 +142,15 @@ class _Group:
         return self._make(**options)
 
 
-def _field_names(group: type) -> Iterator[str]:
+def _list_field_names(group: type) -> Iterator[str]:
     """Yield the fields of the bases from left to right, then the other fields."""
     for base in group.__bases__:
-        yield from _field_names(base)
+        yield from _list_field_names(base)
     if "__dataclass_fields__" in vars(group):
         yield from inspect.get_annotations(group)
 
 
-def _typer_hint(group: type, field: dataclasses.Field[Any], hint: Any) -> Any:
+def _make_typer_hint(group: type, field: dataclasses.Field[Any], hint: Any) -> Any:
     """Return the hint of a field with typer's parameter instead of the description."""
     meta = next((metadata for metadata in hint.__metadata__ if isinstance(metadata, Meta)), None)
     if meta is None:
@@ -163,37 +163,37 @@ def _typer_hint(group: type, field: dataclasses.Field[Any], hint: Any) -> Any:
     keywords = {"min": meta.ge, "max": meta.le, "help": meta.description, **override}
     if field.default in (None, ""):
         keywords["show_default"] = False
-    flags = keywords.pop("flags", _option_flags(field, kind))
+    flags = keywords.pop("flags", _make_flags(field, kind))
     if keywords.pop("is_argument", False):
         return Annotated[kind, typer.Argument(**keywords)]
     return Annotated[kind, typer.Option(*flags, **keywords)]
 
 
-def _option_flags(field: dataclasses.Field[Any], kind: Any) -> tuple[str, ...]:
+def _make_flags(field: dataclasses.Field[Any], kind: Any) -> tuple[str, ...]:
     """Return the flags of an option; empty if they are those that typer derives from the field's name."""
     name = field.name.replace("_", "-")
     if kind is bool and field.default is False:
         return (f"--{name}",)
-    if _item_type(kind) is not None and name.endswith("s"):
+    if _find_item_type(kind) is not None and name.endswith("s"):
         return (f"--{name.removesuffix('s')}",)
     return ()
 
 
-def _item_type(hint: Any) -> Any:
+def _find_item_type(hint: Any) -> Any:
     """Return the type of the items if a hint is or contains a tuple; otherwise None."""
     if get_origin(hint) in (Annotated, UnionType):
-        return next((item for part in get_args(hint) if (item := _item_type(part)) is not None), None)
+        return next((item for part in get_args(hint) if (item := _find_item_type(part)) is not None), None)
     return get_args(hint)[0] if get_origin(hint) is tuple else None
 
 
-def _list_hint(hint: Any) -> Any:
+def _make_list_hint(hint: Any) -> Any:
     """Return the hint of a field with a list instead of a tuple."""
     # typer takes a tuple for an option that has several values at once
-    item = _item_type(hint)
+    item = _find_item_type(hint)
     return hint if item is None else Annotated[GenericAlias(list, (item,)) | None, *hint.__metadata__]
 
 
-def _option_default(field: dataclasses.Field[Any]) -> Any:
+def _choose_default(field: dataclasses.Field[Any]) -> Any:
     """Return the default of a field's option; None for an empty tuple, which typer does not accept."""
     if field.default is dataclasses.MISSING:
         return Parameter.empty

@@ -134,7 +134,7 @@ class RunStory:
         title = one_line(f"{goal_title(goal.goal, goal.goal_class)}{took}")
         time = f"{elapsed_s:7.1f} s"
         reason = one_line(f": {_drop_stack_trace(failure)}" if failure else "")
-        used_width = sum(map(len, (time, name, self._outcome_mark(outcome), title))) + 2 * len("  ")
+        used_width = sum(map(len, (time, name, self._format_outcome(outcome), title))) + 2 * len("  ")
         reason_width = max(self._width - used_width, _MIN_REASON_WIDTH)
         if self._width and len(reason) > reason_width:
             reason = reason[: reason_width - 1] + "…"
@@ -143,13 +143,13 @@ class RunStory:
         try:
             self._print(
                 self._brush(time, "dim"),
-                f"{name}{self._brush(self._outcome_mark(outcome), outcome.colour)}",
+                f"{name}{self._brush(self._format_outcome(outcome), outcome.colour)}",
                 title + self._brush(reason, outcome.colour),
             )
         except OSError as error:
             self._stdout_error = error
 
-    def _outcome_mark(self, outcome: OutcomeKind) -> str:
+    def _format_outcome(self, outcome: OutcomeKind) -> str:
         icon = f"{outcome.icon} " if self._brush.is_on else ""
         return f"{icon}{outcome.word:{_WORD_WIDTH}}"
 
@@ -161,12 +161,12 @@ class RunStory:
     def finish(self, result: RunResult) -> None:
         """Print the goal tree and the result of the run."""
         self._raise_stdout_error()
-        for line in self._result_lines(result):
+        for line in self._format_result(result):
             self._print(line)
 
-    def _result_lines(self, result: RunResult) -> Iterator[str]:
+    def _format_result(self, result: RunResult) -> Iterator[str]:
         for line in result.tree():
-            yield self._tree_line(line) if isinstance(line, GoalLine) else one_line(line)
+            yield self._format_tree_line(line) if isinstance(line, GoalLine) else one_line(line)
         for text in () if result.replay is None else result.replay.lines:
             yield one_line(text)
         outcome = OutcomeKind.COMPLETED if result.status == COMPLETED else OutcomeKind.FAILED
@@ -174,7 +174,7 @@ class RunStory:
             one_line(result.figures), "dim"
         )
 
-    def _tree_line(self, line: GoalLine) -> str:
+    def _format_tree_line(self, line: GoalLine) -> str:
         if not self._brush.is_on:
             return one_line(line.text)
         error = f"  [{line.error}]" if line.error else ""
@@ -193,12 +193,12 @@ class _GoalFollower:
         self._name = run.name
         self._env = run.executive.env
         self._story = story
-        self._reasons = FailureReasons(self._slots_of)
+        self._reasons = FailureReasons(self._read_slots)
         self._start_us = run.clock.start_us
         self._printed_outcomes: dict[str, str] = {}
         self._selected_us: dict[str, int] = {}
 
-    def _slots_of(self, template: str) -> Iterator[Mapping[str, object]]:
+    def _read_slots(self, template: str) -> Iterator[Mapping[str, object]]:
         for _, _, slots in self._env.facts(template):
             yield slots
 

@@ -134,7 +134,7 @@ class Configuration:
         """
         node = self._root.find(path)
         if node is None or node.children:
-            raise self._missing_error(path, node)
+            raise self._make_missing_error(path, node)
         return _make_value(path, node)
 
     def error(self, path: str, message: str, hint: str | None = None) -> ConfigError:
@@ -244,7 +244,7 @@ class Configuration:
             elements.append(element)
         return elements
 
-    def _missing_error(self, path: str, node: ConfigNode | None) -> ConfigMissingError:
+    def _make_missing_error(self, path: str, node: ConfigNode | None) -> ConfigMissingError:
         """Return the error for a path without a value.
 
         :param node: the map or the list of maps at the path, if any.
@@ -257,7 +257,7 @@ class Configuration:
             )  # fmt: skip
         paths = [leaf for leaf, _ in self._root.leaves("")]
         hint = self._find_host_hint(path) or did_you_mean(path, paths, cutoff=_MIN_PATH_LIKENESS) or None
-        mark = self._nearest_mark(path)
+        mark = self._find_nearest_mark(path)
         return ConfigMissingError(
             f"there is no configuration value {path}",
             file=mark.file or (self.files[0] if self.files else None),
@@ -265,7 +265,7 @@ class Configuration:
             hint=hint,
         )
 
-    def _nearest_mark(self, path: str) -> Mark:
+    def _find_nearest_mark(self, path: str) -> Mark:
         """Return the place of the nearest existing map above a path."""
         elements = split_path(path)
         for end in range(len(elements) - 1, 0, -1):
@@ -277,7 +277,7 @@ class Configuration:
     def _find_host_hint(self, path: str) -> str:
         """Return a hint about the files of other hosts that have a value; empty if no file has it."""
         files = []
-        for file in self._host_files():
+        for file in self._find_host_files():
             # the file of another host may be invalid; it is only searched for a hint
             with suppress(ConfigError):
                 if Configuration.load(file).exists(path):
@@ -287,7 +287,7 @@ class Configuration:
         count = f" ({len(files)} files define it)" if len(files) > 1 else ""
         return f"{files[0]} defines the value for another host{count}: --config {shlex.quote(files[0])}"
 
-    def _host_files(self) -> Iterator[Path]:
+    def _find_host_files(self) -> Iterator[Path]:
         """Yield the files that the includes with ``$host`` name on other machines."""
         for include in self._host_includes:
             for path in sorted(include.parent.glob(include.name.replace("$host", "*", 1))):

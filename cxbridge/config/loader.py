@@ -94,7 +94,7 @@ class ConfigLoader:
             # a file that exists but cannot be read is an error all the same
             if entry.ignores_missing and isinstance(error, FileNotFoundError | NotADirectoryError):
                 return
-            raise _unreadable_error(entry, error) from None
+            raise _make_unreadable_error(entry, error) from None
         self.files.append(entry.file)
         self._read(data, entry, str(entry.file))
 
@@ -173,7 +173,7 @@ class ConfigLoader:
         except OSError as error:
             if is_optional and isinstance(error, FileNotFoundError):
                 return
-            raise _unreadable_error(_FileToRead(folder, mark), error) from None
+            raise _make_unreadable_error(_FileToRead(folder, mark), error) from None
         for file in files:
             self._enqueue(_FileToRead(file, mark, chain, is_optional))
 
@@ -192,7 +192,7 @@ def config_files(folder: Path) -> list[Path]:
     return sorted(file for file in folder.iterdir() if _FILE_IN_FOLDER.fullmatch(file.name))
 
 
-def _unreadable_error(entry: _FileToRead, error: OSError) -> ConfigError:
+def _make_unreadable_error(entry: _FileToRead, error: OSError) -> ConfigError:
     reason = (error.strerror or str(error)).lower()
     if not entry.mark.file:
         return ConfigError(f"cannot read the configuration: {reason}", file=entry.file)

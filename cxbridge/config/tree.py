@@ -146,12 +146,12 @@ class TreeBuilder:
         if isinstance(node.items[0], YamlMap):
             children = {str(index): self.build(item, depth + 1) for index, item in enumerate(node.items)}
             return ConfigNode(NodeKind.MAPS, node.mark, children=children)
-        return ConfigNode(NodeKind.LIST, node.mark, items=tuple(_item_text(item) for item in node.items))
+        return ConfigNode(NodeKind.LIST, node.mark, items=tuple(_read_item(item) for item in node.items))
 
     def _build_map(self, node: YamlMap, depth: int) -> ConfigNode:
         root = ConfigNode(NodeKind.MAP, node.mark)
         for key_node, value_node in node.pairs:
-            *parents, key = _key_elements(key_node)
+            *parents, key = _split_key(key_node)
             child_depth = depth + len(parents) + 1
             if child_depth > MAX_DEPTH:
                 raise key_node.mark.error(TOO_DEEP)
@@ -182,7 +182,7 @@ class TreeBuilder:
         )
 
 
-def _item_text(node: YamlNode) -> str:
+def _read_item(node: YamlNode) -> str:
     """Return the text of an element of a list; as in yaml-cpp, null becomes the text ``null``."""
     if not isinstance(node, YamlScalar):
         raise node.mark.error(
@@ -193,7 +193,7 @@ def _item_text(node: YamlNode) -> str:
     return "null" if node.is_null else node.text
 
 
-def _key_elements(node: YamlNode) -> list[str]:
+def _split_key(node: YamlNode) -> list[str]:
     """Return the path elements of a key."""
     if not isinstance(node, YamlScalar):
         raise node.mark.error("a key must be a single word or path", "quote text with braces or brackets")

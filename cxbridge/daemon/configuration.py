@@ -28,7 +28,7 @@ def make_daemon_base(options: DaemonOptions) -> tuple[RunBase, DaemonSettings]:
     settings = DaemonSettings.from_config(config)
     clock = make_configured_clock(settings.clock, config, file.parent)
     bus = EventBus(clock)
-    loop = make_main_loop(source_of(_source_options(options)).loop_period_us(config), bus)
+    loop = make_main_loop(source_of(_make_source_options(options)).loop_period_us(config), bus)
     return RunBase("", config, file, clock, bus, loop), settings
 
 
@@ -38,7 +38,7 @@ def read_configuration(options: DaemonOptions) -> tuple[Configuration, Path]:
     :raises CxbridgeError: if a file is missing or invalid.
     """
     config, file = Configuration(), DEFAULT_CONFIG
-    source = source_of(_source_options(options))
+    source = source_of(_make_source_options(options))
     if source.is_named:
         source.check()
         config, file = source.load_configuration()
@@ -54,7 +54,7 @@ def read_configuration(options: DaemonOptions) -> tuple[Configuration, Path]:
     return config, file
 
 
-def _source_options(options: DaemonOptions) -> RunOptions:
+def _make_source_options(options: DaemonOptions) -> RunOptions:
     """Return the options of a run that has the same sources of files."""
     sources = {field.name: getattr(options, field.name) for field in fields(SourceOptions)}
     return RunOptions(scenario=options.config, config=options.overlay, **sources)
@@ -65,7 +65,7 @@ def make_run_options(options: DaemonOptions, config: Configuration, settings: Da
 
     :raises CxbridgeError: if an option is invalid.
     """
-    source_options = _source_options(options)
+    source_options = _make_source_options(options)
     run_options = replace(
         source_options,
         scenario=options.config if source_of(source_options).is_named else DEFAULT_CONFIG,

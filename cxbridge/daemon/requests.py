@@ -79,18 +79,18 @@ class DaemonState:
             contain it, and their ancestors.
         """
         since, limit = int(parameters.get("since", 0)), int(parameters.get("goals", MAX_GOALS))
-        goals = self._goal_rows(str(parameters.get("words", "")).lower())
+        goals = self._list_goals(str(parameters.get("words", "")).lower())
         return {
             "time_us": self._clock.now_us(),
             "loops": 0 if self._loop is None else self._loop.cycle_count,
             "goals": goals[:limit],
             "more_goals": max(0, len(goals) - limit),
-            "actions": self._action_rows(),
+            "actions": self._list_actions(),
             "skills": [[skiller, *status] for skiller, status in sorted(self._skills.items())],
             "log": [line for line in tuple(self._lines) if line[0] > since],
         }
 
-    def _goal_rows(self, words: str) -> list[dict[str, str]]:
+    def _list_goals(self, words: str) -> list[dict[str, str]]:
         """Return the goals that contain a text, and their ancestors; all goals if it is empty."""
         if self._node is None:
             return []
@@ -106,7 +106,7 @@ class DaemonState:
         )
         return [row for goal, row in rows.items() if goal in goals]
 
-    def _action_rows(self) -> list[dict[str, str]]:
+    def _list_actions(self) -> list[dict[str, str]]:
         """Return the slots of the present plan-actions that tools show."""
         env = None if self._node is None else self._node.env
         if env is None:
@@ -211,12 +211,12 @@ class DaemonRequests:
         try:
             reply: dict[str, Any] = {"result": self._carry_out(verb, arguments)}
         except CxbridgeError as error:
-            reply = _error_reply(error)
+            reply = _make_error_reply(error)
         except Exception as error:  # noqa: BLE001 - no request may end a daemon
-            reply = _error_reply(CxbridgeError(f"a fault of cxbridge: {type(error).__name__}: {error}"))
+            reply = _make_error_reply(CxbridgeError(f"a fault of cxbridge: {type(error).__name__}: {error}"))
         text = json.dumps(reply | {"token": token})
         if len(text) > _MAX_REPLY_BYTES:
-            reply = _error_reply(CxbridgeError("the answer is too long", hint="ask for less"))
+            reply = _make_error_reply(CxbridgeError("the answer is too long", hint="ask for less"))
             text = json.dumps(reply | {"token": token})
         self._interface.answer = text
         self._interface.mark_data_changed()
@@ -260,6 +260,6 @@ def _parse(verb: str, arguments: str) -> Mapping[str, Any]:
     return values
 
 
-def _error_reply(error: CxbridgeError) -> dict[str, Any]:
+def _make_error_reply(error: CxbridgeError) -> dict[str, Any]:
     location = f"{error.location}: " if error.location else ""
     return {"error": location + error.message, "hint": error.hint}

@@ -46,11 +46,11 @@ def make_accessor(owner: str, field: FieldSchema, slot: int, enum: type[IntEnum]
     :param enum: the class of the values of an enum field.
     """
     if field.is_string:
-        accessors = _string_accessors(owner, field, slot)
+        accessors = _make_string_accessors(owner, field, slot)
     elif field.is_array:
-        accessors = _array_accessors(owner, field, enum)
+        accessors = _make_array_accessors(owner, field, enum)
     else:
-        accessors = _scalar_accessors(owner, field, slot, enum)
+        accessors = _make_scalar_accessors(owner, field, slot, enum)
     return property(*accessors, doc=field.comment or None)
 
 
@@ -116,7 +116,7 @@ def misfit_error(owner: str, field: FieldSchema, value: object) -> InterfaceErro
     )
 
 
-def _scalar_accessors(
+def _make_scalar_accessors(
     owner: str, field: FieldSchema, slot: int, enum: type[IntEnum] | None
 ) -> tuple[Getter, Setter]:
     """Return the accessors of a number, bool or enum value."""
@@ -137,7 +137,7 @@ def _scalar_accessors(
     return getter, setter
 
 
-def _string_accessors(owner: str, field: FieldSchema, slot: int) -> tuple[Getter, Setter]:
+def _make_string_accessors(owner: str, field: FieldSchema, slot: int) -> tuple[Getter, Setter]:
     room = field.text_room
     layout = Struct(f"={room}s{field.size - room}x")  # pads the text, and the NUL after it, with zeros
 
@@ -156,18 +156,20 @@ def _string_accessors(owner: str, field: FieldSchema, slot: int) -> tuple[Getter
     )
 
 
-def _array_accessors(owner: str, field: FieldSchema, enum: type[IntEnum] | None) -> tuple[Getter, Setter]:
+def _make_array_accessors(
+    owner: str, field: FieldSchema, enum: type[IntEnum] | None
+) -> tuple[Getter, Setter]:
     layout = Struct(f"={field.length}{field.storage.code}")
     unpack_from, offset = layout.unpack_from, field.offset
 
     def get(self: Any) -> tuple[Any, ...]:
         return unpack_from(self._buf, offset)
 
-    getter = get if enum is None else _enum_array_getter(layout, offset, enum)
-    return getter, _array_setter(owner, field, layout, enum)
+    getter = get if enum is None else _make_enum_array_getter(layout, offset, enum)
+    return getter, _make_array_setter(owner, field, layout, enum)
 
 
-def _enum_array_getter(layout: Struct, offset: int, enum: type[IntEnum]) -> Getter:
+def _make_enum_array_getter(layout: Struct, offset: int, enum: type[IntEnum]) -> Getter:
     """Return a getter that converts numbers to enum items and caches the converted arrays."""
     unpack_from = layout.unpack_from
     items = {item.value: item for item in enum}
@@ -186,7 +188,7 @@ def _enum_array_getter(layout: Struct, offset: int, enum: type[IntEnum]) -> Gett
     return get
 
 
-def _array_setter(owner: str, field: FieldSchema, layout: Struct, enum: type[IntEnum] | None) -> Setter:
+def _make_array_setter(owner: str, field: FieldSchema, layout: Struct, enum: type[IntEnum] | None) -> Setter:
     """Return a setter for sequences; missing elements become zero."""
     pack_into, offset, end = layout.pack_into, field.offset, field.offset + field.size
 

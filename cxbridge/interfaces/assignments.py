@@ -72,7 +72,7 @@ def _parse_element(field: FieldSchema, text: str) -> bool | int | float | str:
             return stripped
         return _parse_integer(stripped)
     except (KeyError, ValueError):
-        raise _misfit_error(field, stripped) from None
+        raise _make_misfit_error(field, stripped) from None
 
 
 def _parse_integer(text: str) -> int:
@@ -107,7 +107,7 @@ def set_field(block: Block, name: str, value: Any, index: int | None = None) -> 
             _check_text(field, element)
         items = () if field.enum is None else field.enum.items
         if items and type(element) is int and element not in {item.value for item in items}:
-            raise _misfit_error(field, str(element))
+            raise _make_misfit_error(field, str(element))
     block.set(name, value, index)
 
 
@@ -125,7 +125,7 @@ def _check_text(field: FieldSchema, text: str) -> None:
         raise InterfaceError(f"the text for {field.name} contains a NUL", hint="omit it: a NUL ends the text")
 
 
-def _misfit_error(field: FieldSchema, text: str) -> InterfaceError:
+def _make_misfit_error(field: FieldSchema, text: str) -> InterfaceError:
     allowed = field.storage.allowed_values
     if field.enum is not None:
         allowed = "one of " + ", ".join(item.name for item in field.enum.items)

@@ -148,7 +148,7 @@ class _SourceWriter:
         for constant in self._schema.constants:
             python_type = type(constant.value).__name__
             yield ""
-            value = "" if self._is_stub else f" = {_literal(constant.value)}"
+            value = "" if self._is_stub else f" = {_format_literal(constant.value)}"
             yield f"{_INDENT}{attribute_name(constant.name, Interface)}: ClassVar[{python_type}]{value}"
             yield from _docstring_lines(constant.comment, _INDENT)
 
@@ -172,7 +172,7 @@ class _SourceWriter:
         yield f"{indent}def __init__("
         yield f"{body}self,"
         for name, field in zip(names, message.fields, strict=True):
-            python_type = _python_type(field, f"{self._schema.name}.")
+            python_type = _find_python_type(field, f"{self._schema.name}.")
             if field.is_array:
                 yield f"{body}{name}: Sequence[{python_type}] = (),"
             elif field.is_enum:
@@ -190,14 +190,14 @@ class _SourceWriter:
         self, fields: tuple[FieldSchema, ...], base: type, indent: str, enum_prefix: str
     ) -> Iterator[str]:
         for field in fields:
-            python_type = _python_type(field, enum_prefix)
+            python_type = _find_python_type(field, enum_prefix)
             yield ""
             name = attribute_name(field.name, base)
             yield f"{indent}{name}: {f'Array[{python_type}]' if field.is_array else python_type}"
             yield from _docstring_lines(field.comment, indent)
 
 
-def _python_type(field: FieldSchema, enum_prefix: str) -> str:
+def _find_python_type(field: FieldSchema, enum_prefix: str) -> str:
     if field.is_enum:
         return enum_prefix + attribute_name(field.type, Interface)
     return _PYTHON_TYPES.get(field.type, "int")
@@ -233,7 +233,7 @@ def _wrap(text: str, indent: str) -> list[str]:
     return textwrap.wrap(text, _WIDTH - len(indent), break_on_hyphens=False)
 
 
-def _literal(value: bool | float | str) -> str:
+def _format_literal(value: bool | float | str) -> str:
     """Return the Python literal of a constant."""
     if isinstance(value, str) and '"' not in value:
         # a JSON string is a Python string with double quotes, which formatters want

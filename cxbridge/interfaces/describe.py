@@ -28,7 +28,7 @@ def schema_object(schema: InterfaceSchema) -> dict[str, Any]:
             for enum in schema.enums
         ],
         "constants": [
-            {"name": constant.name, "type": constant.type, "value": _constant_value(constant)}
+            {"name": constant.name, "type": constant.type, "value": _convert_constant(constant)}
             for constant in schema.constants
         ],
     }
@@ -61,7 +61,7 @@ def _message_object(message: MessageSchema) -> dict[str, Any]:
     }
 
 
-def _constant_value(constant: ConstantSchema) -> bool | int | float | str:
+def _convert_constant(constant: ConstantSchema) -> bool | int | float | str:
     if constant.type == "float":
         return float(f"{round_to_float(float(constant.value)):.9g}")
     return constant.value

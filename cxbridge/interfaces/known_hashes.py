@@ -29,9 +29,9 @@ def layout_fingerprint(schema: InterfaceSchema) -> str:
     layout = {
         "name": schema.name,
         "datasize": schema.datasize,
-        "fields": _layout_rows(schema.fields),
+        "fields": _list_layout(schema.fields),
         "messages": [
-            [message.name, message.datasize, _layout_rows(message.fields)] for message in schema.messages
+            [message.name, message.datasize, _list_layout(message.fields)] for message in schema.messages
         ],
         "enums": [[enum.name, [(item.name, item.value) for item in enum.items]] for enum in schema.enums],
     }
@@ -57,17 +57,17 @@ def accepts_hash(schema: InterfaceSchema, remote_hash: bytes) -> bool:
     if remote_hash == schema.hash or remote_hash in known_hashes(schema):
         return True
     # a copy of the shipped definition may have other comments
-    shipped = _shipped_version(schema.name)
+    shipped = _read_shipped_version(schema.name)
     return shipped is not None and shipped == (remote_hash, layout_fingerprint(schema))
 
 
-def _layout_rows(fields: tuple[FieldSchema, ...]) -> list[list[Any]]:
+def _list_layout(fields: tuple[FieldSchema, ...]) -> list[list[Any]]:
     """Return the properties of fields that affect the layout."""
     return [[field.name, field.type, field.length, field.offset, field.size] for field in fields]
 
 
 @cache
-def _shipped_version(name: str) -> tuple[bytes, str] | None:
+def _read_shipped_version(name: str) -> tuple[bytes, str] | None:
     """Return hash and fingerprint of the shipped definition of a type, if any."""
     path = shipped_dir("interfaces") / f"{name}.xml"
     if not path.is_file():

@@ -23,11 +23,11 @@ class PseudoMap(MutableMapping[int, Any]):
         self._fields = {int(ref.key): ref.field for ref in schema.refs}
 
     def __getitem__(self, key: int) -> Any:
-        return self._block.get(self._field_name(key))
+        return self._block.get(self._find_field_name(key))
 
     def __setitem__(self, key: int, value: Any) -> None:
         # the property marks the block as changed, `Block.set` does not
-        self._block.ACCESSORS[self._field_name(key)].__set__(self._block, value)
+        self._block.ACCESSORS[self._find_field_name(key)].__set__(self._block, value)
 
     def __delitem__(self, key: int) -> None:
         raise InterfaceError(
@@ -40,7 +40,7 @@ class PseudoMap(MutableMapping[int, Any]):
     def __len__(self) -> int:
         return len(self._fields)
 
-    def _field_name(self, key: int) -> str:
+    def _find_field_name(self, key: int) -> str:
         field = self._fields.get(key)
         if field is None:
             keys = ", ".join(map(str, self._fields))

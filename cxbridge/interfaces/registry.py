@@ -84,7 +84,7 @@ class InterfaceRegistry:
         """Read the file of a type."""
         path = self.path(name)
         if path is None:
-            raise self._not_found_error(name)
+            raise self._make_not_found_error(name)
         schema = parse_file(path)
         if schema.name != name:
             raise InterfaceDefinitionError(
@@ -95,7 +95,7 @@ class InterfaceRegistry:
             )
         return schema
 
-    def _not_found_error(self, name: str) -> InterfaceError:
+    def _make_not_found_error(self, name: str) -> InterfaceError:
         """Return the error for an undefined type, in the words of Fawkes."""
         folders = ", ".join(str(folder) for folder in self._dirs) or "no folder"
         near = did_you_mean(interface_type_name(name), self.names(), "check the type's name")

@@ -40,7 +40,7 @@ class Explainer(Protocol):
         """
 
 
-def _functions(name: str) -> Iterator[Callable[..., Any]]:
+def _find_functions(name: str) -> Iterator[Callable[..., Any]]:
     """Yield a function of each explainer module that has a function of this name."""
     modules = map(EXPLAINERS.load_target, EXPLAINERS.rows)
     return (getattr(module, name) for module in modules if hasattr(module, name))
@@ -48,7 +48,7 @@ def _functions(name: str) -> Iterator[Callable[..., Any]]:
 
 def has_explainer(function: str) -> bool:
     """Return whether a plug-in's explainer has a function, e.g. ``missing_events``."""
-    return next(_functions(function), None) is not None
+    return next(_find_functions(function), None) is not None
 
 
 def place_of_action(files: Sequence[Path], action: str) -> str:
@@ -56,7 +56,7 @@ def place_of_action(files: Sequence[Path], action: str) -> str:
 
     Empty if no file spells the name out, or no plug-in finds the place.
     """
-    for find in _functions("place_of_action"):
+    for find in _find_functions("place_of_action"):
         place: str = find(files, action)
         return place
     return ""
@@ -70,7 +70,7 @@ def missing_events(agent: Run, failed_rules: Iterable[str]) -> str:
     :param agent: an idle agent: its agenda is empty, and no other program can write to it.
     :param failed_rules: rules that ended with an error.
     """
-    for explain in _functions("missing_events"):
+    for explain in _find_functions("missing_events"):
         text: str = explain(agent, failed_rules)
         return text
     return ""
@@ -82,7 +82,7 @@ def why(run: RecordedRun, name: str) -> Sequence[str]:
     :param name: a goal id, a goal class or a rule.
     :raises CxbridgeError: if the run lacks the name, or no plug-in explains runs.
     """
-    lines: Sequence[str] = next(_functions("why"), _raise_no_explainer)(run, name)
+    lines: Sequence[str] = next(_find_functions("why"), _raise_no_explainer)(run, name)
     return lines
 
 
@@ -93,7 +93,7 @@ def explainer(run: RecordedRun, at_s: float | None = None, env: str | None = Non
     :param env: the CLIPS environment; None: the executive's, or the only one.
     :raises CxbridgeError: if the run cannot be read, or no plug-in explains runs.
     """
-    explain_question: Explainer = next(_functions("explainer"), _raise_no_explainer)(run, at_s, env)
+    explain_question: Explainer = next(_find_functions("explainer"), _raise_no_explainer)(run, at_s, env)
     return explain_question
 
 
@@ -113,6 +113,6 @@ def explained(options: RunOptions) -> Iterator[None]:
 
 def with_explanations(error: BrokenAgentError, options: RunOptions) -> BrokenAgentError:
     """Return the error, extended by the explainers' findings."""
-    for explain in _functions("broken_agent"):
+    for explain in _find_functions("broken_agent"):
         error = explain(error, options)
     return error

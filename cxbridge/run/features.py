@@ -20,46 +20,46 @@ if TYPE_CHECKING:
 _PLANNER = "/planner"
 
 
-def _blackboard(context: Run) -> Feature:
+def _make_blackboard(context: Run) -> Feature:
     retract_early = context.config.get_bool("/clips/retract-early", default=False)
     return BlackBoardFeature(context.board, retract_early=retract_early)
 
 
-def _config(context: Run) -> Feature:
+def _make_config(context: Run) -> Feature:
     return ConfigFeature(context.config)
 
 
-def _redefine_warning(_context: Run) -> Feature:
+def _make_redefine_warning(_context: Run) -> Feature:
     return RedefineWarningFeature()
 
 
-def _pddl_parser(context: Run) -> Feature:
+def _make_pddl_parser(context: Run) -> Feature:
     return context.pddl_parser
 
 
 # The features below are imported when an agent requests them, which keeps the start of other agents fast.
 
 
-def _robot_memory(context: Run) -> Feature:
+def _make_robot_memory(context: Run) -> Feature:
     from cxbridge.executive.features.robot_memory import LIBRARY, RobotMemoryFeature  # noqa: PLC0415
 
     library = context.paths.robot_memory or LIBRARY
     return RobotMemoryFeature(context.memory, library, context.paths.placeholders)
 
 
-def _tf(context: Run) -> Feature:
+def _make_tf(context: Run) -> Feature:
     from cxbridge.executive.features.tf import TfFeature  # noqa: PLC0415
 
     return TfFeature(context.board)
 
 
-def _navgraph(context: Run) -> Feature:
+def _make_navgraph(context: Run) -> Feature:
     from cxbridge.executive.features.navgraph import NavGraphFeature  # noqa: PLC0415
 
     return NavGraphFeature(lambda: context.navgraph)
 
 
-def _planner(context: Run) -> Feature:
+def _make_planner(context: Run) -> Feature:
     from cxbridge.executive.features.planner import PlannerFeature  # noqa: PLC0415
     from cxbridge.executive.planning.settings import PlannerSettings  # noqa: PLC0415
 
@@ -67,7 +67,7 @@ def _planner(context: Run) -> Feature:
     return PlannerFeature(settings, context.pddl_parser.domain_of, context.make_planning)
 
 
-def _skill_board(context: Run) -> Feature:
+def _make_skill_board(context: Run) -> Feature:
     from cxbridge.executive.features.skill_board import SkillBoardFeature  # noqa: PLC0415
 
     def local_calls() -> LocalSkillCalls | None:
@@ -81,15 +81,15 @@ FEATURES: Final[Table[Callable[[Run], Feature]]] = Table(
     "FEATURES",
     callable,
     "a function that makes a feature from the context of a run",
-    Row("blackboard", f"{__name__}:_blackboard", early=always),
-    Row("config", f"{__name__}:_config", early=always),
-    Row("redefine-warning", f"{__name__}:_redefine_warning", early=always),
-    Row("pddl-parser", f"{__name__}:_pddl_parser", early=always),
-    Row("robot_memory", f"{__name__}:_robot_memory"),
-    Row("tf", f"{__name__}:_tf"),
-    Row("navgraph", f"{__name__}:_navgraph"),
-    Row("planner", f"{__name__}:_planner", early=configured(_PLANNER)),
-    Row("skill-board", f"{__name__}:_skill_board", configured("/skill-board")),
+    Row("blackboard", f"{__name__}:_make_blackboard", early=always),
+    Row("config", f"{__name__}:_make_config", early=always),
+    Row("redefine-warning", f"{__name__}:_make_redefine_warning", early=always),
+    Row("pddl-parser", f"{__name__}:_make_pddl_parser", early=always),
+    Row("robot_memory", f"{__name__}:_make_robot_memory"),
+    Row("tf", f"{__name__}:_make_tf"),
+    Row("navgraph", f"{__name__}:_make_navgraph"),
+    Row("planner", f"{__name__}:_make_planner", early=configured(_PLANNER)),
+    Row("skill-board", f"{__name__}:_make_skill_board", configured("/skill-board")),
 )
 """Features in the order of Fawkes' feature facts. Features that most agents use are made early."""
 

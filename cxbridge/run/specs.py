@@ -44,7 +44,7 @@ def choose_spec(config: Configuration, spec: str | None, config_file: Path | Non
     """
     value = None
     if spec is None:
-        value = _first_value(config, f"{_ROOT}/spec")
+        value = _find_first_value(config, f"{_ROOT}/spec")
     else:
         config.set(f"{_ROOT}/spec", spec)
     chosen = config.get_str(f"{_ROOT}/spec", default="")
@@ -53,7 +53,7 @@ def choose_spec(config: Configuration, spec: str | None, config_file: Path | Non
         return chosen
     hint = f"it has: {', '.join(specs)}" if specs else "it has no clips-executive/specs at all"
     problem = f"has no spec '{chosen}'" if chosen else "names no spec (clips-executive/spec)"
-    if not specs and (misspelt := next(_misspelt_sections(config), None)) is not None:
+    if not specs and (misspelt := next(_find_misspelt_sections(config), None)) is not None:
         raise misspelt
     value = value or min((item for item in config.search(_ROOT) if item.file), key=_line_number, default=None)
     if value is None and config_file is not None:
@@ -90,15 +90,15 @@ def find_key_mistakes(config: Configuration, spec: str) -> list[ConfigError]:
     # with a Fawkes checkout, the caller only warns of the mistakes, because Fawkes ignores unknown keys
     base = f"{_ROOT}/specs/{spec}"
     mistakes = [
-        *_misspelt_sections(config),
-        *_misspelt_keys(config, _ROOT, _KEYS),
-        *_misspelt_keys(config, base, _SPEC_KEYS),
-        *_misspelt_keys(config, "/skiller", _SKILLER_KEYS),
+        *_find_misspelt_sections(config),
+        *_find_misspelt_keys(config, _ROOT, _KEYS),
+        *_find_misspelt_keys(config, base, _SPEC_KEYS),
+        *_find_misspelt_keys(config, "/skiller", _SKILLER_KEYS),
     ]
     if config.exists("/skiller") and (value := config.get("/skiller")).text:
         mistakes.append(_make_error("'skiller' must be a map", value, "write skillspace: NAME below it"))
     for _, path in _find_entries(config, spec):
-        mistakes += _misspelt_keys(config, path, tuple(sorted(_ENTRY_KEYS)))
+        mistakes += _find_misspelt_keys(config, path, tuple(sorted(_ENTRY_KEYS)))
         for key in ("name", "file"):
             if config.exists(f"{path}/{key}") and _is_empty(value := config.get(f"{path}/{key}")):
                 mistakes.append(_make_error(f"'{key}' is empty", value, f"give the {key}, or remove the key"))
@@ -110,7 +110,7 @@ def find_key_mistakes(config: Configuration, spec: str) -> list[ConfigError]:
     return mistakes
 
 
-def _misspelt_sections(config: Configuration) -> Iterator[ConfigError]:
+def _find_misspelt_sections(config: Configuration) -> Iterator[ConfigError]:
     """Yield an error for each section whose name is similar to a known one and whose keys match."""
     # unknown sections are allowed, so the similarity of the name alone does not prove a mistake
     sections = config.keys("/")
@@ -119,13 +119,13 @@ def _misspelt_sections(config: Configuration) -> Iterator[ConfigError]:
             if nearest_names(section, [name], _MIN_LIKENESS) and not set(keys).isdisjoint(
                 config.keys(f"/{name}")
             ):
-                value = _first_value(config, f"/{name}")
+                value = _find_first_value(config, f"/{name}")
                 yield _make_error(f"'{name}' is never read", value, f"did you mean {section}?")
 
 
-def _misspelt_keys(config: Configuration, path: str, known_keys: Sequence[str]) -> Iterator[ConfigError]:
+def _find_misspelt_keys(config: Configuration, path: str, known_keys: Sequence[str]) -> Iterator[ConfigError]:
     """Yield an error for each key that is similar to a known key that is absent."""
-    values = {key: _first_value(config, f"{path}/{key}") for key in config.keys(path)}
+    values = {key: _find_first_value(config, f"{path}/{key}") for key in config.keys(path)}
     written_keys = [key for key, value in values.items() if value is None or value.file]
     # includes keys that only have a default
     absent_keys = [key for key in known_keys if key not in written_keys]
@@ -198,7 +198,7 @@ def _check_stage(config: Configuration, base: str, stage: str) -> Iterator[str]:
     """
     path = f"{base}/init/{stage}"
     if stage not in STAGES:
-        value = _first_value(config, path)
+        value = _find_first_value(config, path)
         raise _make_error(f"there is no '{stage}'", value, f"the stages are {', '.join(STAGES)}")
     _check_container(config, path, "a list of entries, each with a name")
     for index in config.keys(path):
@@ -206,7 +206,7 @@ def _check_stage(config: Configuration, base: str, stage: str) -> Iterator[str]:
         if number is None:
             hint = "begin each with a dash: - name: ..."
             raise _make_error(
-                f"{stage} must be a list of entries", _first_value(config, f"{path}/{index}"), hint
+                f"{stage} must be a list of entries", _find_first_value(config, f"{path}/{index}"), hint
             )
         yield from _check_entry(config, f"{path}/{index}", f"{stage}, entry {number + 1}")
 
@@ -218,13 +218,13 @@ def _check_entry(config: Configuration, path: str, entry: str) -> Iterator[str]:
     """
     keys = config.keys(path)
     if "name" not in keys:
-        raise _make_error(f"{entry} has no name", _first_value(config, path), "give it one: - name: ...")
+        raise _make_error(f"{entry} has no name", _find_first_value(config, path), "give it one: - name: ...")
     for key in ("name", "file", "wait-for"):
         config.get_str(f"{path}/{key}", default="")
     config.get_bool(f"{path}/feature-request", default=False)
     if "files" in keys:
         if config.keys(f"{path}/files"):
-            value = _first_value(config, f"{path}/files")
+            value = _find_first_value(config, f"{path}/files")
             raise _make_error(
                 f"the files of {entry} must be a list, not a map", value, "write [a.clp, b.clp]"
             )
@@ -252,7 +252,7 @@ def _check_container(config: Configuration, path: str, shape: str) -> None:
         raise _make_error(f"'{name}' must be {shape}", value, None)
 
 
-def _first_value(config: Configuration, path: str) -> ConfigValue | None:
+def _find_first_value(config: Configuration, path: str) -> ConfigValue | None:
     """Return the value of a path, or the first value below the path; None if there is none."""
     return (
         config.get(path) if config.exists(path) else min(config.search(path), key=_line_number, default=None)
@@ -269,7 +269,7 @@ def _line_number(value: ConfigValue) -> int:
 
 def _location_prefix(config: Configuration, path: str) -> str:
     """Return ``FILE:LINE: `` of the path, or of the first value below it; empty if set at run time."""
-    value = _first_value(config, path)
+    value = _find_first_value(config, path)
     return f"{value.location}: " if value is not None and value.location else ""
 
 

@@ -188,20 +188,20 @@ class Watchdog:
     def _is_spinning(self) -> bool:
         """Whether the time is spent in a single right-hand side rather than in matching."""
         limit_s = min(self._limit_s, SPIN_S)
-        return self._same_rule_s >= limit_s and self._frequent_rules(_SAMPLES)[:1] != [MATCHING]
+        return self._same_rule_s >= limit_s and self._list_frequent_rules(_SAMPLES)[:1] != [MATCHING]
 
-    def _frequent_rules(self, samples: int = _KEPT_SAMPLES) -> list[str]:
+    def _list_frequent_rules(self, samples: int = _KEPT_SAMPLES) -> list[str]:
         """Return the rules in the latest samples, most frequent first."""
         return [rule for rule, _ in Counter([*self._samples][-samples:]).most_common(_SHOWN_RULES)]
 
     def _make_stall(self, cycle_s: float) -> Stall:
         """Describe the current cycle by the call stack of the watched thread."""
         current_frames = sys._current_frames()  # noqa: SLF001 - the only way to another thread's frames
-        frames = list(_frame_chain(current_frames.get(self._watched_thread)))
-        component = _local_value(
+        frames = list(_walk_frames(current_frames.get(self._watched_thread)))
+        component = _read_local_value(
             frames, "ComponentManager.guarded.<locals>.run_step", lambda local: local["node"].name
         )
-        function = _local_value(
+        function = _read_local_value(
             frames, "UdfTable._make_entry_point.<locals>.call", lambda local: local["name"]
         )
         firing_envs = [env for env in self._list_environments() if env.is_firing]
@@ -222,19 +222,21 @@ class Watchdog:
         :param function: the Python function that a rule has called; empty without one.
         :param firing_envs: the environments whose rules run.
         """
-        rules = self._frequent_rules()
+        rules = self._list_frequent_rules()
         if not firing_envs:
             # the budget of the Lua engine counts Lua instructions, but none inside C functions like
             # string.find
-            skill = _local_value(frames, "Skiller.loop", lambda local: local["self"].skill_string)
+            skill = _read_local_value(frames, "Skiller.loop", lambda local: local["self"].skill_string)
             return (
                 f"skill {skill} does not end"
                 if skill
-                else f"a loop does not end, at {_innermost_location(frames)}"
+                else f"a loop does not end, at {_describe_innermost_location(frames)}"
             )
         if function:
             caller_text = f", which rule {rules[0]} has called" if rules and rules[0] != MATCHING else ""
-            return f"function {function}{caller_text}, does not end, at {_innermost_location(frames)}"
+            return (
+                f"function {function}{caller_text}, does not end, at {_describe_innermost_location(frames)}"
+            )
         if text := next(filter(None, (env.endless.ring_text for env in firing_envs)), ""):
             return text
         if rules == [MATCHING]:
@@ -242,7 +244,7 @@ class Watchdog:
         if self._is_spinning:
             functions = [name for env in firing_envs for name in executing_function_names(env)]
             function_text = f", in function {', '.join(functions)}" if functions else ""
-            return f"rule {self._frequent_rules(_SAMPLES)[0]} does not end{function_text}"
+            return f"rule {self._list_frequent_rules(_SAMPLES)[0]} does not end{function_text}"
         names = ", ".join(rule for rule in rules if rule != MATCHING)
         firing_count = sum(env.endless.firing_count for env in firing_envs)
         return f"the rules of a loop do not end: {names}; {firing_count:,} have fired"
@@ -320,14 +322,14 @@ def make_spin_watchdog(run: Run | Team) -> Watchdog:
     return Watchdog(run.loop, lambda: environments_by_agent(run), report)
 
 
-def _frame_chain(frame: FrameType | None) -> Iterator[FrameType]:
+def _walk_frames(frame: FrameType | None) -> Iterator[FrameType]:
     """Yield a frame and its callers, innermost first."""
     while frame is not None:
         yield frame
         frame = frame.f_back
 
 
-def _local_value(
+def _read_local_value(
     frames: Iterable[FrameType], function: str, read: Callable[[Mapping[str, Any]], object]
 ) -> str:
     """Return a value of the local variables of a function; empty if the function is not active.
@@ -339,7 +341,7 @@ def _local_value(
     return next((str(read(frame.f_locals)) for frame in calls), "")
 
 
-def _innermost_location(frames: Iterable[FrameType]) -> str:
+def _describe_innermost_location(frames: Iterable[FrameType]) -> str:
     """Return file and line of the innermost frame in this package."""
     for frame in frames:
         path = Path(frame.f_code.co_filename)

@@ -254,7 +254,9 @@ class AgentRun(Closing):
         finally:
             timer.cancel()
         if expired.is_set():
-            problem = f"no end within {self.patience:g} s of real time; last rules: {self._last_rules()}"
+            problem = (
+                f"no end within {self.patience:g} s of real time; last rules: {self._describe_last_rules()}"
+            )
             raise AssertionError(self._add_goals(problem))
 
     @property
@@ -348,7 +350,7 @@ class AgentRun(Closing):
                 for call in self._skills.calls[-_LAST_LINES:]
             ]
         if self.rules:
-            lines.append(f"last rules: {self._last_rules()}")
+            lines.append(f"last rules: {self._describe_last_rules()}")
         last_lines = [line for line in self.log if line.level is not Level.DEBUG][-_LAST_LINES:]
         if last_lines:
             lines.append("log:")
@@ -359,7 +361,7 @@ class AgentRun(Closing):
             ]
         return list(map(indent_lines, lines))
 
-    def _last_rules(self) -> str:
+    def _describe_last_rules(self) -> str:
         """Return the last fired rules in order; several firings in a row become one entry with the count."""
         rows = [(rule, len(list(firings))) for rule, firings in groupby(self.rules)]
         return ", ".join(rule if count == 1 else f"{rule} ({count} times)" for rule, count in rows)

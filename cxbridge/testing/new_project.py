@@ -107,7 +107,7 @@ def make_project(folder: Path, options: NewOptions) -> list[Path]:
     :raises CxbridgeError: if the name is invalid, a file exists, or a file cannot be written.
     """
     name, template, shipped = (
-        _checked_agent_name(folder),
+        _check_agent_name(folder),
         options.selected_template(),
         shipped_dir("templates"),
     )
@@ -148,7 +148,7 @@ def read_template(folder: Path, replacements: Mapping[str, str] = MappingProxyTy
     :param replacements: the texts by placeholder.
     """
     return {
-        _target_path(file.relative_to(folder), replacements): _replace_placeholders(
+        _make_target_path(file.relative_to(folder), replacements): _replace_placeholders(
             file.read_text("utf-8"), replacements
         )
         for file in sorted(folder.rglob("*"))
@@ -156,7 +156,7 @@ def read_template(folder: Path, replacements: Mapping[str, str] = MappingProxyTy
     }
 
 
-def _checked_agent_name(folder: Path) -> str:
+def _check_agent_name(folder: Path) -> str:
     """Return the name of a project's agent.
 
     :raises CxbridgeError: if the name is not usable in files and identifiers.
@@ -185,7 +185,7 @@ def _write_new_files(files: Mapping[Path, str]) -> list[Path]:
     return list(files)
 
 
-def _target_path(path: Path, replacements: Mapping[str, str]) -> str:
+def _make_target_path(path: Path, replacements: Mapping[str, str]) -> str:
     names = []
     for name in path.parts:
         if name.startswith("test_"):  # a Python module, whose name cannot have a dash

@@ -95,17 +95,17 @@ class SkillRule:
 
     def succeeds(self, *, after: float = 1.0, times: int | None = None, then: Effect | None = None) -> Self:
         """Let the calls succeed after some seconds."""
-        return self._add_behaviour(_constant_answer(Outcome(after)), times, then)
+        return self._add_behaviour(_make_constant_answer(Outcome(after)), times, then)
 
     def fails(
         self, error: str = "", *, after: float = 1.0, times: int | None = None, then: Effect | None = None
     ) -> Self:
         """Let the calls fail with an error after some seconds."""
-        return self._add_behaviour(_constant_answer(Outcome(after, Status.S_FAILED, error)), times, then)
+        return self._add_behaviour(_make_constant_answer(Outcome(after, Status.S_FAILED, error)), times, then)
 
     def hangs(self, *, times: int | None = None) -> Self:
         """Let the calls never end."""
-        return self._add_behaviour(_constant_answer(Outcome(FOREVER)), times, None)
+        return self._add_behaviour(_make_constant_answer(Outcome(FOREVER)), times, None)
 
     def does(self, answer: SkillAnswer, *, times: int | None = None, then: Effect | None = None) -> Self:
         """Let a function determine the outcome at the start of each call."""
@@ -168,7 +168,7 @@ class SkillRule:
         return behaviour
 
 
-def _constant_answer(outcome: Outcome) -> SkillAnswer:
+def _make_constant_answer(outcome: Outcome) -> SkillAnswer:
     """Return an answer with the same outcome for all calls."""
 
     def answer(call: Call) -> Outcome:  # noqa: ARG001 - all calls have the same outcome

@@ -77,14 +77,14 @@ def dump_json(values: Mapping[str, Any]) -> str:
 def values_with_enum_names(values: Mapping[str, Any]) -> dict[str, Any]:
     """Return the values of an interface with the names of enum items."""
     return {
-        name: [_name_of_item(element) for element in value]
+        name: [_convert_item(element) for element in value]
         if isinstance(value, list | tuple)
-        else _name_of_item(value)
+        else _convert_item(value)
         for name, value in values.items()
     }
 
 
-def _name_of_item(value: Any) -> Any:
+def _convert_item(value: Any) -> Any:
     return value.name if isinstance(value, Enum) else value
 
 
@@ -127,7 +127,7 @@ def event_json_schema(event_type: type[Event]) -> dict[str, Any]:
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": f"cxbridge.{event_type.__name__}",
         "type": "object",
-        "properties": {name: {"type": kind} for name, kind in _json_types(event_type).items()},
+        "properties": {name: {"type": kind} for name, kind in _find_json_types(event_type).items()},
         "required": [field.name for field in msgspec.structs.fields(event_type) if field.required],
     }
 
@@ -137,7 +137,7 @@ def field_names(event_type: type[Event]) -> tuple[str, ...]:
     return event_type.__struct_fields__
 
 
-def _json_types(event_type: type[Event]) -> dict[str, str]:
+def _find_json_types(event_type: type[Event]) -> dict[str, str]:
     hints = get_type_hints(event_type)
     types = {}
     for name in field_names(event_type):
@@ -149,7 +149,7 @@ def _json_types(event_type: type[Event]) -> dict[str, str]:
 
 def _find_checked_fields(event_type: type[Event]) -> tuple[str, ...]:
     """Return the fields whose values msgspec may write differently from :mod:`json`, and cache them."""
-    kinds = _json_types(event_type)
+    kinds = _find_json_types(event_type)
     names = tuple(name for name, kind in kinds.items() if kind in ("number", "object"))
     _checked_fields[event_type] = names
     return names

@@ -84,8 +84,8 @@ def describe_event(event: Event) -> str:
     if isinstance(event, InterfaceWrite):
         return f"{event.uid} {dump_json(values_with_enum_names(event.values))}"
     if isinstance(event, InterfaceMessage):
-        return _message_text(event)
-    return _planner_text(event) if isinstance(event, PlannerCall) else str(event)
+        return _describe_message(event)
+    return _describe_planner_call(event) if isinstance(event, PlannerCall) else str(event)
 
 
 def describe_details(event: Event) -> str:
@@ -94,13 +94,13 @@ def describe_details(event: Event) -> str:
     return escape_record(" ".join(f"{name}={value}" for name, value in values if value))
 
 
-def _message_text(event: InterfaceMessage) -> str:
+def _describe_message(event: InterfaceMessage) -> str:
     sender = f" from {event.sender}" if event.sender else ""
     values = dump_json(values_with_enum_names(event.values))
     return f"{event.uid} <- {event.message} {event.msgid}{sender}, {event.outcome}: {values}"
 
 
-def _planner_text(event: PlannerCall) -> str:
+def _describe_planner_call(event: PlannerCall) -> str:
     call = " ".join(filter(None, (event.call, f"for {event.goal}:", event.status, "by", event.planner)))
     if event.status == "started":
         return f"{call}: {event.problem} in domain {event.domain}"

@@ -84,7 +84,7 @@ def extract_files(run: Run, folder: Path, pattern: str = "*") -> list[Path]:
         The files written so far are then removed.
     """
     files = [
-        (folder / _relative_path(run, file.name), file)
+        (folder / _make_relative_path(run, file.name), file)
         for file in run.files()
         if fnmatchcase(file.name, pattern)
     ]
@@ -107,7 +107,7 @@ def extract_files(run: Run, folder: Path, pattern: str = "*") -> list[Path]:
     return written
 
 
-def _relative_path(run: Run, name: str) -> PurePosixPath:
+def _make_relative_path(run: Run, name: str) -> PurePosixPath:
     """Return the name of an attachment as a relative path within its folder.
 
     :raises TraceError: if the name leads out of the folder.

@@ -72,8 +72,8 @@ class SourceNamer:
             digest = sha256(event.role.encode() + b"\0" + event.data).digest()
             attachment_name = self._names_by_digest.get(digest)
             if attachment_name is None:
-                attachment_name = self._names_by_digest[digest] = self._unique_name(
-                    _attachment_name(event, number)
+                attachment_name = self._names_by_digest[digest] = self._choose_unique_name(
+                    _make_attachment_name(event, number)
                 )
                 media_type = _MEDIA_TYPES.get(attachment_name.rpartition(".")[2], "text/plain")
                 attachment = Attachment(attachment_name, media_type, event.data, event.time_us)
@@ -81,7 +81,7 @@ class SourceNamer:
         record["time_us"] = str(event.time_us)
         return {key: value for key, value in record.items() if value}, attachment
 
-    def _unique_name(self, name: str) -> str:
+    def _choose_unique_name(self, name: str) -> str:
         """Return an unused name; another content of the same file gets a number."""
         unique, number = name, 1
         stem, dot, suffix = name.rpartition(".")
@@ -92,7 +92,7 @@ class SourceNamer:
         return unique
 
 
-def _attachment_name(event: SourceRead, number: int) -> str:
+def _make_attachment_name(event: SourceRead, number: int) -> str:
     role, file = event.role, safe_name(event.name.rsplit("/", 1)[-1])
     if role in {"clips", "construct"}:
         # a construct has the name of a rule or function, which has no ending

@@ -22,5 +22,5 @@ def stop_info(control: RuleControl | None) -> StopInfo | None:
 
 
 @OPERATIONS.add("where", Right.LOOK, NoParameters)
-def _where(context: OperationContext, _parameters: NoParameters) -> StopInfo | None:
+def _find_stop(context: OperationContext, _parameters: NoParameters) -> StopInfo | None:
     return stop_info(context.executive.control)

@@ -200,7 +200,7 @@ class _DefinitionReader:
             raise findings.make_error(root, message, "shorten the name", "name")
         return type_name
 
-    def _single_child(self, name: str) -> Element | None:
+    def _find_single_child(self, name: str) -> Element | None:
         """Return the single child of the root with a name, or None."""
         children = self._root.find_all(name)
         for surplus in children[1:]:
@@ -210,7 +210,7 @@ class _DefinitionReader:
 
     def _read_constants(self) -> None:
         """Read the optional block of constants and enums."""
-        block = self._single_child("constants")
+        block = self._find_single_child("constants")
         if block is None:
             return
         findings = self._findings
@@ -226,7 +226,7 @@ class _DefinitionReader:
     def _read_data(self) -> None:
         """Read the required block of data fields and pseudo maps."""
         findings = self._findings
-        block = self._single_child("data")
+        block = self._find_single_child("data")
         if block is None:
             findings.report_error(
                 self._root,

@@ -27,7 +27,7 @@ class SkillBoardComponent(Component):
         assert settings is not None  # the table makes this component only with a skill board
         board_class = context.source.board_class(context.config) or SkillBoard
         self.service = SkillBoardService(
-            context.board, context.clock, context.bus, settings, board_class, _execution(context)
+            context.board, context.clock, context.bus, settings, board_class, _make_execution(context)
         )
         self._run = context
         context.skill_service = self.service
@@ -54,7 +54,7 @@ class SkillBoardComponent(Component):
         self.service.close()
 
 
-def _execution(context: Run) -> Execution:
+def _make_execution(context: Run) -> Execution:
     """Return the function that executes calls; with ``--skiller simulator`` it simulates failures.
 
     :raises SkillerError: if the configuration of failures is wrong.

@@ -53,9 +53,9 @@ class RecordedExecutor(SkillExecutor):
             self.expected.refuse(call_text(call.skill, call.parameters), begin_us)
             raise SkillFailedError("the recording does not have this")
         self.expected.meet(begin_us)
-        return self._steps(execution, begin_us)
+        return self._replay_steps(execution, begin_us)
 
-    def _steps(self, execution: Execution, begin_us: int) -> Steps:
+    def _replay_steps(self, execution: Execution, begin_us: int) -> Steps:
         published = 0
         while True:
             since_us = self.clock.now_us() - begin_us

@@ -161,7 +161,7 @@ class Recordings:
         for scan in self.scans:
             uids = scan.samples.keys() & remaining
             remaining -= uids
-            streams.append(_interface_writes(scan, frozenset(uids)))
+            streams.append(_read_writes(scan, frozenset(uids)))
         return heapq.merge(*streams, key=lambda write: write.time_us)
 
 
@@ -179,7 +179,7 @@ def _find_decisions(scans: Sequence[Scan]) -> Scan | None:
     return with_goals or next((scan for scan in scans if scan.statuses), None)
 
 
-def _interface_writes(scan: Scan, uids: frozenset[str]) -> Iterator[InterfaceWrite]:
+def _read_writes(scan: Scan, uids: frozenset[str]) -> Iterator[InterfaceWrite]:
     for event in scan.run if uids else ():
         if isinstance(event, InterfaceWrite) and event.uid in uids:
             yield event
@@ -194,13 +194,13 @@ def _align(scans: Sequence[Scan]) -> None:
     for log in scans:
         if log.is_log:
             distances = (
-                distance for scan in dated if (distance := _clock_distance_us(log, scan)) is not None
+                distance for scan in dated if (distance := _measure_distance_us(log, scan)) is not None
             )
             distance_us = next(distances, (dated[0].begin_us or 0) - (log.begin_us or 0))
             log.shift_us = round(distance_us / _QUARTER_US) * _QUARTER_US
 
 
-def _clock_distance_us(log: Scan, dated: Scan) -> int | None:
+def _measure_distance_us(log: Scan, dated: Scan) -> int | None:
     """Return the time between the first common Skiller states in microseconds; None if there are none."""
     for name, statuses in log.statuses.items():
         times = {

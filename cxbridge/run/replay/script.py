@@ -76,7 +76,7 @@ def make_skiller_script(writes: Iterable[InterfaceWrite]) -> SkillerScript:
     begun: Command | None = None
     for number, write in enumerate(writes):
         values = {**_IDLE, **write.values}
-        kind = _command_of_write(previous, values, is_first=not number)
+        kind = _find_command(previous, values, is_first=not number)
         if kind is not None:
             command = Command(kind, values["skill_string"], write.time_us, values)
             script.commands.append(command)
@@ -92,7 +92,7 @@ def make_skiller_script(writes: Iterable[InterfaceWrite]) -> SkillerScript:
     return script
 
 
-def _command_of_write(previous: Values, values: Values, *, is_first: bool) -> CommandKind | None:
+def _find_command(previous: Values, values: Values, *, is_first: bool) -> CommandKind | None:
     """Return the command that caused a write; None if the Skiller wrote by itself or lost its controller."""
     skill, controller = values["skill_string"], values["exclusive_controller"]
     has_new_controller = controller and controller != previous["exclusive_controller"]

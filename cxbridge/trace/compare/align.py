@@ -55,7 +55,7 @@ def align(a: Sequence[int], b: Sequence[int]) -> list[tuple[int, int]]:
         if not anchors:
             anchors = [
                 (index_a + i, index_b + i)
-                for index_a, index_b, length in _blocks_backwards(path)
+                for index_a, index_b, length in _walk_backwards(path)
                 for i in range(length)
             ]
             if end == (a_to, b_to):
@@ -111,14 +111,19 @@ def _find_anchors(a: Sequence[int], b: Sequence[int], ranges: Range) -> list[tup
     """Return pairs of starts of blocks that occur once in both ranges."""
     a_from, a_to, b_from, b_to = ranges
     for length in BLOCK_LENGTHS:
-        unique_a, unique_b = _unique_blocks(a, a_from, a_to, length), _unique_blocks(b, b_from, b_to, length)
+        unique_a, unique_b = (
+            _find_unique_blocks(a, a_from, a_to, length),
+            _find_unique_blocks(b, b_from, b_to, length),
+        )
         common = [(start, unique_b[block]) for block, start in unique_a.items() if block in unique_b]
         if common:
             return longest_increasing(sorted(common))
     return []
 
 
-def _unique_blocks(items: Sequence[int], start: int, end: int, length: int) -> dict[tuple[int, ...], int]:
+def _find_unique_blocks(
+    items: Sequence[int], start: int, end: int, length: int
+) -> dict[tuple[int, ...], int]:
     """Return the starts of the blocks that occur once in a range."""
     blocks = [tuple(items[index : index + length]) for index in range(start, end - length + 1)]
     counts = Counter(blocks)
@@ -139,12 +144,12 @@ def longest_increasing(pairs: list[tuple[int, int]]) -> list[tuple[int, int]]:
         chains[position : position + 1] = [
             (chains[position - 1] if position else None, (index_a, index_b, 1))
         ]
-    return [(index_a, index_b) for index_a, index_b, _ in _blocks_backwards(chains[-1] if chains else None)][
+    return [(index_a, index_b) for index_a, index_b, _ in _walk_backwards(chains[-1] if chains else None)][
         ::-1
     ]
 
 
-def _blocks_backwards(chain: BlockChain) -> Iterator[tuple[int, int, int]]:
+def _walk_backwards(chain: BlockChain) -> Iterator[tuple[int, int, int]]:
     """Yield the blocks of a chain from the last to the first."""
     while chain is not None:
         chain, block = chain

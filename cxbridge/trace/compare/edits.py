@@ -102,7 +102,7 @@ class Alignment:
         :param joined_kinds: the kinds of which consecutive edits become one edit.
         """
         unpaired_a, unpaired_b = self.unpaired_indices(0), self.unpaired_indices(1)
-        thread_steps = [self._thread_steps(run, thread) for run in (0, 1)]
+        thread_steps = [self._count_thread_steps(run, thread) for run in (0, 1)]
         # first the moved states, so that a state that is only late is not paired with another one as changed
         moved = pop_equal_pairs(unpaired_a, unpaired_b, partial(content, 0), partial(content, 1))
         changed = pop_equal_pairs(
@@ -111,7 +111,7 @@ class Alignment:
         # changed states may cross: rows show the longest series in order side by side
         self._row_pairs = longest_increasing(sorted([*self.pairs, *changed]))
         edits = [
-            Edit(kind, pair, min(self._sort_key(0, pair[0]), self._sort_key(1, pair[1])))
+            Edit(kind, pair, min(self._make_sort_key(0, pair[0]), self._make_sort_key(1, pair[1])))
             for kind, pairs in ((DifferenceKind.ORDER, moved), (DifferenceKind.CHANGED, changed))
             for pair in pairs
         ]
@@ -120,7 +120,7 @@ class Alignment:
             edit = Edit(
                 ONE_SIDED_KINDS[run],
                 (MISSING, index) if run else (index, MISSING),
-                self._sort_key(run, index),
+                self._make_sort_key(run, index),
             )
             # a goal of one run is one difference, however many states it has and wherever they are
             goal = owner(run, index) if owner else None
@@ -134,7 +134,7 @@ class Alignment:
         edits += goals.values()
         return _join_consecutive(sorted(edits, key=lambda edit: edit.sort_key), joined_kinds)
 
-    def _thread_steps(self, run: int, thread: StateProperty) -> list[Hashable]:
+    def _count_thread_steps(self, run: int, thread: StateProperty) -> list[Hashable]:
         """Return, for each state of a run, its thread and the number of the thread's pairs before it."""
         counts: Counter[Hashable] = Counter()
         paired = {pair[run] for pair in self.pairs}
@@ -145,7 +145,7 @@ class Alignment:
             counts[name] += index in paired
         return steps
 
-    def _sort_key(self, run: int, index: int) -> tuple[int, int, int]:
+    def _make_sort_key(self, run: int, index: int) -> tuple[int, int, int]:
         """Return the sort key of a state; in a gap, states of A precede those of B."""
         if run == 0:
             return (index, 0, index)
@@ -161,7 +161,7 @@ class Alignment:
 
         :param make_line: returns the displayed state of a run, 0 or 1, at an index.
         """
-        pairs = list(self._row_indices())
+        pairs = list(self._list_row_indices())
         first = next((number for number, (_, _, is_equal) in enumerate(pairs) if not is_equal), len(pairs))
         start = max(0, first - ROWS_BEFORE)
         rows: list[AlignedRow] = []
@@ -173,7 +173,7 @@ class Alignment:
             rows.append(AlignedRow(line_a, line_b, bool(is_equal)))
         return rows
 
-    def _row_indices(self) -> Iterator[tuple[int, int, bool]]:
+    def _list_row_indices(self) -> Iterator[tuple[int, int, bool]]:
         """Yield the indices of rows, -1 for a missing state, and whether the states are equal."""
         partners = set(self.pairs)
         next_a = next_b = 0

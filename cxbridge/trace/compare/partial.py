@@ -48,53 +48,53 @@ def compare_partial(
         comparison = Comparison(View.TRANSITIONS, Order.PARTIAL, forest_a.count, forest_b.count, other=number)
         match = match_goals(forest_a, forest_b)
         steps = chain(
-            _step_pairs(match, (forest_a, forest_b)), forest_a.skillers.pair_streams(forest_b.skillers)
+            _pair_steps(match, (forest_a, forest_b)), forest_a.skillers.pair_streams(forest_b.skillers)
         )
         begin = forest_a.start_us, forest_b.start_us
-        compare_steps(comparison, steps, begin, tolerance, _goal_differences(match))
+        compare_steps(comparison, steps, begin, tolerance, _find_goal_differences(match))
         if not comparison.same:
             comparison.hints += scenario_hints(forest_a.scopes, forest_b.scopes)
             return comparison
         _add_relations(relations, match)
     # no single run differs in a relation, because all other runs agree: the report shows the first of them
     comparison.other = 0
-    comparison.keep(sorted(_broken_relations(relations), key=lambda difference: difference.position))
+    comparison.keep(sorted(_find_broken_relations(relations), key=lambda difference: difference.position))
     return comparison
 
 
-def _goal_differences(match: GoalMatch) -> Iterator[Difference]:
+def _find_goal_differences(match: GoalMatch) -> Iterator[Difference]:
     """Yield the goals that only one run has, or that differ in parent or class."""
     missing = Side(None, "(no such goal)")
     for run, kind in enumerate((DifferenceKind.ONLY_A, DifferenceKind.ONLY_B)):
         for goal in match.unmatched_goals[run]:
-            side = Side(goal.first_position, _goal_text(goal))
+            side = Side(goal.first_position, _describe_goal(goal))
             sides = (missing, side) if run else (side, missing)
             yield Difference(f"a goal that only {'AB'[run]} has", match.labels[goal], *sides, kind)
     for noun, text, pairs in (
-        ("another parent", _parent_text, match.moved_pairs),
-        ("another class or id", _class_text, match.renamed_pairs),
+        ("another parent", _describe_parent, match.moved_pairs),
+        ("another class or id", _describe_class, match.renamed_pairs),
     ):
         for pair in pairs:
             side_a, side_b = (Side(goal.first_position, text(goal)) for goal in pair)
             yield Difference(noun, f"goal {match.labels[pair[0]]}", side_a, side_b)
 
 
-def _parent_text(goal: Goal) -> str:
+def _describe_parent(goal: Goal) -> str:
     """Return the text for the parent of a goal."""
     return f"goal {goal.key[1]} below {goal.parent[1] if goal.parent else 'no parent'}"
 
 
-def _class_text(goal: Goal) -> str:
+def _describe_class(goal: Goal) -> str:
     """Return id, class and sub-type of a goal as text."""
     return f"goal {goal.key[1]} of class {goal.goal_class}, sub-type {goal.sub_type}"
 
 
-def _goal_text(goal: Goal) -> str:
+def _describe_goal(goal: Goal) -> str:
     subtree = f", with {goal.goal_count - 1} below it" if goal.goal_count > 1 else ""
     return f"goal {goal.key[1]} of class {goal.goal_class}{subtree}"
 
 
-def _step_pairs(match: GoalMatch, forests: tuple[GoalForest, GoalForest]) -> Iterator[StepPair]:
+def _pair_steps(match: GoalMatch, forests: tuple[GoalForest, GoalForest]) -> Iterator[StepPair]:
     """Yield the transitions of all goals and plans, paired, and their details."""
     for pair in match.pairs:
         goal_a, goal_b = pair
@@ -103,7 +103,7 @@ def _step_pairs(match: GoalMatch, forests: tuple[GoalForest, GoalForest]) -> Ite
         yield StepPair(subject, "transition", transitions)
         details: list[tuple[str, Steps, Steps]] = [(subject, goal_a.details, goal_b.details)]
         for plan in {**goal_a.plans, **goal_b.plans}:
-            name = _plan_subject(match, goal_a, plan)
+            name = _describe_plan(match, goal_a, plan)
             yield StepPair(name, "transition", (goal_a.plans.get(plan, ()), goal_b.plans.get(plan, ())))
             plan_details = [goal.plan_details.get(plan, []) for goal in pair]
             actions = set.intersection(*({step.state[0] for step in steps} for steps in plan_details))
@@ -117,7 +117,7 @@ def _step_pairs(match: GoalMatch, forests: tuple[GoalForest, GoalForest]) -> Ite
                 yield StepPair(f"details of {name}", "value", (sides[0], sides[1]), has_times=False)
 
 
-def _plan_subject(match: GoalMatch, goal: Goal, plan: str) -> str:
+def _describe_plan(match: GoalMatch, goal: Goal, plan: str) -> str:
     """Return the name of a plan in differences."""
     return f"plan {plan.replace('@', goal.key[1])} of goal {match.labels[goal]}"
 
@@ -166,7 +166,7 @@ def _add_relations(relations: dict[RelationKey, _AgreedRelation], match: GoalMat
                 relations, key, subject, (goal_a, child.transitions), (goal_b, partners[child].transitions)
             )
         for plan, steps in goal_a.plans.items():
-            subject = _plan_subject(match, goal_a, plan)
+            subject = _describe_plan(match, goal_a, plan)
             _add_relation(relations, (goal_a, plan), subject, (goal_a, steps), (goal_b, goal_b.plans[plan]))
 
 
@@ -188,7 +188,7 @@ def _add_relation(
     relation.counts_b.append(counts[1])
 
 
-def _broken_relations(relations: dict[RelationKey, _AgreedRelation]) -> Iterator[Difference]:
+def _find_broken_relations(relations: dict[RelationKey, _AgreedRelation]) -> Iterator[Difference]:
     """Yield the relations on which the other runs agree and which the first run breaks."""
     for relation in relations.values():
         for index, count_a in enumerate(relation.counts_a):
@@ -200,13 +200,13 @@ def _broken_relations(relations: dict[RelationKey, _AgreedRelation]) -> Iterator
                     f"'{state_text(relation.inner[index].state)}' on the other side of transitions"
                     f" of goal {relation.outer.key[1]}",
                     relation.subject,
-                    Side(relation.inner[index].position, _position_text(relation.outer, count_a)),
-                    Side(relation.inner_b[index].position, _position_text(relation.outer, agreed_count)),
+                    Side(relation.inner[index].position, _describe_position(relation.outer, count_a)),
+                    Side(relation.inner_b[index].position, _describe_position(relation.outer, agreed_count)),
                     DifferenceKind.ORDER,
                 )
 
 
-def _position_text(goal: Goal, count: int) -> str:
+def _describe_position(goal: Goal, count: int) -> str:
     """Return the text for a position among the transitions of a goal."""
     if count == 0:
         return "before its first transition"

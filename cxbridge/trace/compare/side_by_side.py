@@ -54,18 +54,18 @@ def page_report(
     return {
         **report_to_json(report, options),
         "contexts": [{"a": a, "b": b} for a, b in zip(*contexts, strict=True)],
-        **_goal_values(report.a, report.b),
+        **_compare_goals(report.a, report.b),
     }
 
 
-def _goal_values(a: Run, b: Run) -> dict[str, Any]:
+def _compare_goals(a: Run, b: Run) -> dict[str, Any]:
     """Return the goals of both runs in the order of their trees, with lengths, starts and unit."""
     histories = [RunHistory.from_events(run, UNLIMITED, run.start_us) for run in (a, b)]
     # a text of transitions may have no times: the numbers of events then replace them
     has_times = all(history.end > 0 for history in histories)
-    bars = [_goal_bars(history, has_times=has_times) for history in histories]
+    bars = [_make_bars(history, has_times=has_times) for history in histories]
     ends = [history.end / MICROSECONDS if has_times else history.event_count for history in histories]
-    match = match_goals(GoalForest(_transitions_of(a)), GoalForest(_transitions_of(b)))
+    match = match_goals(GoalForest(_read_transitions(a)), GoalForest(_read_transitions(b)))
     rows: dict[str, dict[str, Any]] = {}
     for goal_a, goal_b in match.pairs:
         rows[match.labels[goal_a]] = {"a": bars[0].get(goal_a.key), "b": bars[1].get(goal_b.key)}
@@ -84,11 +84,11 @@ def _goal_values(a: Run, b: Run) -> dict[str, Any]:
     }
 
 
-def _transitions_of(run: Run) -> Iterator[Event]:
+def _read_transitions(run: Run) -> Iterator[Event]:
     return compared_contents(run, View.TRANSITIONS)
 
 
-def _goal_bars(history: RunHistory, *, has_times: bool) -> dict[tuple[str, str], Bar]:
+def _make_bars(history: RunHistory, *, has_times: bool) -> dict[tuple[str, str], Bar]:
     """Return the first life of each goal as a bar."""
     bars: dict[tuple[str, str], Bar] = {}
     for goal in history.goals:

@@ -118,11 +118,11 @@ class _PartnerChecks:
     def find_differences(self, token_a: Token, token_b: Token) -> Iterator[Difference]:
         """Yield the differences between the next pair."""
         if self._msgids.has_new_offset(message_stream(token_a.key), token_a.msgid or 0, token_b.msgid or 0):
-            yield _partner_difference(token_a, token_b, DifferenceKind.MSGID, "another message id")
+            yield _make_partner_difference(token_a, token_b, DifferenceKind.MSGID, "another message id")
         if self._times:
             lag_s = self._times.exceeding_lag_s(token_a.thread, token_a.event.time_us, token_b.event.time_us)
             if lag_s is not None:
-                yield _partner_difference(token_a, token_b, DifferenceKind.TIME, describe_lag(lag_s))
+                yield _make_partner_difference(token_a, token_b, DifferenceKind.TIME, describe_lag(lag_s))
 
     def note_unpaired(self, token: Token) -> None:
         """Note an event that only one run has, which may shift the message ids after it."""
@@ -130,7 +130,7 @@ class _PartnerChecks:
             self._msgids.forget_offset(message_stream(token.key))
 
 
-def _partner_difference(token_a: Token, token_b: Token, kind: DifferenceKind, text: str) -> Difference:
+def _make_partner_difference(token_a: Token, token_b: Token, kind: DifferenceKind, text: str) -> Difference:
     side_a, side_b = (Side(token.number, describe_event(token.event)) for token in (token_a, token_b))
     return Difference(text, describe_subject(token_a.event), side_a, side_b, kind)
 
@@ -170,7 +170,7 @@ class Divergence:
 
         :param checked_count: the number of leading pairs that were checked while reading.
         """
-        edits = self._alignment.find_edits(self._masked_state, self._find_thread, owner=self._find_owner)
+        edits = self._alignment.find_edits(self._make_masked_state, self._find_thread, owner=self._find_owner)
         differences = [
             (edit.sort_key, self._make_difference(edit)) for edit in self._drop_repeated_details(edits)
         ]
@@ -249,7 +249,7 @@ class Divergence:
             for name in names
         )
 
-    def _masked_state(self, run: int, index: int) -> Hashable:
+    def _make_masked_state(self, run: int, index: int) -> Hashable:
         """Return the key of an event and its names; all names that only one run has are equal."""
         key, names = self._key_and_names(run, index)
         return key, self._mask_unpaired(names)

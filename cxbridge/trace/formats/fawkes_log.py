@@ -73,7 +73,7 @@ class FawkesLog(Run):
         """Yield log lines, firings, and fact changes with their transitions."""
         trackers: dict[str, TransitionTracker] = {}
         days = _DayCounter()
-        for line, (letter, clock, fraction, component, text) in self._joined_entries():
+        for line, (letter, clock, fraction, component, text) in self._join_entries():
             time_us = days.time_us(clock, fraction)
             env = _find_environment(component) if letter == "D" else None
             event = parse_clips_event(time_us, env, text) if env is not None else None
@@ -92,14 +92,14 @@ class FawkesLog(Run):
             if transition is not None:
                 yield transition
 
-    def _joined_entries(self) -> Iterator[tuple[int, tuple[str, ...]]]:
+    def _join_entries(self) -> Iterator[tuple[int, tuple[str, ...]]]:
         """Yield the line number and fields of each entry.
 
         Fawkes ends an entry when CLIPS prints a line feed alone, even within a string of a fact. The rest of
         the fact is then the next entry, which is joined to the entry of the fact.
         """
         unfinished: tuple[int, tuple[str, ...]] | None = None
-        for entry in self._entries():
+        for entry in self._read_entries():
             fields = entry.fields()
             if fields is None:
                 self.note(f"line {entry.line}: not a log entry, left out")
@@ -125,7 +125,7 @@ class FawkesLog(Run):
         if unfinished is not None:
             yield unfinished
 
-    def _entries(self) -> Iterator[_LogEntry]:
+    def _read_entries(self) -> Iterator[_LogEntry]:
         """Join lines to entries: a line without a time continues the previous entry."""
         entry: _LogEntry | None = None
         for number, text, is_complete in read_lines(self.path):

@@ -108,7 +108,7 @@ def open_exclusively(path: Path, buffering: int = -1) -> BinaryIO:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         file.close()
-        raise _locked_error(path) from None
+        raise _make_locked_error(path) from None
     except OSError:
         pass  # a file system without locks
     try:
@@ -125,10 +125,10 @@ def refuse_locked_file(path: Path) -> None:
     :raises TraceError: if the file is locked.
     """
     if path.is_file() and _is_locked(path):
-        raise _locked_error(path)
+        raise _make_locked_error(path)
 
 
-def _locked_error(path: Path) -> TraceError:
+def _make_locked_error(path: Path) -> TraceError:
     return TraceError(
         "another process is writing this file", file=path, hint="does another daemon or run record to it?"
     )

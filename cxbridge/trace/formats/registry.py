@@ -33,16 +33,16 @@ FORMAT_MODULES: Final[Table[ModuleType]] = Table(
 
 def readable_formats() -> tuple[Format, ...]:
     """Return the readable formats, the most reliably recognised first."""
-    return _table_entries(FORMAT_MODULES.rows, "FORMATS")
+    return _load_entries(FORMAT_MODULES.rows, "FORMATS")
 
 
 def copy_formats() -> dict[str, CopyFormat]:
     """Return the formats to which runs can be copied, by name."""
-    return {entry.name: entry for entry in _table_entries(FORMAT_MODULES.rows, "COPIES")}
+    return {entry.name: entry for entry in _load_entries(FORMAT_MODULES.rows, "COPIES")}
 
 
 @lru_cache(maxsize=8)  # the rows change only with the installed plug-ins
-def _table_entries(rows: tuple[Row, ...], table: str) -> tuple[Any, ...]:
+def _load_entries(rows: tuple[Row, ...], table: str) -> tuple[Any, ...]:
     """Return the entries of a table of all modules, sorted by rank."""
     modules = [FORMAT_MODULES.load_target(row) for row in rows]
     entries = [entry for module in modules for entry in getattr(module, table, ())]

@@ -196,9 +196,9 @@ class TransitionsWriter(StreamWriter):
     def write(self, event: Event) -> None:
         if isinstance(event, TRANSITION_TYPES):
             with writing(self.path):
-                self._file.writelines(f"{line}\n" for line in self._lines(event))
+                self._file.writelines(f"{line}\n" for line in self._make_lines(event))
 
-    def _lines(self, event: Transition) -> Iterator[str]:
+    def _make_lines(self, event: Transition) -> Iterator[str]:
         """Yield the line of a transition with the lines before and after it."""
         if self._start_us is not None:
             time_line = f"at {(event.time_us - self._start_us) / MICROSECONDS:.6f}"

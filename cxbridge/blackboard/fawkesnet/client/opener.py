@@ -62,7 +62,7 @@ class Opener:
                 return reply
             assert isinstance(reply, OpenFailure)
             if reply.error != OpenError.HASH_MISMATCH:
-                raise self._refusal_error(reply.error, schema.name, request.id)
+                raise self._make_refusal_error(reply.error, schema.name, request.id)
             refused_hashes.append(offered_hash)
             # the server's list shows the server's hash if an interface of the type is open already
             if listed_hashes is None:
@@ -101,7 +101,7 @@ class Opener:
                 hint="both sides must use the same definition of the interface",
             )
 
-    def _refusal_error(self, error: int, interface_type: str, interface_id: str) -> BlackBoardError:
+    def _make_refusal_error(self, error: int, interface_type: str, interface_id: str) -> BlackBoardError:
         server_name = f"the Fawkes at {self._server_name}"
         if error == OpenError.UNKNOWN_TYPE:
             return UnknownTypeError(interface_type, hint=f"it is unknown to {server_name}")

@@ -157,7 +157,7 @@ class BlackBoardNetworkHandler(NetworkHandler, Observer):
         if request.writing:
             opened_instance.instance.auto_timestamping = False  # the client sets the time stamps
         client_instances[opened_instance.instance.serial.bytes] = opened_instance
-        session.max_block_size = max(session.max_block_size, _max_block_size(interface_class))
+        session.max_block_size = max(session.max_block_size, _find_max_block_size(interface_class))
         opened_instance.announce()
 
     def _open_listening(
@@ -267,7 +267,7 @@ def _mark_changed(instance: Interface, block: bytes) -> None:
         instance.mark_data_changed()
 
 
-def _max_block_size(interface_class: type[Interface]) -> int:
+def _find_max_block_size(interface_class: type[Interface]) -> int:
     """Return the size of the largest block of an interface and its messages."""
     schema = interface_class.SCHEMA
     # the 0, because `max` takes a single argument for a collection, and a type may have no messages

@@ -335,13 +335,13 @@ _DATA_FIRST_BYTES: Final = range(0x90, 0xA0)
 _FrameT = TypeVar("_FrameT")
 
 
-def _frames_by_field(frames: Any, data: Any) -> dict[str, Any]:
+def _map_frames_by_field(frames: Any, data: Any) -> dict[str, Any]:
     """Return the classes of the frames in envelopes by the name of the envelope's field."""
     return {kind.__name__.lower(): kind for kind in get_args(frames) if kind not in get_args(data)}
 
 
-_CLIENT_KINDS: Final[Mapping[str, type[ClientFrame]]] = _frames_by_field(ClientFrame, ClientData)
-_SERVER_KINDS: Final[Mapping[str, type[ServerFrame]]] = _frames_by_field(ServerFrame, ServerData)
+_CLIENT_KINDS: Final[Mapping[str, type[ClientFrame]]] = _map_frames_by_field(ClientFrame, ClientData)
+_SERVER_KINDS: Final[Mapping[str, type[ServerFrame]]] = _map_frames_by_field(ServerFrame, ServerData)
 
 
 def _load_envelope() -> Any:
@@ -398,7 +398,7 @@ def _decode(
             return decode_data(data)
         envelope = _Envelope.FromString(data)
     except (message.DecodeError, DecodeError, UnicodeError) as error:
-        raise _invalid_error(error) from error
+        raise _make_invalid_error(error) from error
     if envelope.version != VERSION:
         raise ProtocolError(
             f"version {envelope.version} of the blackboard's protocol instead of version {VERSION}",
@@ -406,12 +406,12 @@ def _decode(
         )
     kind = envelope.WhichOneof("body")
     if kind not in kinds:
-        raise _invalid_error(f"{kind or 'an envelope without a frame'} is not allowed in this direction")
+        raise _make_invalid_error(f"{kind or 'an envelope without a frame'} is not allowed in this direction")
     fields = _read_fields(getattr(envelope, kind))
     try:
         return convert({**fields, "number": envelope.number}, kinds[kind])
     except ValidationError as error:
-        raise _invalid_error(error) from error
+        raise _make_invalid_error(error) from error
 
 
 def _read_fields(body: Any) -> dict[str, Any]:
@@ -430,7 +430,7 @@ def _read_fields(body: Any) -> dict[str, Any]:
 _VERSION_HINT: Final = "use the same version of cxbridge"
 
 
-def _invalid_error(reason: object) -> ProtocolError:
+def _make_invalid_error(reason: object) -> ProtocolError:
     return ProtocolError(
         f"not a frame of version {VERSION} of the blackboard's protocol: {reason}", hint=_VERSION_HINT
     )

@@ -135,7 +135,7 @@ class EndpointFile:
 
     def __init__(self, endpoint: str) -> None:
         self._path = _ipc_path(endpoint)
-        self._initial_identity = self._file_identity()
+        self._initial_identity = self._read_file_identity()
 
     def remove(self) -> None:
         """Remove the file unless another process has replaced it.
@@ -146,12 +146,12 @@ class EndpointFile:
         if (
             self._path is not None
             and self._initial_identity is not None
-            and self._file_identity() == self._initial_identity
+            and self._read_file_identity() == self._initial_identity
         ):
             with contextlib.suppress(OSError):  # the permissions may have changed
                 self._path.unlink()
 
-    def _file_identity(self) -> tuple[int, int] | None:
+    def _read_file_identity(self) -> tuple[int, int] | None:
         if self._path is None:
             return None
         try:

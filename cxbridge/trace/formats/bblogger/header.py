@@ -202,12 +202,12 @@ def file_name(scenario: str, uid: str, start_us: int, *, utc: bool = False) -> s
     :param utc: use UTC instead of the time zone of the machine, as in Fawkes.
     """
     kind, _, interface_id = uid.partition("::")
-    return f"{_quote_name(scenario)}-{kind}-{_quote_name(interface_id)}-{_date_text(start_us, utc=utc)}.log"
+    return f"{_quote_name(scenario)}-{kind}-{_quote_name(interface_id)}-{_format_date(start_us, utc=utc)}.log"
 
 
 def file_pattern(scenario: str, start_us: int, *, utc: bool = False) -> str:
     """Return a shell pattern that matches at least the files of a scenario and start."""
-    return f"{_quote_name(scenario)}-*-{_date_text(start_us, utc=utc)}.log"
+    return f"{_quote_name(scenario)}-*-{_format_date(start_us, utc=utc)}.log"
 
 
 def _quote_name(text: str) -> str:
@@ -216,7 +216,7 @@ def _quote_name(text: str) -> str:
     return quote(text, safe="", errors="backslashreplace")
 
 
-def _date_text(time_us: int, *, utc: bool) -> str:
+def _format_date(time_us: int, *, utc: bool) -> str:
     """Return a time for a file name."""
     second, _ = split_us(time_us)
     return time.strftime("%Y-%m-%d-%H-%M-%S", time.gmtime(second) if utc else time.localtime(second))

@@ -55,14 +55,14 @@ class BBLoggerWriter(RunWriter):
             )
         with writing(self.folder):
             self.folder.mkdir(parents=True, exist_ok=True)
-            for path in self._files_of_earlier_run():
+            for path in self._find_files_of_earlier_run():
                 path.unlink()
         if not os.access(self.folder, os.W_OK | os.X_OK):
             raise TraceError(
                 "no file can be created in this folder", file=folder, hint="check its permissions"
             )
 
-    def _files_of_earlier_run(self) -> list[Path]:
+    def _find_files_of_earlier_run(self) -> list[Path]:
         """Return the files of an earlier run with the same scenario and start."""
         pattern = file_pattern(self._scenario, self._start_us, utc=self._utc)
         return [path for path in self.folder.glob(pattern) if path.is_file() and self._has_scenario(path)]
@@ -86,7 +86,7 @@ class BBLoggerWriter(RunWriter):
 
     def _create_file(self, event: BlockWrite) -> _InterfaceFile:
         header = pack_header(
-            self._scenario, event.uid, _fawkes_hash(event), len(event.block), start_us=self._start_us
+            self._scenario, event.uid, _find_fawkes_hash(event), len(event.block), start_us=self._start_us
         )
         name = file_name(self._scenario, event.uid, self._start_us, utc=self._utc)
         return _InterfaceFile(self.folder / name, header)
@@ -175,7 +175,7 @@ class _InterfaceFile:
             unwritten = unwritten[self._file.write(unwritten) :]
 
 
-def _fawkes_hash(event: BlockWrite) -> bytes:
+def _find_fawkes_hash(event: BlockWrite) -> bytes:
     """Return the hash of an interface that Fawkes' tools expect.
 
     A definition of cxbridge gets Fawkes' hash of the same layout. A foreign definition, for example of a
