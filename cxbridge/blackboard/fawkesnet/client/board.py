@@ -81,7 +81,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
         self._all_ports: dict[RemotePort, None] = {}  # in the order of opening
         self._mem_serials: dict[tuple[str, str], int] = {}
         self._next_mem_serial = itertools.count(1)
-        self._emitter = PublicationEmitter(bus, clock.now_us, self._open_ports)
+        self._emitter = PublicationEmitter(bus, clock.now_us, self._list_open_ports)
         name = f"{self._address[0]}:{self._address[1]}"
         self._requests = RequestSender(name, timeout)
         self._opener = Opener(self._requests, name)
@@ -235,7 +235,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
 
     def lost_ports(self) -> Sequence[RemotePort]:
         """Return the ports to reopen, oldest first."""
-        return [port for port in self._open_ports() if port.serial is None]
+        return [port for port in self._list_open_ports() if port.serial is None]
 
     def reopen(self, port: RemotePort) -> None:
         """Open an instance again; a writer repeats its last block.
@@ -265,6 +265,6 @@ class FawkesBlackBoard(RemoteBlackBoard):
         port.instance.invalidate()
         self.warn(f"cannot open {port.uid} again, it is invalid now: {error.message}")
 
-    def _open_ports(self) -> Sequence[RemotePort]:
+    def _list_open_ports(self) -> Sequence[RemotePort]:
         with self._lock:
             return tuple(self._all_ports)

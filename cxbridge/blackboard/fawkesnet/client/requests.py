@@ -125,7 +125,7 @@ class RequestSender:
         request = _PendingRequest(reply_types, on_reply)
         timeout = self._timeout if timeout is None else timeout
         with self._request_lock:
-            connection = self._send_request(request, 0.0 if extend_on_data else timeout)
+            connection = self._register_request(request, 0.0 if extend_on_data else timeout)
             connection.send(message.to_bytes())
             wait_s = timeout  # with `extend_on_data`, from the last received data
             while not request.done.wait(wait_s) and extend_on_data:
@@ -145,8 +145,8 @@ class RequestSender:
 
         :raises ConnectionLostError: if there is no reply.
         """
-        fit_into_message = len(type_glob.encode()) < TYPE_SIZE and len(id_glob.encode()) < ID_SIZE
-        requests_all = (type_glob, id_glob) == ("*", "*") or not fit_into_message
+        are_short = len(type_glob.encode()) < TYPE_SIZE and len(id_glob.encode()) < ID_SIZE
+        requests_all = (type_glob, id_glob) == ("*", "*") or not are_short
         reply = self.request(ListAll() if requests_all else ListMatching(type_glob, id_glob))
         assert isinstance(reply, InterfaceList)
         return reply
@@ -166,7 +166,8 @@ class RequestSender:
             request.done.set()
         return True
 
-    def _send_request(self, request: _PendingRequest, timeout: float) -> FawkesConnection:
+    def _register_request(self, request: _PendingRequest, timeout: float) -> FawkesConnection:
+        """Wait for a connection, and let the request wait for its reply; return the connection."""
         deadline = time.monotonic() + timeout
         with self._state_changed:
             while self.connection is None and not self._is_shut_down:
