@@ -97,9 +97,10 @@ export function header(app, search) {
     open.hidden = Boolean(recording) && !app.runs;
     lost.hidden = app.connection !== "lost" || Boolean(recording);
     const since = app.live.time ? clockText(app.live.time) : "before";
-    lost.textContent =
-      `The connection to the daemon is lost. What is shown is from ${since}. ` +
-      (app.lostBecause || "Trying again …");
+    lost.textContent = status?.result
+      ? "The program of this run has ended. What is shown is the end of the run."
+      : `The connection to the daemon is lost. What is shown is from ${since}. ` +
+        (app.lostBecause || "Trying again …");
     document.body.classList.toggle("stale", !lost.hidden);
     tick();
   }

@@ -13,8 +13,9 @@ export class VirtualList {
    * @param sign(item) text that changes when the row has to be drawn again
    * @param draw(item) the content of the row: nodes
    * @param select(item) a row was chosen; open(item, wanted) a fold was used (trees only)
+   * @param resized() the rows may have another height, which a picture beside the list follows
    */
-  constructor({ label, key, sign, draw, select = null, open = null, height = "--row" }) {
+  constructor({ label, key, sign, draw, select = null, open = null, resized = null, height = "--row" }) {
     Object.assign(this, { key, sign, draw, select, open, height, items: [], selected: null, high: 0 });
     this.name = "list" + ++lists;
     this.rows = new Map();
@@ -34,11 +35,12 @@ export class VirtualList {
     };
     for (const end of RELEASES) window.addEventListener(end, this.release);
     this.box.addEventListener("click", (event) => this.onClick(event));
-    this.resized = new ResizeObserver(() => {
+    this.sizes = new ResizeObserver(() => {
       this.high = 0; // on a narrow page rows are higher
       this.later();
+      resized?.();
     });
-    this.resized.observe(this.box);
+    this.sizes.observe(this.box);
   }
 
   later() {
@@ -60,13 +62,10 @@ export class VirtualList {
     this.update();
   }
 
-  /** The height of a row in pixels. A list that is no part of the page yet has no style: that is no answer. */
+  /** The height of a row in pixels; a list without a style yet is measured again. */
   get rowHeight() {
-    if (!this.high || !this.isMeasured) {
-      this.isMeasured = this.box.isConnected;
-      this.high = parseFloat(getComputedStyle(this.box).getPropertyValue(this.height)) || 30;
-    }
-    return this.high;
+    this.high ||= parseFloat(getComputedStyle(this.box).getPropertyValue(this.height)) || 0;
+    return this.high || 30;
   }
 
   update() {
@@ -174,7 +173,7 @@ export class VirtualList {
   }
 
   gone() {
-    this.resized.disconnect();
+    this.sizes.disconnect();
     for (const end of RELEASES) window.removeEventListener(end, this.release);
     cancelAnimationFrame(this.frame);
   }

@@ -163,6 +163,13 @@ def test_bars_of_a_report_are_beside_their_names(tab):
     wait_for(tab, lambda: colour(tab, middle, y_of(tab, "G0")) == fill(tab, "failed"))
     assert colour(tab, middle, y_of(tab, "G11")) == fill(tab, "failed")
     assert colour(tab, middle, y_of(tab, "G11") + 28) != fill(tab, "failed")
+    # a picture that was drawn with another height of the rows is drawn again when the list is measured
+    tab.evaluate(
+        """() => { const { timeline } = document.querySelector(".tl"), { list } = timeline;
+        list.high = 40; timeline.draw = ((draw) => (...all) => { window.drawn = timeline.scene.high;
+        draw.apply(timeline, all); })(timeline.draw); list.box.style.height = "200px"; }"""
+    )
+    wait_for(tab, lambda: tab.evaluate("window.drawn") == 28)
 
 
 @pytest.mark.smoke

@@ -5,8 +5,10 @@ const ROW = 22,
   BAR = 16,
   HEAD = 22,
   LABELS = 150,
-  NARROWEST = 900,
+  NARROWEST = 500,
   WIDEST = 12000,
+  COLUMN = 1150, // the width of a document's text
+  MARGINS = 64,
   PIXELS_A_SECOND = 6,
   LETTER = 6.6, // pixels
   TICK_PIXELS = 100;
@@ -85,21 +87,24 @@ function row({ bars = [], points = [] }, place, along) {
  */
 export function lanes(groups, length, about, { labels = LABELS, kind = "", unit = " s" } = {}) {
   const seconds = length > 0 ? length : 1,
-    width = Math.min(Math.max(NARROWEST, seconds * PIXELS_A_SECOND), WIDEST),
-    along = axis(seconds, 4, width - 8, unit),
     headed = groups.filter((group) => group.lanes.length),
     rows = headed.flatMap((group) => [...(group.label ? [group] : []), ...group.lanes]),
+    longest = Math.max(0, ...rows.map(({ label: { length: letters } }) => letters)),
+    beside = Math.min(labels, Math.ceil((longest + 2) * LETTER)),
+    room = Math.min(innerWidth - MARGINS, COLUMN) - beside,
+    width = Math.min(Math.max(NARROWEST, room, seconds * PIXELS_A_SECOND), WIDEST),
+    along = axis(seconds, 4, width - 8, unit),
     height = HEAD + ROW * rows.length + 4,
     hasLinks = rows.some(({ bars = [] }) => bars.some(({ href }) => href));
   const label = ({ label: text, lanes: isGroup, kind: own = null }, place) =>
     svg.text(
       { class: isGroup ? "group" : own, x: 2, y: middleOf(place) + 4 },
       svg.title(text),
-      cut(text, labels),
+      cut(text, beside),
     );
   return el.div(
     { class: ("lanes " + kind).trim() },
-    svg.svg({ width: labels, height, "aria-hidden": "true" }, rows.map(label)),
+    svg.svg({ width: beside, height, "aria-hidden": "true" }, rows.map(label)),
     el(
       "div.wide",
       { tabindex: 0, role: "region", "aria-label": about },

@@ -83,11 +83,13 @@ export class Story {
   }
 
   headline(roots, waiting, stands, now) {
-    const { history } = this.host,
+    const { history, app } = this.host,
       { isOver } = this,
-      begin = history.begin ?? now.time,
-      last = history.stepTimes.at(-1) ?? begin,
       worst = waiting.length || !roots.length ? "running" : outcomeAt(roots[0]),
+      // as the clock counts; but the goals of a daemon may begin hours after its start
+      zero = isOver || worst === "running" ? app.zero : null,
+      begin = zero ?? history.begin ?? now.time,
+      last = history.stepTimes.at(-1) ?? begin,
       lasted = (end) => durationText(Math.max(0, end - begin));
     let text = capital(OUTCOMES[worst].word);
     if (stands && !isOver) text = "Nothing has happened for " + durationText(now.time - last);

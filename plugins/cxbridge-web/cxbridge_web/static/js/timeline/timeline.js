@@ -54,6 +54,7 @@ export class Timeline {
         this.rows.folds.set(row.key, open);
         this.relist();
       },
+      resized: () => this.later(),
     });
     this.list.box.classList.add("tl-names");
     this.list.box.addEventListener("scroll", () => this.later(), { passive: true });
