@@ -7,12 +7,12 @@ from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 
-from cxbridge.errors import InterfaceDefinitionError, InterfaceError
+from cxbridge.errors import InterfaceError
 from cxbridge.interfaces.classes import make_interface_class
 from cxbridge.interfaces.instance import Interface
 from cxbridge.interfaces.names import interface_type_name
 from cxbridge.interfaces.schema import InterfaceSchema
-from cxbridge.interfaces.xml.parser import parse_file
+from cxbridge.interfaces.xml.parser import make_name_error, parse_file
 from cxbridge.resources import shipped_dir
 from cxbridge.suggestions import did_you_mean
 
@@ -25,9 +25,14 @@ class InterfaceRegistry:
     """
 
     def __init__(self, dirs: Iterable[str | Path] = (), *, shipped: bool = True) -> None:
-        self._dirs = [Path(folder) for folder in dirs]
-        if shipped:
-            self._dirs.append(shipped_dir("interfaces"))
+        folders = [*map(Path, dirs), *([shipped_dir("interfaces")] if shipped else [])]
+        resolved_folders = [folder.resolve() for folder in folders]
+        # An error about an absent type names each folder once.
+        self._dirs = [
+            folder
+            for index, folder in enumerate(folders)
+            if resolved_folders.index(folder.resolve()) == index
+        ]
         self._schemas: dict[str, InterfaceSchema] = {}
         self._classes: dict[str, type[Interface]] = {}
         self._lock = threading.RLock()  # re-entrant: `get` calls `schema`
@@ -87,12 +92,7 @@ class InterfaceRegistry:
             raise self._make_not_found_error(name)
         schema = parse_file(path)
         if schema.name != name:
-            raise InterfaceDefinitionError(
-                f"the file defines {schema.name}, not {name}",
-                file=path,
-                line=1,
-                hint=f"rename the file to {schema.name}.xml, or the interface to {name}",
-            )
+            raise make_name_error(schema, path)
         return schema
 
     def _make_not_found_error(self, name: str) -> InterfaceError:

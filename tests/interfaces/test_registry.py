@@ -69,3 +69,10 @@ def test_a_class_made_elsewhere_can_be_added() -> None:
     registry.add(interface)
     assert registry.get("SampleInterface") is interface
     assert registry.schema("SampleInterface") is interface.SCHEMA
+
+
+def test_a_folder_that_is_given_twice_is_searched_and_named_once(tmp_path):
+    registry = InterfaceRegistry([tmp_path, tmp_path / ".", tmp_path], shipped=False)
+    with pytest.raises(InterfaceError) as error:
+        registry.schema("LampInterface")
+    assert error.value.message.count(str(tmp_path)) == 1

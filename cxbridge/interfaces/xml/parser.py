@@ -92,11 +92,24 @@ def _read_bytes(path: str | Path) -> bytes:
 
 
 def check_file(path: str | Path) -> CheckResult:
-    """Return all errors of a definition file; a file that cannot be read is one."""
+    """Return all errors of a definition file; a file that cannot be read or has a wrong name is one."""
     try:
-        return check_bytes(_read_bytes(path), path)
+        result = check_bytes(_read_bytes(path), path)
     except InterfaceDefinitionError as error:
         return CheckResult(None, (error,))
+    if result.schema is not None and Path(path).name != f"{result.schema.name}.xml":
+        return CheckResult(None, (make_name_error(result.schema, path),), result.warnings)
+    return result
+
+
+def make_name_error(schema: InterfaceSchema, path: str | Path) -> InterfaceDefinitionError:
+    """Return the error of a definition in a file of another name, in which no registry finds the type."""
+    return InterfaceDefinitionError(
+        f"the file defines {schema.name}, not {Path(path).name.removesuffix('.xml')}",
+        file=path,
+        line=1,
+        hint=f"rename the file to {schema.name}.xml, or the interface to the name of the file",
+    )
 
 
 def check_bytes(data: bytes, file: str | Path | None = None) -> CheckResult:

@@ -174,7 +174,8 @@ end
 --- Load a module and make its skill callable.
 function skillenv.use_skill(module_name)
     local module = core.require(module_name)
-    assert(type(module) == "table", "Skill module " .. module_name .. " not found")
+    assert(type(module) == "table", "Skill module " .. module_name .. " is no module: its file is empty or lacks " ..
+               "module(..., skillenv.module_init)")
     check_runnable(module, module_name)
     local metatable = assert(getmetatable(module),
                              "Skill module metatable not set, forgot to call skill_module() for skill " ..

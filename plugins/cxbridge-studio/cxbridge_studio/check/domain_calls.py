@@ -10,8 +10,11 @@ from typing import Final
 from cxbridge.clipstext.syntax import SyntaxNode, literal
 from cxbridge.errors import CxbridgeError, PddlError
 from cxbridge.executive.features.pddl_parser import reads_as_fawkes
-from cxbridge.executive.pddl import Domain, load_domain
+from cxbridge.executive.pddl import Domain, load_domain, pairs_of
 from cxbridge_studio.check.agent import Agent, ClipsFile, literal_text
+
+MIN_PREDICATE_LIKENESS: Final = 0.75
+"""The similarity from which a predicate counts as a misspelling of a declared one."""
 
 _PARSE: Final = "parse-pddl-domain"
 _PLANNERS: Final = ("planner-plan", "planner-plan-with", "planner-plan-part")
@@ -62,3 +65,18 @@ def planner_goals(agent: Agent) -> Iterator[tuple[ClipsFile, SyntaxNode, str]]:
     for file in agent.own_files:
         for call in file.calls(*_PLANNERS):
             yield file, call, literal(call.arguments[1]) if len(call.arguments) > 1 else ""
+
+
+def find_objects(agent: Agent, domains: list[Domain]) -> set[str] | None:
+    """Return the objects of the domains and of rules; None if any object is possible.
+
+    Any object is possible if rules compute the names of objects, or if objects come from other sources than
+    rules.
+    """
+    facts = agent.own_facts("domain-object")
+    if not facts or any("name" not in fact.slots for fact in facts):
+        return None
+    if any("objects-by-type" in file.text for file in agent.own_files):
+        return None  # facts of the world model list objects
+    objects = {name for domain in domains for name, _ in pairs_of(domain.constants)}
+    return objects.union(*(fact.slots["name"] for fact in facts))

@@ -16,6 +16,7 @@ from cxbridge.lua_syntax import LuaCompiler
 from cxbridge.skiller.lua.modulepath import ModulePath
 from cxbridge_studio.agent.lua import read_lua
 from cxbridge_studio.agent.names import NameKind
+from cxbridge_studio.check.lua_skills import find_load_mistakes
 
 # The beginning of a comment or a long string, or a whole short string.
 _LEXEME: Final = re.compile(r"""--|\[=*\[|"(?:[^"\\]|\\.)*"|'(?:[^'\\]|\\.)*'""", re.DOTALL)
@@ -88,7 +89,11 @@ class _SpaceReader:
             raise
         # a Lua file is a single piece, which has the name of the skill
         name = read_lua(str(path), text).pieces[0].piece.name
-        return None if name is None or name.kind is not NameKind.SKILL else (name.text, path)
+        if name is not None and name.kind is NameKind.SKILL:
+            return name.text, path
+        for offset, message, hint in find_load_mistakes(text):
+            raise SkillError(message, file=path, line=text.count("\n", 0, offset) + 1, hint=hint)
+        return None
 
     def _read_module(self, module: str) -> tuple[Path, str]:
         """Return the path and the text of a module that compiles."""

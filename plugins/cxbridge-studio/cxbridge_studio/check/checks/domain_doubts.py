@@ -8,10 +8,11 @@ from typing import Final
 
 from cxbridge.errors import PddlError
 from cxbridge.executive.pddl import Domain, parse_formula
+from cxbridge.suggestions import nearest_names
 from cxbridge_studio.agent.names import NameKind, Use
 from cxbridge_studio.check import doubts
 from cxbridge_studio.check.agent import Agent
-from cxbridge_studio.check.domain_calls import domain_calls, planner_goals
+from cxbridge_studio.check.domain_calls import MIN_PREDICATE_LIKENESS, domain_calls, planner_goals
 from cxbridge_studio.check.findings import Finding, SourcePlace
 
 CODES: Final = doubts.CODES
@@ -24,6 +25,11 @@ def check(agent: Agent) -> Iterator[Finding]:
     """Yield the doubts about each domain; with a single domain, also about the goals of planner calls."""
     domains = [call.domain for call in domain_calls(agent) if call.domain is not None]
     predicates = _find_asserted_predicates(agent)
+    declared = {predicate.name for domain in domains for predicate in domain.predicates}
+    if predicates and any(
+        nearest_names(name, declared, MIN_PREDICATE_LIKENESS) for name in predicates - declared
+    ):
+        predicates = None  # another check reports the misspelt predicate, of which doubts are consequences
     for domain in domains:
         # With several domains, the facts of one domain say nothing about another domain.
         for doubt in doubts.find_domain_doubts(domain, predicates if len(domains) == 1 else None):

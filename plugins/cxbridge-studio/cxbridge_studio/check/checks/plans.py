@@ -12,7 +12,7 @@ from cxbridge.executive.pddl import Domain, domain_facts, names_of, pairs_of
 from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.agent.names import NameKind, Use
 from cxbridge_studio.check.agent import Agent
-from cxbridge_studio.check.domain_calls import DomainCall, domain_calls, planner_goals
+from cxbridge_studio.check.domain_calls import DomainCall, domain_calls, find_objects, planner_goals
 from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace
 from cxbridge_studio.check.plan_actions import SourceAction, find_source_actions, literal_count
 from cxbridge_studio.check.usage import Construct
@@ -134,12 +134,7 @@ def _check_predicates(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
 def _check_formulas(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
     """Yield the predicates and objects in planner goals that nothing declares."""
     predicates = _find_predicates(agent, domains)
-    objects = {name for domain in domains for name, _ in pairs_of(domain.constants)}
-    asserted_objects = agent.own_facts("domain-object")
-    objects |= {word for fact in asserted_objects for word in fact.slots.get("name", ())}
-    # If rules compute the names of objects, or objects come from other sources than rules, any object is
-    # possible.
-    are_objects_known = asserted_objects != [] and all("name" in fact.slots for fact in asserted_objects)
+    objects = find_objects(agent, domains)
     for file, call, text in planner_goals(agent):
         place = file.place(call.arguments[1]) if text else file.place(call)
         for node in (node for top_node in read(text, close=True) for node in top_node.walk()):
@@ -153,8 +148,8 @@ def _check_formulas(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
                     f"the planner's goal has the unknown predicate '{node.head}'",
                     hint,
                 )
-            for object_name in map(literal, node.arguments) if are_objects_known else ():
-                if object_name and object_name not in objects:
+            for object_name in map(literal, node.arguments):
+                if object_name and objects is not None and object_name not in objects:
                     hint = did_you_mean(object_name, objects)
                     yield Finding(
                         UNKNOWN_GOAL_NAME,

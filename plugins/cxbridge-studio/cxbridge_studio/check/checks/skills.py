@@ -11,7 +11,9 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Final
 
+from cxbridge.clipstext.syntax import Lines
 from cxbridge.errors import CxbridgeError
+from cxbridge.file_access import why_unreadable
 from cxbridge.lua_syntax import LuaCompiler
 from cxbridge.run.skillers import skiller_settings
 from cxbridge.skiller.make import DEFAULT_SPACE, SKILL_SPACE
@@ -21,6 +23,7 @@ from cxbridge_studio.agent.names import NameKind
 from cxbridge_studio.check.agent import Agent, place_of
 from cxbridge_studio.check.executor_text import read_executor_skills
 from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace, make_error_finding
+from cxbridge_studio.check.lua_skills import find_load_mistakes, find_unknown_methods
 from cxbridge_studio.check.skill_spaces import find_space_skills
 
 BROKEN_SKILL: Final = Code(
@@ -59,8 +62,21 @@ UNCOMPILED_FILE: Final = Code(
     "The file is in a folder of skills, and this skill space does not load the file; a space that loads it "
     "will not start.",
 )
+UNKNOWN_METHOD: Final = Code(
+    "CX416",
+    Severity.ERROR,
+    "a skill calls a method that its interface lacks",
+    "The interface has no field, message or method of this name: the skill fails when it comes to the call.",
+)
 
-CODES: Final = (UNKNOWN_ROS_NAME, BROKEN_SKILL, UNKNOWN_SKILL, UNKNOWN_ARGUMENT, UNCOMPILED_FILE)
+CODES: Final = (
+    UNKNOWN_ROS_NAME,
+    BROKEN_SKILL,
+    UNKNOWN_SKILL,
+    UNKNOWN_ARGUMENT,
+    UNCOMPILED_FILE,
+    UNKNOWN_METHOD,
+)
 
 # The parts of a skill string such as goto{place="?(to)S"}: the arguments and the name.
 _SKILL_ARGUMENT = re.compile(r"[{,]\s*([A-Za-z_]\w*)\s*=")
@@ -79,6 +95,7 @@ def check(agent: Agent) -> Iterator[Finding]:
         return
     yield from _check_files(agent)
     yield from _check_executors(agent)
+    yield from _check_texts(agent, skills)
     yield from _check_arguments(agent, skills)
     for action, template, place in agent.action_mappings():
         match = _SKILL_NAME.match(template)
@@ -96,10 +113,27 @@ def _check_files(agent: Agent, reported_file: str = "") -> Iterator[Finding]:
     compiler = LuaCompiler()
     for folder in agent.context.paths.skill_dirs:
         for path in sorted(folder.rglob("*.lua")):
-            problem = None if str(path) == reported_file else compiler.find_file_error(path.read_bytes())
-            if problem is not None:
+            if str(path) == reported_file:
+                continue
+            if reason := why_unreadable(path):
+                yield Finding(UNCOMPILED_FILE, SourcePlace(str(path)), f"the file {reason}")
+            elif (problem := compiler.find_file_error(path.read_bytes())) is not None:
                 line, message = problem
                 yield Finding(UNCOMPILED_FILE, SourcePlace(str(path), line), message)
+
+
+def _check_texts(agent: Agent, skills: Mapping[str, Path | None]) -> Iterator[Finding]:
+    """Yield the mistakes in the texts of Lua skills that name an interface, a method or a state."""
+    for path in filter(None, skills.values()):
+        text = path.read_text("utf-8", "surrogateescape")
+        lines = Lines(text)
+        schema_of = agent.context.registry.schema
+        for code, mistakes in (
+            (BROKEN_SKILL, find_load_mistakes(text, schema_of)),
+            (UNKNOWN_METHOD, find_unknown_methods(text, schema_of)),
+        ):
+            for offset, message, hint in mistakes:
+                yield Finding(code, SourcePlace.at(str(path), lines, offset), message, hint)
 
 
 def _check_executors(agent: Agent) -> Iterator[Finding]:

@@ -1,0 +1,107 @@
+"""Checks for asserted facts that the domain cannot have: of unknown predicates, lengths or objects."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Final, NamedTuple
+
+from cxbridge.clipstext.syntax import SyntaxNode, literal
+from cxbridge.executive.pddl import names_of
+from cxbridge.suggestions import did_you_mean, nearest_names
+from cxbridge_studio.agent.names import NameKind, Use
+from cxbridge_studio.check.agent import Agent
+from cxbridge_studio.check.domain_calls import MIN_PREDICATE_LIKENESS, domain_calls, find_objects
+from cxbridge_studio.check.findings import Code, Finding, Severity
+from cxbridge_studio.check.plan_actions import ValueNodes, literal_count
+from cxbridge_studio.check.usage import Construct
+
+WRONG_FACT: Final = Code(
+    "CX316",
+    Severity.WARNING,
+    "an asserted fact that the domain lacks",
+    "A rule asserts a (domain-fact ...) or a (wm-fact (key domain fact ...)) of a predicate that no domain "
+    "declares and no rule matches, with another number of parameters, or about an object that is nowhere "
+    "declared: actions ignore the fact, or a planner refuses it.",
+)
+
+CODES: Final = (WRONG_FACT,)
+
+_KEY_START: Final = ("domain", "fact")
+_SYMBOL: Final = re.compile(r"[A-Za-z][\w-]*")
+
+
+class _Fact(NamedTuple):
+    """A fact of the domain that a construct asserts.
+
+    :param name: the node of the literal predicate.
+    :param values: the nodes of the parameters.
+    :param is_pddl: whether the fact is a ``domain-fact``, not a fact of the world model.
+    """
+
+    name: SyntaxNode
+    values: ValueNodes
+    is_pddl: bool
+
+
+def check(agent: Agent) -> Iterator[Finding]:
+    """Yield the wrong facts; none if a domain cannot be read, which another check reports."""
+    calls = list(domain_calls(agent))
+    domains = [call.domain for call in calls if call.domain is not None]
+    if not domains or len(domains) < len(calls):
+        return
+    lengths = {
+        predicate.name: len(names_of(predicate.parameters))
+        for domain in domains
+        for predicate in domain.predicates
+    }
+    lengths |= {
+        function.name: len(names_of(function.parameters))
+        for domain in domains
+        for function in domain.functions
+    }
+    objects = find_objects(agent, domains)
+    other_names = agent.model.names(NameKind.PREDICATE, Use.MATCHED, Use.CHANGED)
+    if agent.own_facts("domain-predicate"):
+        return  # rules declare predicates
+    for construct in agent.own_constructs:
+        for fact in _find_facts(construct):
+            name = literal(fact.name)
+            if name not in lengths:
+                # The world model may have facts that the domain lacks: only a likely misspelling counts.
+                is_likely = fact.is_pddl or nearest_names(name, lengths, MIN_PREDICATE_LIKENESS)
+                if is_likely and name not in other_names:
+                    message = f"no domain has a predicate '{name}'"
+                    yield _make_finding(construct, fact.name, message, did_you_mean(name, lengths))
+                continue
+            count = literal_count(fact.values)
+            if count is not None and count != lengths[name]:
+                message = f"the predicate '{name}' has {lengths[name]} parameters, but this fact has {count}"
+                yield _make_finding(construct, fact.name, message, "")
+            for value in fact.values if objects is not None else ():
+                word = value.text
+                if value.items is None and _SYMBOL.fullmatch(word) and word not in (objects or ()):
+                    hint = (
+                        did_you_mean(word, objects or ())
+                        or "declare it: (domain-object (name ...) (type ...))"
+                    )
+                    yield _make_finding(construct, value, f"there is no object '{word}'", hint)
+
+
+def _make_finding(construct: Construct, node: SyntaxNode, message: str, hint: str) -> Finding:
+    return Finding(WRONG_FACT, construct.place(node.start), message, hint)
+
+
+def _find_facts(construct: Construct) -> Iterator[_Fact]:
+    """Yield the asserted facts of the domain with a literal predicate."""
+    nodes = list(construct.actions) if construct.keyword == "deffacts" else []
+    nodes += [fact for call in construct.action_nodes if call.head == "assert" for fact in call.arguments]
+    for node in nodes:
+        slots = {slot.head: slot.arguments for slot in node.arguments if slot.head}
+        if node.head == "domain-fact" and len(name := slots.get("name", ())) == 1 and literal(name[0]):
+            yield _Fact(name[0], slots.get("param-values", ()), is_pddl=True)
+        key = slots.get("key", ())
+        is_domain_key = literal_count(key) and tuple(map(literal, key[:2])) == _KEY_START
+        if node.head == "wm-fact" and is_domain_key and any(map(literal, key[2:3])):
+            # (key domain fact NAME args? PARAMETER VALUE ...)
+            yield _Fact(key[2], key[5::2], is_pddl=False)

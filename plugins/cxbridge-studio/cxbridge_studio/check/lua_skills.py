@@ -1,0 +1,246 @@
+"""Finds the mistakes in the text of a Lua skill with which the skill does not load, or fails at a call.
+
+The skill is not executed: only names that the text has as literals are compared, and a skill that computes a
+name has no finding about it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Final
+
+from cxbridge.errors import InterfaceError
+from cxbridge.interfaces.schema import InterfaceSchema
+from cxbridge.suggestions import did_you_mean
+from cxbridge_studio.agent.lua_tokens import Table, Token, find_calls, read_table, read_tokens
+
+SkillMistake = tuple[int, str, str]
+"""The offset of a mistake, the message and the hint, which may be empty."""
+
+INTERFACE_METHODS: Final = frozenset(
+    {"msgq_enqueue", "msgq_enqueue_copy", "msgq_first", "msgq_empty", "msgq_size", "msgq_pop", "msgq_flush"}
+    | {"msgq_remove", "msgq_lock", "msgq_try_lock", "msgq_unlock", "read", "write", "timestamp", "serial"}
+    | {"oftype", "has_writer", "num_readers", "changed", "refreshed", "is_writer", "type", "id", "uid"}
+    | {"mem_serial", "create_message"}
+)
+"""The methods of each interface in Lua, besides the methods of its fields."""
+
+_STATE_METHODS: Final = frozenset({"init", "loop", "exit", "reset"})
+_CONDITIONS: Final = frozenset({"cond", "precond", "cond_and_precond"})
+_TARGET_FIELDS: Final = ("fail_to", "final_to", "exit_to", "timeout_to", "next_state")
+
+
+def find_load_mistakes(
+    text: str, schema_of: Callable[[str], InterfaceSchema] | None = None
+) -> Iterator[SkillMistake]:
+    """Yield the mistakes with which a skill does not load.
+
+    :param schema_of: returns the schema of an interface type, or raises InterfaceError; None: interfaces are
+        not checked.
+    """
+    tokens = read_tokens(text)
+    if not any(token.text in {"module", "return"} for token in tokens):
+        what = "makes no Lua module" if tokens else "is empty"
+        yield 0, f"the file {what}, so there is no skill", "begin it with module(..., skillenv.module_init)"
+        return
+    yield from _find_missing_settings(tokens)
+    if schema_of is not None:
+        for type_token in _find_dependencies(tokens).values():
+            try:
+                schema_of(type_token.literal or "")
+            except InterfaceError as error:
+                yield type_token.offset, error.message, error.hint or ""
+    yield from _find_unknown_states(tokens)
+
+
+def find_unknown_methods(text: str, schema_of: Callable[[str], InterfaceSchema]) -> Iterator[SkillMistake]:
+    """Yield the calls of methods that the interfaces of a skill lack, in code and in conditions."""
+    tokens = read_tokens(text)
+    bound_names = set(_find_bound_names(tokens))
+    methods: dict[str, tuple[str, frozenset[str]]] = {}
+    for variable, type_token in _find_dependencies(tokens).items():
+        if variable not in bound_names:
+            try:
+                schema = schema_of(type_token.literal or "")
+            except InterfaceError:
+                continue
+            methods[variable] = (schema.name, _methods_of(schema))
+    for variable, method in _find_method_calls(tokens):
+        type_name, known = methods.get(variable, ("", frozenset()))
+        if type_name and method.text not in known:
+            hint = (
+                did_you_mean(method.text, known) or f"it has: {', '.join(sorted(known - INTERFACE_METHODS))}"
+            )
+            yield method.offset, f"{type_name} has no method '{method.text}'", hint
+
+
+def _methods_of(schema: InterfaceSchema) -> frozenset[str]:
+    """Return the methods of an interface in Lua, and its names that a call may also reach."""
+    names = {message.name for message in schema.messages}
+    for field in schema.fields:
+        names |= {field.name, f"set_{field.name}", f"maxlenof_{field.name}"}
+        names |= {f"is_{field.name}"} if field.type == "bool" else set()
+    return INTERFACE_METHODS | names
+
+
+def _find_method_calls(tokens: Sequence[Token]) -> Iterator[tuple[str, Token]]:
+    """Yield the variable and the method of each call, in code and in conditions, which are strings."""
+    for index, token in enumerate(tokens):
+        before, after = tokens[max(index - 2, 0) : index], tokens[index + 1 : index + 4]
+        previous = before[-1].text if before else ""
+        if token.literal is not None and (
+            previous == "," or (previous == "=" and before[0].text in _CONDITIONS)
+        ):
+            for variable, method in _find_method_calls(read_tokens(token.literal)):
+                yield variable, Token(method.kind, method.text, token.offset + 1 + method.offset)
+        is_call = token.kind == "name" and [each.text for each in after[::2]] == [":", "("]
+        if is_call and previous not in {".", ":"}:
+            yield token.text, after[1]
+
+
+def _find_bound_names(tokens: Sequence[Token]) -> Iterator[str]:
+    """Yield the names that the text binds: local variables, parameters, loop variables, assigned names.
+
+    An entry such as ``hand = hand``, of a closure, binds the name to the same value.
+    """
+    is_binding = False
+    for index, token in enumerate(tokens):
+        following = tokens[index + 1].text if index + 1 < len(tokens) else ""
+        if token.text in {"local", "for", "function"}:
+            is_binding = True
+        elif is_binding and token.kind == "name" and token.text not in {"in", "do"}:
+            yield token.text
+        elif token.text not in {",", "(", ".", ":"}:
+            is_binding = False
+        value = tokens[index + 2].text if index + 2 < len(tokens) else ""
+        if following == "=" and token.kind == "name" and value != token.text:
+            yield token.text
+
+
+@dataclass(frozen=True, slots=True)
+class _States:
+    """The states of the only state machine of a skill.
+
+    :param definitions: the tokens of each state's definition.
+    """
+
+    names: frozenset[str]
+    definitions: list[Sequence[Token]]
+    are_exported: bool
+
+
+def _find_missing_settings(tokens: Sequence[Token]) -> Iterator[SkillMistake]:
+    """Yield the settings without which ``skill_module`` refuses a skill."""
+    calls = [token for token, _ in find_calls(tokens, "skill_module")]
+    if not calls:
+        return
+    assigned = {
+        token.text
+        for token, sign in pairwise(tokens)
+        if sign.text in {"=", ","} and token.kind == "name" and not token.depth
+    }
+    # A setting may be written through the module's table or by another function.
+    if any(token.text in {"_M", "setfenv"} and token.depth == 0 for token in tokens):
+        return
+    for setting in ("name", "documentation"):
+        if setting not in assigned:
+            near = did_you_mean(setting, assigned, f"add {setting} = ... above skill_module")
+            hint = near.replace("did you mean", "is it")
+            yield calls[0].offset, f"the skill sets no '{setting}'", hint
+
+
+def _find_dependencies(tokens: Sequence[Token]) -> dict[str, Token]:
+    """Return the literal type of each variable in ``depends_interfaces``."""
+    dependencies: dict[str, Token] = {}
+    for index, token in enumerate(tokens[:-2]):
+        if token.text != "depends_interfaces" or token.depth or tokens[index + 1].text != "=":
+            continue
+        table = read_table(tokens[index + 2 :])
+        for item in [] if table is None else table.items:
+            entry = read_table(item)
+            if entry is None:
+                continue
+            variable, type_name = (_read_literal(entry.fields.get(key)) for key in ("v", "type"))
+            if variable is not None and type_name is not None:
+                dependencies[variable.literal or ""] = type_name
+    return dependencies
+
+
+def _read_literal(value: Sequence[Token] | None) -> Token | None:
+    """Return the token of a value that is only a string."""
+    return value[0] if value and len(value) == 1 and value[0].literal is not None else None
+
+
+def _find_unknown_states(tokens: Sequence[Token]) -> Iterator[SkillMistake]:
+    """Yield the names of states that the skill does not define, if all its states are literal."""
+    states = _read_states(tokens)
+    if states is None:
+        return
+    for name in _find_state_uses(tokens, states):
+        if name.literal not in states.names:
+            yield name.offset, f"there is no state '{name.literal}'", _hint_state(name.literal, states.names)
+    if not states.are_exported:
+        return
+    # A name that the text only uses to define methods is not the name of another value.
+    other_names = {
+        token.text for before, token in pairwise(tokens) if token.kind == "name" and before.text != "function"
+    }
+    for index, token in enumerate(tokens[:-3]):
+        name, sign, method = tokens[index + 1 : index + 4]
+        is_method = token.text == "function" and sign.text == ":" and method.text in _STATE_METHODS
+        if is_method and name.text not in states.names | other_names:
+            yield name.offset, f"there is no state '{name.text}'", _hint_state(name.text, states.names)
+
+
+def _hint_state(name: str | None, names: Collection[str]) -> str:
+    return did_you_mean(name or "", names) or f"there are: {', '.join(sorted(names))}"
+
+
+def _read_states(tokens: Sequence[Token]) -> _States | None:
+    """Return the states of a skill; None if there are several state machines, or states are computed."""
+    words = [token.text for token in tokens]
+    machines = [index for index, word in enumerate(words) if word in {"HSM", "SkillHSM", "FSM"}]
+    if len(machines) != 1 or words[machines[0]] != "SkillHSM":
+        return None
+    if not {"no_default_states", "new_jump_state", "define_state", "states"}.isdisjoint(words):
+        return None
+    names = {"FINAL", "FAILED"}
+    definitions: list[Sequence[Token]] = []
+    tables = [table for _, table in find_calls(tokens, "define_states")]
+    for table in tables:
+        if table is None:
+            return None
+        for item in table.items:
+            entry = read_table(item)
+            name = _read_literal(item if entry is None else next(iter(entry.items), None))
+            if name is None:
+                return None
+            names.add(name.literal or "")
+            definitions.append(item)
+    are_exported = any(table is not None and "export_to" in table.fields for table in tables)
+    return _States(frozenset(names), definitions, are_exported) if tables else None
+
+
+def _find_state_uses(tokens: Sequence[Token], states: _States) -> Iterator[Token]:
+    """Yield the literal names of states in the start, the definitions and the transitions."""
+    tables: list[Table] = []
+    for index, token in enumerate(tokens):
+        if token.text == "SkillHSM" and tokens[index + 1 : index + 3]:
+            definition = read_table(tokens[index + 3 :]) or read_table(tokens[index + 4 :])
+            start = None if definition is None else _read_literal(definition.fields.get("start"))
+            if start is not None:
+                yield start
+    tables += [table for item in states.definitions if (table := read_table(item)) is not None]
+    for table in tables:
+        for key in _TARGET_FIELDS:
+            if (name := _read_literal(table.fields.get(key))) is not None:
+                yield name
+    for _, transitions in find_calls(tokens, "add_transitions"):
+        for item in [] if transitions is None else transitions.items:
+            entry = read_table(item)
+            if entry is not None:
+                timeout = read_table(entry.fields.get("timeout", ()))
+                values = [*entry.items[:2], *([timeout.fields.get("to")] if timeout is not None else [])]
+                yield from filter(None, map(_read_literal, values))

@@ -1,0 +1,101 @@
+"""Mistakes in the text of a Lua skill: those with which a run does not start, or fails at a call."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from cxbridge.interfaces.registry import default_registry
+from cxbridge_studio.check.lua_skills import INTERFACE_METHODS, find_load_mistakes, find_unknown_methods
+from tests.support import ROOT
+
+SKILL = """module(..., skillenv.module_init)
+name = "say"
+fsm = SkillHSM:new {name = name, start = "CHECK"}
+depends_interfaces = {{v = "speech", type = "SpeechSynthInterface", id = "Speech"}}
+documentation = [==[Say: speech:nothing() and {"NOWHERE", "FINAL"} are no code here.]==]
+skillenv.skill_module(_M)
+-- speech:nothing()
+function is_said() if speech:is_final() then return true end end
+fsm:define_states {export_to = _M, closure = {speech = speech}, "CHECK", {"SAY", JumpState, x = 1}}
+fsm:add_transitions {
+    {"CHECK", "SAY", cond = "speech:has_writer()", desc = "not speech:nothing()"},
+    {"SAY", "FINAL", cond = function() local a, b = 1, 2 return is_said() end},
+    {"SAY", "FAILED", timeout = {time = 5, to = "FAILED"}},
+}
+function SAY:init() speech:msgq_enqueue(speech.SayMessage:new(self.fsm.vars.text)) end
+"""
+BROKEN = {
+    "the type of an interface": (
+        '"SpeechSynthInterface"',
+        '"SpechSynthInterface"',
+        4,
+        "SpeechSynthInterface",
+    ),
+    "the start": ('start = "CHECK"', 'start = "CHCK"', 3, "CHECK"),
+    "the state that a transition leaves": ('{"SAY", "FINAL"', '{"SY", "FINAL"', 12, "SAY"),
+    "the state that a transition reaches": ('"CHECK", "SAY", cond', '"CHECK", "SAYS", cond', 11, "SAY"),
+    "the state of a time-out": ('to = "FAILED"', 'to = "FAILD"', 13, "FAILED"),
+    "a method of a state": ("function SAY:init", "function SAYS:init", 15, "SAY"),
+    "the name": ("\nname =", "\nnme =", 6, "nme"),
+    "the documentation": ("documentation =", "documentatin =", 6, "documentatin"),
+}
+UNKNOWN = {
+    "in code": ("speech:is_final", "speech:is_finl", 8),
+    "in a condition": ("speech:has_writer", "speech:has_writr", 11),
+}
+COMPUTED = {
+    "a state": ('"CHECK", {"SAY"', 'STATE, {"SAY"'),
+    "a type": ('"SpeechSynthInterface"', "TYPE"),
+    "another variable": (
+        "function is_said() if speech:is_final()",
+        "function is_said(speech) if speech:said()",
+    ),
+    "a second machine": ("-- speech", 'other = HSM:new {name = "other", start = "NOWHERE"} --'),
+}
+
+
+def mistakes(text: str) -> list[tuple[int, str]]:
+    schema = default_registry().schema
+    found = [*find_load_mistakes(text, schema), *find_unknown_methods(text, schema)]
+    return [(text.count("\n", 0, offset) + 1, hint) for offset, _, hint in found]
+
+
+def test_a_skill_without_mistakes_has_no_finding():
+    assert mistakes(SKILL) == []
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "luaskills").rglob("*/*.lua")), ids=lambda path: path.stem)
+def test_the_shipped_skills_have_no_finding(path):
+    assert mistakes(path.read_text()) == []
+
+
+@pytest.mark.parametrize(("good", "bad", "line", "hint"), BROKEN.values(), ids=BROKEN)
+def test_a_misspelt_name_is_found_at_its_line(good, bad, line, hint):
+    assert SKILL.count(good) == 1
+    ((found_line, found_hint),) = mistakes(SKILL.replace(good, bad))
+    assert (found_line, hint in found_hint) == (line, True)
+
+
+@pytest.mark.parametrize(("good", "bad", "line"), UNKNOWN.values(), ids=UNKNOWN)
+def test_an_unknown_method_is_found_at_its_line(good, bad, line):
+    assert [found_line for found_line, _ in mistakes(SKILL.replace(good, bad))] == [line]
+
+
+@pytest.mark.parametrize(("good", "bad"), COMPUTED.values(), ids=COMPUTED)
+def test_a_computed_name_has_no_finding(good, bad):
+    assert good in SKILL
+    assert mistakes(SKILL.replace(good, bad)) == []
+
+
+def test_an_empty_file_is_said_to_be_empty():
+    ((_, message, _),) = find_load_mistakes("-- nothing yet\n")
+    assert message == "the file is empty, so there is no skill"
+
+
+def test_the_methods_of_interfaces_are_those_of_the_engine():
+    text = (ROOT / "cxbridge/skiller/lua/interfaces.lua").read_text()
+    methods = set(re.findall(r"function (?:methods|class):(\w+)", text)) | {"msgq_enqueue_copy"}
+    (questions,) = re.findall(r"for _, question in ipairs \{(.*?)\}", text, re.DOTALL)
+    assert methods - {"new"} | set(re.findall(r"\w+", questions)) == INTERFACE_METHODS
