@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Final
 
 from cxbridge.clipstext.syntax import literal
+from cxbridge.errors import SkillError
 from cxbridge.executive.pddl import names_of
+from cxbridge.lua_syntax import LuaCompiler
+from cxbridge.skiller.skillstring import parse_skill_string
 from cxbridge.skiller.templates import Placeholder, find_doubts, parse_template
 from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.agent.condition import PatternCE, find_patterns
@@ -61,8 +65,15 @@ DOUBTFUL_PLACEHOLDER: Final = Code(
     "a text that looks like a placeholder but is not",
     "The text is copied into the skill string unchanged.",
 )
+UNREADABLE_TEMPLATE: Final = Code(
+    "CX405",
+    Severity.ERROR,
+    "a mapping that is no skill string",
+    "The text of the mapping is not a call of a skill, whatever the values of the parameters: the action fails.",
+)
 
 CODES: Final = (
+    UNREADABLE_TEMPLATE,
     WRONG_DOMAIN,
     DUBIOUS_DOMAIN,
     MISSING_DOMAIN,
@@ -165,6 +176,7 @@ def _check_plan_actions(files: list[ClipsFile], actions: _KnownActions) -> Itera
 def _check_mapping(agent: Agent, actions: _KnownActions) -> Iterator[Finding]:
     for action, template, position in agent.action_mappings():
         place = position or SourcePlace("")
+        yield from _check_skill_string(action, template, place) if template.strip() else ()
         if action not in actions.parameters:
             if actions.parameters and actions.is_complete:
                 hint = did_you_mean(action, actions.parameters)
@@ -178,3 +190,24 @@ def _check_mapping(agent: Agent, actions: _KnownActions) -> Iterator[Finding]:
                 yield Finding(UNKNOWN_PARAMETER, place, f"'{action}' has no parameter '{name}'", hint)
         for doubt in find_doubts(template):
             yield Finding(DOUBTFUL_PLACEHOLDER, place, f"'{doubt.text}' is not a placeholder: {doubt.reason}")
+
+
+def _check_skill_string(action: str, template: str, place: SourcePlace) -> Iterator[Finding]:
+    """Yield the error of a template that makes neither a skill string nor Lua, which Fawkes evaluates."""
+    errors: list[SkillError] = []
+    # A value without quotes may be a number or a word.
+    for sample in ("1", "a"):
+        parts = parse_template(template)
+        texts = [f'"{sample}"' if part.kind in "sS" else sample for part in parts if not isinstance(part, str)]
+        text = "".join(part if isinstance(part, str) else texts.pop(0) for part in parts)
+        try:
+            parse_skill_string(text)
+        except SkillError as error:
+            errors.append(error)
+            if LuaCompiler().find_error(text.encode("utf-8")) is None:
+                return
+        else:
+            return
+    reason = re.sub(r"^column \d+: ", "", errors[0].message)
+    hint = "write a call such as goto{place=?(to)s}"
+    yield Finding(UNREADABLE_TEMPLATE, place, f"the mapping of '{action}', {template}: {reason}", hint)
