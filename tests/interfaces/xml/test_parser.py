@@ -214,3 +214,13 @@ _SNIPPETS = [
     b"\x00",
     b"<?x?>",
 ]
+
+
+def test_a_definition_in_a_file_of_another_name_is_a_mistake(tmp_path: Path) -> None:
+    for name in ("ArmInterface.xml", "hand.txt"):
+        file = tmp_path / name
+        file.write_text(f'<interface name="HandInterface">{DATA}</interface>')
+        (error,) = check_file(file).errors
+        assert "the file defines HandInterface, not" in error.message
+        assert error.hint is not None
+        assert "HandInterface.xml" in error.hint

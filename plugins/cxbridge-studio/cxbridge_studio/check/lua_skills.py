@@ -42,8 +42,8 @@ def find_load_mistakes(
     """
     tokens = read_tokens(text)
     if not any(token.text in {"module", "return"} for token in tokens):
-        what = "makes no Lua module" if tokens else "is empty"
-        yield 0, f"the file {what}, so there is no skill", "begin it with module(..., skillenv.module_init)"
+        state = "makes no Lua module" if tokens else "is empty"
+        yield 0, f"the file {state}, so there is no skill", "begin it with module(..., skillenv.module_init)"
         return
     yield from _find_missing_settings(tokens)
     if schema_of is not None:

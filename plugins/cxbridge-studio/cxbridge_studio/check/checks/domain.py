@@ -68,8 +68,8 @@ DOUBTFUL_PLACEHOLDER: Final = Code(
 UNREADABLE_TEMPLATE: Final = Code(
     "CX405",
     Severity.ERROR,
-    "a mapping that is no skill string",
-    "The text of the mapping is not a call of a skill, whatever the values of the parameters: the action fails.",
+    "a mapping that is not a skill string",
+    "The text of the mapping is not a call of a skill, for any values of the parameters: the action fails.",
 )
 
 CODES: Final = (
@@ -176,7 +176,7 @@ def _check_plan_actions(files: list[ClipsFile], actions: _KnownActions) -> Itera
 def _check_mapping(agent: Agent, actions: _KnownActions) -> Iterator[Finding]:
     for action, template, position in agent.action_mappings():
         place = position or SourcePlace("")
-        yield from _check_skill_string(action, template, place) if template.strip() else ()
+        yield from _check_skill_string(action, template, place)
         if action not in actions.parameters:
             if actions.parameters and actions.is_complete:
                 hint = did_you_mean(action, actions.parameters)
@@ -194,12 +194,16 @@ def _check_mapping(agent: Agent, actions: _KnownActions) -> Iterator[Finding]:
 
 def _check_skill_string(action: str, template: str, place: SourcePlace) -> Iterator[Finding]:
     """Yield the error of a template that makes neither a skill string nor Lua, which Fawkes evaluates."""
+    if not template.strip() or find_doubts(template):
+        return  # an empty mapping, or a doubtful placeholder, has another finding
     errors: list[SkillError] = []
     # A value without quotes may be a number or a word.
     for sample in ("1", "a"):
-        parts = parse_template(template)
-        texts = [f'"{sample}"' if part.kind in "sS" else sample for part in parts if not isinstance(part, str)]
-        text = "".join(part if isinstance(part, str) else texts.pop(0) for part in parts)
+        values = {"s": f'"{sample}"', "S": f'"{sample}"'}
+        text = "".join(
+            part if isinstance(part, str) else values.get(part.kind, sample)
+            for part in parse_template(template)
+        )
         try:
             parse_skill_string(text)
         except SkillError as error:
@@ -210,4 +214,4 @@ def _check_skill_string(action: str, template: str, place: SourcePlace) -> Itera
             return
     reason = re.sub(r"^column \d+: ", "", errors[0].message)
     hint = "write a call such as goto{place=?(to)s}"
-    yield Finding(UNREADABLE_TEMPLATE, place, f"the mapping of '{action}', {template}: {reason}", hint)
+    yield Finding(UNREADABLE_TEMPLATE, place, f"the skill string of '{action}' is wrong: {reason}", hint)

@@ -629,3 +629,20 @@ def test_the_types_and_fields_of_skills_of_ros(tmp_path, kind, name, field, mess
     assert [(each.code.name, message in each.message) for each in findings] == (
         [("CX415", True)] if message else []
     )
+
+
+@pytest.mark.parametrize(
+    ("template", "is_wrong"),
+    [
+        ("goto{place=?(to)s", True),
+        ("goto place", True),
+        ('goto{place="?(to)s}', True),
+        ("goto(?(to)s)", False),
+        ("?(to)y{}", False),
+        ("x = 1; goto(x)", False),  # a Skiller of Fawkes evaluates Lua
+    ],
+)
+def test_a_template_that_never_makes_a_skill_string_is_found_in_its_line(tmp_path, template, is_wrong):
+    folder = agent(tmp_path, scenario_yaml=SPEC.replace("greet: say{text=?(who)s}", f"greet: '{template}'"))
+    places = [(finding[1], finding[2]) for finding in found(folder) if finding[0] == "CX405"]
+    assert places == ([("scenario.yaml", 7)] if is_wrong else [])
