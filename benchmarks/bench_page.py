@@ -149,11 +149,9 @@ def first_picture(browser: Any, url: str) -> float:
     page = browser.new_page(viewport={"width": 1600, "height": 900})
     page.add_init_script(
         """window.shown = new Promise((done) => {
-          const look = () => {
-            if (!document.querySelector(".tl canvas")) requestAnimationFrame(look);
-            else requestAnimationFrame(() => setTimeout(() => done(performance.now())));
-          };
-          look();
+          const look = () => document.querySelector(".tl canvas") &&
+            requestAnimationFrame(() => setTimeout(() => done(performance.now())));
+          new MutationObserver(look).observe(document, { childList: true, subtree: true });
         });"""
     )
     page.goto(url)

@@ -18,7 +18,7 @@ import { formulaTree, ofApi } from "cx/domain/formula.js";
 import { readOf } from "cx/env.js";
 import { isOfRobot } from "cx/log_lines.js";
 import { MAIN_ENV } from "cx/names.js";
-import { actionOutcome, goalOutcome, isOpen, outcomeBadge } from "cx/outcome.js";
+import { actionOutcome, goalOutcome, goalText, isOpen, outcomeBadge } from "cx/outcome.js";
 import { causes, errorOf, forestOf } from "cx/story/causes.js";
 import { chain, Story } from "cx/story/story.js";
 import { lastUpTo } from "cx/timeline/history.js";
@@ -183,8 +183,7 @@ export class Detail {
       parent = this.history.goals.get(goal.parent),
       robots = new Set(goal.actions.flatMap(({ calls }) => calls.map(({ skiller }) => skiller))),
       further = Object.entries(slots).filter(([name]) => !SHOWN.has(name)),
-      children = forestOf(this.history).children.get(goal.key) || [],
-      stateOf = ({ mode, outcome }) => mode + (outcome === "UNKNOWN" ? "" : " " + outcome);
+      children = forestOf(this.history).children.get(goal.key) || [];
     return [
       this.head(goal.id, goal),
       errorBox(errorOf(goal)),
@@ -205,7 +204,7 @@ export class Detail {
       this.plan(goal),
       this.list("Sub-goals", children, (child) => this.outcomeLink(child, child.id)),
       this.log(goal),
-      this.changes(goal, (change) => outcomeBadge(goalOutcome(change), stateOf(change))),
+      this.changes(goal, (change) => outcomeBadge(goalOutcome(change), goalText(change))),
     ];
   }
   /** The actions of the plans, those of the API that have no event yet among them. */

@@ -1,5 +1,5 @@
 // Elements, with the helpers that the pages about recorded runs have too (shared/base.js).
-export const { badge, visible } = cx;
+export const { badge } = cx;
 const isAttributes = (value) => Object.getPrototypeOf(value ?? "") === Object.prototype;
 
 /** `el.li(...)` and `el("li#id.class", ...)` make elements of attributes, if there are any, and children. */
@@ -134,7 +134,7 @@ export function choice(attributes, changed) {
   return select;
 }
 
-const pad = (number, width = 2) => String(number).padStart(width, "0");
+export const pad = (number, width = 2) => String(number).padStart(width, "0");
 
 const BY_DAY = "cxbridge.time-of-day";
 /** The value that the browser keeps under a key; null without one, and where a sandbox has no storage. */
@@ -171,6 +171,9 @@ export function clockText(timeUs, digits = 0) {
   const zero = zeroOfTimes();
   return zero === null ? timeOfDay(timeUs, digits) : ((timeUs - zero) / 1e6).toFixed(digits || 1) + " s";
 }
+
+/** Seconds into a run. */
+export const secondsText = (seconds) => seconds.toFixed(3) + " s";
 
 /** The time of day of microseconds since the epoch. */
 export function timeOfDay(timeUs, digits = 0) {

@@ -2,7 +2,7 @@
 import { factsPath, get } from "cx/api.js";
 import { MODELS } from "cx/clips/text.js";
 import { choice } from "cx/dom.js";
-import { MAIN_ENV } from "cx/model.js";
+import { MAIN_ENV } from "cx/names.js";
 
 /**
  * Read goals, plans or the domain of an environment. The API has them for the executive's environment; for

@@ -2,7 +2,6 @@
 import { MAIN_ENV, bare, fields, goalKey, isUnnamed } from "cx/names.js";
 import { History } from "cx/timeline/history.js";
 
-export { MAIN_ENV, goalKey };
 const MOST_LOG = 20000,
   MOST_GONE = 2000,
   MOST_CALLS = 500,

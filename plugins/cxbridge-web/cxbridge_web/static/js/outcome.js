@@ -40,6 +40,7 @@ export const outcomeBadge = (outcome, text = OUTCOMES[outcome].word) =>
 
 const OTHER = ["other", "?"];
 
+/** The mode of a goal, and its outcome if it has one. */
 export const goalText = ({ mode, outcome }) =>
   ["", "UNKNOWN"].includes(outcome) ? mode : mode + " " + outcome;
 

@@ -1,7 +1,8 @@
 // Search over everything: Ctrl-K, words, arrows, Enter.
 import { factsPath, get, part } from "cx/api.js";
 import { button, el, refill, textInput } from "cx/dom.js";
-import { MAIN_ENV } from "cx/model.js";
+import { MAIN_ENV } from "cx/names.js";
+import { goalText } from "cx/outcome.js";
 import { parseCall } from "cx/skills/parameters.js";
 
 const MOST = 60,
@@ -126,7 +127,7 @@ export function* entries(app, views, { rules = [], interfaces = [], skills = [],
     entry = (group, text, href, more = "") => ({ group, text, more, href: "#/" + href });
   for (const [name, title] of views) yield entry("View", title, name);
   for (const goal of [...model.goals.values(), ...model.gone.values()]) {
-    const more = [goal.cls, goal.mode, goal.outcome === "UNKNOWN" ? "" : goal.outcome].join(" ");
+    const more = goal.cls + " " + goalText(goal);
     yield entry("Goal", goal.id, "goals/" + part(goal.key), more);
   }
   const fired = [...model.firings.keys()].map((key) => key.slice(key.indexOf(" ") + 1));

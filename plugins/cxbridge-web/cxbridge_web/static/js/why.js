@@ -2,11 +2,10 @@
 // answers of `cxbridge why` as lists of reasons, with links.
 import { get, part } from "cx/api.js";
 import { highlighted } from "cx/clips/source.js";
-import { button, el, link, note, refill } from "cx/dom.js";
+import { button, el, link, note, refill, secondsText } from "cx/dom.js";
 import { linked } from "cx/links.js";
 import { MAIN_ENV } from "cx/names.js";
 
-const clock = (seconds) => seconds.toFixed(3) + " s";
 const ruleLink = (name) => link("#/clips/rules/" + part(name), name);
 const small = (...children) => el("p.dim.small", ...children);
 
@@ -59,7 +58,7 @@ function moments(app, list, rules) {
   const item = ({ seconds, text, rules: before }) => {
     const rule = before.at(-1),
       by = rule && el("span.dim.small", "  by ", ruleLink(rule));
-    return el.li(el("span.dim.n", clock(seconds)), " ", linked(app, text.trim(), rules), by);
+    return el.li(el("span.dim.n", secondsText(seconds)), " ", linked(app, text.trim(), rules), by);
   };
   return el.details(el.summary("Step by step (" + list.length + ")"), el("ol.history", list.map(item)));
 }
@@ -69,7 +68,7 @@ const foot = ({ where, notes }) => [small("in " + where), (notes || []).map((tex
 function planned(list) {
   const { seconds, rules } = list.findLast(({ text }) => text.trim() === "EXPANDED") || { rules: [] };
   return rules.length
-    ? small("The plan is of rule ", ruleLink(rules.at(-1)), ", at " + clock(seconds))
+    ? small("The plan is of rule ", ruleLink(rules.at(-1)), ", at " + secondsText(seconds))
     : null;
 }
 
@@ -150,7 +149,7 @@ function ruleWhy(app, data) {
       el.p("It matches: ", linked(app, bases.map((basis) => joined(basis, ", ")).join("; "))),
     last &&
       note(
-        "Fired " + fired + "×, last at " + clock(last.seconds) + ": ",
+        "Fired " + fired + "×, last at " + secondsText(last.seconds) + ": ",
         linked(app, joined(last.facts, " ")),
       ),
     (errors || []).map((error) => el("p.error-box", joined(error, " "))),

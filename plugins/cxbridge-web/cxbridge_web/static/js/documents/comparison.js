@@ -1,7 +1,7 @@
 // Two runs side by side: `cxbridge view A B`, and the page of `cxbridge trace diff --html`.
-import { button, dim, el, none, note, pairs, refill, wideTable } from "cx/dom.js";
+import { button, dim, el, none, note, pairs, refill, secondsText, wideTable } from "cx/dom.js";
 import { notes, section } from "cx/documents/parts.js";
-import { goalOutcome, outcomeBadge, OUTCOMES } from "cx/outcome.js";
+import { goalOutcome, goalText, outcomeBadge, OUTCOMES } from "cx/outcome.js";
 
 const SIGNS = { changed: "≠", "only-a": "−", "only-b": "+", order: "⇅", msgid: "#", time: "◷", count: "×" };
 const LISTED = 200,
@@ -17,8 +17,6 @@ const sides = (make) =>
     SIDES.map((side) => el.div(el("h3.side", side.toUpperCase()), make(side))),
   );
 const said = ({ event, text }) => [event === null ? null : dim(event + " "), el.code(short(text))];
-const stateOf = ({ mode, outcome }) => mode + (outcome === "UNKNOWN" ? "" : " " + outcome);
-const clock = (seconds) => seconds.toFixed(3) + " s";
 const secondsOf = (context) => context?.lines.find(({ here }) => here)?.seconds;
 
 /** Where the page of a run shows a moment of it; null: only the comparison is here. */
@@ -30,7 +28,7 @@ function addressOf({ runs, start_us: begin }, side, view, seconds) {
 const linkTo = (href, attributes, ...children) =>
   href ? el.a({ href, ...attributes }, ...children) : el.span(attributes, ...children);
 const momentLink = (report, side, seconds, attributes, text) =>
-  linkTo(addressOf(report, side, "timeline", seconds), attributes, text + clock(seconds));
+  linkTo(addressOf(report, side, "timeline", seconds), attributes, text + secondsText(seconds));
 
 function lineCells(line, report, side) {
   if (!line) return el("td.gap", { colspan: 2 });
@@ -77,7 +75,7 @@ const rules = (list) =>
 
 /** The goals of a side as a list with indents; those that the other side does not have are marked. */
 function goals(list, others) {
-  const keyOf = (goal) => JSON.stringify([goal.depth, goal.goal_class, stateOf(goal)]),
+  const keyOf = (goal) => JSON.stringify([goal.depth, goal.goal_class, goalText(goal)]),
     left = others.map(keyOf);
   const rows = list.map((goal) => {
     const at = left.indexOf(keyOf(goal));
@@ -86,7 +84,7 @@ function goals(list, others) {
       { class: at < 0 ? "marked" : null, style: "margin-left: " + Math.min(goal.depth, 12) + "em" },
       el.b(goal.goal),
       " " + goal.goal_class + " ",
-      outcomeBadge(goalOutcome(goal), stateOf(goal)),
+      outcomeBadge(goalOutcome(goal), goalText(goal)),
       goal.error ? el("span.error", " " + goal.error) : null,
       at < 0 && el("span.remark", " the other run differs"),
     );
@@ -220,7 +218,7 @@ function walk(report, mark) {
 function parting({ contexts: [context], unit, differences: [{ a, b }] }) {
   const at = SIDES.map((side) => [secondsOf(context?.[side]), side.toUpperCase()])
     .filter(([seconds]) => seconds !== undefined && unit === "s")
-    .map(([seconds, name]) => clock(seconds) + " in " + name);
+    .map(([seconds, name]) => secondsText(seconds) + " in " + name);
   const where = at.length ? " at " + at.join(", ") : " there";
   return el.p(
     "They part" + where + ": A has ",

@@ -1,6 +1,7 @@
 // A recorded run at one of its moments; the past of a live run as such a recording.
 import { Model } from "cx/model.js";
 import { countWhile } from "cx/names.js";
+import { goalText } from "cx/outcome.js";
 import { History } from "cx/timeline/history.js";
 
 const STEP_KINDS = new Set(["goal", "plan-action", "skill"]);
@@ -84,8 +85,7 @@ export class Recording {
 }
 
 const WORDS = {
-  goal: ({ goal, mode, outcome }) =>
-    "goal " + goal + " " + mode + (outcome === "UNKNOWN" ? "" : " " + outcome),
+  goal: (event) => "goal " + event.goal + " " + goalText(event),
   "plan-action": ({ action, goal, state }) => "action " + action + " of " + goal + " " + state,
   skill: ({ skill_string: text, status }) => "skill " + (text || "none") + " " + status,
   log: ({ component, text }) => component + ": " + text.split("\n", 1)[0],

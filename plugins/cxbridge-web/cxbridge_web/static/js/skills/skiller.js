@@ -2,7 +2,7 @@
 import { factsPath, get, idPath, part } from "cx/api.js";
 import { parseFact, valuesOf } from "cx/clips/text.js";
 import { badge, button, clockText, durationText, el, link, note, wideTable } from "cx/dom.js";
-import { MAIN_ENV } from "cx/model.js";
+import { MAIN_ENV } from "cx/names.js";
 import { skillBadge } from "cx/outcome.js";
 import { parseCall } from "cx/skills/parameters.js";
 

@@ -1,6 +1,6 @@
 // Draws rows, the axis and marks onto a canvas: only the seen ones, and one of those on the same pixel.
 import { fillBox, ink, line } from "cx/canvas.js";
-import { clockText, durationText } from "cx/dom.js";
+import { clockText, durationText, pad } from "cx/dom.js";
 import { countWhile } from "cx/names.js";
 import { spansOf, stacked } from "cx/timeline/spans.js";
 import { ticks } from "cx/timeline/window.js";
@@ -13,7 +13,6 @@ const FONT = "11px system-ui, sans-serif",
 
 const isLoud = (outcome) => outcome === "failed";
 const lastError = (goal) => (goal.changes.findLast(({ error }) => error) || { error: "" }).error;
-const pad = (number) => String(number).padStart(2, "0");
 
 /** The text at a value of the axis. `zero`: where a recording begins; null: the time of day. */
 export function axisText(value, step, unit, zero) {

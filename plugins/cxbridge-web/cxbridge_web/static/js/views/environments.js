@@ -2,7 +2,7 @@
 // evaluate.
 import { get, part, post, put, remove } from "cx/api.js";
 import { backLink, badge, button, el, field, form, none, pairs, redraw, submit, textInput } from "cx/dom.js";
-import { MAIN_ENV } from "cx/model.js";
+import { MAIN_ENV } from "cx/names.js";
 import { goTo, ListPanel } from "cx/scaffold.js";
 import { clipsTabs } from "cx/views/clips.js";
 
