@@ -69,6 +69,8 @@ class Network:
         if port <= 0 or self._server is not None:
             return
         server_socket = self._open_server_socket(port)
+        # accepted sockets inherit the option; Nagle's algorithm would delay messages by up to 40 ms
+        server_socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
 
         async def start() -> asyncio.Server:
             return await asyncio.get_running_loop().create_server(self._make_server_link, sock=server_socket)

@@ -55,6 +55,8 @@ class FoxgloveProxy(Closing):
         family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
         self._connection_count = 0
         listening = socket.create_server((settings.host, settings.port), family=family)
+        # accepted sockets inherit the option; Nagle's algorithm would delay messages by up to 40 ms
+        listening.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self.port: int = listening.getsockname()[1]
         self._thread = LoopThread("foxglove proxy")
         self._server = self._thread.spawn(self._start_server(listening)).result(_START_TIMEOUT_S)
