@@ -297,14 +297,33 @@ def describe_unclosed(
     line = lines.at(start)
     beginning = _BEGINNING.match(construct)
     message = f"{' '.join(beginning.groups()) if beginning else 'this'} never closes"
-    if any(match["unclosed"] for match in HIDDEN.finditer(construct)):
-        return UnclosedConstruct(start, message, "a string in it never closes")
     rows = enumerate(text.splitlines()[line:], line + 1)
     next_line = next((number for number, row in rows if row.lstrip().startswith("(def")), 0)
-    hint = f"a ) is missing before {f'line {next_line}' if next_line else 'the end of the file'}"
+    end = f"line {next_line}" if next_line else "the end of the file"
+    quote = _find_open_quote(text[start : lines.place(next_line) if next_line else len(text)])
+    if quote is not None:
+        quote_line = lines.at(start + quote)
+        return UnclosedConstruct(
+            start + quote, f"{message}: its string is open", f'a " is missing in line {quote_line} or before {end}'
+        )
+    hint = f"a ) is missing before {end}"
     if inner := next(iter(find_unclosed_lists(construct, slots)), 0):  # 0 is the construct itself
         start += inner
         head = read(construct[inner:], close=True)[0].head
         message += f": its list ({head} is open" if head else ": a list in it is open"
         hint += f"; {beginning[1] if beginning else 'the construct'} begins in line {line}"
     return UnclosedConstruct(start, message, hint)
+
+
+def _find_open_quote(construct: str) -> int | None:
+    """Return the offset of the string that probably lacks its closing quote; None if all strings close."""
+    strings = [match for match in HIDDEN.finditer(construct) if match[0].startswith('"')]
+    if not any(match["unclosed"] for match in strings):
+        return None
+    # After a missing quote, each closing quote opens a string, and a word follows it directly.
+    shifted = (
+        match
+        for match in strings
+        if "\n" in match[0] and construct[match.end() : match.end() + 1].strip(" \t\n)")
+    )
+    return next(shifted, strings[-1]).start()
