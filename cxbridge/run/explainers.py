@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 EXPLAINERS: Final[Table[ModuleType]] = Table(
     "EXPLAINERS",
     is_module,
-    "a module with a function 'why', 'explainer', 'broken_agent', 'place_of_action' or 'missing_events'",
+    "a module with a function 'why', 'explainer', 'broken_agent', 'mistakes', 'place_of_action' or "
+    "'missing_events'",
 )
 """Explainer modules, each with at least one of the functions."""
 
@@ -49,6 +50,17 @@ def _find_functions(name: str) -> Iterator[Callable[..., Any]]:
 def has_explainer(function: str) -> bool:
     """Return whether a plug-in's explainer has a function, e.g. ``missing_events``."""
     return next(_find_functions(function), None) is not None
+
+
+def mistakes(options: RunOptions) -> Sequence[str]:
+    """Return the mistakes in the files of an agent that a run does not refuse; none without a plug-in.
+
+    :param options: the options of a run that has started.
+    """
+    for find in _find_functions("mistakes"):
+        texts: Sequence[str] = find(options)
+        return texts
+    return ()
 
 
 def place_of_action(files: Sequence[Path], action: str) -> str:

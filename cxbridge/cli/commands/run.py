@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cxbridge.cli.console import say, say_json
+from cxbridge.cli.console import say, say_json, say_text
 from cxbridge.cli.entry import handle_signals
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.run.options import RunOptions
@@ -46,7 +46,8 @@ def run(options: RunOptions, output: _OutputOptions) -> int:
     Example: cxbridge run test-scenario --trace out/run.mcap
     """
     from cxbridge.cli.story import RunLog, RunStory
-    from cxbridge.run.explainers import explained
+    from cxbridge.run.explainers import explained, mistakes
+    from cxbridge.run.result import TIMED_OUT, UNSUCCESSFUL
     from cxbridge.run.run import run_scenario
 
     log = RunLog(quiet=output.quiet, verbose=output.verbose)
@@ -84,6 +85,9 @@ def run(options: RunOptions, output: _OutputOptions) -> int:
         result = run_scenario(options, log, attach, stay=stay)
     if not is_shown:
         show(result)
+    # CLIPS and Lua notice some mistakes only when a rule fires or a skill runs, and without a place.
+    for text in mistakes(options) if result.status in (UNSUCCESSFUL, TIMED_OUT) else ():
+        say_text(text, err=True)
     return result.status
 
 

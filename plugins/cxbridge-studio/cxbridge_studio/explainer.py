@@ -54,6 +54,13 @@ def broken_agent(error: BrokenAgentError, options: RunOptions) -> BrokenAgentErr
     return add_findings(error, options)
 
 
+def mistakes(options: RunOptions) -> Sequence[str]:
+    """Return the errors that the check finds in an agent with which a run starts."""
+    from cxbridge_studio.check.start_errors import find_errors  # noqa: PLC0415
+
+    return [f"{finding}" for finding in find_errors(options)]
+
+
 def place_of_action(files: Sequence[Path], action: str) -> str:
     """Return the position in an agent's files where an action is put into a plan, ``FILE:LINE``."""
     from cxbridge_studio.explain.source_positions import SourcePositions  # noqa: PLC0415

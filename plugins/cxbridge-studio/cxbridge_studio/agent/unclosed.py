@@ -302,10 +302,8 @@ def describe_unclosed(
     end = f"line {next_line}" if next_line else "the end of the file"
     quote = _find_open_quote(text[start : lines.place(next_line) if next_line else len(text)])
     if quote is not None:
-        quote_line = lines.at(start + quote)
-        return UnclosedConstruct(
-            start + quote, f"{message}: its string is open", f'a " is missing in line {quote_line} or before {end}'
-        )
+        hint = f'a " is missing in line {lines.at(start + quote)} or before {end}'
+        return UnclosedConstruct(start + quote, f"{message}: its string is open", hint)
     hint = f"a ) is missing before {end}"
     if inner := next(iter(find_unclosed_lists(construct, slots)), 0):  # 0 is the construct itself
         start += inner

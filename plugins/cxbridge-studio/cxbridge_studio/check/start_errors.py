@@ -31,14 +31,9 @@ def add_findings(error: BrokenAgentError, options: RunOptions) -> BrokenAgentErr
     The error of a lenient run is returned unchanged: such a run starts despite the defects of a Fawkes
     checkout, which the check would report.
     """
-    if source_of(options).is_lenient:
+    findings = find_errors(options)
+    if not findings:
         return error
-    options = replace(options, trace=None, log=None, bblog=None, replay=())  # the check records nothing
-    try:
-        findings = check(options, errors_only=True)
-    except CxbridgeError:
-        return error
-    findings = [finding for finding in findings if finding.code.severity is Severity.ERROR]
     if any(finding.code is MISSING_FILE for finding in findings):
         findings = [finding for finding in findings if finding.code not in _UNKNOWN_NAME_CODES]
     dropped_templates = {
@@ -58,6 +53,18 @@ def add_findings(error: BrokenAgentError, options: RunOptions) -> BrokenAgentErr
         *(mistake for mistake in error.mistakes if mistake.file not in files),
     ]
     return BrokenAgentError(mistakes, started=error.started)
+
+
+def find_errors(options: RunOptions) -> list[Finding]:
+    """Return the errors that the check finds in the agents of a run; none for a lenient run."""
+    if source_of(options).is_lenient:
+        return []
+    options = replace(options, trace=None, log=None, bblog=None, replay=())  # the check records nothing
+    try:
+        findings = check(options, errors_only=True)
+    except CxbridgeError:
+        return []
+    return [finding for finding in findings if finding.code.severity is Severity.ERROR]
 
 
 def _make_error(finding: Finding) -> CxbridgeError:

@@ -7,12 +7,15 @@ from pathlib import Path
 
 import pytest
 
+from cxbridge.cli.main import invoke
 from cxbridge.clipstext.syntax import definitions
 from cxbridge.executive.executive import BUILTIN_CX
 from cxbridge.run import RunOptions
+from cxbridge.run.result import TIMED_OUT
 from cxbridge_studio.agent import sub_types
 from cxbridge_studio.check.formats import FORMATS, format_text
 from cxbridge_studio.check.run import check
+from tests.run import mini
 from tests.support import ROOT, share
 
 TREES = (BUILTIN_CX / "goal-tree.clp").read_text()
@@ -646,3 +649,11 @@ def test_a_template_that_never_makes_a_skill_string_is_found_in_its_line(tmp_pat
     folder = agent(tmp_path, scenario_yaml=SPEC.replace("greet: say{text=?(who)s}", f"greet: '{template}'"))
     places = [(finding[1], finding[2]) for finding in found(folder) if finding[0] == "CX405"]
     assert places == ([("scenario.yaml", 7)] if is_wrong else [])
+
+
+def test_a_run_that_fails_names_the_mistakes_that_clips_does_not_notice_at_the_start(tmp_path, capsys):
+    agent_text = mini.AGENT.replace("(mode DISPATCHED)", "(mod DISPATCHED)")
+    assert (
+        invoke(["run", str(mini.write_scenario(tmp_path, agent=agent_text)), "--timeout", "5"]) == TIMED_OUT
+    )
+    assert "error CX210: defrule mini-dispatch: the deftemplate 'goal'" in capsys.readouterr().err

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from cxbridge.run import RunOptions
 from cxbridge_studio.agent.unclosed import find_unclosed_lists
+from cxbridge_studio.check.run import check
 from studio_tests.check.deletions import SCENARIOS, figure
 
 GOAL = {"goal": {"id", "class", "mode", "params"}}
@@ -37,3 +39,14 @@ def test_of_all_deletions_in_the_scenarios_99_of_100_are_named() -> None:
     result = figure(SCENARIOS)
     assert result.total > 1300
     assert result.right >= 0.99 * result.total > 3 * result.innermost
+
+
+def test_an_unclosed_string_is_named_at_its_quote(tmp_path):
+    file = tmp_path / "agent.clp"
+    rule = '(defrule a "A rule."\n  (x)\n  =>\n  (assert (shelf "a"))\n  (assert (shelf "b")))\n'
+    for literal, line in (('"a"', 4), ('"b"', 5)):
+        file.write_text(f"{rule.replace(literal, literal[:-1])}(defrule b (x) =>)\n")
+        (finding,) = (each for each in check(RunOptions(scenario=file)) if each.code.name == "CX201")
+        assert finding.place.line == line
+        assert "defrule a never closes: its string is open" in finding.message
+        assert finding.hint == f'a " is missing in line {line} or before line 6'
