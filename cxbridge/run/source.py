@@ -351,7 +351,7 @@ def loop_period_us(config: Configuration) -> int:
 
 def _find_file_in(folder: Path) -> Path:
     for name in (SCENARIO_FILE, "config.yaml"):
-        if (folder / name).is_file():
+        if (folder / name).exists():  # the reader of the file reports a folder of this name
             return folder / name
     below = sorted(path.parent for path in folder.glob(f"*/{SCENARIO_FILE}"))[:_SHOWN_FOLDERS]
     raise CxbridgeError(

@@ -207,7 +207,7 @@ def find_exceeded_limit(text: str) -> ExceededLimit | None:
     """Return the first part of a text that exceeds a limit of CLIPS' parser, if any."""
     if "\0" in text:
         before = text.partition("\0")[0]
-        return ExceededLimit(before.count("\n") + 1, "a NUL byte: the file is not UTF-8 text")
+        return ExceededLimit(before.count("\n") + 1, "the line has a NUL byte: save the file as UTF-8")
     code = blank(text)
     excesses: list[tuple[int, str]] = []
     word = _LONG_WORD.search(code)

@@ -40,6 +40,7 @@ from cxbridge.executive.pddl.ast import (
 from cxbridge.executive.pddl.errors import PddlSemanticError, semantic_error
 from cxbridge.executive.pddl.types import TypeHierarchy
 from cxbridge.executive.pddl.unsupported import CONTINUOUS_EFFECTS, unsupported_formula, unsupported_texts
+from cxbridge.suggestions import did_you_mean
 
 # Formulas whose parts Fawkes does not check.
 _UNCHECKED_BY_FAWKES: Final = (Timed, Imply, When, TermComparison, NumericChange)
@@ -207,7 +208,7 @@ class DomainChecker:
                     raise self._error(
                         f"Unknown type: {group.names[0]} - {type_}",
                         group.position,
-                        "declare it in (:types ...)",
+                        did_you_mean(type_, declared, "declare it in (:types ...)"),
                     )
 
     def _check_formula(self, formula: Formula, scope: Scope) -> None:
@@ -231,7 +232,9 @@ class DomainChecker:
         if predicate is None:
             self._refuse_unsupported(unsupported_formula(atom.predicate), atom.position)
             raise self._error(
-                f"Unknown predicate: {atom.predicate}", atom.position, "declare it in (:predicates ...)"
+                f"Unknown predicate: {atom.predicate}",
+                atom.position,
+                did_you_mean(atom.predicate, self._predicates, "declare it in (:predicates ...)"),
             )
         expected = [group.types for group in predicate.parameters for _ in group.names]
         if len(expected) != len(atom.arguments):

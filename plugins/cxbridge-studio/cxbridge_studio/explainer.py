@@ -56,9 +56,10 @@ def broken_agent(error: BrokenAgentError, options: RunOptions) -> BrokenAgentErr
 
 def mistakes(options: RunOptions) -> Sequence[str]:
     """Return the errors that the check finds in an agent with which a run starts."""
+    from cxbridge_studio.check.findings import shorten_path  # noqa: PLC0415
     from cxbridge_studio.check.start_errors import find_errors  # noqa: PLC0415
 
-    return [f"{finding}" for finding in find_errors(options)]
+    return [f"{shorten_path(finding)}" for finding in find_errors(options)]
 
 
 def place_of_action(files: Sequence[Path], action: str) -> str:

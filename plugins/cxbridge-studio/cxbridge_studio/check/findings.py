@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
+from pathlib import Path
 from typing import Any, Final
 
 from cxbridge.clipstext.syntax import Lines
@@ -86,6 +87,14 @@ class Finding:
         position = f"{self.place.file}{line}{column}"
         text = _join_lines(f"{position}: {self.code.severity.value} {self.code.name}: {self.message}")
         return text + (f"\n  hint: {_join_lines(self.hint)}" if self.hint else "")
+
+
+def shorten_path(finding: Finding) -> Finding:
+    """Return a finding with the path from the working directory, if the file is in that."""
+    path, folder = Path(finding.place.file), Path.cwd()
+    if not path.is_absolute() or not path.is_relative_to(folder):
+        return finding
+    return replace(finding, place=replace(finding.place, file=str(path.relative_to(folder))))
 
 
 def _join_lines(text: str) -> str:

@@ -54,7 +54,7 @@ def check(
     Example: cxbridge check scenarios/courier --format github
     """
     from cxbridge.run.options import RunOptions
-    from cxbridge_studio.check.findings import Severity
+    from cxbridge_studio.check.findings import Severity, shorten_path
     from cxbridge_studio.check.formats import FORMATS
     from cxbridge_studio.check.run import check as find_mistakes
     from cxbridge_studio.check.table import codes
@@ -72,7 +72,7 @@ def check(
     options = RunOptions(**vars(agent))
     if not source_of(options).is_named:
         options = dataclasses.replace(options, scenario=Path())
-    findings = find_mistakes(options, portable=portable)
+    findings = [shorten_path(finding) for finding in find_mistakes(options, portable=portable)]
     if text := FORMATS[form](findings):
         say_text(text)
     return int(any(finding.code.severity is Severity.ERROR for finding in findings))

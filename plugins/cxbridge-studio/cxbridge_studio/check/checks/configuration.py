@@ -81,6 +81,7 @@ CODES: Final = (
 _LOCATED_WARNING = re.compile(
     r"(?P<file>[^\n:]+):(?P<line>\d+)(?::(?P<column>\d+))?: (?P<text>.*)", re.DOTALL
 )
+_QUOTED_NAME: Final = re.compile(r"'([^']+)'")
 _EXECUTIVE_PATH: Final = "/clips-executive"
 _TIME_PATH: Final = f"{_EXECUTIVE_PATH}/assert-time-each-loop"
 _CLIPS_FILE: Final = re.compile(r"\S+\.clp")
@@ -92,9 +93,11 @@ def check(agent: Agent) -> Iterator[Finding]:
     An agent without a Fawkes configuration, such as a CLIPS program, has only the warnings of the reader.
     """
     reported_places: set[SourcePlace] = set()
+    misspelt_keys: set[str] = set()
     for error in () if agent.is_lenient else find_key_mistakes(agent.config, agent.spec):
         finding = make_error_finding(error, MISTAKEN_KEY)
         reported_places.add(finding.place)
+        misspelt_keys.update(_QUOTED_NAME.findall(finding.message))
         yield finding
     for text in (*map(str, agent.config.warnings), *check_spec(agent.config, agent.spec)):
         match = _LOCATED_WARNING.match(text)
@@ -110,7 +113,8 @@ def check(agent: Agent) -> Iterator[Finding]:
         yield from _check_spec_name(agent)
         obsolete_values = _find_obsolete_values(agent)
         yield from _check_format(agent, obsolete_values)
-        yield from _check_keys(agent, {place_of(value) for value in obsolete_values} | reported_places)
+        reported_places |= {place_of(value) for value in obsolete_values}
+        yield from _check_keys(agent, reported_places, misspelt_keys)
 
 
 def _check_time(agent: Agent) -> Iterator[Finding]:
@@ -164,8 +168,13 @@ def _check_format(agent: Agent, obsolete_values: list[ConfigValue]) -> Iterator[
         yield Finding(OLD_FORMAT, place_of(obsolete_values[0]), message, hint)
 
 
-def _check_keys(agent: Agent, reported_places: set[SourcePlace]) -> Iterator[Finding]:
-    """Yield the keys that are never read, except at positions with another finding."""
+def _check_keys(
+    agent: Agent, reported_places: set[SourcePlace], misspelt_keys: set[str]
+) -> Iterator[Finding]:
+    """Yield the keys that are never read, except at positions with another finding.
+
+    :param misspelt_keys: the keys that have another finding.
+    """
     reported_keys: set[str] = set()
     is_scenario_file = agent.context.paths.config_file.name == SCENARIO_FILE
     lines = {(place.file, place.line) for place in reported_places}
@@ -175,6 +184,8 @@ def _check_keys(agent: Agent, reported_places: set[SourcePlace]) -> Iterator[Fin
         if unknown is None or not value.file or (value.file, value.line) in lines:
             continue
         index, names = unknown
+        if path[index] in misspelt_keys:
+            continue
         key = "/".join(path[: index + 1])
         hint = did_you_mean(path[index], names)
         if key in reported_keys or _is_read(agent, value, index):

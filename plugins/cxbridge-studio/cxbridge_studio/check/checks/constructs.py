@@ -191,7 +191,9 @@ def _make_finding(agent: Agent, file: ClipsFile, diagnostic: Diagnostic) -> Find
         hint = did_you_mean(slot, names) or f"it has: {', '.join(names)}"
         message = f"{prefix}the deftemplate '{template or '?'}' has no slot '{slot or '?'}'"
         return Finding(code, place, message, hint)
-    return Finding(code, place, f"{prefix}{diagnostic.message} [{diagnostic.code}]")
+    # A code of cxbridge, such as LIMIT, has no digits, and users look up the codes of CLIPS only.
+    clips_code = "" if diagnostic.code.isalpha() else f" [{diagnostic.code}]"
+    return Finding(code, place, f"{prefix}{diagnostic.message}{clips_code}")
 
 
 def _explain_forbidden_literal(

@@ -41,6 +41,9 @@ def check(agent: Agent) -> Iterator[Finding]:
         unreadable = next((f"{path} {reason}" for path, reason in reasons if reason != ABSENT), "")
         # An unreadable file of this name comes first: the user more likely means that than a file of a
         # similar name.
+        names = missing_file.name.split()
+        if len(names) > 1 and all(name.endswith(".clp") for name in names):
+            unreadable = f"a comma is missing: write {', '.join(names)}"
         hint = unreadable or did_you_mean(
             missing_file.name, _find_clips_files(folders), f"searched: {searched_folders}"
         )

@@ -9,6 +9,7 @@ from cxbridge.clipstext.syntax import literal, read
 from cxbridge.errors import PddlError
 from cxbridge.executive.executive import action_mapping
 from cxbridge.executive.pddl import Domain, domain_facts, names_of, pairs_of
+from cxbridge.run.specs import find_key_mistakes
 from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.agent.names import NameKind, Use
 from cxbridge_studio.check.agent import Agent
@@ -221,6 +222,8 @@ def _check_executors(agent: Agent, calls: list[DomainCall]) -> Iterator[Finding]
     if agent.context.skill_board is not None:
         return  # the executors of a skill board announce their actions at run time
     mapped_actions = set(action_mapping(agent.config, agent.spec))
+    if not mapped_actions and find_key_mistakes(agent.config, agent.spec):
+        return  # the mapping may be below the misspelt key, which another check reports
     if not mapped_actions and any(map(_executes_any_action, agent.own_constructs)):
         return  # a rule executes all actions
     # The actions that rules match or compare: such a rule may execute the action.

@@ -11,7 +11,7 @@ from cxbridge.cli.main import invoke
 from cxbridge.clipstext.syntax import definitions
 from cxbridge.executive.executive import BUILTIN_CX
 from cxbridge.run import RunOptions
-from cxbridge.run.result import TIMED_OUT
+from cxbridge.run.result import BAD_INPUT, TIMED_OUT
 from cxbridge_studio.agent import sub_types
 from cxbridge_studio.check.formats import FORMATS, format_text
 from cxbridge_studio.check.run import check
@@ -657,3 +657,38 @@ def test_a_run_that_fails_names_the_mistakes_that_clips_does_not_notice_at_the_s
         invoke(["run", str(mini.write_scenario(tmp_path, agent=agent_text)), "--timeout", "5"]) == TIMED_OUT
     )
     assert "error CX210: defrule mini-dispatch: the deftemplate 'goal'" in capsys.readouterr().err
+
+
+def test_a_misspelt_action_mapping_is_reported_once(tmp_path):
+    scenario = SPEC.replace("action-mapping:", "action-maping:")
+    scenario = scenario.replace("- name: pddl-parser", "- name: pddl-parser\n          - name: planner")
+    plan = '(defrule plan (executive-init) => (planner-plan A "(met ann)"))'
+    assert [finding[0] for finding in found(agent(tmp_path, plan, scenario_yaml=scenario))] == ["CX117"]
+
+
+def test_a_missing_comma_between_two_files_is_named(tmp_path):
+    folder = agent(tmp_path, scenario_yaml=SPEC.replace("people.clp, agent", "people.clp agent"))
+    (finding,) = (each for each in check(RunOptions(scenario=folder)) if each.code.name == "CX102")
+    assert finding.hint == "a comma is missing: write people.clp, agent.clp"
+
+
+def test_the_command_names_all_files_from_the_working_directory(tmp_path, monkeypatch, capsys):
+    agent(tmp_path, ") junk", scenario_yaml=SPEC.replace("say{", "sya{"))
+    monkeypatch.chdir(tmp_path)
+    assert invoke(["check", "."]) == 1
+    lines = [line for line in capsys.readouterr().out.splitlines() if " error CX" in line]
+    assert [line.partition(":")[0] for line in lines] == ["scenario.yaml", "agent.clp"]
+
+
+def test_a_folder_with_the_name_of_a_skill_is_reported(tmp_path):
+    folder = agent(tmp_path)
+    (tmp_path / "lua" / "say.lua").mkdir(parents=True)
+    options = RunOptions(scenario=folder, skill_dirs=(tmp_path / "lua",))
+    (finding,) = (each for each in check(options) if each.code.name == "CX414")
+    assert finding.message == "the file is not a regular file"
+
+
+def test_a_folder_named_scenario_yaml_is_named(tmp_path, capsys):
+    (tmp_path / "scenario.yaml").mkdir()
+    assert invoke(["run", str(tmp_path)]) == BAD_INPUT
+    assert f"{tmp_path / 'scenario.yaml'}: the folder has no configuration file" in capsys.readouterr().err
