@@ -62,17 +62,17 @@ def _escape_match(match: re.Match[str]) -> str:
 
 
 def visible(text: str) -> str:
-    """Return a text of any number of lines without control characters."""
+    """Return a text of any number of lines with its control characters escaped."""
     return text if text.isprintable() else _UNSAFE_CHARACTER.sub(_escape_match, text)
 
 
 def one_line(text: str) -> str:
-    """Return a text as one line without control characters."""
+    """Return a text as one line with its control characters escaped."""
     return text if text.isprintable() else _UNSAFE_IN_LINE.sub(_escape_match, text)
 
 
 def indent_lines(text: str) -> str:
-    """Return a text without control characters, with its further lines indented.
+    """Return a text with its control characters escaped and its further lines indented.
 
     An indented line cannot be mistaken for a line of another program.
     """

@@ -40,7 +40,7 @@ SETTINGS: Final[Table[type[PluginSettings]]] = Table(
     lambda loaded: isinstance(loaded, type) and issubclass(loaded, PluginSettings),
     "a subclass of cxbridge.run.plugin_settings.PluginSettings",
 )
-"""The settings of plug-ins. ``needed`` of a row gets the configuration."""
+"""The settings of plug-ins. A row's ``needed`` is called with the configuration."""
 
 
 def plugin_settings(config: Configuration, *, of_daemon: bool) -> Mapping[str, PluginSettings]:

@@ -14,7 +14,14 @@ from msgspec import Struct
 
 from cxbridge.events import Level
 from cxbridge.skiller import ecma, numbers, quoting
-from cxbridge.skiller.templates import Doubt, Misfit, Placeholder, Replacement, find_doubts, parse_template
+from cxbridge.skiller.templates import (
+    Misfit,
+    Placeholder,
+    Replacement,
+    SuspectedPlaceholder,
+    find_suspected_placeholders,
+    parse_template,
+)
 
 Message = tuple[Level, str]
 """A log line about a mapping."""
@@ -82,7 +89,9 @@ class ActionSkillMapping:
         # such a text stays in the skill string, where the skill would get it
         warnings: list[Message] = []
         for action, template in self._templates.items():
-            warnings.extend(_doubt_message(action, doubt) for doubt in find_doubts(template))
+            warnings.extend(
+                _suspicion_message(action, suspect) for suspect in find_suspected_placeholders(template)
+            )
             for part in parse_template(template):
                 if isinstance(part, Placeholder):
                     warnings.extend(_check_steps(action, part))
@@ -127,9 +136,9 @@ class ActionSkillMapping:
         return _escape_for_lua(placeholder, value, prefix) if self.mode == "strict" else value
 
 
-def _doubt_message(action: str, doubt: Doubt) -> Message:
-    excerpt = f"'{doubt.text}' at column {doubt.offset + 1}"
-    return (Level.WARN, f"action-mapping/{action}: {excerpt} is kept as text: {doubt.reason}")
+def _suspicion_message(action: str, suspect: SuspectedPlaceholder) -> Message:
+    excerpt = f"'{suspect.text}' at column {suspect.offset + 1}"
+    return (Level.WARN, f"action-mapping/{action}: {excerpt} is kept as text: {suspect.reason}")
 
 
 def _look_up(placeholder: Placeholder, action: str, params: Mapping[str, str]) -> str:

@@ -1,6 +1,6 @@
 """Templates of skill strings: text with placeholders such as ``?(name)s``. The grammar is ``templates.lark``.
 
-:func:`find_doubts` finds texts that resemble placeholders.
+:func:`find_suspected_placeholders` finds texts that resemble placeholders.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ Part = str | Placeholder
 """A part of a template: literal text or a placeholder."""
 
 
-class Doubt(Struct, frozen=True):
+class SuspectedPlaceholder(Struct, frozen=True):
     """A text that resembles a placeholder.
 
     :param offset: the position in the template, from 0.
@@ -97,6 +97,7 @@ def _parse_placeholder(text: str) -> Placeholder:
 
 def _parse_step(piece: str) -> Replacement | Misfit:
     if not (len(piece) > 2 and piece[0] == piece[-1] == "/"):  # noqa: PLR2004 - a slash at each end
+        # the texts of both warnings are those of Fawkes, including the blank
         return Misfit(f"regex '{piece}' missing start/end slashes, ignoring")
     pattern, slash, replacement = piece[1:-1].partition("/")
     if not slash:
@@ -104,7 +105,7 @@ def _parse_step(piece: str) -> Replacement | Misfit:
     return Replacement(pattern, replacement)
 
 
-def find_doubts(template: str) -> list[Doubt]:
+def find_suspected_placeholders(template: str) -> list[SuspectedPlaceholder]:
     """Return the texts that were probably meant as placeholders."""
     starts = [
         offset + match.start()
@@ -112,7 +113,10 @@ def find_doubts(template: str) -> list[Doubt]:
         if isinstance(part, str)
         for match in re.finditer(r"\?\(", part)
     ]
-    return [Doubt(start, _excerpt(template[start:]), _doubt_reason(template[start:])) for start in starts]
+    return [
+        SuspectedPlaceholder(start, _excerpt(template[start:]), _find_mistake(template[start:]))
+        for start in starts
+    ]
 
 
 _EXCERPT_LENGTH = 40  # characters in an error
@@ -124,7 +128,7 @@ def _excerpt(text: str) -> str:
     return text[: closing + 2] if closing >= 0 else text[:_EXCERPT_LENGTH]
 
 
-def _doubt_reason(text: str) -> str:
+def _find_mistake(text: str) -> str:
     """Return why a text that starts with ``?(`` is not a placeholder."""
     name = _load_terminals()["NAME"].match(text, len("?("))
     if name is None:

@@ -64,7 +64,7 @@ def run_executor(
         log = service.bus.logger(name)
         board = service.open_blackboard(options.url, InterfaceRegistry(options.interface_dirs))
         context = ExecutorContext(options.agent, board, service.clock, log, settings, Path.cwd())
-        host = _make_host(lambda: make_host(executor_class, context, name), service.stopped)
+        host = _wait_for_host(lambda: make_host(executor_class, context, name), service.stopped)
         if host is None:
             return
         service.callback(host.close)
@@ -84,8 +84,8 @@ def run_executor(
             signal.arrived.clear()
 
 
-def _make_host(make: Callable[[], ExecutorHost], stopped: threading.Event) -> ExecutorHost | None:
-    """Call ``make`` until the interface has no other writer; return None if the service is stopped before.
+def _wait_for_host(make: Callable[[], ExecutorHost], stopped: threading.Event) -> ExecutorHost | None:
+    """Call ``make`` until the interface has no other writer; return None if the service is stopped first.
 
     :raises WriterActiveError: if there is another writer after `PATIENCE_S`.
     """

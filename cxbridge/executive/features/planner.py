@@ -14,7 +14,7 @@ from cxbridge.executive.features.planning_base import (
     KnownWorld,
     Numbers,
     PlanningFeature,
-    PlanningUser,
+    PlanningFunctions,
 )
 from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, NIL, TRUE, Symbol, Value
@@ -34,11 +34,11 @@ if TYPE_CHECKING:
         PlanResult,
     )
 
-_FILES = CORE_DIR / "planner"
+_RULES_DIR = CORE_DIR / "planner"
 _GOAL_TEMPLATES = ("goal", "plan", "plan-action")
 
 
-class _PlannerUser(PlanningUser):
+class _PlannerFunctions(PlanningFunctions):
     """The functions of the feature in one environment, and their running calls."""
 
     def __init__(
@@ -97,6 +97,7 @@ class _PlannerUser(PlanningUser):
         return call_id
 
     def cancel(self, call_id: str) -> Value:
+        """Cancel a call; return FALSE if no call with this id is running."""
         call = self._calls.get(call_id)
         if call is None:
             return FALSE
@@ -123,9 +124,9 @@ class _PlannerUser(PlanningUser):
             self._load_goal_rules()
         self._checks.refresh()
         # a virtual clock does not advance during the call, so that runs are reproducible
-        waits = self.env.bus.clock.is_virtual
+        must_wait = self.env.bus.clock.is_virtual
         for call_id, call in list(self._calls.items()):
-            result = call.wait() if waits else call.result
+            result = call.wait() if must_wait else call.result
             if result is not None:
                 del self._calls[call_id]
                 self._assert_result(call_id, call.request, result)
@@ -138,7 +139,7 @@ class _PlannerUser(PlanningUser):
         """Load the rules that plan for goals, if the templates of goals and plans exist."""
         if all(self.env.has_template(name) for name in _GOAL_TEMPLATES):
             self._has_goal_rules = True
-            self.env.load(_FILES / "goals.clp")
+            self.env.load(_RULES_DIR / "goals.clp")
 
     def _assert_result(self, call_id: str, request: PlanRequest, result: PlanResult) -> None:
         self._reporters.pop(call_id).report_end(result)
@@ -152,8 +153,8 @@ class _PlannerUser(PlanningUser):
         if planned:
             self._assert_actions(Symbol(call_id), request, result.actions, objects)
         text = f"{len(result.actions)} actions" if planned else message
-        why = f" ({result.why})" if result.why else ""
-        self._log.info(f"{call_id}: {status} by {result.planner}: {text}{why}")
+        reason = f" ({result.why})" if result.why else ""
+        self._log.info(f"{call_id}: {status} by {result.planner}: {text}{reason}")
         # seconds of the run's clock: with real time in a fact, two runs would never be equal
         seconds = (self.env.bus.clock.now_us() - self._began_us.pop(call_id)) / MICROSECONDS
         self.env.call(
@@ -194,22 +195,22 @@ class _PlannerUser(PlanningUser):
             self._checks.watch(call_id, goal_id, request, objects)
 
 
-class PlannerFeature(PlanningFeature[_PlannerUser]):
+class PlannerFeature(PlanningFeature[_PlannerFunctions]):
     """Provides ``planner-plan`` and its variants, ``planner-cancel`` and ``planner-check``."""
 
     name = "planner"
 
-    def make_user(
+    def make_functions(
         self, env: ClipsEnvironment, service: PlanningService, settings: PlannerSettings, domain_of: DomainOf
-    ) -> _PlannerUser:
-        user = _PlannerUser(env, service, settings, domain_of)
-        env.load(_FILES / "calls.clp")
+    ) -> _PlannerFunctions:
+        functions = _PlannerFunctions(env, service, settings, domain_of)
+        env.load(_RULES_DIR / "calls.clp")
         for name, function, argument_count, types in (
-            ("planner-plan", user.plan, 2, "*;sy;sy"),
-            ("planner-plan-with", user.plan, 4, "*;sy;sy;sy;ld"),
-            ("planner-plan-part", user.plan_part, 3, "*;sy;sy;m"),
-            ("planner-cancel", user.cancel, 1, "*;sy"),
-            ("planner-check", user.check, 1, "*;sy"),
+            ("planner-plan", functions.plan, 2, "*;sy;sy"),
+            ("planner-plan-with", functions.plan, 4, "*;sy;sy;sy;ld"),
+            ("planner-plan-part", functions.plan_part, 3, "*;sy;sy;m"),
+            ("planner-cancel", functions.cancel, 1, "*;sy"),
+            ("planner-check", functions.check, 1, "*;sy"),
         ):
             env.define(name, function, argument_count, types=types)
-        return user
+        return functions

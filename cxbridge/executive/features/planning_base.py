@@ -1,7 +1,7 @@
 """Base classes of planning features.
 
-A planning feature has a :class:`PlanningUser` for each environment that has requested the feature: a planning
-service, requests for plans, and plans as facts.
+A planning feature has :class:`PlanningFunctions` for each environment that has requested the feature: they
+request plans from a planning service, and assert plans as facts.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ Numbers = list[tuple[tuple[str, tuple[str, ...]], float]]
 """Function values: function, arguments and value."""
 
 
-class PlanningUser:
-    """The use of planners by one environment.
+class PlanningFunctions:
+    """The functions of a planning feature in one environment, and their running calls.
 
     :param domain_of: returns the last domain parsed in the environment.
     """
@@ -147,10 +147,10 @@ class PlanningUser:
             self.env.assert_fact("plan-action", {**slots, **times})
 
 
-UserT = TypeVar("UserT", bound=PlanningUser)
+FunctionsT = TypeVar("FunctionsT", bound=PlanningFunctions)
 
 
-class PlanningFeature(Feature, Generic[UserT]):
+class PlanningFeature(Feature, Generic[FunctionsT]):
     """A feature with a planning service per environment.
 
     :param domain_of: returns the last domain parsed in an environment.
@@ -163,7 +163,7 @@ class PlanningFeature(Feature, Generic[UserT]):
         self._settings = settings
         self._domain_of = domain_of
         self._make_service = make_service or self._make_planners
-        self._users: dict[str, UserT] = {}
+        self._functions: dict[str, FunctionsT] = {}
 
     def _make_planners(self, _environment: str) -> PlanningService:
         from cxbridge.executive.planning import PlanningService  # noqa: PLC0415  slow: most agents do not plan
@@ -171,18 +171,18 @@ class PlanningFeature(Feature, Generic[UserT]):
         return PlanningService(self._settings.at_once, self._settings.memory)
 
     @abstractmethod
-    def make_user(
+    def make_functions(
         self, env: ClipsEnvironment, service: PlanningService, settings: PlannerSettings, domain_of: DomainOf
-    ) -> UserT:
-        """Make the planning of an environment and define its functions."""
+    ) -> FunctionsT:
+        """Define the functions in an environment."""
 
     def init_context(self, env: ClipsEnvironment) -> None:
         service = self._make_service(env.name)
         service.warm_up()
-        self._users[env.name] = self.make_user(env, service, self._settings, self._domain_of)
+        self._functions[env.name] = self.make_functions(env, service, self._settings, self._domain_of)
 
     def before_run(self, env: ClipsEnvironment) -> None:
-        self._users[env.name].before_run()
+        self._functions[env.name].before_run()
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
-        self._users.pop(env.name).close()
+        self._functions.pop(env.name).close()

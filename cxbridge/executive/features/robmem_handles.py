@@ -18,7 +18,7 @@ from cxbridge.executive.robmem.values import Document
 
 T = TypeVar("T")
 
-# far from the handles of messages on the blackboard, so that functions for documents recognise these
+# far from the handles of messages on the blackboard, so that functions for documents tell them apart
 _FIRST_NUMBER = 1 << 32
 
 _MANY_HANDLES = 100_000  # with more handles, rules probably forget to release them
@@ -83,12 +83,13 @@ class Handles:
         value = self._objects.get(_number(address))
         if isinstance(value, kind):
             return value
-        name = _class_noun(kind)
+        noun = _class_noun(kind)
         if value is not None:
-            raise ClipsError(f"{function}: this is a {_class_noun(type(value))}, not a {name}")
+            actual_noun = _class_noun(type(value))
+            raise ClipsError(f"{function}: this is {_with_article(actual_noun)}, not {_with_article(noun)}")
         if _number(address) >= _FIRST_NUMBER:
-            raise ClipsError(f"{function}: this {name} was destroyed before")
-        raise ClipsError(f"{function}: this is not a {name}: {show(address)}")
+            raise ClipsError(f"{function}: this {noun} was destroyed before")
+        raise ClipsError(f"{function}: this is not {_with_article(noun)}: {show(address)}")
 
     def pop(self, address: Value, kind: type[T], function: str) -> T:
         """Return the object of a handle, and release the handle.
@@ -107,6 +108,10 @@ class Handles:
 def _class_noun(kind: type) -> str:
     """Return the noun for a class, for messages."""
     return {"dict": "document", "list": "array"}.get(kind.__name__, kind.__name__.lower())
+
+
+def _with_article(noun: str) -> str:
+    return f"an {noun}" if noun == "array" else f"a {noun}"
 
 
 def pointer_symbol(address: ExternalAddress) -> Symbol:

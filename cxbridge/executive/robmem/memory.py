@@ -116,7 +116,7 @@ class RobotMemory:
         )
 
     def loop(self) -> None:
-        """Remove expired documents and update the interfaces. To be called once per main loop."""
+        """Remove expired documents and update the interfaces. Called once per cycle of the main loop."""
         if self._store is not None:
             try:
                 self._store.remove_expired()

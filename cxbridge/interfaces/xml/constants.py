@@ -24,10 +24,12 @@ def read_constant(element: Element, scope: NameScope, findings: Findings) -> Con
     comment = findings.read_comment(element, f"constant '{name}'")
     type_name = findings.read_attribute(element, "type", "uint32")
     if type_name not in _CONSTANT_TYPES:
-        types = f"a constant must be {', '.join(_CONSTANT_TYPES)}"
+        fallback_hint = f"a constant must be {', '.join(_CONSTANT_TYPES)}"
         # in Fawkes' C++ code a byte is an unsigned char, of which the generator writes no literals
         hint = (
-            "use uint8" if type_name in ("byte", "char") else did_you_mean(type_name, _CONSTANT_TYPES, types)
+            "use uint8"
+            if type_name in ("byte", "char")
+            else did_you_mean(type_name, _CONSTANT_TYPES, fallback_hint)
         )
         raise findings.make_error(element, f"a constant cannot be of type '{type_name}'", hint, "type")
     text = element.attributes.get("value")
@@ -114,8 +116,10 @@ def read_type(
     if type_name in TYPES or (type_name in enums and not is_reserved(type_name, reserved)):
         return type_name
     message = f"unknown type '{type_name}': neither a built-in type nor an enum of this file"
-    types = f"use one of {', '.join(TYPES)}, or an <enum> that is declared in the <constants> of this file"
-    hint = did_you_mean(type_name, [*TYPES, *enums], types)
+    fallback_hint = (
+        f"use one of {', '.join(TYPES)}, or an <enum> that is declared in the <constants> of this file"
+    )
+    hint = did_you_mean(type_name, [*TYPES, *enums], fallback_hint)
     if type_name in enums:
         message, hint = f"'{type_name}' cannot be used here: the name is reserved", "rename the enum"
     elif type_name == "char":

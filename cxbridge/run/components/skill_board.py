@@ -1,4 +1,4 @@
-"""The skill board as a component. Only runs with a skill board import this module."""
+"""The skill board as a component. It is imported only by runs that have a skill board."""
 
 from __future__ import annotations
 

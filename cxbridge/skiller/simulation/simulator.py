@@ -29,7 +29,7 @@ LOG_COMPONENT = "SkillerSimulatorExecutionThread"
 class _SimulatedCall:
     """A call of a skill string with its decided end."""
 
-    call: SkillStringCall
+    skill_call: SkillStringCall
     decider: Decider
     outcome: Outcome
     seconds: float
@@ -65,17 +65,14 @@ class SkillerSimulator(InterfaceSkiller):
         return self._outcome is not None
 
     def state(self, now_us: int) -> tuple[Hashable, ...]:
-        """Return the state that determines the future behaviour, in addition to the interface.
-
-        Times are relative.
-        """
+        """Return the state that determines the future behaviour, with relative times."""
         # a decider may ask for the state while a call starts, before the state is published
         interface = self._interface
         fields = interface.skill_string, interface.status, interface.error, bool(self._control.controller)
         if self._outcome is None:
             return self.name, fields, self._has_started_string
         times = self._start_us - now_us, self._end_us - now_us
-        outcomes = tuple((call.call.name, call.outcome) for call in self._calls)
+        outcomes = tuple((simulated.skill_call.name, simulated.outcome) for simulated in self._calls)
         return self.name, fields, self._has_started_string, self._outcome, times, outcomes
 
     def loop(self) -> None:
@@ -105,7 +102,9 @@ class SkillerSimulator(InterfaceSkiller):
     def start(self, skill_string: str) -> None:
         self._calls = [self._decide(call) for call in parse_skill_string(skill_string)]
         self._outcome, seconds = _combine_outcomes(self._calls)
-        effects = [(call.seconds, call.outcome.then) for call in self._calls if call.outcome.then]
+        effects = [
+            (simulated.seconds, simulated.outcome.then) for simulated in self._calls if simulated.outcome.then
+        ]
         self._effects = sorted(effects, key=lambda effect: effect[0])
         self._start_us = self._clock.now_us()
         self._end_us = self._start_us + round(seconds * MICROSECONDS)
@@ -119,15 +118,15 @@ class SkillerSimulator(InterfaceSkiller):
         if decision is None or decision.outcome.seconds is None:
             raise SkillError(
                 f"no estimator has a duration for '{call.name}'",
-                hint="give /plugins/execution-time-estimator/static/exec-time in the configuration",
+                hint="set /plugins/execution-time-estimator/static/exec-time in the configuration",
             )
         return _SimulatedCall(call, *decision, decision.outcome.seconds)
 
     def _progress(self, now_us: int) -> None:
         """Let deciders change the world, and apply the effects of ended skills."""
         seconds = (min(now_us, self._end_us) - self._start_us) / MICROSECONDS
-        for call in self._calls:
-            call.decider.progress(call.call, min(seconds, call.seconds))
+        for simulated in self._calls:
+            simulated.decider.progress(simulated.skill_call, min(seconds, simulated.seconds))
         while self._effects and self._effects[0][0] <= seconds:
             self._effects.pop(0)[1]()
 

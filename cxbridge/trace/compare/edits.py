@@ -58,31 +58,33 @@ class Alignment:
 
     def __init__(self, a: Sequence[Hashable], b: Sequence[Hashable]) -> None:
         numbers: dict[Hashable, int] = {}
-        self.pairs = align(*([numbers.setdefault(state, len(numbers)) for state in run] for run in (a, b)))
+        self.pairs = align(
+            *([numbers.setdefault(state, len(numbers)) for state in states] for states in (a, b))
+        )
         self._lengths = (len(a), len(b))
         # `find_edits` adds the changed states, which are shown side by side like pairs
         self._row_pairs = self.pairs
 
-    def unpaired_indices(self, run: int) -> list[int]:
+    def unpaired_indices(self, run_index: int) -> list[int]:
         """Return the indices of the states of a run without a partner."""
-        paired = {pair[run] for pair in self.pairs}
-        return [index for index in range(self._lengths[run]) if index not in paired]
+        paired = {pair[run_index] for pair in self.pairs}
+        return [index for index in range(self._lengths[run_index]) if index not in paired]
 
-    def pairs_before(self, run: int, index: int) -> int:
+    def pairs_before(self, run_index: int, index: int) -> int:
         """Return the number of pairs before a state: states with the same number are in the same gap."""
-        return bisect_left(self.pairs, index, key=itemgetter(run))
+        return bisect_left(self.pairs, index, key=itemgetter(run_index))
 
-    def preceding_index(self, run: int, index: int) -> int:
+    def preceding_index(self, run_index: int, index: int) -> int:
         """Return the index of the other run's last state before a state without partner, or -1."""
-        row = bisect_left(self._row_pairs, index, key=itemgetter(run))
-        return self._row_pairs[row - 1][1 - run] if row else MISSING
+        row = bisect_left(self._row_pairs, index, key=itemgetter(run_index))
+        return self._row_pairs[row - 1][1 - run_index] if row else MISSING
 
-    def has_ended(self, run: int, edit: Edit) -> bool:
+    def has_ended(self, run_index: int, edit: Edit) -> bool:
         """Return whether a run has ended at an edit that continues to the end of the other run."""
-        index = edit.indices[1 - run]
-        if edit.is_whole_goal or index + edit.count < self._lengths[1 - run]:
+        index = edit.indices[1 - run_index]
+        if edit.is_whole_goal or index + edit.count < self._lengths[1 - run_index]:
             return False
-        return self.preceding_index(1 - run, index) + 1 == self._lengths[run]
+        return self.preceding_index(1 - run_index, index) + 1 == self._lengths[run_index]
 
     def find_edits(
         self,
@@ -102,7 +104,7 @@ class Alignment:
         :param joined_kinds: the kinds of which consecutive edits become one edit.
         """
         unpaired_a, unpaired_b = self.unpaired_indices(0), self.unpaired_indices(1)
-        thread_steps = [self._count_thread_steps(run, thread) for run in (0, 1)]
+        thread_steps = [self._count_thread_steps(run_index, thread) for run_index in (0, 1)]
         # first the moved states, so that a state that is only late is not paired with another one as changed
         moved = pop_equal_pairs(unpaired_a, unpaired_b, partial(content, 0), partial(content, 1))
         changed = pop_equal_pairs(
@@ -116,38 +118,40 @@ class Alignment:
             for pair in pairs
         ]
         goals: dict[Hashable, Edit] = {}
-        for run, index in chain(((0, index) for index in unpaired_a), ((1, index) for index in unpaired_b)):
+        for run_index, index in chain(
+            ((0, index) for index in unpaired_a), ((1, index) for index in unpaired_b)
+        ):
             edit = Edit(
-                ONE_SIDED_KINDS[run],
-                (MISSING, index) if run else (index, MISSING),
-                self._make_sort_key(run, index),
+                ONE_SIDED_KINDS[run_index],
+                (MISSING, index) if run_index else (index, MISSING),
+                self._make_sort_key(run_index, index),
             )
             # a goal of one run is one difference, however many states it has and wherever they are
-            goal = owner(run, index) if owner else None
+            goal = owner(run_index, index) if owner else None
             if goal is None:
                 edits.append(edit)
-            elif (run, goal) in goals:
-                goals[run, goal].count += 1
+            elif (run_index, goal) in goals:
+                goals[run_index, goal].count += 1
             else:
                 edit.is_whole_goal = True
-                goals[run, goal] = edit
+                goals[run_index, goal] = edit
         edits += goals.values()
         return _join_consecutive(sorted(edits, key=lambda edit: edit.sort_key), joined_kinds)
 
-    def _count_thread_steps(self, run: int, thread: StateProperty) -> list[Hashable]:
+    def _count_thread_steps(self, run_index: int, thread: StateProperty) -> list[Hashable]:
         """Return, for each state of a run, its thread and the number of the thread's pairs before it."""
         counts: Counter[Hashable] = Counter()
-        paired = {pair[run] for pair in self.pairs}
+        paired = {pair[run_index] for pair in self.pairs}
         steps: list[Hashable] = []
-        for index in range(self._lengths[run]):
-            name = thread(run, index)
+        for index in range(self._lengths[run_index]):
+            name = thread(run_index, index)
             steps.append((name, counts[name]))
             counts[name] += index in paired
         return steps
 
-    def _make_sort_key(self, run: int, index: int) -> tuple[int, int, int]:
+    def _make_sort_key(self, run_index: int, index: int) -> tuple[int, int, int]:
         """Return the sort key of a state; in a gap, states of A precede those of B."""
-        if run == 0:
+        if run_index == 0:
             return (index, 0, index)
         pairs_before = self.pairs_before(1, index)
         return (
@@ -167,8 +171,8 @@ class Alignment:
         rows: list[AlignedRow] = []
         for number, (*indices, is_equal) in enumerate(pairs[start : first + ROWS_AFTER], start):
             line_a, line_b = (
-                None if index == MISSING else replace(make_line(run, index), here=number == first)
-                for run, index in enumerate(indices)
+                None if index == MISSING else replace(make_line(run_index, index), here=number == first)
+                for run_index, index in enumerate(indices)
             )
             rows.append(AlignedRow(line_a, line_b, bool(is_equal)))
         return rows

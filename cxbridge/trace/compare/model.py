@@ -150,7 +150,7 @@ class Comparison:
     :param other: the index of the run with the differences among the runs with which A was compared.
     :param dropped: the number of differences that are not kept.
     :param rows: both runs side by side around the first difference; may be empty.
-    :param alike: the share of paired events from 0 to 1; None if it was not computed.
+    :param paired_share: the share of paired events from 0 to 1; None if it was not computed.
     :param hints: hints for the user.
     """
 
@@ -162,7 +162,7 @@ class Comparison:
     other: int = 0
     dropped: int = 0
     rows: list[AlignedRow] = field(default_factory=list)
-    alike: float | None = None
+    paired_share: float | None = None
     hints: list[str] = field(default_factory=list)
 
     def keep(self, differences: list[Difference]) -> None:

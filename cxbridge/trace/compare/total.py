@@ -54,6 +54,8 @@ WINDOW_SIZE: Final = 2000
 If several equal goals are new in these events, only later events show which of the goals are partners.
 """
 
+_UNPAIRED_NAME: Final = -1  # stands for all names that only one run has
+
 
 def compare_total(
     a: Run,
@@ -69,14 +71,14 @@ def compare_total(
 
     :param missing: details that are not compared.
     """
-    runs = (TokenReader(a, view, selection, missing), TokenReader(b, view, selection, missing))
+    readers = (TokenReader(a, view, selection, missing), TokenReader(b, view, selection, missing))
     checks = _PartnerChecks(tolerance)
     differences: list[Difference] = []
     window: deque[tuple[Token, Token, int]] = deque(maxlen=WINDOW_SIZE)
-    tokens_a, tokens_b = iter(runs[0]), iter(runs[1])
+    tokens_a, tokens_b = iter(readers[0]), iter(readers[1])
     while True:
         # names are numbered by first appearance, so equal numbers mean the same name up to here
-        shared_name_count = len(runs[0].namer)
+        shared_name_count = len(readers[0].namer)
         token_a, token_b = next(tokens_a, None), next(tokens_b, None)
         if token_a is None or token_b is None or token_a.key != token_b.key or token_a.names != token_b.names:
             break
@@ -91,18 +93,18 @@ def compare_total(
             ([pair[1] for pair in window], token_b, tokens_b),
         )
     ]
-    comparison = Comparison(view, Order.TOTAL, runs[0].count, runs[1].count)
+    comparison = Comparison(view, Order.TOTAL, readers[0].count, readers[1].count)
     if len(window) < max(map(len, tails)):
         # the alignment may pair names that are new in the window differently: only earlier names are certain
         shared_name_count = window[0][2] if window else shared_name_count
-        divergence = Divergence(tails, shared_name_count, (runs[0].start_us, runs[1].start_us))
+        divergence = Divergence(tails, shared_name_count, (readers[0].start_us, readers[1].start_us))
         is_first = not differences
         differences += divergence.find_differences(checks, len(window))
         # rows show the first difference: a difference before the divergence is a message id or a time, and
         # the events around are equal
         comparison.rows = divergence.rows() if is_first else []
         longer = max(comparison.count_a, comparison.count_b)
-        comparison.alike = (longer - divergence.unpaired_count) / longer
+        comparison.paired_share = (longer - divergence.unpaired_count) / longer
         comparison.hints = divergence.hints(differences)
     comparison.keep(differences)
     return comparison
@@ -154,8 +156,8 @@ class Divergence:
         if any(token.names for tail in tails for token in tail):
             self._pair_names_by_votes()
             states = [
-                [self._key_and_names(run, index) for index in range(len(tail))]
-                for run, tail in enumerate(tails)
+                [self._key_and_names(run_index, index) for index in range(len(tail))]
+                for run_index, tail in enumerate(tails)
             ]
             self._alignment = Alignment(*states)
             self._pair_names_of_new_goals()
@@ -175,7 +177,7 @@ class Divergence:
             (edit.sort_key, self._make_difference(edit)) for edit in self._drop_repeated_details(edits)
         ]
         starts = [(MISSING, MISSING), *self._alignment.pairs]
-        # not strict: `starts` has one element more, because it has the pair before each pair
+        # not strict: `starts` has one element more, since the last pair precedes no other
         for (last_a, last_b), (index_a, index_b) in zip(starts, self._alignment.pairs, strict=False):
             for token in (*self._tails[0][last_a + 1 : index_a], *self._tails[1][last_b + 1 : index_b]):
                 checks.note_unpaired(token)
@@ -212,11 +214,11 @@ class Divergence:
     def _pair_names_of_new_goals(self) -> None:
         """Pair goals that only one run has and that are in the same gap, if their kinds allow it."""
         gaps: dict[Hashable, tuple[dict[int, None], dict[int, None]]] = defaultdict(lambda: ({}, {}))
-        for run in (0, 1):
-            for index in self._alignment.unpaired_indices(run):
-                token = self._tails[run][index]
-                if token.key[0] == "goal" and self._find_owner(run, index) is not None:
-                    gaps[self._alignment.pairs_before(run, index), thread_key(token.key)][run][
+        for run_index in (0, 1):
+            for index in self._alignment.unpaired_indices(run_index):
+                token = self._tails[run_index][index]
+                if token.key[0] == "goal" and self._find_owner(run_index, index) is not None:
+                    gaps[self._alignment.pairs_before(run_index, index), thread_key(token.key)][run_index][
                         token.names[0]
                     ] = None
         for names_a, names_b in gaps.values():
@@ -233,9 +235,9 @@ class Divergence:
             self._partner_names[name_b] = name_a
             self._paired_names.add(name_a)
 
-    def _translate_names(self, run: int, names: Iterable[int]) -> Names:
+    def _translate_names(self, run_index: int, names: Iterable[int]) -> Names:
         """Translate the names of a run to those of A; a name of B without a partner becomes negative."""
-        if run == 0:
+        if run_index == 0:
             return tuple(names)
         return tuple(
             name if name < self._shared_name_count else self._partner_names.get(name, -1 - name)
@@ -243,26 +245,26 @@ class Divergence:
         )
 
     def _mask_unpaired(self, names: Names) -> Names:
-        """Return the names, with -1 for each name that only one run has."""
+        """Return the names, with `_UNPAIRED_NAME` for each name that only one run has."""
         return tuple(
-            name if name in self._paired_names or 0 <= name < self._shared_name_count else -1
+            name if name in self._paired_names or 0 <= name < self._shared_name_count else _UNPAIRED_NAME
             for name in names
         )
 
-    def _make_masked_state(self, run: int, index: int) -> Hashable:
+    def _make_masked_state(self, run_index: int, index: int) -> Hashable:
         """Return the key of an event and its names; all names that only one run has are equal."""
-        key, names = self._key_and_names(run, index)
+        key, names = self._key_and_names(run_index, index)
         return key, self._mask_unpaired(names)
 
-    def _find_thread(self, run: int, index: int) -> Hashable:
+    def _find_thread(self, run_index: int, index: int) -> Hashable:
         """Return the goal, plan or Skiller of an event, equal for both runs."""
-        key, names = self._tails[run][index].thread
-        return key, self._translate_names(run, names)
+        key, names = self._tails[run_index][index].thread
+        return key, self._translate_names(run_index, names)
 
-    def _find_owner(self, run: int, index: int) -> Hashable:
+    def _find_owner(self, run_index: int, index: int) -> Hashable:
         """Return the goal of an event if only one run has the goal, else None."""
-        names = self._translate_names(run, self._tails[run][index].thread[1][:1])
-        return names if names and self._mask_unpaired(names) == (MISSING,) else None
+        names = self._translate_names(run_index, self._tails[run_index][index].thread[1][:1])
+        return names if names and self._mask_unpaired(names) == (_UNPAIRED_NAME,) else None
 
     def _drop_repeated_details(self, edits: Iterable[Edit]) -> Iterator[Edit]:
         """Yield edits without repetitions of a detail that differs in all events of a goal or plan-action."""
@@ -282,13 +284,15 @@ class Divergence:
             return None
         return detail_change(self._key_and_names(0, edit.indices[0]), self._key_and_names(1, edit.indices[1]))
 
-    def _key_and_names(self, run: int, index: int) -> NamedKey:
+    def _key_and_names(self, run_index: int, index: int) -> NamedKey:
         """Return the key of an event and its names, which are equal for partners in both runs."""
-        token = self._tails[run][index]
-        return token.key, self._translate_names(run, token.names)
+        token = self._tails[run_index][index]
+        return token.key, self._translate_names(run_index, token.names)
 
     def _make_difference(self, edit: Edit) -> Difference:
-        tokens = [self._tails[run][index] for run, index in enumerate(edit.indices) if index != MISSING]
+        tokens = [
+            self._tails[run_index][index] for run_index, index in enumerate(edit.indices) if index != MISSING
+        ]
         side_a, side_b = self._make_side(0, edit), self._make_side(1, edit)
         return Difference(
             self._describe_edit(edit),
@@ -299,15 +303,15 @@ class Divergence:
             edit.count,
         )
 
-    def _make_side(self, run: int, edit: Edit) -> Side:
-        index = edit.indices[run]
+    def _make_side(self, run_index: int, edit: Edit) -> Side:
+        index = edit.indices[run_index]
         if index != MISSING:
-            token = self._tails[run][index]
+            token = self._tails[run_index][index]
             details = f" {describe_details(token.event)}" if self._find_detail_change(edit) else ""
             return Side(token.number, f"{describe_event(token.event)}{details}")
-        preceding_index = self._alignment.preceding_index(1 - run, edit.indices[1 - run])
-        number = None if preceding_index == MISSING else self._tails[run][preceding_index].number
-        return Side(number, RUN_OVER_TEXT if self._alignment.has_ended(run, edit) else NO_EVENT_TEXT)
+        preceding_index = self._alignment.preceding_index(1 - run_index, edit.indices[1 - run_index])
+        number = None if preceding_index == MISSING else self._tails[run_index][preceding_index].number
+        return Side(number, RUN_OVER_TEXT if self._alignment.has_ended(run_index, edit) else NO_EVENT_TEXT)
 
     def _describe_edit(self, edit: Edit) -> str:
         if edit.kind is DifferenceKind.CHANGED:
@@ -325,6 +329,6 @@ class Divergence:
             return f"{other_name} ends here, {run_name} continues"
         return f"{events} that only {run_name} has"
 
-    def _make_event_line(self, run: int, index: int) -> EventLine:
-        token = self._tails[run][index]
-        return event_line(token.number, token.event, self._start_us[run])
+    def _make_event_line(self, run_index: int, index: int) -> EventLine:
+        token = self._tails[run_index][index]
+        return event_line(token.number, token.event, self._start_us[run_index])

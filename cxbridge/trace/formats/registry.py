@@ -68,8 +68,8 @@ def open_run(path: str | Path, registry: InterfaceRegistry | None = None) -> Run
     raise TraceError(
         "not a recorded run" if head or path.is_dir() else "the file is empty",
         file=path,
-        hint="expected an mcap file, a text log of Fawkes, a transitions text, bblogger files, or with "
-        "plug-ins CLIPS' watch items as text and bags of ROS 2",
+        hint="expected an mcap file, a text log of Fawkes, a transitions text, bblogger files, or, with "
+        "plug-ins, CLIPS' watch items as text and bags of ROS 2",
     )
 
 
@@ -77,7 +77,7 @@ def _read_head(path: Path) -> bytes:
     """Return the start of a file, empty for a folder."""
     mode = path.stat().st_mode
     if stat.S_ISDIR(mode):
-        with os.scandir(path) as entries:  # raises an error if the folder must not be read
+        with os.scandir(path) as entries:  # raises an error if the folder may not be read
             for entry in entries:
                 entry.stat(follow_symlinks=False)  # raises an error if the folder must not be searched
                 break

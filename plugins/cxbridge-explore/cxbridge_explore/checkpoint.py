@@ -1,6 +1,6 @@
 """The checkpoint file of an interrupted exploration.
 
-A resumed exploration continues from the file, and gives the counts of an uninterrupted exploration.
+A resumed exploration continues from the file, and yields the same counts as an uninterrupted exploration.
 """
 
 from __future__ import annotations
@@ -50,11 +50,11 @@ def make_identity(
     make: MakeAssembly,
 ) -> ProgramIdentity:
     """Return the identity of the explored program: everything that influences the runs and their verdicts."""
-    limits = {field.name: str(getattr(bounds, field.name)) for field in fields(bounds)}
-    limits |= {field.name: str(getattr(options, field.name)) for field in fields(options)}
+    texts = {field.name: str(getattr(bounds, field.name)) for field in fields(bounds)}
+    texts |= {field.name: str(getattr(options, field.name)) for field in fields(options)}
     # A game of a plug-in has its seed in the bound method or in the arguments.
     game = make if isinstance(make, partial) else partial(make)
-    return limits | {
+    return texts | {
         "world": repr(world),
         "properties": "\n".join(f"{property_.name}: {property_.text}" for property_ in properties),
         "game or its seed": f"{game.args}{getattr(game.func, '__self__', '')}",
@@ -87,7 +87,7 @@ def load_checkpoint(file: Path, graph: Graph, identity: ProgramIdentity) -> None
     different_names = [name for name in identity if checkpoint.identity.get(name) != identity[name]]
     if different_names:
         raise CxbridgeError(
-            f"belongs to another exploration: {', '.join(different_names)} differ",
+            f"belongs to another exploration; different: {', '.join(different_names)}",
             file=file,
             hint="use the same options and the same agent as before, or start again without --resume",
         )

@@ -87,10 +87,10 @@ class CommandPlanner(EnginePlanner):
             }
             if (
                 self._program.improving_arguments
-                and self.improve > 0
+                and self.improve_s > 0
                 and Need.COSTS in problem_needs(domain, problem)
             ):
-                placeholder_values["improve"] = str(max(1, round(self.improve)))
+                placeholder_values["improve"] = str(max(1, round(self.improve_s)))
                 self._run_program(self._program.improving_arguments, placeholder_values, folder)
                 if plan := self.read_plan(Path(folder), names):
                     return plan

@@ -60,12 +60,12 @@ class EnginePlanner(Planner):
         self.ignores = engine.ignores
         self.fails_with = engine.fails_with
         self.proves = engine.proves
-        self._improve = _parse_seconds(improve)
+        self._improve_s = _parse_seconds(improve)
 
     @property
-    def improve(self) -> float:
+    def improve_s(self) -> float:
         """The seconds for the search for better plans, within the time limit."""
-        return min(self._improve, max(0.0, self.seconds - _MARGIN_S))
+        return min(self._improve_s, max(0.0, self.seconds - _MARGIN_S))
 
     def best_so_far(self, folder: Path, domain: Domain, problem: Problem) -> tuple[PlannedAction, ...] | None:
         """Return the best plan that the engine has written before its time limit."""

@@ -101,7 +101,7 @@ class UnifiedPlanner(EnginePlanner):
             previous_folder = Path.cwd()
             os.chdir(folder)
             try:
-                result = self._run_engine(shortcuts, task, names, improve=problem.metric is not None)
+                result = self._run_engine(shortcuts, task, names, has_metric=problem.metric is not None)
             except Exception as error:
                 raise PlanningError(f"{self.name} failed: {_find_failure_reason(error)}") from error
             finally:
@@ -113,13 +113,13 @@ class UnifiedPlanner(EnginePlanner):
         file = folder / _BEST_PLAN_FILE
         return load_plan(file, names) if file.exists() else None
 
-    def _run_engine(self, shortcuts: Any, task: Any, names: PlanNames, *, improve: bool) -> Any:
+    def _run_engine(self, shortcuts: Any, task: Any, names: PlanNames, *, has_metric: bool) -> Any:
         """Return the engine's result, or the last and best result of a search for better plans."""
-        if improve and self.improve > 0 and self._engine.is_anytime:
+        if has_metric and self.improve_s > 0 and self._engine.is_anytime:
             with shortcuts.AnytimePlanner(name=self.name) as engine:
                 _avoid_spaces(engine)
                 best_result = None
-                for result in engine.get_solutions(task, timeout=self.improve):
+                for result in engine.get_solutions(task, timeout=self.improve_s):
                     if result.plan is not None:
                         best_result = result
                         _save_plan(self._extract_plan(result, names))
@@ -183,7 +183,7 @@ def _make_step(
 
 
 def _find_failure_reason(error: BaseException) -> str:
-    """Return the reason of a failed call; the first line of a gRPC error has none."""
+    """Return the reason for a failed call; the first line of a gRPC error has none."""
     code, details = getattr(error, "code", None), getattr(error, "details", None)
     if callable(code) and callable(details):
         return f"its server no longer answers ({getattr(code(), 'name', code())}: {details()})"

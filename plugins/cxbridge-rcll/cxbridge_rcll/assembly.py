@@ -83,7 +83,7 @@ class GameReferee(Protocol):
         """The errors in the functions that cxbridge defines for the referee's rules."""
 
 
-class LeagueAssembly(Run):
+class LeagueRun(Run):
     """The run of a game with one executive; the referee decides about its end."""
 
     def __init__(self, setup: GameSetup, additions: Additions) -> None:
@@ -92,11 +92,11 @@ class LeagueAssembly(Run):
             *setup.referee_factories(),
             setup.interface_factory({name: f"/{name}/" for name in setup.robots}),
         )
-        super().__init__(setup.run_options, setup.context, None, setup.extend(additions), factories)
+        super().__init__(setup.run_options, setup.base, None, setup.extend(additions), factories)
 
     @property
     def is_over(self) -> bool:
-        """Whether the game has ended or the agent quits."""
+        """Whether the game has ended or the agent has quit."""
         return self.referee.is_over or self.executive.env.quit_requested
 
 
@@ -112,17 +112,17 @@ class LeagueTeam(Team):
             return (*referee, setup.interface_factory({name: ""}))
 
         super().__init__(
-            setup.run_options, setup.context, setup.robots, None, setup.extend(additions), make_factories
+            setup.run_options, setup.base, setup.robots, None, setup.extend(additions), make_factories
         )
 
     @property
     def is_over(self) -> bool:
-        """Whether the game has ended or an agent quits."""
+        """Whether the game has ended or an agent has quit."""
         return self.referee.is_over or any(agent.executive.env.quit_requested for agent in self.agents)
 
 
 class GameSetup:
-    """The robots and the referee of a game, and the context of its agents.
+    """The robots and the referee of a game, and the base of its run.
 
     :param seed: the seed for the field, the orders and all further random choices.
     """
@@ -143,8 +143,8 @@ class GameSetup:
             assert settings.referee is not None
             self.referee = RemoteReferee(settings.referee, message_folder)
         self.world = RobotWorld(Field(self.referee.machine_facts), self.referee.find_machine)
-        self.context = make_base(run_options)
-        config = self.context.config
+        self.base = make_base(run_options)
+        config = self.base.config
         spec = f"{_SPECS_PATH}/{run_options.spec or config.get_str(_SPEC_PATH, default='')}"
         # whether each robot has an executive, which coordinates with its teammates
         self.is_team = bool(config.keys(f"{spec}/{_COORDINATION_PATH}"))
@@ -186,7 +186,7 @@ class GameSetup:
 
     def referee_factories(self) -> Iterator[MakeComponent]:
         """Yield the factories of the referee and of its controller."""
-        team = self.context.config.get_str(_TEAM_NAME_PATH, default="Carologistics")
+        team = self.base.config.get_str(_TEAM_NAME_PATH, default="Carologistics")
         return self.referee.component_factories(Timeline(cyan_name=team, production_s=self._minutes * 60))
 
     def interface_factory(self, prefixes: Mapping[str, str]) -> MakeComponent:

@@ -16,7 +16,7 @@ from cxbridge_explore.game.playing import play_game
 from cxbridge_explore.game.score import GameResult, Score
 from cxbridge_explore.worldmodel.model import NOTHING_FAILS, SkillFailure, SkillModel, WorldModel
 from cxbridge_explore.worldmodel.reading import read_world
-from cxbridge_rcll.assembly import GameReferee, GameSetup, LeagueAssembly, LeagueTeam
+from cxbridge_rcll.assembly import GameReferee, GameSetup, LeagueRun, LeagueTeam
 from cxbridge_rcll.controller import PRE_GAME_S, SETUP_S
 from cxbridge_rcll.settings import LeagueSettings
 from cxbridge_rcll.simtest import VerdictListener
@@ -130,16 +130,14 @@ class LeagueGame(LeagueSettings):
         failure = SkillFailure(error="a randomly drawn failure", probability=self.failures)
         return WorldModel(default_skill=SkillModel(SkillPattern("*"), (failure,)))
 
-    def make(
-        self, seed: int, options: RunOptions, additions: Additions = NOTHING
-    ) -> LeagueAssembly | LeagueTeam:
+    def make(self, seed: int, options: RunOptions, additions: Additions = NOTHING) -> LeagueRun | LeagueTeam:
         """Create the run of a game.
 
         :param seed: the seed for the field, the orders and all further random choices.
         :param options: the options of this game, possibly with another recording.
         """
         setup = GameSetup(self, options, seed)
-        return (LeagueTeam if setup.is_team else LeagueAssembly)(setup, additions)
+        return (LeagueTeam if setup.is_team else LeagueRun)(setup, additions)
 
 
 class _Judge:
@@ -149,7 +147,7 @@ class _Judge:
 
     def watch(self, run: Run | Team) -> None:
         """Use the referee of a run."""
-        assert isinstance(run, LeagueAssembly | LeagueTeam)
+        assert isinstance(run, LeagueRun | LeagueTeam)
         self.referee = run.referee
 
     def state(self) -> GameState:

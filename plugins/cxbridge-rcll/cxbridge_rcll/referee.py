@@ -67,7 +67,7 @@ class Referee(Component):
         """Define the global variables and functions that the rules expect from the referee box."""
         env = self.env
         env.build_unrecorded(_VERSION_GLOBALS)
-        ConfigFunctions(env, config, refbox)  # the environment refers to the functions
+        ConfigFunctions(env, config, refbox)  # the environment keeps the functions alive
         self._machines = MachineFunctions(env, self._make_machine)
         FieldFunctions(env, Random(seed))  # noqa: S311 - a game, not a secret
         env.define("print-fact-list", self._print_facts, 2, types="*;m;m")

@@ -14,6 +14,7 @@ TEAMS: Final = ("CYAN", "MAGENTA")
 
 # the start of the details in the reason for an award: a machine, a robot or a number
 _DETAIL_START: Final = re.compile(r" (?:at|to|of|for) |:| \(")
+# the referee's words in the reason for a late delivery
 _LATE_MARK: Final = " Late (deadline"
 
 
@@ -28,7 +29,10 @@ def read_machine_states(referee: Referee) -> dict[str, str]:
 
 
 def award_category(reason: str) -> str:
-    """Return the reason for an award without its details, e.g. ``Retrieved cap``."""
+    """Return the reason for an award without its details, e.g. ``Retrieved cap``.
+
+    ``late`` is appended for a late delivery.
+    """
     words = _DETAIL_START.split(reason, maxsplit=1)[0].strip()
     return f"{words} late" if _LATE_MARK in reason else words
 
@@ -76,7 +80,7 @@ def read_score(referee: Referee) -> Score:
         tuple(awards),
         str(state.get("phase", "")),
         _to_seconds(time["game-time"]),
-        tuple(sorted(_read_orders(referee), key=lambda order: order.order)),
+        tuple(sorted(_read_orders(referee), key=lambda product_order: product_order.order)),
     )
 
 
@@ -92,8 +96,10 @@ def _read_orders(referee: Referee) -> Iterator[ProductOrder]:
 
 
 def _to_integer(value: Value) -> int:
+    """Return an integer; 0 for a value of another type."""
     return value if isinstance(value, int) else 0
 
 
 def _to_seconds(value: Value) -> float:
+    """Return a number rounded to milliseconds; 0 for a value of another type."""
     return round(value, 3) if isinstance(value, int | float) else 0.0

@@ -41,7 +41,7 @@ COMPONENTS = (
 FEATURES = (
     Row(
         "problem-expert",
-        "cxbridge_ros2.problem_expert:shared_problem_expert",
+        "cxbridge_ros2.problem_expert:shared_problem_expert_feature",
         requested=configured("/ros2/experts"),
     ),
 )

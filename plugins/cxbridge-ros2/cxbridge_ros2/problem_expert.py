@@ -64,10 +64,10 @@ class ProblemExpertFeature(Feature):
         return ProblemExpert(FactKnowledge(env, self._goal_numbers), lambda: domain)
 
 
-def _make_problem_expert(context: Run) -> ProblemExpertFeature:
+def _make_feature(context: Run) -> ProblemExpertFeature:
     return ProblemExpertFeature(context.pddl_parser.domain_of)
 
 
-def shared_problem_expert(context: Run) -> ProblemExpertFeature:
+def shared_problem_expert_feature(context: Run) -> ProblemExpertFeature:
     """Return the feature of a run. Rules and the servers of the experts share one instance."""
-    return context.shared_object(_make_problem_expert)
+    return context.shared_object(_make_feature)

@@ -21,7 +21,7 @@ from cxbridge.executive.planning.settings import PlannerSettings
 from cxbridge_ros2cx.blackboard import Ros2CxBlackboardFeature
 from cxbridge_ros2cx.confvals import ParametersFeature
 from cxbridge_ros2cx.parameters import FeatureEntry
-from cxbridge_ros2cx.plansys2 import Plansys2Feature
+from cxbridge_ros2cx.plansys2 import PlanSys2Feature
 from cxbridge_ros2cx.settings import Ros2CxSettings
 from cxbridge_ros2cx.skill_execution import SkillExecutionFeature
 from cxbridge_ros2cx.skills import Ros2CxSkills
@@ -74,7 +74,7 @@ def make_features(
 
     def make_plansys2(name: str) -> Feature:
         settings = PlannerSettings.from_config(config)
-        return Plansys2Feature(
+        return PlanSys2Feature(
             name, settings, parser.domain_of, make_planning, repeats_defects=repeats_defects
         )
 

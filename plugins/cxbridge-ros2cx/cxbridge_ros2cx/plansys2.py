@@ -3,8 +3,8 @@
 In ros2-clips-executive (2021), rules plan with PlanSys2, the planning system of ROS 2: its problem expert
 stores instances and predicates, its domain expert stores the domain, and its planner returns the plan. Here
 :class:`~cxbridge_ros2.experts.knowledge.ProblemExpert` stores the instances and predicates in memory, the
-    domain is the last that the environment has parsed, and cxbridge's planners plan. Sources:
-    Plansys2Feature.cpp, and PlanSys2's ProblemExpert.
+domain is the one that the environment parsed last, and cxbridge's planners plan. Sources:
+Plansys2Feature.cpp, and PlanSys2's ProblemExpert.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from cxbridge.executive.features.planning_base import (
     KnownWorld,
     MakeService,
     PlanningFeature,
-    PlanningUser,
+    PlanningFunctions,
 )
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import Symbol
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class _PlannerCall:
+class _PlanArguments:
     """The arguments of a ``psys2-call-planner``.
 
     :param formula: the goal in PDDL.
@@ -42,8 +42,8 @@ class _PlannerCall:
     formula: str
 
 
-class _PlanSys2User(PlanningUser):
-    """The planning state of an environment."""
+class _PlanSys2Functions(PlanningFunctions):
+    """The functions of the feature in one environment, with its instances, predicates and running calls."""
 
     def __init__(
         self,
@@ -62,7 +62,7 @@ class _PlanSys2User(PlanningUser):
 
         self._problem_expert = ProblemExpert(MemoryKnowledge(), lambda: self.domain)
         self._log = env.bus.logger(f"PSYS2CLIPS|{env.name}")
-        self._running_calls: list[tuple[_PlannerCall, PlanCall, PlannerCallReporter]] = []
+        self._running_calls: list[tuple[_PlanArguments, PlanCall, PlannerCallReporter]] = []
 
     # --- functions ----------------------------------------------------------------------------------------
 
@@ -88,23 +88,23 @@ class _PlanSys2User(PlanningUser):
         self._problem_expert.clear()
 
     def call_planner(self, goal_id: str, formula: str, plan_id: str) -> None:
-        planner_call = _PlannerCall(str(goal_id), str(plan_id), str(formula))
+        arguments = _PlanArguments(str(goal_id), str(plan_id), str(formula))
         try:
-            request, reporter = self.request(planner_call.goal_id, planner_call.formula)
+            request, reporter = self.request(arguments.goal_id, arguments.formula)
         except PddlError as error:
             # Without feedback the agent would hang: the thesis' executive asserts none in this case.
             self._log.error(f"Could not set the goal '{formula}' of {goal_id}: {error}")
-            self._assert_feedback(planner_call, "PLAN-FAILED")
+            self._assert_feedback(arguments, "PLAN-FAILED")
             return
         call = self.service.call(request)
-        call_reporter = reporter.report_start(Symbol(planner_call.plan_id), request.problem)
+        call_reporter = reporter.report_start(Symbol(arguments.plan_id), request.problem)
         if self.env.bus.clock.is_virtual:
             # planning takes no virtual time, and the thesis' executive, too, waits for the planner here
             result = call.wait()
             assert result is not None
-            self._report_result(planner_call, result, call_reporter)
+            self._report_result(arguments, result, call_reporter)
         else:
-            self._running_calls.append((planner_call, call, call_reporter))
+            self._running_calls.append((arguments, call, call_reporter))
 
     def known_world(self, domain: Domain) -> KnownWorld:
         """Return the added instances and predicates.
@@ -126,33 +126,33 @@ class _PlanSys2User(PlanningUser):
     def before_run(self) -> None:
         """Assert the plans of the calls that have ended."""
         for entry in list(self._running_calls):
-            planner_call, call, reporter = entry
+            arguments, call, reporter = entry
             if call.result is not None:
                 self._running_calls.remove(entry)
-                self._report_result(planner_call, call.result, reporter)
+                self._report_result(arguments, call.result, reporter)
 
     def _report_result(
-        self, planner_call: _PlannerCall, result: PlanResult, reporter: PlannerCallReporter
+        self, arguments: _PlanArguments, result: PlanResult, reporter: PlannerCallReporter
     ) -> None:
         reporter.report_end(result)
         if result.status.value != "PLANNED":
             self._log.error(
-                f"Could not find plan to reach goal '{planner_call.formula}' with id {planner_call.goal_id}: "
+                f"Could not find plan to reach goal '{arguments.formula}' with id {arguments.goal_id}: "
                 f"{result.message or result.status.value}"
             )
-            self._assert_feedback(planner_call, "PLAN-FAILED")
+            self._assert_feedback(arguments, "PLAN-FAILED")
             return
         try:
-            self.assert_plan(Symbol(planner_call.plan_id), Symbol(planner_call.goal_id), result.actions)
+            self.assert_plan(Symbol(arguments.plan_id), Symbol(arguments.goal_id), result.actions)
         except CxbridgeError as error:
-            self._log.error(f"Cannot assert the plan {planner_call.plan_id}: {error}")
-            self._assert_feedback(planner_call, "PLAN-FAILED")
+            self._log.error(f"Cannot assert the plan {arguments.plan_id}: {error}")
+            self._assert_feedback(arguments, "PLAN-FAILED")
             return
-        self._assert_feedback(planner_call, "PLANNED")
+        self._assert_feedback(arguments, "PLANNED")
 
-    def _assert_feedback(self, planner_call: _PlannerCall, status: str) -> None:
+    def _assert_feedback(self, arguments: _PlanArguments, status: str) -> None:
         self.env.assert_fact(
-            "pddl-plan-feedback", {"status": Symbol(status), "plan-id": Symbol(planner_call.plan_id)}
+            "pddl-plan-feedback", {"status": Symbol(status), "plan-id": Symbol(arguments.plan_id)}
         )
 
     def close(self) -> None:
@@ -164,7 +164,7 @@ class _PlanSys2User(PlanningUser):
         self._running_calls.clear()
 
 
-class Plansys2Feature(PlanningFeature[_PlanSys2User]):
+class PlanSys2Feature(PlanningFeature[_PlanSys2Functions]):
     """Defines the ``psys2-*`` functions.
 
     :param settings: the choice of planners and their time limit.
@@ -188,12 +188,14 @@ class Plansys2Feature(PlanningFeature[_PlanSys2User]):
         self.name = name
         self._repeats_defects = repeats_defects
 
-    def make_user(
+    def make_functions(
         self, env: ClipsEnvironment, service: PlanningService, settings: PlannerSettings, domain_of: DomainOf
-    ) -> _PlanSys2User:
-        user = _PlanSys2User(env, service, settings, domain_of, repeats_defects=self._repeats_defects)
-        env.define("psys2-add-domain-instance", user.add_instance, 2, types="*;sy;sy")
-        env.define("psys2-add-domain-predicate", user.add_predicate, 1, types="*;sy")
-        env.define("psys2-clear-knowledge", user.clear_knowledge)
-        env.define("psys2-call-planner", user.call_planner, 3, types="*;sy;sy;sy")
-        return user
+    ) -> _PlanSys2Functions:
+        functions = _PlanSys2Functions(
+            env, service, settings, domain_of, repeats_defects=self._repeats_defects
+        )
+        env.define("psys2-add-domain-instance", functions.add_instance, 2, types="*;sy;sy")
+        env.define("psys2-add-domain-predicate", functions.add_predicate, 1, types="*;sy")
+        env.define("psys2-clear-knowledge", functions.clear_knowledge)
+        env.define("psys2-call-planner", functions.call_planner, 3, types="*;sy;sy;sy")
+        return functions

@@ -123,7 +123,7 @@ class Api:
         return endpoint.stalled_handler if self._host.stall_reason else None
 
     async def _run_in_thread(self, handler: Handler, call: ApiCall) -> Any:
-        """Run a handler that may wait in a thread."""
+        """Run, in a thread, a handler that may wait."""
         if self._waiting_count >= MAX_WAITING:
             raise ApiError(503, "Too many requests are waiting already")
         self._waiting_count += 1

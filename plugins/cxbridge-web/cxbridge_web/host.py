@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from cxbridge.space.tf.listener import TransformListener
 
 _OWNER: Final = "TransformsRestApi"  # the reader of the transforms, named as in Fawkes
-_MAX_RULES: Final = 1  # limit of the listed rules that fired before each step of a goal
+_MAX_RULES: Final = 1  # how many fired rules an explanation lists before each step of a goal
 
 
 class WebHost(ABC):

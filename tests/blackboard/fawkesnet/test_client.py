@@ -409,7 +409,7 @@ def test_our_own_hash_is_adopted_when_the_remote_lists_it():
     with scripted(FawkesWith(own), default_registry()) as (script, board):
         for _ in range(2):
             assert board.open_for_reading(NetTest, "a").valid
-            del board._ports[SERIAL.bytes]
+            del board._ports_by_serial[SERIAL.bytes]
         offers = [question.hash for question in script.asked if isinstance(question, bb.Open)]
         assert offers == [hash_for_wire(NetTest.SCHEMA), own, own]
 

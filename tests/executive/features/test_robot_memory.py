@@ -177,6 +177,7 @@ def test_stale_handles_are_errors_not_crashes(do, doc, log, function, more, resu
         (ExternalAddress(0), "this is not a document"),
         (FALSE, "this is not a document: FALSE"),
         (cursor, "this is a cursor, not a document"),
+        (do("bson-array-start"), "this is an array, not a document"),
     ):
         assert do(function, address, *more) == result
         assert words in problems(log)[-1]

@@ -38,10 +38,10 @@ from cxbridge.clock import Clock
 from cxbridge.events import EventBus
 from cxbridge.interfaces.instance import Interface
 
-DEFAULT_TIMEOUT: Final = 5.0
+DEFAULT_TIMEOUT_S: Final = 5.0
 """The seconds for connecting and for replies."""
 
-DEFAULT_SILENCE: Final = 5.0
+DEFAULT_SILENCE_S: Final = 5.0
 """The seconds without received data before the client probes the server."""
 
 _CONFIRM_TIMEOUT_S: Final = 1.0  # the time for the server to receive the last messages at shutdown
@@ -70,25 +70,25 @@ class FawkesBlackBoard(RemoteBlackBoard):
         clock: Clock,
         bus: EventBus | None = None,
         *,
-        timeout: float = DEFAULT_TIMEOUT,
-        silence: float = DEFAULT_SILENCE,
+        timeout: float = DEFAULT_TIMEOUT_S,
+        silence: float = DEFAULT_SILENCE_S,
     ) -> None:
         super().__init__(registry, clock, bus)
         self._address: Final = parse_url(url)
         self._timeout: Final = timeout
         self._lock = threading.Lock()
-        self._ports: dict[bytes, RemotePort] = {}  # the ports that are open at the server, by serial
-        self._all_ports: dict[RemotePort, None] = {}  # in the order of opening
+        self._ports_by_serial: dict[bytes, RemotePort] = {}  # those that are open at the server
+        self._ports: dict[RemotePort, None] = {}  # in the order of opening
         self._mem_serials: dict[tuple[str, str], int] = {}
         self._next_mem_serial = itertools.count(1)
-        self._emitter = PublicationEmitter(bus, clock.now_us, self._list_open_ports)
+        self._emitter = PublicationEmitter(bus, clock.now_us, self._list_ports)
         name = f"{self._address[0]}:{self._address[1]}"
         self._requests = RequestSender(name, timeout)
         self._opener = Opener(self._requests, name)
         self._dispatcher = Dispatcher("FawkesNetEvents", self.report_fault)
         self._endings = InterfaceEndings(self._dispatcher.put)
         self._receiver = FrameReceiver(
-            self._ports,
+            self._ports_by_serial,
             self._requests,
             self._dispatcher,
             self._notify_observers,
@@ -112,8 +112,8 @@ class FawkesBlackBoard(RemoteBlackBoard):
                 self, self._requests, self._emitter, request, self._assign_mem_serial(request.key), reply
             )
             with self._lock:
-                self._ports[reply.serial.bytes] = port
-                self._all_ports[port] = None
+                self._ports_by_serial[reply.serial.bytes] = port
+                self._ports[port] = None
 
         self._opener.open(request, add_port)
         if port is None:  # the blackboard was shut down during the request
@@ -132,12 +132,12 @@ class FawkesBlackBoard(RemoteBlackBoard):
             return
         port = self._find_port(instance)
         with self._lock:
-            if port not in self._all_ports:
+            if port not in self._ports:
                 return  # another thread has closed the instance
-            del self._all_ports[port]
+            del self._ports[port]
             serial = port.serial
             if serial is not None:
-                self._ports.pop(serial.bytes, None)
+                self._ports_by_serial.pop(serial.bytes, None)
         instance.invalidate()
         with self._endings.delay_events(port.type, port.id):
             if serial is not None:
@@ -148,9 +148,9 @@ class FawkesBlackBoard(RemoteBlackBoard):
 
     def _shut_down(self) -> None:
         with self._lock:
-            ports = tuple(self._all_ports)
-            self._all_ports.clear()
+            ports = tuple(self._ports)
             self._ports.clear()
+            self._ports_by_serial.clear()
         for port in ports:
             port.instance.invalidate()
             port.listeners.unregister(None, port.instance)
@@ -197,7 +197,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
 
     def _find_port(self, instance: Interface) -> RemotePort:
         with self._lock:
-            for port in self._all_ports:
+            for port in self._ports:
                 if port.instance is instance:
                     return port
         raise ForeignInstanceError(instance.uid)
@@ -219,8 +219,8 @@ class FawkesBlackBoard(RemoteBlackBoard):
     def drop_connection(self, reason: str) -> None:
         """Reset the ports, and notify the listeners of lost writers."""
         with self._lock:
-            self._ports.clear()
-            ports = tuple(self._all_ports)
+            self._ports_by_serial.clear()
+            ports = tuple(self._ports)
         self._requests.drop_connection(reason)
         for port in ports:
             if port.lose_connection() and not port.instance.is_writer:
@@ -235,7 +235,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
 
     def lost_ports(self) -> Sequence[RemotePort]:
         """Return the ports to reopen, oldest first."""
-        return [port for port in self._list_open_ports() if port.serial is None]
+        return [port for port in self._list_ports() if port.serial is None]
 
     def reopen(self, port: RemotePort) -> None:
         """Open an instance again; a writer repeats its last block.
@@ -245,9 +245,9 @@ class FawkesBlackBoard(RemoteBlackBoard):
 
         def restore_port(reply: OpenSuccess) -> None:
             with self._lock:
-                if port not in self._all_ports:
+                if port not in self._ports:
                     return  # another thread has closed the instance during the request
-                self._ports[reply.serial.bytes] = port
+                self._ports_by_serial[reply.serial.bytes] = port
             self._receiver.deliver(port, port.reopen(reply), reply.block)
 
         reply = self._opener.open(port.request, restore_port)
@@ -261,10 +261,10 @@ class FawkesBlackBoard(RemoteBlackBoard):
     def invalidate_port(self, port: RemotePort, error: BlackBoardError) -> None:
         """Invalidate an instance that cannot be reopened."""
         with self._lock:
-            self._all_ports.pop(port, None)
+            self._ports.pop(port, None)
         port.instance.invalidate()
-        self.warn(f"cannot open {port.uid} again, it is invalid now: {error.message}")
+        self.warn(f"cannot open {port.uid} again; it is now invalid: {error.message}")
 
-    def _list_open_ports(self) -> Sequence[RemotePort]:
+    def _list_ports(self) -> Sequence[RemotePort]:
         with self._lock:
-            return tuple(self._all_ports)
+            return tuple(self._ports)

@@ -72,7 +72,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
     :param board: the blackboard, which stays open.
     :param endpoints: ``tcp://host:port`` (``*`` as the port: any free port), ``ipc://path`` or
         ``inproc://name``.
-    :param heartbeat: the seconds between signs of life; clients may demand fewer.
+    :param heartbeat: the seconds between signs of life; clients may demand a shorter time.
     :param keys: the CURVE keys, required for endpoints that other machines can reach.
     :param insecure: whether such endpoints are allowed without keys.
     :param window: the maximal number of unacknowledged updates per client.

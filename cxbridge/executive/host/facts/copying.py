@@ -60,7 +60,7 @@ class FactRow(Struct, frozen=True):
 class FactCopy(Struct):
     """Facts in the order of CLIPS' list, with their deftemplates.
 
-    :param total: the number of facts, including those that were not copied.
+    :param total: the number of wanted facts, including those before ``begin`` and after ``end``.
     """
 
     templates: dict[str, FactTemplate] = field(default_factory=dict)
@@ -75,7 +75,7 @@ class FactCopy(Struct):
 
 
 def template_of(pointer: CData) -> FactTemplate:
-    """Return the slots of a ``Deftemplate *``."""
+    """Return the name and the slots of a ``Deftemplate *``."""
     value = ffi.new("CLIPSValue *")
     lib.DeftemplateSlotNames(pointer, value)
     names = [str(name) for name in to_python(value)]
@@ -138,6 +138,7 @@ class FactCopier:
                 fact = following
             else:
                 fact = lib.GetNextFact(env, fact)
+        # rules could retract facts only between two pieces
         if visited >= self._piece_size:
             self._drop_retracted()
 
@@ -151,15 +152,15 @@ class FactCopier:
         deftemplate = lib.FactDeftemplate(fact)
         if deftemplate not in self._templates:
             template = template_of(deftemplate)
-            is_copied = self._is_wanted(template.name)
-            self._templates[deftemplate] = (template, len(template.names)) if is_copied else None
+            is_wanted = self._is_wanted(template.name)
+            self._templates[deftemplate] = (template, len(template.names)) if is_wanted else None
         entry = self._templates[deftemplate]
         if entry is None:
             return
         template, slot_count = entry
-        number = self.copy.total
+        position = self.copy.total
         self.copy.total += 1
-        if number >= self._begin and (self._end is None or number < self._end):
+        if position >= self._begin and (self._end is None or position < self._end):
             self.copy.templates[template.name] = template
             values = self._read_values(ffi.cast(_WORDS, fact) + self._first_word, slot_count)
             self.copy.rows.append(FactRow(int(lib.FactIndex(fact)), template.name, values))

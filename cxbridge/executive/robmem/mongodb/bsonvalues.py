@@ -18,7 +18,7 @@ _OPTION_LETTERS = {re.IGNORECASE: "i", re.MULTILINE: "m", re.DOTALL: "s", re.VER
 
 
 def to_bson(value: Any) -> Any:
-    """Return a document's value as a value for pymongo. Types that only pymongo has stay unchanged."""
+    """Return a document's value as a value for pymongo. Values of pymongo's own types are unchanged."""
     match value:
         case Mapping():
             return {name: to_bson(item) for name, item in value.items()}
@@ -34,7 +34,7 @@ def to_bson(value: Any) -> Any:
 
 
 def from_bson(value: Any) -> Any:  # noqa: PLR0911  one return for each type
-    """Return a value of pymongo as a document's value. Types that only pymongo has stay unchanged."""
+    """Return a value of pymongo as a document's value. Values of pymongo's own types are unchanged."""
     match value:
         case dict():
             return {name: from_bson(item) for name, item in value.items()}

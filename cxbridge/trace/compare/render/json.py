@@ -37,7 +37,7 @@ def report_to_json(report: ComparisonReport, options: Mapping[str, Any] | None =
         "differences": [difference_to_json(difference) for difference in comparison.differences],
         "hints": list(comparison.hints),
         "notes": [f"{run.path}: {note}" for _, run, _ in report.sides for note in run.notes],
-        "alike": comparison.alike,
+        "alike": comparison.paired_share,
         "first": _first_context(report) if comparison.differences else None,
     }
 

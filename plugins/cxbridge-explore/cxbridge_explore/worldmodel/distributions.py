@@ -9,7 +9,7 @@ from enum import StrEnum
 from statistics import NormalDist
 from typing import Final, assert_never
 
-# Seconds are rounded to milliseconds, so that the text in a path stands for the same number.
+# Seconds are rounded to milliseconds, so that the text of a choice in a path stands for the same number.
 MAX_DECIMALS: Final = 3
 
 # In an exploration, the 5 % and the 95 % quantiles replace the bounds of an unbounded distribution.
@@ -17,18 +17,18 @@ _TAIL_SHARE: Final = 0.05
 
 
 class Shape(StrEnum):
-    """The kinds of distributions; comments list their parameters."""
+    """The kinds of distributions; see :data:`PARAMETER_NAMES`."""
 
-    CONSTANT = "constant"  # value
-    UNIFORM = "uniform"  # least, greatest
-    NORMAL = "normal"  # mean, standard deviation
-    LOGNORMAL = "lognormal"  # median, standard deviation of the logarithm
-    EXPONENTIAL = "exponential"  # mean
-    CHOICE = "choice"  # equally likely values
+    CONSTANT = "constant"
+    UNIFORM = "uniform"
+    NORMAL = "normal"
+    LOGNORMAL = "lognormal"
+    EXPONENTIAL = "exponential"
+    CHOICE = "choice"
 
 
-# Names of the parameters by shape; a choice has any number.
-PARAMETERS: Final = {
+# The names of the parameters by shape. The parameters of a choice are any number of equally likely values.
+PARAMETER_NAMES: Final = {
     Shape.CONSTANT: ("seconds",),
     Shape.UNIFORM: ("least", "greatest"),
     Shape.NORMAL: ("mean", "standard deviation"),

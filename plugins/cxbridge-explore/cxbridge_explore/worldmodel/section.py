@@ -9,7 +9,7 @@ from cxbridge.config import Configuration
 from cxbridge.config.documents import Mark
 from cxbridge.errors import ConfigError
 from cxbridge.suggestions import did_you_mean
-from cxbridge_explore.worldmodel.distributions import PARAMETERS, Distribution, Shape
+from cxbridge_explore.worldmodel.distributions import PARAMETER_NAMES, Distribution, Shape
 from cxbridge_explore.worldmodel.model import DEFAULT_PROBABILITY, DecisionTimes
 
 MAX_S: Final = 1e9  # about 30 years, longer than each run; finite, so that times can be computed
@@ -171,7 +171,7 @@ class Section:
 
 
 def _parse_parameters(section: Section, shape: Shape) -> tuple[float, ...]:
-    values, names = section.numbers(shape), PARAMETERS.get(shape)
+    values, names = section.numbers(shape), PARAMETER_NAMES.get(shape)
     if names is None and not values:
         raise section.error("has no values", "write e.g. choice: [1.0, 2.5]", shape)
     if names is not None and len(values) != len(names):

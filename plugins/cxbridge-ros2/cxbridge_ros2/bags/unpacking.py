@@ -20,7 +20,7 @@ from cxbridge.trace.formats.mcap.records import MAX_RECORD_SIZE
 
 MAX_UNPACKED_BYTES: Final = MAX_RECORD_SIZE  # limit of an unpacked chunk or message, in bytes
 
-# Limit of the expansion of a packed file. Smaller files may expand to `MAX_UNPACKED_BYTES`.
+# Limit of the expansion of a packed file. Every file may expand to at least `MAX_UNPACKED_BYTES`.
 MAX_EXPANSION_FACTOR: Final = 100
 
 _READ_BYTES: Final = 1024 * 1024  # bytes per read: the size is checked after each

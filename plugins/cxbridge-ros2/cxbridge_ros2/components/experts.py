@@ -17,7 +17,7 @@ from cxbridge.run.components.component import Component
 from cxbridge_ros2.experts.definitions import TYPE_DEFINITIONS
 from cxbridge_ros2.experts.planner import PlanServer
 from cxbridge_ros2.experts.server import SECTION, ExpertServer, ExpertSettings
-from cxbridge_ros2.problem_expert import shared_problem_expert
+from cxbridge_ros2.problem_expert import shared_problem_expert_feature
 from cxbridge_ros2.settings import locate_errors
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ class Ros2Experts(Component):
                 settings,
                 namespace,
                 self._node,
-                shared_problem_expert(context),
+                shared_problem_expert_feature(context),
                 PlanServer(planning, lambda: _make_planning_service(planning)),
                 log,
             )

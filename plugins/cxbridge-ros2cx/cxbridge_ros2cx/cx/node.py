@@ -135,7 +135,7 @@ class CxNode(Executive):
         return fired
 
     def _receive_messages(self) -> None:
-        """Receive the messages of further nodes."""
+        """Receive the messages of other nodes."""
         self.manager.context.ros.spin()
         for plugin in self.manager.receivers:
             self.manager.attempt(plugin, plugin.receive_messages)

@@ -12,7 +12,7 @@ from cxbridge.executive.features.pddl_parser import PddlParserFeature
 from cxbridge.executive.host.values import TRUE, Symbol
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.executive.planning.settings import PlannerSettings
-from cxbridge_ros2cx.plansys2 import Plansys2Feature
+from cxbridge_ros2cx.plansys2 import PlanSys2Feature
 from cxbridge_ros2cx.skill_execution import SkillExecutionFeature
 from cxbridge_ros2cx.skills import Ros2CxSkills
 from tests.executive.conftest import Log
@@ -59,7 +59,7 @@ class Bench:
         parser = PddlParserFeature()
         features = [
             parser,
-            Plansys2Feature(
+            PlanSys2Feature(
                 "plansys2",
                 PlannerSettings(planner="pyperplan"),
                 parser.domain_of,

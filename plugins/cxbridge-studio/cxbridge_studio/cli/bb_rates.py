@@ -37,7 +37,7 @@ class MeterOptions:
     """The options of a measurement."""
 
     window: Annotated[
-        int, typer.Option(min=2, help="Number of last writes of each interface to measure.")
+        int, typer.Option(min=2, help="How many of the latest writes of each interface to measure.")
     ] = WINDOW
     every: Annotated[float, typer.Option(min=0.05, metavar="SECONDS", help="Time between two reports.")] = 1.0
     count: Annotated[int | None, typer.Option(min=1, help="End after N reports.")] = None
@@ -54,7 +54,8 @@ def hz(
     """Measure how often interfaces are written, as `ros2 topic hz` does. Ends with Ctrl-C.
 
     Each report has a line for each interface. Interfaces that appear later are measured, too. Exit status:
-    0 after --count reports; 3 when --timeout came first; 130 after Ctrl-C.
+    0 after --count reports, or after --timeout without --count; 3 when --timeout came before --count reports;
+    130 after Ctrl-C.
 
     Example: cxbridge bb hz SkillerInterface
     """
@@ -108,7 +109,7 @@ def _print_reports(
                 rate, new_writes = meter.rate(), meter.new_writes()
                 size = board.registry.get(uid.partition("::")[0]).SCHEMA.datasize
                 if options.as_json:
-                    say_json(_make_json_row(uid, rate, size) | {"news": new_writes}, flush=True)
+                    say_json(_make_json_row(uid, rate, size) | {"new_writes": new_writes}, flush=True)
                 else:
                     # not the rate of earlier writes, which would look like the current rate
                     current = format_line(rate, size) if rate is not None and new_writes else NO_NEW_WRITES
@@ -148,7 +149,7 @@ def _measure_rates(
                 if change.kind == "data":
                     # an interface that appears later gets its meter at its first write
                     meters.setdefault(change.uid, RateMeter(options.window)).add(time.monotonic())
-                # with fast writers, next() always returns a change, never None after the deadline
+                # with fast writers, wait_for_change() always returns a change, never None after the deadline
                 if report_deadline.remaining_s() == 0:
                     break
             yield meters

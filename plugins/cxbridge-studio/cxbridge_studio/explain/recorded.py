@@ -64,13 +64,15 @@ class RecordedDiagnostics:
 
     def add_line(self, event: LogLine) -> None:
         """Keep a log line if it is a diagnostic of the loader."""
-        env = _LOG_COMPONENT.fullmatch(event.component)
-        match = _LOGGED_DIAGNOSTIC.fullmatch(event.text) if event.level in (Level.WARN, Level.ERROR) else None
-        if env is None or match is None:
+        component_match = _LOG_COMPONENT.fullmatch(event.component)
+        diagnostic_match = (
+            _LOGGED_DIAGNOSTIC.fullmatch(event.text) if event.level in (Level.WARN, Level.ERROR) else None
+        )
+        if component_match is None or diagnostic_match is None:
             return
-        diagnostics = self._diagnostics_by_environment.setdefault(env[1], [])
+        diagnostics = self._diagnostics_by_environment.setdefault(component_match[1], [])
         if len(diagnostics) < MAX_DIAGNOSTICS:
-            file, line, construct, message, code = match.groups()
+            file, line, construct, message, code = diagnostic_match.groups()
             diagnostics.append(Diagnostic(file, int(line) if line else None, construct or "", code, message))
 
     def environment_diagnostics(self, env: str) -> list[Diagnostic]:
@@ -123,7 +125,7 @@ class _PastEvents:
 
 
 class RecordedEvidence(Evidence):
-    """The evidence of a recording about a moment.
+    """Evidence from a recording, as of a moment.
 
     :param run: the recording, read once up to the moment.
     :param at_s: the seconds since the start of the run; None for its end.
@@ -173,7 +175,8 @@ class RecordedEvidence(Evidence):
                 raise TraceError(
                     "this recording contains no CLIPS files, so its rules are unknown",
                     file=self._path,
-                    hint="name the scenario that was run, or with --fawkes-dir the checkout of the log",
+                    hint="name the scenario that was run, or with --fawkes-dir the checkout of the Fawkes "
+                    "that wrote the log",
                 )
             folders = agent_folders((file.name, file.text) for file in files)
             self._rules = Constructs(files, self._diagnostics.environment_diagnostics(self.env), folders)
@@ -192,18 +195,16 @@ class RecordedEvidence(Evidence):
             )
         snapshot = self._load_rule_source().snapshot(rule, self.env, self.now_us)
         names = {pattern.template for pattern in find_patterns(parse_rule(snapshot.text).ces)}
-        changes = [
-            fact for fact in self._facts.values() if snapshot.needs_all_facts or fact.template in names
-        ]
+        facts = [fact for fact in self._facts.values() if snapshot.needs_all_facts or fact.template in names]
         for name in sorted(names - self._templates_with_facts):
             self.notes.append(f"no fact of '{name}' was recorded: there was none, or it was not watched")
-        if len(changes) > MAX_FACTS:
-            return replace(snapshot, uncopied_count=len(changes))
-        templates, rows = parse_rows(changes, snapshot.templates)
+        if len(facts) > MAX_FACTS:
+            return replace(snapshot, uncopied_count=len(facts))
+        templates, rows = parse_rows(facts, snapshot.templates)
         if not snapshot.needs_all_facts:
             templates = {name: template for name, template in templates.items() if name in names}
-        if len(rows) < len(changes):
-            self.notes.append(f"{len(changes) - len(rows)} facts of the recording cannot be read")
+        if len(rows) < len(facts):
+            self.notes.append(f"{len(facts) - len(rows)} facts of the recording cannot be read")
         return replace(snapshot, templates=templates, facts=tuple(rows))
 
     def rule_texts(self) -> Mapping[str, str]:

@@ -96,7 +96,7 @@ class FoxgloveProxy(Closing):
             server_writer.close()
 
     def _find_refusal(self, head: bytes) -> str:
-        """Return the status and the reason of a rejection; empty for an accepted request."""
+        """Return the status and the reason for a rejection; empty for an accepted request."""
         if self._connection_count > MAX_CONNECTIONS:
             return "503 Too many connections"
         hosts, origins = _find_header_values(head, "host"), _find_header_values(head, "origin")

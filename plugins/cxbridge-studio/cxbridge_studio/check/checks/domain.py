@@ -12,7 +12,7 @@ from cxbridge.errors import SkillError
 from cxbridge.executive.pddl import names_of
 from cxbridge.lua_syntax import LuaCompiler
 from cxbridge.skiller.skillstring import parse_skill_string
-from cxbridge.skiller.templates import Placeholder, find_doubts, parse_template
+from cxbridge.skiller.templates import Placeholder, find_suspected_placeholders, parse_template
 from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.agent.condition import PatternCE, find_patterns
 from cxbridge_studio.check.agent import Agent, ClipsFile
@@ -188,13 +188,15 @@ def _check_mapping(agent: Agent, actions: _KnownActions) -> Iterator[Finding]:
                 name, names = placeholder.name, parameters or ()
                 hint = did_you_mean(name, names) or f"it has: {', '.join(names) or 'none'}"
                 yield Finding(UNKNOWN_PARAMETER, place, f"'{action}' has no parameter '{name}'", hint)
-        for doubt in find_doubts(template):
-            yield Finding(DOUBTFUL_PLACEHOLDER, place, f"'{doubt.text}' is not a placeholder: {doubt.reason}")
+        for suspect in find_suspected_placeholders(template):
+            yield Finding(
+                DOUBTFUL_PLACEHOLDER, place, f"'{suspect.text}' is not a placeholder: {suspect.reason}"
+            )
 
 
 def _check_skill_string(action: str, template: str, place: SourcePlace) -> Iterator[Finding]:
     """Yield the error of a template that makes neither a skill string nor Lua, which Fawkes evaluates."""
-    if not template.strip() or find_doubts(template):
+    if not template.strip() or find_suspected_placeholders(template):
         return  # an empty mapping, or a doubtful placeholder, has another finding
     errors: list[SkillError] = []
     # A value without quotes may be a number or a word.

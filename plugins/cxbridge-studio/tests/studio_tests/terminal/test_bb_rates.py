@@ -144,7 +144,7 @@ def test_rates_on_every_transport(transport, monkeypatch, tmp_path, capsys):
                 assert invoke(["bb", command, "SwitchInterface::*", *more]) == 0
                 rows = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
                 assert [row["uid"] for row in rows] == ["SwitchInterface::S"] * 3
-                assert rows[-1]["news"] > 0
+                assert rows[-1]["new_writes"] > 0
                 assert 0 < rows[-1]["hz"] < 500
                 assert rows[-1]["bytes_per_s"] == pytest.approx(
                     rows[-1]["hz"] * SwitchInterface.SCHEMA.datasize
