@@ -209,9 +209,10 @@ class _GoalFollower:
             return
         if event.mode in ENDED_MODES:
             self._report_end(event)
-        elif event.mode == "FORMULATED":  # a goal may be formulated again, which starts a new life
+            return
+        self._printed_outcomes.pop(event.goal, None)  # a goal may be tried again, from any mode
+        if event.mode == "FORMULATED":
             self._selected_us.pop(event.goal, None)
-            self._printed_outcomes.pop(event.goal, None)
         elif event.mode == "SELECTED":
             self._selected_us[event.goal] = event.time_us
 

@@ -56,9 +56,11 @@ class FailureReasons:
                 # a parent may be tried for hours, with a failed sub-goal each time
                 forget_oldest(self._sub_goals[event.parent])
                 forget_oldest(self._sub_goals)
-            elif event.mode == "FORMULATED":  # the goal is tried again
+            elif event.mode != "DISPATCHED":  # the goal may be tried again, from any mode
                 self._actions.pop(event.goal, None)
-                self._sub_goals.pop(event.goal, None)
+                # between its sub-goals a goal is EXPANDED and COMMITTED
+                if event.mode in ("FORMULATED", "SELECTED"):
+                    self._sub_goals.pop(event.goal, None)
 
     def failure_reason(self, goal: GoalTransition) -> str:
         """Return why a goal that just ended has failed, or an empty text."""

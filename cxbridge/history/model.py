@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import takewhile
+from itertools import pairwise, takewhile
 from typing import Final, NamedTuple
 
 from cxbridge.clock import MICROSECONDS
@@ -101,9 +101,25 @@ class GoalRecord:
         return self.id if self.life == 1 else f"{self.id}#{self.life}"
 
     @property
+    def former_seq(self) -> int:
+        """The seq of the last change before the present attempt, 0 for the first attempt.
+
+        A rule that tries a goal again sets it to FORMULATED, or from an ended mode to any earlier mode.
+        """
+        return max(
+            (
+                former.seq
+                for former, change in pairwise(self.changes)
+                if change.mode not in (former.mode, *ENDED_MODES)
+                and (former.mode in ENDED_MODES or change.mode == "FORMULATED")
+            ),
+            default=0,
+        )
+
+    @property
     def last_actions(self) -> list[PlanActionRecord]:
-        """The plan-actions since the last formulation: a goal may be tried again with another plan."""
-        since_seq = max((change.seq for change in self.changes if change.mode == "FORMULATED"), default=0)
+        """The plan-actions of the present attempt: a goal may be tried again with another plan."""
+        since_seq = self.former_seq
         return [action for action in self.actions if action.changes[-1].seq >= since_seq]
 
     @property

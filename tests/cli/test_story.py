@@ -16,7 +16,7 @@ from cxbridge.events import GoalTransition, PlanActionTransition
 from cxbridge.history.failure_reasons import MAX_FAILURES, MAX_LOOKUPS, FailureReasons
 from cxbridge.history.outcome import OutcomeKind, action_outcome, goal_outcome, skill_outcome
 from tests.programs import Started
-from tests.run.mini import write_scenario
+from tests.run.mini import AGENT, write_scenario
 from tests.support import ROOT
 
 PRINTS = """
@@ -61,6 +61,21 @@ def test_a_failed_action_is_the_reason(tmp_path, capsys):
     (told,) = [line for line in lines if " failed " in line and "G (MINI)" in line]
     assert "G (MINI)" in told
     assert ": action act hello failed: " in told
+
+
+def test_a_goal_that_is_set_back_ends_twice(tmp_path, capsys):
+    again = """
+(defrule mini-again
+  (declare (salience 10))
+  ?g <- (goal (id G) (mode FINISHED))
+  (not (again))
+  =>
+  (assert (again))
+  (plan-retract-all-for-goal G)
+  (modify ?g (mode SELECTED) (outcome UNKNOWN) (committed-to nil)))
+"""
+    _, lines, _ = run(write_scenario(tmp_path, mapping="act: fail{}", agent=AGENT + again), capsys=capsys)
+    assert len([line for line in lines if " failed " in line and "G (MINI)" in line]) == 2
 
 
 def test_quiet_prints_the_result_only(tmp_path, capsys):
@@ -187,6 +202,13 @@ class TestFailureReasons:
         reasons.record_event(goal("below", "FINISHED", "FAILED", parent="G"))
         assert reasons.failure_reason(goal("G", "FINISHED", "FAILED")) == "sub-goal below (C) failed"
         reasons.record_event(goal("G", "FORMULATED"))
+        assert reasons.failure_reason(goal("G", "FINISHED", "FAILED")) == ""
+
+    def test_a_goal_that_is_set_back_has_no_failed_action(self):
+        reasons = FailureReasons(lambda _: ())
+        reasons.record_event(PlanActionTransition(0, "executive", "1", "G", "P", "pick", "FAILED"))
+        reasons.record_event(goal("G", "FINISHED", "FAILED"))
+        reasons.record_event(goal("G", "SELECTED"))
         assert reasons.failure_reason(goal("G", "FINISHED", "FAILED")) == ""
 
     def test_a_goal_that_went_well_needs_none(self):

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
-from typing import Any
+from typing import Any, Final
 
 from cxbridge.errors import CxbridgeError
 from cxbridge_studio.explain.evidence import Evidence
@@ -14,9 +15,9 @@ from cxbridge_studio.explain.goals import Goals
 _MAX_WIDTH = 90  # the columns of an event's text: the rules to its right stay on a usual screen
 _TIME_WIDTH = 11  # the columns before an event's text: the time with 9 digits, and 2 blanks
 _COMPLETED = "COMPLETED"
-# The start of the last part of a cause, which names only the kind of the missing rule. A headline omits this
-# part, because the root cause says more.
-_WAIT_PHRASE = ", and waits"
+# The end of a cause before a deeper cause: the former outcomes, which have other causes, and the kind of the
+# missing rule. A headline omits this end, because the root cause says more.
+_OMITTED_END: Final = re.compile(r"(; before that, it was [^:]*?)?(, and waits.*)?$")
 _MAX_HEADLINE_CAUSES = 3  # counted from the root cause
 
 
@@ -115,9 +116,8 @@ def goal_headline(story: GoalStory) -> str:
 def cause_headline(cause: Cause) -> str:
     """Return a cause in one line, with the causes that lead to its root."""
     path = _find_root_cause_path(cause) or _find_first_cause_path(cause)
-    return ": ".join(
-        [cause.text.partition(_WAIT_PHRASE)[0] if path else cause.text, *path[-_MAX_HEADLINE_CAUSES:]]
-    )
+    *effects, last = [cause.text, *path[-_MAX_HEADLINE_CAUSES:]]
+    return ": ".join([*(_OMITTED_END.sub("", effect) for effect in effects), last])
 
 
 def _find_root_cause_path(cause: Cause) -> list[str]:

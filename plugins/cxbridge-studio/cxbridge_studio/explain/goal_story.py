@@ -291,7 +291,7 @@ class GoalStoryWriter:
             causes = [
                 Cause(self._outcome_text(child), self._deeper_causes(child, reported_names))
                 for child in self._goals.children(goal)
-                if _ended_badly(child, change) and child.name not in reported_names
+                if _ended_badly(child, goal.former_seq, change) and child.name not in reported_names
             ][-1:]
         yield from causes or _make_root_causes(self._root_cause_finder.find_planner_cause(goal))
         yield self._goal_decision_cause(change, goal)
@@ -390,7 +390,7 @@ class GoalStoryWriter:
 
     def _unfinished_work_causes(self, goal: GoalRecord, depth: int) -> Iterator[Cause]:
         """Yield the first unfinished action and the unfinished sub-goals of a goal."""
-        open_actions = [action for action in goal.actions if action.state not in DONE_STATES]
+        open_actions = [action for action in goal.last_actions if action.state not in DONE_STATES]
         if goal.mode == "DISPATCHED" and open_actions:
             yield self._open_action_cause(goal, open_actions[0], len(open_actions) - 1)
         for child in self._goals.children(goal):
@@ -454,11 +454,14 @@ def _skill_end_text(link: SkillLink) -> str:
     return f"{link.guess_prefix}skill {skill.skill_string} of {skill.skiller} ended {skill.status}"
 
 
-def _ended_badly(child: GoalRecord, end_of_parent: GoalChange) -> bool:
-    """Whether a sub-goal failed before its parent ended."""
+def _ended_badly(child: GoalRecord, former_seq: int, end_of_parent: GoalChange) -> bool:
+    """Whether a sub-goal failed in the last attempt of its parent, before the parent ended."""
     change = child.end_change
     return (
-        change is not None and change.outcome in ("FAILED", "REJECTED") and change.time <= end_of_parent.time
+        change is not None
+        and change.outcome in ("FAILED", "REJECTED")
+        and change.seq >= former_seq
+        and change.time <= end_of_parent.time
     )
 
 

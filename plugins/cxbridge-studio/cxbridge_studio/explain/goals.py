@@ -100,8 +100,9 @@ class Goals:
         )
 
     def planner_calls(self, goal: GoalRecord) -> Iterator[PlannerCall]:
-        """Yield the results of planner calls for a goal, in order."""
-        begin, end = goal.changes[0].seq, len(self._steps) if goal.replaced_seq is None else goal.replaced_seq
+        """Yield the results of planner calls for the present attempt of a goal, in order."""
+        begin = max(goal.changes[0].seq, goal.former_seq)
+        end = len(self._steps) if goal.replaced_seq is None else goal.replaced_seq
         for step in self._steps[begin:end]:
             event = step.event
             if isinstance(event, PlannerCall) and event.goal == goal.id and event.status != "started":

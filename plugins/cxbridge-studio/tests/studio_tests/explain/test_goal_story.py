@@ -5,10 +5,11 @@ from __future__ import annotations
 import pytest
 
 from cxbridge.errors import CxbridgeError
+from cxbridge.events import PlannerCall
 from cxbridge.trace.formats.registry import open_run
 from cxbridge_studio.explain.answer import explain
 from cxbridge_studio.explain.recorded import RecordedEvidence
-from tests.history.runs import ListRun, action, fact, fired, goal, skill, skill_error
+from tests.history.runs import ENV, ListRun, action, fact, fired, goal, skill, skill_error, us
 from tests.support import SHARED, needs_shared
 
 MODES = ("FORMULATED", "SELECTED", "EXPANDED", "COMMITTED", "DISPATCHED")
@@ -17,6 +18,10 @@ MODES = ("FORMULATED", "SELECTED", "EXPANDED", "COMMITTED", "DISPATCHED")
 def started(at: float, name: str, parent: str = "nil", modes=MODES):
     """A goal up to a mode."""
     return [goal(at, name, mode, parent=parent) for mode in modes]
+
+
+def planned(at: float, name: str, status: str):
+    return PlannerCall(us(at), ENV, "P", name, "planner", "d", "p", status, 0, 0, "")
 
 
 def told(events, name: str, at: float | None = None) -> str:
@@ -100,6 +105,41 @@ def test_a_goal_that_is_tried_again_has_its_last_outcome():
     )
     done = [*again, goal(3, "a1", "FINISHED", "COMPLETED"), goal(3, "a1", "RETRACTED", "COMPLETED")]
     assert "a1 (A) COMPLETED at 3.000 s; before that, it was FAILED at 1.000 s\n" in told(done, "a1")
+
+
+AGAIN = [
+    *started(0, "a1"),
+    action(0, "a1", 1, "go", "FORMULATED"),
+    action(0, "a1", 2, "say", "FORMULATED"),
+    action(0, "a1", 3, "wave", "FORMULATED"),
+    planned(0, "a1", "none"),
+    action(1, "a1", 2, "say", "FAILED"),
+    goal(1, "a1", "FINISHED", "FAILED"),
+    *(goal(2, "a1", mode) for mode in MODES[1:]),
+]
+"""A goal that a rule sets back to SELECTED after its second action has failed."""
+
+
+def test_the_headline_names_the_failure_of_the_last_try():
+    events = [*AGAIN, action(3, "a1", 1, "go", "FAILED"), goal(3, "a1", "FINISHED", "FAILED")]
+    text = told(events, "a1")
+    assert text.startswith("a1 (A) FAILED at 3.000 s: action 1 go failed at 3.000 s\n")
+    assert "action 2 say failed" not in text
+
+
+def test_the_plan_and_the_planner_call_of_the_first_try_are_no_causes_later():
+    text = told(AGAIN, "a1")
+    assert "action 3" not in text.partition("\n\n")[0]
+    events = [*AGAIN, goal(3, "a1", "FINISHED", "FAILED")]
+    assert told(events, "a1").startswith("a1 (A) FAILED at 3.000 s: the rule that decided this is unknown")
+
+
+def test_a_sub_goal_of_the_first_try_is_no_cause_later():
+    below = [*started(0, "b1", "a1"), goal(0.5, "b1", "FINISHED", "FAILED", parent="a1")]
+    first = [*started(0, "a1"), *below, goal(1, "a1", "FINISHED", "FAILED")]
+    events = [*first, *started(2, "a1"), goal(3, "a1", "FINISHED", "FAILED")]
+    assert "b1 (B) FAILED" in told(first, "a1")
+    assert "b1" not in told(events, "a1").split("\n\n")[2]
 
 
 def test_a_skill_of_somebody_else_is_not_taken_for_an_action_s():

@@ -147,11 +147,12 @@ export class Detail {
   times(item) {
     const { begin, start, end: last, waited, ran } = timesOf(item, this.history),
       end = last && last.step <= this.step ? last : null,
+      began = start && start.step <= this.step ? start : begin,
       moment = this.host.cursor() || this.host.now(),
       soFar = () => durationText(Math.max(0, moment.time - start.time)) + " so far";
     return [
-      ["began", this.at(begin)],
       ["waited", waited ? durationText(waited) : ""],
+      ["began", this.at(began)],
       ["ran", end && ran !== null ? durationText(ran) : start && !end ? soFar() : ""],
       ["ended", end ? this.at(end) : ""],
     ];

@@ -54,6 +54,19 @@ def failure() -> list[dict[str, Any]]:
     ]
 
 
+def again() -> list[dict[str, Any]]:
+    """A goal that a rule sets back to SELECTED when its second action has failed; its first action fails then."""
+    second = {"action_id": "2", "action": "grasp"}
+    modes = ("SELECTED", "DISPATCHED")
+    return [
+        *at(0, goal_event("G", "FORMULATED"), action("G", "FORMULATED"), action("G", "FORMULATED") | second),
+        *at(7, *(goal_event("G", mode) for mode in modes), action("G", "FINAL")),
+        *at(9, action("G", "FAILED") | second, goal_event("G", "FINISHED", "FAILED")),
+        *at(10, *(goal_event("G", mode) for mode in modes), action("G", "FAILED")),
+        *at(15, goal_event("G", "FINISHED", "FAILED")),
+    ]
+
+
 @pytest.fixture
 def recorded(tab: Any, site: Served, daemon: FakeDaemon) -> Any:
     """The tab, looking at the recorded failure."""

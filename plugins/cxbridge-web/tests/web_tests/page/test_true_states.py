@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,9 @@ from cxbridge.run.run import run_scenario
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
 from web_tests.page.conftest import wait_for
+from web_tests.page.fake import FakeDaemon, Served
 from web_tests.page.test_moments import viewing
+from web_tests.page.test_timeline import again
 
 
 @pytest.fixture(scope="module")
@@ -58,6 +61,18 @@ def test_a_move_is_below_the_action_of_its_own_robot(opened: Any):
         opened.wait_for_selector(f".tl-detail h2:has-text('Action 1 move {robot}')")
         calls = opened.locator(".tl-detail section:has(h3:text-is('Skill calls')) li a").all_inner_texts()
         assert calls == [f'{robot}: move{{to="{goal.removeprefix("INSPECT-")}"}}']
+
+
+def test_the_numbers_of_a_goal_agree(tab: Any, site: Served, daemon: FakeDaemon):
+    daemon.files["run.jsonl"] = "\n".join(map(json.dumps, again())).encode()
+    tab.goto(f"{site.url}?run=files/run.jsonl#/goals")
+    row = tab.locator("[role=treeitem]:has-text('G')")
+    cells = [row.locator(f".c-{name}").inner_text() for name in ("began", "took", "done", "why")]
+    assert cells == ["7.0 s", "8.0 s", "0/1", "action 1 move failed"]
+    row.click()
+    tab.wait_for_selector("#goal h2:text-is('G')")
+    told = tab.locator("#goal dl.pairs dd").all_inner_texts()
+    assert told[1:] == ["7.0 s", "7.000 s", "8.0 s", "15.000 s"]  # waited, began, ran, ended
 
 
 @pytest.mark.smoke

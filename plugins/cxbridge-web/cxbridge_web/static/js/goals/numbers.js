@@ -1,24 +1,28 @@
 // The numbers in a goal's row: duration, progress, robots.
 import { goalOutcome, hasEnded, isOpen } from "cx/outcome.js";
+import { ofLastAttempt } from "cx/timeline/history.js";
 import { outcomeAt } from "cx/timeline/spans.js";
 
 /**
  * How long a goal has run, or waited if it has not been dispatched; microseconds.
  * @param now the moment that is looked at
- * @returns {us, waits: a word, if it was not dispatched}; null: its begin is not known
+ * @returns {begin, us, waits: a word, if it was not dispatched}; null: its begin is not known
  */
 export function durationOf({ history, mode }, now) {
   const run = history.find((step) => step.mode === "DISPATCHED"),
     end = history[history.findLastIndex((step) => !hasEnded(step.mode)) + 1], // a goal may be tried again
     begin = run || history[0];
   if (!begin || (hasEnded(mode) && !end)) return null;
-  return { us: Math.max(0, (end ? end.time : now) - begin.time), waits: run ? "" : end ? "waited" : "waits" };
+  return {
+    ...{ begin: begin.time, us: Math.max(0, (end ? end.time : now) - begin.time) },
+    waits: run ? "" : end ? "waited" : "waits",
+  };
 }
 
-/** The actions of a goal that began up to a step; of those with one id the latest. */
+/** The actions of a goal's attempt up to a step; of those with one id the latest. */
 function actionsOf({ history, step }, goal) {
-  const all = history.goals.get(goal.key)?.actions ?? [],
-    begun = all.filter(({ changes }) => changes[0].step <= step);
+  const known = history.goals.get(goal.key),
+    begun = known ? ofLastAttempt(known, known.actions, step) : [];
   return [...new Map(begun.map((action) => [action.plan + " " + action.id, action])).values()];
 }
 

@@ -3,6 +3,7 @@
 import { forestOfGoals } from "cx/forest.js";
 import { isOpen, OUTCOMES } from "cx/outcome.js";
 import { pathTo } from "cx/timeline/host.js";
+import { ofLastAttempt } from "cx/timeline/history.js";
 import { outcomeAt, timesOf } from "cx/timeline/spans.js";
 
 const DEEPEST = 50,
@@ -42,12 +43,13 @@ function oneOf(items, outcome, history) {
 function below(item, outcome, history) {
   if (item.kind === "skill" || outcome === "completed") return null;
   if (item.kind === "action") return oneOf(item.calls, outcome, history) || null;
-  const children = forestOf(history).children.get(item.key) || [];
+  const actions = ofLastAttempt(item, item.actions),
+    children = ofLastAttempt(item, forestOf(history).children.get(item.key) || []);
   const wanted = { rejected: ["rejected", "failed"], running: ["running", "formulated"] }[outcome] || [
     outcome,
   ];
   for (const each of wanted) {
-    const cause = oneOf(item.actions, each, history) || oneOf(children, each, history);
+    const cause = oneOf(actions, each, history) || oneOf(children, each, history);
     if (cause) return cause;
   }
   return null;

@@ -27,6 +27,19 @@ export const lastUpTo = (list, step, stepOf = (each) => each.step) =>
 /** The last goal or action that began at or before a step. */
 const lifeAt = (lives, step) => lastUpTo(lives, step, ({ changes }) => changes[0]?.step ?? Infinity);
 
+/** Those of a goal's actions or sub-goals that belong to its present attempt: a goal may be tried again. */
+export function ofLastAttempt({ changes }, items, step = Infinity) {
+  const past = changes.slice(
+      0,
+      countWhile(changes, (each) => each.step <= step),
+    ),
+    isAgain = ({ mode }, at) =>
+      at > 0 &&
+      (hasEnded(past[at - 1].mode) ? !hasEnded(mode) : mode === "FORMULATED" && past[at - 1].mode !== mode),
+    since = past[past.findLastIndex(isAgain) - 1]?.step ?? 0;
+  return items.filter((item) => lastUpTo(item.changes, step)?.step >= since);
+}
+
 /** The oldest of a list make room. */
 function limit(list, most) {
   if (list.length > most) list.splice(0, most / 20);

@@ -110,7 +110,7 @@ export function open(root, app) {
       why: isBad ? (item && reasonOf(item, host.history)) || inWords(goal.error || "") : "",
       robot: [...robotsOf(app.model, goal)].join(", "),
       done: progressOf(app.model, goal, children.get(goal.key)),
-      began: goal.history.length ? clockText(goal.history[0].time) : "",
+      began: duration ? clockText(duration.begin) : "",
       took: duration ? (duration.waits + " " + shortTime(duration.us)).trim() : "",
     };
   }
