@@ -38,7 +38,7 @@ class RunRow:
     :param reason: the reason, in a sentence.
     :param makespan: the duration of the run, in seconds of its clock.
     :param calls: the number of skill calls.
-    :param retries: the number of calls of a skill with the arguments of an earlier call.
+    :param retries: the number of calls whose last call in the same words did not succeed.
     :param faults: the number of unusual choices that count as a fault.
     :param goals: the number of goals by class and outcome.
     :param choices: the unusual choices as JSON values.

@@ -55,7 +55,7 @@ def failure() -> list[dict[str, Any]]:
 
 
 def again() -> list[dict[str, Any]]:
-    """A goal that a rule sets back to SELECTED when its second action has failed; its first action fails then."""
+    """A goal whose second action fails, that a rule sets back to SELECTED, and whose first action fails then."""
     second = {"action_id": "2", "action": "grasp"}
     modes = ("SELECTED", "DISPATCHED")
     return [
