@@ -151,3 +151,8 @@ def short_path(file: str | Path) -> str:
         return str(Path(file).relative_to(Path.cwd()))
     except ValueError:
         return str(file)
+
+
+def format_count(count: int, noun: str) -> str:
+    """Return a number with its noun: ``1 write``, ``2 writes``."""
+    return f"{count} {noun}{'' if count == 1 else 's'}"

@@ -274,5 +274,5 @@ def test_ctrl_c_ends_it_cleanly(options, status, tmp_path):
             process.send_signal(signal.SIGINT)
             out, _ = process.communicate(timeout=WAIT_S)
         assert process.returncode == status
-        assert out.startswith("interrupted: 1 writes of 1 interfaces")
+        assert out.startswith("interrupted: 1 write of 1 interface in ")
         until(lambda: not ear.reader.has_writer)

@@ -16,6 +16,7 @@ from cxbridge.daemon.services.service import ReadyCallback, Service, do_nothing
 from cxbridge.errors import BlackBoardError
 from cxbridge.events import EventBus, Sink
 from cxbridge.interfaces.registry import InterfaceRegistry
+from cxbridge.printing import format_count
 from cxbridge.resources import VERSION
 from cxbridge.run.recording import open_writers
 from cxbridge.trace.formats.base import RecordedRun
@@ -58,16 +59,22 @@ class RecordReport:
             "errors": self.errors,
         }
 
+    @property
+    def counts_text(self) -> str:
+        """The numbers of writes and interfaces, with nouns."""
+        count = format_count(sum(self.writes.values()), "write")
+        return f"{count} of {format_count(len(self.writes), 'interface')}"
+
     def lines(self) -> list[str]:
         """Return the result as lines of text."""
-        count, interfaces = sum(self.writes.values()), len(self.writes)
-        lines = [f"{count} writes of {interfaces} interfaces in {self.seconds:.1f} s"]
+        lines = [f"{self.counts_text} in {self.seconds:.1f} s"]
         lines += [f"  {uid}  {writes}" for uid, writes in sorted(self.writes.items())]
         if self.skipped:
             lines.append(f"{self.skipped} more writes came too fast and were left out")
         if self.gaps:
             seconds = sum(seconds for _, seconds in self.gaps)
-            lines.append(f"{len(self.gaps)} gaps without a connection, {seconds:.1f} s together")
+            gaps = format_count(len(self.gaps), "gap")
+            lines.append(f"{gaps} without a connection, {seconds:.1f} s together")
         return lines
 
 

@@ -20,6 +20,7 @@ from cxbridge.events import Sink
 from cxbridge.interfaces.classes import make_interface_class
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.interfaces.xml.parser import parse_bytes
+from cxbridge.printing import format_count
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.replay.moves import ReplayMove, ReplaySelection, ReplaySurvey, replay_moves, survey_replay
@@ -82,11 +83,12 @@ class ReplayReport:
 
     def lines(self) -> list[str]:
         """Return the result as lines of text."""
-        count, interfaces = sum(self.writes.values()), len(self.writes)
-        lines = [f"{self.end}: {count} writes of {interfaces} interfaces in {self.seconds:.1f} s"]
+        count = format_count(sum(self.writes.values()), "write")
+        interfaces = format_count(len(self.writes), "interface")
+        lines = [f"{self.end}: {count} of {interfaces} in {self.seconds:.1f} s"]
         lines += [f"  {uid}  {writes}" for uid, writes in sorted(self.writes.items())]
         if self.messages or self.undelivered:
-            lines.append(f"{self.messages} messages sent, {self.undelivered} undelivered")
+            lines.append(f"{format_count(self.messages, 'message')} sent, {self.undelivered} undelivered")
         return lines
 
 

@@ -109,16 +109,18 @@ class Run:
         """
         return "\n".join(why(self.source, name))
 
-    def compare(self, other: Run, *, order: str = "partial") -> Comparison:
+    def compare(self, other: Run | str | Path, *, order: str = "partial") -> Comparison:
         """Compare the transitions of goals and plan-actions with another run.
 
+        :param other: the other run, or its recording.
         :param order: ``partial`` compares each goal separately, ``total`` the sequence of all transitions.
         :raises TraceError: if a recording cannot be read.
         """
         from cxbridge.trace.compare.model import Order  # noqa: PLC0415
         from cxbridge.trace.compare.runs import compare_runs  # noqa: PLC0415
 
-        return compare_runs(self.source, [other.source], order=Order(order))
+        source = other.source if isinstance(other, Run) else registry.open_run(other)
+        return compare_runs(self.source, [source], order=Order(order))
 
     def write_report(self, path: str | Path) -> Path:
         """Write a self-contained HTML page about the run; return its path.

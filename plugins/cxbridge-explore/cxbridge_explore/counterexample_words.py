@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterator
 from typing import Final, NamedTuple
 
@@ -54,16 +55,16 @@ def _unusual_events(played: PlayedRun) -> Iterator[tuple[str, str, str]]:
 
     The ordinal number is empty for an event that is not a skill call.
     """
-    counts: dict[str, int] = {}
+    counts: Counter[tuple[ChoiceKind, str]] = Counter()
     skillers = {
         skill.skiller for choice in played.choices if (skill := _find_chosen_skill(choice)) is not None
     }
     has_several_skillers = len(skillers) > 1
     for choice in played.choices:
         skill = _find_chosen_skill(choice)
-        # all calls of a skill by one Skiller are counted together, regardless of their arguments
-        key = choice.point.subject if skill is None else f"{skill.skiller}/{skill.skill}"
-        counts[key] = counts.get(key, 0) + 1
+        # the sentence names the arguments, so calls with other arguments do not count
+        key = choice.point.kind, choice.point.subject
+        counts[key] += 1
         if choice.option_index == USUAL:
             continue
         name = choice.taken_option.name

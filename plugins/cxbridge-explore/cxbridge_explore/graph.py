@@ -12,6 +12,7 @@ from typing import Final
 
 from msgspec import Struct
 
+from cxbridge.printing import format_count
 from cxbridge_explore.properties.monitor import Violation
 from cxbridge_explore.use import UsedPart
 from cxbridge_explore.worlds.points import USUAL, ChoicePath, Step
@@ -125,6 +126,18 @@ class Graph:
         self._faults = faults
         self._depth = depth
         self._node_of_state: dict[bytes, int] = {}  # by the digest of the state
+
+    @property
+    def counts_text(self) -> str:
+        """The numbers of runs and states, with nouns."""
+        runs, states = format_count(len(self.leaves), "run"), format_count(len(self.nodes), "state")
+        return f"{runs}, {states}, {self.merged_count} merged"
+
+    @property
+    def open_branches_text(self) -> str:
+        """How many branches are open, as a clause."""
+        count = len(self.open_edges)
+        return "1 branch is open" if count == 1 else f"{count} branches are open"
 
     def save(self) -> SavedGraph:
         """Return the graph for a checkpoint."""

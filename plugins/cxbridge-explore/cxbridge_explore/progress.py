@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable
 from typing import Final
 
+from cxbridge.printing import format_count
 from cxbridge_explore.graph import Graph
 
 _LINE_PERIOD_S: Final = 0.2  # seconds between two lines
@@ -52,9 +53,8 @@ class ProgressReporter:
         :param seconds: the seconds since the start.
         """
         graph = self._graph
-        counts = f"{len(graph.leaves)} runs, {len(graph.nodes)} states, {graph.merged_count} merged"
-        text = f"{counts}, {seconds:.0f} s"
+        text = f"{graph.counts_text}, {seconds:.0f} s"
         share = graph.explored_share
         if share < _MIN_SHARE:
-            return f"{text}; {len(graph.open_edges)} branches are open"
-        return f"{text}; about {100 * share:.0f} % of {round(len(graph.leaves) / share)} runs"
+            return f"{text}; {graph.open_branches_text}"
+        return f"{text}; about {100 * share:.0f} % of {format_count(round(len(graph.leaves) / share), 'run')}"

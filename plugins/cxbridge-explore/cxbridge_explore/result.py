@@ -104,8 +104,8 @@ class ExploreResult:
     def lines(self) -> Iterator[str]:
         """Yield the result as lines of text."""
         graph = self.graph
-        end = "complete" if self.is_complete else f"not complete, {len(graph.open_edges)} branches are open"
-        yield f"{len(graph.leaves)} runs, {len(graph.nodes)} states, {graph.merged_count} merged: {end}"
+        end = "complete" if self.is_complete else f"not complete, {graph.open_branches_text}"
+        yield f"{graph.counts_text}: {end}"
         for outcome, count in self.outcomes.items():
             yield f"  {outcome}: {count}"
         for violation in self.violations:

@@ -49,6 +49,9 @@ def test_it_has_what_a_recording_of_the_run_has(run, tmp_path):
         assert [call.skill_string for call in other.skills] == [call.skill_string for call in run.skills]
         assert run.compare(other, order="total").same
     assert (opened.status, opened.reason) == (run.status, run.reason)
+    assert run.compare(str(tmp_path / "run.mcap")).same
+    with pytest.raises(cx.CxbridgeError, match="nowhere"):
+        run.compare("nowhere")
 
 
 def test_a_goal_is_found_by_id_and_by_class(run):

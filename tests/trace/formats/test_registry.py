@@ -54,6 +54,7 @@ def test_bad_files(tmp_path: Path, content: bytes, message: str) -> None:
     with pytest.raises(CxbridgeError, match=message) as caught:
         read(tmp_path / "file", content)
     assert caught.value.exit_status == 2
+    assert "before the first event" not in message or caught.value.hint
 
 
 @settings(max_examples=many(200, 50))

@@ -63,8 +63,5 @@ _CLEAR_LINE = "\r\x1b[K"
 
 def _show_progress(report: RecordReport) -> None:
     """Show the progress on one line of the terminal; the next log line replaces it."""
-    count = sum(report.writes.values())
-    unfiltered_stream(sys.stderr).write(
-        f"{_CLEAR_LINE}{report.seconds:.0f} s  {count} writes of {len(report.writes)} interfaces\r"
-    )
+    unfiltered_stream(sys.stderr).write(f"{_CLEAR_LINE}{report.seconds:.0f} s  {report.counts_text}\r")
     sys.stderr.flush()

@@ -63,7 +63,11 @@ class McapRun(Run):
                     else:
                         break  # zeros, or a kind that must not be in a chunk
         if self.notes and not has_messages:
-            raise TraceError("damaged or cut off before the first event", file=self.path)
+            raise TraceError(
+                "damaged or cut off before the first event",
+                file=self.path,
+                hint="it holds nothing that can be read: copy it again, or record again",
+            )
 
     def metadata(self) -> Mapping[str, str]:
         """Return the values of the metadata records; later ones replace earlier ones."""

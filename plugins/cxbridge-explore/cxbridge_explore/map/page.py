@@ -56,10 +56,8 @@ def make_document(result: ExploreResult, coverage: Coverage | None, command: str
 def _describe_result(result: ExploreResult) -> str:
     graph = result.graph
     counts = ", ".join(f"{count} {outcome}" for outcome, count in result.outcomes.items())
-    end = "complete" if result.is_complete else f"not complete: {len(graph.open_edges)} branches are open"
-    return (
-        f"{len(graph.leaves)} runs, {len(graph.nodes)} states, {graph.merged_count} merged; {end}. {counts}"
-    )
+    end = "complete" if result.is_complete else f"not complete: {graph.open_branches_text}"
+    return f"{graph.counts_text}; {end}. {counts}"
 
 
 def _property_rows(result: ExploreResult) -> Iterator[dict[str, str]]:

@@ -29,7 +29,7 @@ def test_an_exploration_fails_with_the_shortest_path(
     result.assert_outcomes(passed=1, failed=1)
     result.stdout.fnmatch_lines(
         [
-            "2 runs, 1 states, 0 merged: complete",
+            "2 runs, 1 state, 0 merged: complete",
             "violated: never (goal (outcome FAILED)): *",
             "*work{*: fails*",
         ]

@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import shutil
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -12,13 +14,32 @@ from cxbridge.cli.main import invoke
 from cxbridge.run.options import RunOptions
 from cxbridge.trace.formats.registry import open_run
 from cxbridge_explore.counterexample_playing import NthChoice, NthChooser, play_run
+from cxbridge_explore.counterexample_words import describe_run
+from cxbridge_explore.properties.monitor import Violation
 from cxbridge_explore.properties.reading import find_property
+from cxbridge_explore.worlds.points import Choice, ChoiceKind, ChoicePoint, make_fault, make_options
 from explore_tests.pytest_files import pytest_of
 from tests.forked import nursery
 from tests.support import ROOT
 
 SCENARIO = ROOT / "scenarios" / "test-scenario"
 PROPERTY = "no-failed-talk: never (goal (class TALK) (mode FINISHED) (outcome FAILED))"
+
+
+def test_calls_are_counted_with_the_arguments_that_the_sentence_names():
+    options = make_options("succeeds", make_fault("fails", 0.1))
+
+    def choice(index: int, place: str, option: int) -> Choice:
+        return Choice(
+            index, ChoicePoint(ChoiceKind.SKILL, f"Skiller: goto{{place='{place}'}}", 1.0, options), option
+        )
+
+    choices = (choice(0, "aisle", 0), choice(1, "desk", 1), choice(2, "aisle", 1))
+    played: Any = SimpleNamespace(choices=choices, history=SimpleNamespace(calls=[]))
+    assert describe_run(played, Violation("p", "it is wrong", 3.0)) == (
+        "goto (place='desk') fails the first time, and goto (place='aisle') fails the second time: "
+        "it is wrong (at 3.00 s)"
+    )
 
 
 @pytest.fixture(scope="module")

@@ -224,11 +224,13 @@ class Evidence(ABC):
     :param now_us: the time of the moment.
     :param history: the events before the moment; None without a recording.
     :ivar ending: how the run ended, in a sentence; empty while it continues, and if unknown.
+    :ivar has_executive: whether events of an executive are known, or may come after the moment.
     :ivar is_time_chosen: whether the user chose the time, so that a reused goal id means the goal at that
         time.
     :ivar notes: remarks about missing or doubtful data, for the user.
     """
 
+    has_executive = True
     is_time_chosen = False
     ending = ""
 

@@ -74,6 +74,7 @@ def action_lines(stories: Sequence[ActionStory], evidence: Evidence) -> Iterator
         yield story.cause.text
         yield from cause_lines(story.cause.because, "")
         yield from (f"{moment.seconds:9.3f}  {moment.text}" for moment in story.moments)
+    yield from (f"note: {note}" for note in evidence.notes)
 
 
 def goals_to_json(stories: Sequence[GoalStory], evidence: Evidence) -> dict[str, Any]:

@@ -139,6 +139,7 @@ class RecordedEvidence(Evidence):
     ) -> None:
         past_events = _PastEvents(run, at_s)
         self.env = env = _choose_environment(env, set(past_events.histories), run.path)
+        self.has_executive = bool(past_events.histories) or past_events.has_later_events
         self._environment_facts = past_events.facts
         self._facts = past_events.facts.by_env.get(env)
         self._templates_with_facts = past_events.facts.templates.get(env, set())
@@ -156,6 +157,8 @@ class RecordedEvidence(Evidence):
         self.is_time_chosen = at_s is not None
         if not past_events.has_later_events:
             self.ending = _describe_ending(run)
+            if at_s is not None and at_s > seconds:
+                self.notes.append(f"the recording ends at {seconds:.3f} s, before --at {at_s:g}")
         self.notes += [f"{run.path}: {note}" for note in run.notes]
 
     def _load_rule_source(self) -> RuleSource:

@@ -111,7 +111,11 @@ class _RunStoryWriter:
             )
             return f"{open_goals[0].title}{goals} under way: {work[0].text}"
         if not self._root_goals:
-            return "no goal has been formulated"
+            return (
+                "no goal has been formulated"
+                if self._evidence.has_executive
+                else "nothing is known about goals: the recording has no events of an executive"
+            )
         if len(self._root_goals) == 1:
             return self._story_writer.outcome_cause(self._root_goals[0]).text
         return f"all {len(self._root_goals)} goals without a parent are over, and none of them has failed"
@@ -154,6 +158,9 @@ class _RunStoryWriter:
     def _describe_missing_data(self) -> Iterator[str]:
         """Yield a sentence about each kind of missing data, with the option that records it."""
         assert self._evidence.history is not None
+        if not self._evidence.has_executive:
+            yield "goals and rules: record a run or a daemon with --trace; 'trace record' records interfaces"
+            return
         if not self._goals.all:
             yield "no transition of a goal is known before this moment"
         if not self._evidence.history.rules_known:

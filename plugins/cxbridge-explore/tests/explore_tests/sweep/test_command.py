@@ -73,7 +73,12 @@ def test_a_second_call_after_a_success_is_no_retry():
     def call(text: str, status: str, skiller: str = "Skiller") -> SkillExecution:
         return SkillExecution("", skiller, text, 1, Moment(0, 0), None, status)
 
-    calls = [call("a", "S_FAILED"), call("b", "S_FINAL"), call("a", "S_FINAL", "other"), call("a", "S_FAILED")]
+    calls = [
+        call("a", "S_FAILED"),
+        call("b", "S_FINAL"),
+        call("a", "S_FINAL", "other"),
+        call("a", "S_FAILED"),
+    ]
     assert count_retries(calls) == 1
     assert count_retries([*calls, call("b", "S_FINAL"), call("a", "stopped"), call("a", "S_FINAL")]) == 3
 

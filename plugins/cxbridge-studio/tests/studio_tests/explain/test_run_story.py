@@ -5,10 +5,11 @@ from __future__ import annotations
 import pytest
 
 from cxbridge.errors import CxbridgeError
+from cxbridge.events import InterfaceWrite
 from cxbridge_studio.explain.answer import explain
 from cxbridge_studio.explain.recorded import RecordedEvidence
 from studio_tests.explain.test_goal_story import FAILED, started
-from tests.history.runs import ListRun, action, fact, fired, goal, skill
+from tests.history.runs import ListRun, action, fact, fired, goal, skill, us
 
 
 def told(events, kind: str, name: str = "", at: float | None = None, **ending: str):
@@ -43,6 +44,23 @@ def test_a_run_that_waits_says_for_what():
         == "a1 (A) has been DISPATCHED since 0.000 s, and waits for its actions and sub-goals"
     )
     assert [each["text"] for each in story["wrong"]] == [story["headline"]]
+
+
+def test_a_recording_of_interfaces_alone_names_what_records_goals():
+    events = [InterfaceWrite(us(at), "RobotinoSensorInterface::Robotino", {}) for at in (0, 1)]
+    story = told(events, "run").data
+    assert story["headline"] == "nothing is known about goals: the recording has no events of an executive"
+    assert [text.split(";")[0] for text in story["unknown"]] == [
+        "goals and rules: record a run or a daemon with --trace"
+    ]
+    assert told([*events, *started(2, "a1")], "run", at=1.5).data["headline"] == "no goal has been formulated"
+
+
+def test_a_moment_after_the_end_is_named():
+    for kind, name in (("run", ""), ("goal", "talk1"), ("action", "talk1/10")):
+        explanation = told(FAILED, kind, name, at=9999)
+        assert explanation.lines[-1] == "note: the recording ends at 3.300 s, before --at 9999"
+        assert explanation.data["notes"] == ["the recording ends at 3.300 s, before --at 9999"]
 
 
 def test_how_the_run_ended_is_told():

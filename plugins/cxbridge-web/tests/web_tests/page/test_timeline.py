@@ -55,7 +55,7 @@ def failure() -> list[dict[str, Any]]:
 
 
 def again() -> list[dict[str, Any]]:
-    """A goal whose second action fails, that a rule sets back to SELECTED, and whose first action fails then."""
+    """A goal whose second action fails, and its first action after a rule has set it back to SELECTED."""
     second = {"action_id": "2", "action": "grasp"}
     modes = ("SELECTED", "DISPATCHED")
     return [
