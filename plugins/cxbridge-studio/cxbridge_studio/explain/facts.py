@@ -28,6 +28,7 @@ class FactStory:
     previous_life: FactLife | None
     begin_s: float
     end_s: float | None
+    notes: tuple[str, ...]
 
     @property
     def headline(self) -> str:
@@ -69,7 +70,9 @@ def explain_fact(evidence: Evidence, name: str) -> FactStory:
         raise CxbridgeError(f"no fact f-{index} is known before this moment", hint=hint)
     previous_life = history.fact_lives.get(life.replaced_index)
     end_s = None if life.end_us is None else evidence.seconds(life.end_us)
-    return FactStory(evidence.where, life, previous_life, evidence.seconds(life.begin_us), end_s)
+    return FactStory(
+        evidence.where, life, previous_life, evidence.seconds(life.begin_us), end_s, tuple(evidence.notes)
+    )
 
 
 def to_json(story: FactStory) -> dict[str, Any]:
@@ -81,7 +84,7 @@ def to_json(story: FactStory) -> dict[str, Any]:
         "cause": {"text": story.headline, "because": because},
         "rules": [rule for rule in (story.life.begin_rule, story.life.end_rule) if rule],
         "moments": [],
-        "notes": [],
+        "notes": story.notes,
     }
 
 
@@ -91,3 +94,4 @@ def report_lines(story: FactStory) -> Iterator[str]:
     yield f"in {story.where}"
     yield ""
     yield from story.details()
+    yield from (f"note: {note}" for note in story.notes)

@@ -157,7 +157,7 @@ class RecordedEvidence(Evidence):
         self.is_time_chosen = at_s is not None
         if not past_events.has_later_events:
             self.ending = _describe_ending(run)
-            if at_s is not None and at_s > seconds:
+            if at_s is not None and at_s > round(seconds, 3):
                 self.notes.append(f"the recording ends at {seconds:.3f} s, before --at {at_s:g}")
         self.notes += [f"{run.path}: {note}" for note in run.notes]
 

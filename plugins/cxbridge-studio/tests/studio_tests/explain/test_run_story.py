@@ -57,10 +57,12 @@ def test_a_recording_of_interfaces_alone_names_what_records_goals():
 
 
 def test_a_moment_after_the_end_is_named():
-    for kind, name in (("run", ""), ("goal", "talk1"), ("action", "talk1/10")):
-        explanation = told(FAILED, kind, name, at=9999)
+    events = [*FAILED, fact(3.29999, 5, "(a)")]
+    for kind, name in (("run", ""), ("goal", "talk1"), ("action", "talk1/10"), ("fact", "f-5")):
+        assert not told(events, kind, name, at=3.3).data["notes"]
+        explanation = told(events, kind, name, at=9999)
         assert explanation.lines[-1] == "note: the recording ends at 3.300 s, before --at 9999"
-        assert explanation.data["notes"] == ["the recording ends at 3.300 s, before --at 9999"]
+        assert list(explanation.data["notes"]) == ["the recording ends at 3.300 s, before --at 9999"]
 
 
 def test_how_the_run_ended_is_told():
