@@ -102,6 +102,7 @@ def _find_facts(construct: Construct) -> Iterator[_Fact]:
             yield _Fact(name[0], slots.get("param-values", ()), is_pddl=True)
         key = slots.get("key", ())
         is_domain_key = literal_count(key) and tuple(map(literal, key[:2])) == _KEY_START
-        if node.head == "wm-fact" and is_domain_key and any(map(literal, key[2:3])):
+        is_list_free = all(item.text != "[" for item in key)  # an argument may be a list, [ VALUE ... ]
+        if node.head == "wm-fact" and is_domain_key and is_list_free and any(map(literal, key[2:3])):
             # (key domain fact NAME args? PARAMETER VALUE ...)
             yield _Fact(key[2], key[5::2], is_pddl=False)

@@ -692,3 +692,9 @@ def test_a_folder_named_scenario_yaml_is_named(tmp_path, capsys):
     (tmp_path / "scenario.yaml").mkdir()
     assert invoke(["run", str(tmp_path)]) == BAD_INPUT
     assert f"{tmp_path / 'scenario.yaml'}: the folder has no configuration file" in capsys.readouterr().err
+
+
+def test_a_run_with_simulated_skills_refuses_a_mapping_that_is_not_a_skill_string(tmp_path, capsys):
+    scenario = mini.write_scenario(tmp_path, mapping="act: say{text=?(text)s")
+    assert invoke(["run", str(scenario), "--skiller", "simulator"]) == BAD_INPUT
+    assert "the skill string of 'act' is wrong" in capsys.readouterr().err

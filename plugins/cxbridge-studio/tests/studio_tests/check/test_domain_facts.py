@@ -23,6 +23,7 @@ RIGHT = (
     "(wm-fact (key domain fact battery args? who robot))",  # the domain need not know all facts of the world
     "(domain-object (name (sym-cat b ob))) (domain-fact (name met) (param-values bob))",
     "(wm-fact (key domain fact met args? who (sym-cat a nn)))",
+    "(wm-fact (key domain fact met args? who [ ann bob ]))",
 )
 
 

@@ -6,7 +6,12 @@ import re
 
 import pytest
 
+from cxbridge.blackboard import LocalBlackBoard
+from cxbridge.clock import VirtualClock
+from cxbridge.errors import SkillError
+from cxbridge.events import EventBus
 from cxbridge.interfaces.registry import default_registry
+from cxbridge.skiller.make import make_lua_skiller
 from cxbridge_studio.check.lua_skills import INTERFACE_METHODS, find_load_mistakes, find_unknown_methods
 from tests.support import ROOT
 
@@ -92,6 +97,15 @@ def test_a_computed_name_has_no_finding(good, bad):
 def test_an_empty_file_is_said_to_be_empty():
     ((_, message, _),) = find_load_mistakes("-- nothing yet\n")
     assert message == "the file is empty, so there is no skill"
+
+
+def test_the_engine_does_not_say_that_an_empty_file_is_absent(tmp_path):
+    (tmp_path / "mine.lua").write_text('module(..., package.seeall)\nskillenv.use_skill("skills.empty")\n')
+    (tmp_path / "empty.lua").write_text("")
+    bus = EventBus(VirtualClock())
+    board = LocalBlackBoard(default_registry(), bus.clock, bus)
+    with pytest.raises(SkillError, match="is no module: its file is empty"):
+        make_lua_skiller(board, bus.clock, bus, folders=[tmp_path], space="mine")
 
 
 def test_the_methods_of_interfaces_are_those_of_the_engine():
