@@ -26,11 +26,10 @@ EXTRA_PURPOSES: Final[Mapping[str, str]] = {
 # The extra in the marker of a requirement: extra == "mongodb".
 _EXTRA_MARKER = re.compile(r"""\bextra\s*==\s*["']([\w.-]+)["']""")
 _PACKAGE_NAME = re.compile(r"[\w.-]+")
-# An extra that requires an extra of a plug-in: cxbridge-explore[dask].
-_PLUGIN_EXTRA = re.compile(rf"({CORE}-[\w-]+)\[([\w-]+)\]")
+# The requirement of a plug-in of this repository, perhaps with an extra: cxbridge-explore[dask].
+_PLUGIN = re.compile(rf"({CORE}-[\w-]+)(?:\[([\w-]+)\])?")
 # The modules of packages whose module has another name.
 _MODULE_BY_PACKAGE = {"eclipse-zenoh": "zenoh"}
-_CHECKOUT = Path(__file__).resolve().parent.parent
 
 
 def requirements_by_extra(package: str = CORE) -> Mapping[str, Sequence[str]]:
@@ -65,28 +64,68 @@ def missing_requirements(extra: str, package: str = CORE) -> list[str]:
 
 
 def install_command(extra: str, package: str = CORE) -> str:
-    """Return the shell command that installs an extra.
+    """Return the shell command that installs an extra, or a package without extras if ``extra`` is empty.
 
-    cxbridge is on no package index, so a checkout is installed with the extra; otherwise the command lists
-    the packages of the extra, because pip would not find cxbridge itself.
+    cxbridge is on no package index: the command names the folders of a checkout, also of the plug-ins that
+    the extra needs. Without a checkout, it lists the packages of the extra.
     """
-    if folder := _checkout_folder(package):
+    if folders := _checkout_folders(package, extra):
         # pip keeps an editable installation only if the folder is named in the command
-        return _pip_command("-e", f"{folder}[{extra}]")
+        return pip_command(*(word for folder in folders for word in ("-e", folder)))
     requirements = requirements_by_extra(package).get(extra)
-    return _pip_command(*requirements) if requirements else _pip_command(f"{package}[{extra}]")
+    return pip_command(*requirements) if requirements else pip_command(_with_extra(package, extra))
 
 
 def plugin_command(package: str) -> str:
     """Return the shell command that installs a plug-in, from the checkout or the package index."""
-    folder = _checkout_folder(package)
-    return _pip_command("-e", folder) if folder else _pip_command(package)
+    return install_command("", package)
 
 
-def _checkout_folder(package: str) -> str:
-    """Return the folder of a package in the checkout of this cxbridge; empty if there is none."""
-    folder = _CHECKOUT if package == CORE else _CHECKOUT / "plugins" / package
-    return _shorten_path(folder) if (folder / "pyproject.toml").is_file() else ""
+def pip_command(*arguments: str) -> str:
+    """Return the shell command that installs packages into this Python.
+
+    The pip on the PATH may belong to another Python.
+    """
+    python = Path(sys.executable)
+    return shlex.join([_shorten_path(python), "-m", "pip", "install", *arguments])
+
+
+def _checkout_folders(package: str, extra: str) -> dict[str, None]:
+    """Return the folders of a package and of the plug-ins that it needs, with extras, e.g. ``.[packed]``.
+
+    Empty if the package is not in the checkout of this cxbridge.
+    """
+    import tomllib  # noqa: PLC0415 - seldom needed
+
+    checkout = _checkout()
+    project_file = (checkout if package == CORE else checkout / "plugins" / package) / "pyproject.toml"
+    if not project_file.is_file():
+        return {}
+    folders = {_with_extra(_shorten_path(project_file.parent), extra): None}
+    # the plug-in may not be installed, and has no metadata then
+    dependencies = tomllib.loads(project_file.read_text("utf-8"))["project"]["dependencies"]
+    for requirement in (*dependencies, *requirements_by_extra(package).get(extra, ())):
+        if plugin := _PLUGIN.match(requirement):
+            folders |= _checkout_folders(plugin[1], plugin[2] or "")
+    return folders
+
+
+def _checkout() -> Path:
+    """Return the folder of the sources of cxbridge: a checkout, or the argument of ``pip install``."""
+    import json  # noqa: PLC0415 - seldom needed
+    from importlib import metadata  # noqa: PLC0415 - as above
+    from urllib.parse import urlsplit  # noqa: PLC0415 - as above
+    from urllib.request import url2pathname  # noqa: PLC0415 - as above
+
+    folder = Path(__file__).resolve().parent.parent
+    if (folder / "pyproject.toml").is_file():
+        return folder
+    origin = json.loads(metadata.distribution(CORE).read_text("direct_url.json") or "{}")
+    return Path(url2pathname(urlsplit(origin.get("url", "")).path))
+
+
+def _with_extra(package: str, extra: str) -> str:
+    return f"{package}[{extra}]" if extra else package
 
 
 def missing_package_error(error: ModuleNotFoundError) -> CxbridgeError | None:
@@ -126,18 +165,12 @@ def _module_name(package: str) -> str:
 def _is_installed(requirement: str) -> bool:
     from importlib import metadata  # noqa: PLC0415 - slow to import, and seldom needed
 
-    name, plugin_extra = _PACKAGE_NAME.match(requirement), _PLUGIN_EXTRA.match(requirement)
+    name, plugin = _PACKAGE_NAME.match(requirement), _PLUGIN.match(requirement)
     try:
         metadata.version(name[0] if name else requirement)
     except metadata.PackageNotFoundError:
         return False
-    return plugin_extra is None or not missing_requirements(plugin_extra[2], plugin_extra[1])
-
-
-def _pip_command(*arguments: str) -> str:
-    """Return a pip command of this Python, because the pip on the PATH may belong to another Python."""
-    python = Path(sys.executable)
-    return shlex.join([_shorten_path(python), "-m", "pip", "install", *arguments])
+    return plugin is None or not plugin[2] or not missing_requirements(plugin[2], plugin[1])
 
 
 def _shorten_path(path: Path) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shlex
 import sys
@@ -57,8 +58,36 @@ def test_a_checkout_is_installed_with_its_extra(monkeypatch, tmp_path):
     assert words == [sys.executable, "-m", "pip", "install", "-e", f"{ROOT}[packed]"]
 
 
+@pytest.mark.parametrize(
+    ("extra", "package", "folders"),
+    [
+        ("explore", "cxbridge", [".[explore]", "plugins/cxbridge-explore", "plugins/cxbridge-studio"]),
+        ("planners", "cxbridge", [".[planners]", "plugins/cxbridge-planning[engines]"]),
+        ("zenoh", "cxbridge-ros2", ["plugins/cxbridge-ros2[zenoh]"]),
+        (
+            "",
+            "cxbridge-rcll",
+            [f"plugins/cxbridge-{name}" for name in ("rcll", "explore", "studio", "protobuf")],
+        ),
+    ],
+)
+def test_plug_ins_that_an_extra_needs_come_from_the_checkout(monkeypatch, extra, package, folders):
+    """No package of cxbridge is on an index, so pip finds only those that the command names."""
+    monkeypatch.chdir(ROOT)
+    words = shlex.split(extras.install_command(extra, package))[4:]
+    assert words == [word for folder in folders for word in ("-e", folder)]
+
+
+def test_an_installed_copy_knows_the_folder_that_pip_was_given(monkeypatch, tmp_path):
+    monkeypatch.setattr(extras, "__file__", str(tmp_path / "site-packages" / "cxbridge" / "extras.py"))
+    monkeypatch.setattr(
+        metadata.Distribution, "read_text", lambda self, name: json.dumps({"url": ROOT.as_uri()})
+    )
+    assert extras._checkout() == ROOT
+
+
 def test_without_a_checkout_the_command_names_packages(installed, monkeypatch, tmp_path):
-    monkeypatch.setattr(extras, "_CHECKOUT", tmp_path)
+    monkeypatch.setattr(extras, "_checkout", lambda: tmp_path)
     words = shlex.split(extras.install_command("planners"))
     assert words[1:] == ["-m", "pip", "install", "up-aries<1,>=0.4", "no-such-package>=1"]
 

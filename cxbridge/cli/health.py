@@ -10,7 +10,14 @@ from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from cxbridge.extras import CORE, EXTRA_PURPOSES, install_command, missing_requirements, requirements_by_extra
+from cxbridge.extras import (
+    CORE,
+    EXTRA_PURPOSES,
+    install_command,
+    missing_requirements,
+    pip_command,
+    requirements_by_extra,
+)
 from cxbridge.plugins import Plugin, installed_plugins
 from cxbridge.resources import VERSION
 
@@ -86,9 +93,7 @@ def _check_package(name: str) -> HealthCheck:
     try:
         version = importlib.metadata.version(name)
     except importlib.metadata.PackageNotFoundError:
-        return HealthCheck(
-            name, fine=False, required=True, detail="not installed", remedy=f"pip install {name}"
-        )
+        return HealthCheck(name, fine=False, required=True, detail="not installed", remedy=pip_command(name))
     return HealthCheck(name, fine=True, required=True, detail=version)
 
 

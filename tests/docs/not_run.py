@@ -32,6 +32,7 @@ NOT_RUN: dict[str, dict[str, str]] = {
     "README.md": {
         "make run": CI_ITSELF,
         "make test": CI_ITSELF,
+        ".venv/bin/python -m pip install -e plugins/cxbridge-explore": INDEX,
         ".venv/bin/cxbridge run test-scenario --web": WEB,
     },
     "configuration.md": {

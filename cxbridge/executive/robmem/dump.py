@@ -66,7 +66,7 @@ def _import_bsonvalues(file: Path) -> ModuleType:
         raise RobotMemoryError(
             "files of mongodump require the package pymongo",
             file=file,
-            hint=f"pip install 'cxbridge[mongodb]', here {install_command('mongodb')}",
+            hint=install_command("mongodb"),
         ) from None
     return bsonvalues
 

@@ -108,7 +108,7 @@ class RobotMemory:
         except ModuleNotFoundError:
             raise ConfigError(
                 "a robot memory on MongoDB requires the package pymongo",
-                hint=f"pip install 'cxbridge[mongodb]', here {install_command('mongodb')}",
+                hint=install_command("mongodb"),
             ) from None
 
         return MongoStore(

@@ -14,6 +14,7 @@ from typing import Any
 
 from cxbridge.executive.robmem.errors import QueryError
 from cxbridge.executive.robmem.values import MISSING, NAN_KEY, Document, Key, Regex, order_key
+from cxbridge.extras import install_command
 
 Matcher = Callable[[Any], bool]
 """A test of a value or a document."""
@@ -39,7 +40,7 @@ def mongodb_needed_error(name: str) -> QueryError:
     """
     return QueryError(
         f"{name} needs MongoDB",
-        hint="/cxbridge/robot-memory/backend: mongodb, with pip install 'cxbridge[mongodb]'; "
+        hint=f"/cxbridge/robot-memory/backend: mongodb, with {install_command('mongodb')}; "
         "docs/evidence/robot-memory.md has the operators of the embedded store",
     )
 

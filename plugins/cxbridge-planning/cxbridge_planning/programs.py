@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Final
 
 from cxbridge.executive.planning.needs import CLASSICAL, Need
+from cxbridge.extras import pip_command
 from cxbridge.spawning import python_command
 from cxbridge_planning.engine import Engine
 
@@ -65,7 +66,7 @@ class PlannerProgram(Engine, frozen=True):
         :param own_program: the program of the user's options; empty for the usual one.
         """
         if self.package and not own_program and find_spec(self.module) is None:
-            return f"pip install {self.package}"
+            return pip_command(self.package)
         program = self.command(own_program)[0]
         return "" if shutil.which(program) else f"there is no program '{program}' on the PATH"
 

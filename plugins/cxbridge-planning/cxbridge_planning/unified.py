@@ -14,6 +14,7 @@ from cxbridge.executive.pddl import Domain, Problem
 from cxbridge.executive.planning.errors import PlanningError
 from cxbridge.executive.planning.needs import Need
 from cxbridge.executive.planning.planner import PlannedAction, plan_text
+from cxbridge.extras import pip_command
 from cxbridge_planning.engine import FOLDER_PREFIX, Engine, EnginePlanner
 from cxbridge_planning.plan_files import PlanNames, load_plan
 from cxbridge_planning.texts import read_task
@@ -80,13 +81,9 @@ class UnifiedPlanner(EnginePlanner):
     @property
     def not_installed(self) -> str:
         """The reason why the engine cannot be used; empty if it can."""
-        for module, package in (
-            ("unified_planning", "unified-planning"),
-            (self._engine.module, self._engine.package),
-        ):
-            if find_spec(module) is None:
-                return f"{self.name} is not installed: pip install {package}"
-        return ""
+        packages = {"unified_planning": "unified-planning", self._engine.module: self._engine.package}
+        missing = [package for module, package in packages.items() if find_spec(module) is None]
+        return f"{self.name} is not installed: {pip_command(*missing)}" if missing else ""
 
     def solve(self, domain: Domain, problem: Problem) -> tuple[PlannedAction, ...] | None:
         """Return a plan; None if the engine reports that none exists."""

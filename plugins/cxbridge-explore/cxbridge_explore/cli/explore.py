@@ -58,7 +58,7 @@ class _ExploreOptions:
         typer.Option(
             "--property",
             metavar="NAME|FORM",
-            help="Watch this property, e.g. 'never (goal (mode FAILED))'. Repeatable; by default the "
+            help="Watch this property, e.g. 'never (goal (outcome FAILED))'. Repeatable; by default the "
             "built-in properties and the properties of properties.yaml in the scenario's folder.",
         ),
     ] = ()

@@ -1,4 +1,4 @@
-"""The parser of properties such as ``never (goal (mode FAILED))`` or ``after (a) then (b) within 10``."""
+"""The parser of properties such as ``never (goal (outcome FAILED))`` or ``after (a) then (b) within 10``."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class _Reader:
         if not any(node.head and node.head not in _NON_PATTERN_HEADS for node in nodes):
             raise self.mark.error(
                 f"'{after}' needs a pattern: {self.text}",
-                "write a pattern in parentheses: (goal (mode FAILED))",
+                "write a pattern in parentheses: (goal (outcome FAILED))",
             )
         return ConditionPattern(tuple(nodes), self.mark)
 

@@ -7,6 +7,7 @@ current matches, such a rule is defined and removed again.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import count
@@ -27,6 +28,8 @@ _ABSENCE_HEADS: Final = frozenset({"not", "forall"})
 _NAME_PREFIX: Final = "cx-property-"  # of the names of rules and functions
 _LOADED_PATTERN: Final = "(executive-initialized)"  # matches a fact that a loaded agent has
 _UNMATCHED_PATTERN: Final = "(executive-initialized nowhere)"  # matches no fact
+_LITERAL: Final = re.compile(r"[\w-]+")  # no variable, predicate or string
+_CLIPS_REASON: Final = re.compile(r"\[[A-Z]+\d+\].*?(?= ERROR:|$)", re.DOTALL)
 _numbers = count(1)  # make the names unique in the process
 
 BoundValues = tuple[str, ...]  # values of a pattern's variables, as CLIPS prints them
@@ -100,6 +103,32 @@ def check_names(pattern: ConditionPattern, env: ClipsEnvironment) -> None:
                 raise pattern.mark.error(
                     f"deftemplate '{fact.head}' has no slot '{slot.head}': {pattern.text}", hint
                 )
+            if slot.items is not None:
+                _check_values(pattern, env, fact.head, slot)
+
+
+def _check_values(pattern: ConditionPattern, env: ClipsEnvironment, template: str, slot: SyntaxNode) -> None:
+    """Check the literal values of a slot with a fixed set of values.
+
+    :raises ConfigError: for a value that the slot never has.
+    """
+
+    def allowed_values(slot_name: Value) -> tuple[str, ...]:
+        """Return the values that a slot can have; empty if they are not restricted."""
+        values = env.eval(f"(deftemplate-slot-allowed-values {template} {slot_name})")
+        return tuple(map(str, values)) if isinstance(values, tuple) else ()
+
+    allowed = allowed_values(slot.head)
+    words = (word for node in slot.arguments if node.items is None for word in re.split("[&|~]+", node.text))
+    for word in words:
+        if allowed and _LITERAL.fullmatch(word) and word not in allowed:
+            hint = f"the values of '{slot.head}': {', '.join(allowed)}"
+            slots = env.eval(f"(deftemplate-slot-names {template})")
+            if others := [name for name in slots if word in allowed_values(name)]:
+                hint = f"{word} is a value of '{others[0]}': ({others[0]} {word}); {hint}"
+            raise pattern.mark.error(
+                f"slot '{slot.head}' of '{template}' is never {word}: {pattern.text}", hint
+            )
 
 
 class Probe:
@@ -165,4 +194,7 @@ class Probe:
             self._env.build_unrecorded(f"(defrule {name} {condition} =>)")
         except ClipsError as error:
             text = f"CLIPS rejects the pattern {self._pattern.text}"
-            raise self._pattern.mark.error(text, error.message) from None
+            # without the name of the rule and the number of the condition, which users have not written
+            reason = _CLIPS_REASON.search(error.message)
+            hint = re.sub(r" found in CE #\d+", "", reason[0]) if reason else None
+            raise self._pattern.mark.error(text, hint) from None

@@ -130,3 +130,8 @@ def test_an_engine_below_a_folder_with_a_blank(tmp_path, monkeypatch):
         _avoid_spaces(engine)
         assert engine._executable == "./engine"
         assert str(Path("engine").readlink()) == program
+
+
+def test_the_packages_of_an_engine_that_are_missing_are_named_at_once(monkeypatch):
+    monkeypatch.setattr("cxbridge_planning.unified.find_spec", lambda _module: None)
+    assert UnifiedPlanner("aries").not_installed.endswith(" -m pip install unified-planning up-aries")

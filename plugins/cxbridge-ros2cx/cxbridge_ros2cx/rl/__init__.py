@@ -10,12 +10,13 @@ from __future__ import annotations
 from typing import Final
 
 from cxbridge.errors import CxbridgeError
+from cxbridge.extras import install_command
 
 try:
     from gymnasium.envs.registration import register
 except ImportError:
     raise CxbridgeError(
-        "learning needs the package gymnasium", hint="pip install 'cxbridge-ros2cx[rl]'"
+        "learning needs the package gymnasium", hint=install_command("rl", "cxbridge-ros2cx")
     ) from None
 
 ENVIRONMENT_ID: Final = "cxbridge/CXRL-v0"  # the id for `gymnasium.make`

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
-import pytest
+import re
 
+import pytest
+import typer
+
+from cxbridge.cli.main import app
 from cxbridge.errors import ConfigError
 from cxbridge_explore.properties.forms import read_property
 from cxbridge_explore.worlds.points import Step
@@ -114,12 +118,25 @@ def test_a_form_that_is_wrong(text: str, error: str):
     [
         ("never (gaol (mode FAILED))", "did you mean goal"),
         ("never (goal (mod FAILED))", "did you mean mode"),
-        ("never (goal (mode FAILLED))", "CLIPS rejects the pattern"),
+        ("never (goal (mode FAILED))", r"never FAILED.*(?s:.)*\(outcome FAILED\); .*FORMULATED"),
+        ("never (goal (mode ~FORMULATED&~FAILLED))", "never FAILLED.*(?s:.)*hint: the values of 'mode': FOR"),
+        ("never (goal (priority high))", r"hint: \[CSTRNCHK1\] A literal restriction value does not match"),
     ],
 )
 def test_a_name_that_the_agent_lacks(text: str, error: str):
     with pytest.raises(ConfigError, match=error):
         run_of(text)
+
+
+def test_the_examples_of_the_help_and_of_the_errors_fit_the_core():
+    command = typer.main.get_command(app).commands["explore"]
+    examples = re.findall(r"e\.g\. '(.*?)'", " ".join(option.help or "" for option in command.params))
+    with pytest.raises(ConfigError, match="needs a pattern") as caught:
+        read_property("never goal")
+    hint = caught.value.hint or ""
+    for text in (*examples, f"never {hint[hint.index('(') :]}"):
+        run_of(text)
+    assert examples
 
 
 def test_a_property_can_have_a_name():

@@ -18,6 +18,7 @@ from cxbridge.errors import CxbridgeError, PddlError, Ros2Error
 from cxbridge.executive.planning import PlanningService
 from cxbridge.executive.planning.planner import PlanStatus
 from cxbridge.executive.planning.service import PlanRequest
+from cxbridge.extras import install_command
 from cxbridge.rights import Right
 from cxbridge_ros2.actions import GoalHandler, GoalResponse, GoalServer, GoalStatus, ServedGoal
 from cxbridge_ros2cx.cx.pddl.problem import ManagedGoal, ManagedProblem
@@ -326,7 +327,7 @@ def _read_template(folder: Path, name: str) -> str:
         raise PddlError(
             "the file is a jinja2 template, and jinja2 is not installed",
             file=file,
-            hint="install it: pip install jinja2",
+            hint=install_command("pddl", "cxbridge-ros2cx"),
         ) from None
     try:
         environment = SandboxedEnvironment(loader=FileSystemLoader(folder))
