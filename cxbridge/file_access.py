@@ -62,13 +62,14 @@ def why_unreadable(path: str | Path) -> str:
 def replaced_file(path: str | Path) -> Iterator[Path]:
     """Yield a path for a new file or folder, which replaces ``path`` at the end of the block.
 
-    After an error, the new file is removed and ``path`` is unchanged. The yielded path has the same name. If
+    The folder of ``path`` is made if there is none. After an error, the new file is removed and ``path`` is
+    unchanged. The yielded path has the same name. If
     ``path`` exists, the yielded path exists, too, but is empty. The new files of a folder are moved into the
     old folder. Devices and pipes are written directly, as are files in folders that allow no new files.
 
     :raises CxbridgeError: instead of an OSError of this file; errors of the block name ``path``.
     """
-    path = Path(path)
+    path = make_parent_folder(Path(path))
     target = path
     try:
         target = Path(os.path.realpath(path))
@@ -90,6 +91,21 @@ def replaced_file(path: str | Path) -> Iterator[Path]:
         if error.filename is not None and Path(error.filename) not in (path, target):
             raise
         raise CxbridgeError(f"cannot be written: {error.strerror}", file=path) from error
+
+
+def make_parent_folder(file: Path) -> Path:
+    """Make the folder of an output file if there is none; return the file.
+
+    :raises CxbridgeError: if the folder cannot be made.
+    """
+    try:
+        if not file.parent.exists():
+            file.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise CxbridgeError(
+            f"cannot be written: its folder cannot be made: {error.strerror}", file=file
+        ) from error
+    return file
 
 
 def write_file(path: str | Path, content: str | bytes) -> None:

@@ -163,7 +163,12 @@ def test_a_pipe_is_written_to(tmp_path: Path):
         os.close(reader)
 
 
-@pytest.mark.parametrize("path", ["none/file", "file/file", "folder"])
+def test_the_folder_is_made(tmp_path: Path):
+    write_file(tmp_path / "a/b/file", "text")
+    assert (tmp_path / "a/b/file").read_text() == "text"
+
+
+@pytest.mark.parametrize("path", ["file/file", "file/folder/file", "folder"])
 def test_an_error_names_the_file(tmp_path: Path, path: str):
     (tmp_path / "file").write_text("text")
     (tmp_path / "folder").mkdir()

@@ -20,6 +20,7 @@ import typer
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, Level, LogLine
+from cxbridge.file_access import make_parent_folder
 from cxbridge.printing import VisibleStream, indent_lines, one_line, unfiltered_stream, visible
 
 # Endless rules print a hundred thousand lines at one moment of a virtual clock. The limits at one moment are
@@ -182,17 +183,13 @@ class ConsoleOptions:
         return ConsoleLog(quiet=self.quiet, verbose=self.verbose, info=info)
 
 
-def check_folders(*files: Path | None) -> None:
-    """Check that files can be written, before long work.
+def make_output_folders(*files: Path | None) -> None:
+    """Make the folders of output files, before long work.
 
-    :raises CxbridgeError: if the folder of a file does not exist, or a path is a folder.
+    :raises CxbridgeError: if a folder cannot be made, or a path is a folder.
     """
     for file in files:
-        if file is not None and not file.parent.is_dir():
-            raise CxbridgeError(
-                "cannot be written: there is no such folder", file=file, hint=f"mkdir -p {file.parent}"
-            )
-        if file is not None and file.is_dir():
+        if file is not None and make_parent_folder(file).is_dir():
             raise CxbridgeError("cannot be written: it is a folder", file=file, hint="name a file")
 
 

@@ -7,9 +7,10 @@ from pathlib import Path
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any, Final
 
-from cxbridge.errors import TraceError
+from cxbridge.errors import CxbridgeError
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import EventBus
+from cxbridge.file_access import make_parent_folder
 from cxbridge.mainloop import Hook
 from cxbridge.resources import VERSION
 from cxbridge.run.components.component import Component
@@ -41,7 +42,7 @@ class RecorderComponent(Component):
     :param run: a run, a team or a daemon.
     :param writers: additional receivers of events.
     :param keep: rename existing files instead of overwriting them.
-    :raises TraceError: if a file cannot be written.
+    :raises CxbridgeError: if a file cannot be written.
     """
 
     hooks = (Hook.POST_LOOP,)
@@ -77,7 +78,7 @@ def start_recording(
 
     :param writers: additional writers; the recorder closes them.
     :param keep: rename an existing file instead of overwriting it.
-    :raises TraceError: if a file cannot be written.
+    :raises CxbridgeError: if a file cannot be written.
     """
     if keep:
         _rename_existing_files(run.bus, [options.trace, options.log])
@@ -114,14 +115,14 @@ def start_recording(
 def open_writers(files: Iterable[tuple[str, Path]], run: RecordedRun) -> list[RunWriter]:
     """Open files for the recording of a run, each with the name of its format; all, or none.
 
-    :raises TraceError: if a file cannot be written.
+    :raises CxbridgeError: if a file cannot be written.
     """
     writers: list[RunWriter] = []
     try:
         for name, path in files:
             open_recording: Callable[[Path, RecordedRun], RunWriter] = resolve_name(_OPENERS[name])
             writers.append(open_recording(make_parent_folder(path), run))
-    except TraceError:
+    except CxbridgeError:
         for writer in writers:
             writer.close()
         raise
@@ -134,12 +135,3 @@ def _rename_existing_files(bus: EventBus, files: Iterable[Path | None]) -> None:
     for file in files:
         if file is not None and (renamed := rename_previous(file)) is not None:
             bus.logger("Recorder").info(f"The previous recording is kept as {renamed}")
-
-
-def make_parent_folder(file: Path) -> Path:
-    """Make the parent folder of a recording; return the file."""
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise TraceError(f"cannot make the folder for it: {error.strerror}", file=file) from error
-    return file

@@ -49,7 +49,7 @@
   "Whether the robot memory knows what we know of a room. What it lacks (it may have been away) is sent again."
   (bind ?shared TRUE)
   (do-for-all-facts ((?fact wm-fact))
-      (and (wm-key-prefix ?fact:key (create$ domain fact)) (eq (wm-key-arg ?fact:key room) ?room))
+    (and (wm-key-prefix ?fact:key (create$ domain fact)) (eq (wm-key-arg ?fact:key room) ?room))
     (if (not (house-is-noted ?fact:id)) then
       (wm-robmem-sync-fact-update ?fact (cx-identity) (wm-robmem-sync-now))
       (bind ?shared FALSE)))

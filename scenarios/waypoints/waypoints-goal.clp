@@ -31,7 +31,7 @@
   =>
   (progn$ (?waypoint ?*WAYPOINTS*)
     (if (not (any-factp ((?fact domain-fact))
-                (and (eq ?fact:name visited) (eq ?fact:param-values (create$ ?waypoint)))))
+               (and (eq ?fact:name visited) (eq ?fact:param-values (create$ ?waypoint)))))
      then (printout warn "The robot has never been at " ?waypoint crlf)))
   (printout t "The tour is " ?outcome crlf)
   (modify ?goal (mode EVALUATED)))

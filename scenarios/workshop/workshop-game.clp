@@ -60,8 +60,8 @@
   =>
   (printout t ?deliveries " of " ?orders " orders, " ?points " points" crlf)
   (modify ?game (mode FINISHED)
-                (outcome (if (= ?deliveries ?orders) then COMPLETED else FAILED))
-                (message (str-cat ?deliveries " of " ?orders " orders were delivered"))))
+          (outcome (if (= ?deliveries ?orders) then COMPLETED else FAILED))
+          (message (str-cat ?deliveries " of " ?orders " orders were delivered"))))
 
 (defrule workshop-game-evaluate
   ?game <- (goal (id GAME) (mode FINISHED))

@@ -23,14 +23,14 @@
   (bind ?from saw)
   (if (> (length$ ?coats) 0) then
     (workshop-step ?id 8 (assert (goal (id (sym-cat CARRY- ?piece -TO-BOOTH)) (class CARRY)
-                               (params order ?id piece ?piece from saw to booth))))
+                                       (params order ?id piece ?piece from saw to booth))))
     (progn$ (?coat ?coats)
       (workshop-step ?id (- 8 ?coat-index)
         (assert (goal (id (sym-cat PAINT- ?piece - ?coat)) (class PAINT)
                       (params order ?id piece ?piece colour ?coat)))))
     (bind ?from booth))
   (workshop-step ?id 2 (assert (goal (id (sym-cat CARRY- ?piece -TO-COUNTER)) (class CARRY)
-                             (params order ?id piece ?piece from ?from to counter))))
+                                     (params order ?id piece ?piece from ?from to counter))))
   (goal-tree-update-child
     (assert (goal (id (sym-cat HAND-OVER- ?piece)) (class HAND-OVER)
                   (params order ?id piece ?piece for ?order))) ?id 1)

@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from cxbridge.cli.commands.interface import app
-from cxbridge.errors import InterfaceDefinitionError, InterfaceError
+from cxbridge.errors import CxbridgeError, InterfaceDefinitionError, InterfaceError
 from cxbridge.interfaces.registry import default_registry
 from tests.interfaces.samples import DATA, data_block, definition, measured_rows
 from tests.support import SHARED, needs_shared
@@ -121,7 +121,7 @@ def test_compile_writes_modules_and_stubs(tmp_path: Path) -> None:
 
 def test_compile_tells_where_it_cannot_write(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
-    with pytest.raises(InterfaceError, match="cannot write the module"):
+    with pytest.raises(CxbridgeError, match="cannot be written: Not a directory"):
         run("compile", "SwitchInterface", "-o", tmp_path / "file")
 
 

@@ -152,17 +152,12 @@ def compile_types(
 
     Example: cxbridge interface compile HandInterface -o hand --interface-dir interfaces
     """
-    from cxbridge.errors import InterfaceError
     from cxbridge.interfaces.codegen import module_source, stub_source
 
     schemas = [_find_schema(name, interface_dir) for name in names]
     for schema in schemas:
         path = output / f"{schema.name}{'.pyi' if stubs else '.py'}"
-        try:
-            output.mkdir(parents=True, exist_ok=True)
-            write_file(path, stub_source(schema) if stubs else module_source(schema))
-        except OSError as error:
-            raise InterfaceError(f"cannot write the module: {error.strerror}", file=path) from None
+        write_file(path, stub_source(schema) if stubs else module_source(schema))
         say(path)
 
 

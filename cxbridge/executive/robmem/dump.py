@@ -26,7 +26,6 @@ def dump_collection(store: Store, collection: str, folder: Path) -> Path:
         {"indexes": [], "collectionName": split_name(collection)[1], "type": "collection"}
     )
     try:
-        file.parent.mkdir(parents=True, exist_ok=True)
         _write_atomically(file.with_suffix(".metadata.json"), description.encode())
         _write_atomically(file, data)
     except OSError as error:

@@ -6,9 +6,9 @@ import re
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
+from cxbridge.file_access import replaced_file
 from cxbridge.printing import visible
 from cxbridge.trace.compare.render.text import ComparisonReport, difference_title, summary, text_report
-from cxbridge.trace.formats.files import writing
 
 # The characters that XML 1.0 forbids.
 _FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -17,7 +17,7 @@ _FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff
 def write_junit(path: Path, report: ComparisonReport) -> None:
     """Write a test case that fails if the runs differ.
 
-    :raises TraceError: if the file cannot be written.
+    :raises CxbridgeError: if the file cannot be written.
     """
     comparison = report.comparison
     level = f"{comparison.view.value}.{comparison.order.value}"
@@ -37,8 +37,8 @@ def write_junit(path: Path, report: ComparisonReport) -> None:
         ET.SubElement(case, "system-out").text = text
     tree = ET.ElementTree(suites)
     ET.indent(tree)
-    with writing(path):
-        tree.write(path, encoding="utf-8", xml_declaration=True)
+    with replaced_file(path) as new_path:
+        tree.write(new_path, encoding="utf-8", xml_declaration=True)
 
 
 def _make_xml_safe(text: str) -> str:

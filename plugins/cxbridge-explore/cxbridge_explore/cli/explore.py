@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final
 import typer
 
 from cxbridge.cli.connect import AsJson
-from cxbridge.cli.console import check_folders, complain, say, say_json
+from cxbridge.cli.console import complain, make_output_folders, say, say_json
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.errors import CxbridgeError
 from cxbridge.printing import one_line, unfiltered_stream
@@ -127,7 +127,7 @@ def explore(
     from cxbridge_explore.worlds.run import make_scenario
 
     game = find_chosen_game(games.more)
-    check_folders(settings.html)
+    make_output_folders(settings.html)
     options = RunOptions(**vars(agent), skiller="none")
     make: MakeAssembly = make_scenario
     if game is not None:

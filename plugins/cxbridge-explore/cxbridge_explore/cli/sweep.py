@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from cxbridge.cli.connect import AsJson
-from cxbridge.cli.console import check_folders, say, say_json
+from cxbridge.cli.console import make_output_folders, say, say_json
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.errors import CxbridgeError
 from cxbridge.run.options import ScenarioOptions, SourceOptions
@@ -118,7 +118,7 @@ def sweep(agent: _AgentOptions, settings: _SweepOptions, outputs: _SweepOutputs)
     from cxbridge_explore.sweep.row_file import RowFile
     from cxbridge_explore.sweep.summary import AgentComparison, SweepSummary
 
-    check_folders(outputs.csv, outputs.parquet, outputs.page)
+    make_output_folders(outputs.csv, outputs.parquet, outputs.page)
     jobs = _make_jobs(agent, settings)
     start_s = time.perf_counter()
     seeds = range(settings.seed, settings.seed + settings.runs)

@@ -125,7 +125,6 @@ def _format_manifest(name: str, description: str, depends: str) -> str:
 
 def _write_package_file(file: Path, text: str) -> None:
     try:
-        file.parent.mkdir(parents=True, exist_ok=True)
         write_file(file, text)
     except OSError as error:
         raise Ros2Error(f"cannot write the package: {error.strerror}", file=file) from None

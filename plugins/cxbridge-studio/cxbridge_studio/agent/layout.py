@@ -17,9 +17,9 @@ _BLANKS: Final = frozenset(" \t\n\r\f\v")
 _MAX_LINE_ENDS: Final = 3  # three line ends in a row are two empty lines
 
 # The heads of lists whose content is indented by `_INDENT_STEP`. In other lists, the arguments are aligned
-# with the first argument.
+# with the first argument, except on lines that the author has indented by `_INDENT_STEP`.
 _BLOCK_HEADS: Final = frozenset(
-    {"defrule", "deffunction", "deftemplate", "deffacts", "defglobal", "defmethod", "defgeneric", "defclass"}
+    {"defrule", "deffunction", "deftemplate", "deffacts", "defmethod", "defgeneric", "defclass"}
     | {"slot", "multislot", "field", "multifield", "definstances", "defmessage-handler", "defmodule"}
     | {"if", "while", "loop-for-count", "foreach", "progn", "progn$", "switch", "case", "default", "bind"}
     | {"do-for-fact", "do-for-all-facts", "delayed-do-for-all-facts", "find-fact", "find-all-facts"}
@@ -56,17 +56,22 @@ class _OpenList:
     """A list that is still open.
 
     :ivar column: the column of the opening parenthesis.
+    :ivar source_column: its column in the text before formatting.
     :ivar head: the first word of the list; None before that word is read.
     :ivar argument_column: the column for further arguments; None before the first argument is read.
     """
 
-    def __init__(self, column: int) -> None:
+    def __init__(self, column: int, source_column: int) -> None:
         self.column = column
+        self.source_column = source_column
         self.head: str | None = None
         self.argument_column: int | None = None
 
-    def token_column(self, token: str) -> int:
-        """Return the column of a line that begins with this token inside the list."""
+    def token_column(self, token: str, source_column: int) -> int:
+        """Return the column of a line that begins with this token inside the list.
+
+        :param source_column: the column of the token before formatting.
+        """
         if token == ")":
             return self.column
         # `then` and `else` stand between the `(if` and the indented branches.
@@ -75,7 +80,8 @@ class _OpenList:
         # A list without a head word, such as ((?f template) (?g template)), aligns its elements.
         if self.head is None or self.head == "(":
             return self.column + 1
-        if self.head in _BLOCK_HEADS or self.argument_column is None:
+        is_hanging = source_column == self.source_column + _INDENT_STEP
+        if self.head in _BLOCK_HEADS or self.argument_column is None or is_hanging:
             return self.column + _INDENT_STEP
         return self.argument_column
 
@@ -87,6 +93,7 @@ class _TokenWriter:
         self._tokens: list[str] = []
         self._open_lists: list[_OpenList] = []
         self._column = 0
+        self._source_column = 0
         self._is_at_line_start = True
 
     def add_token(self, token: str, *, is_blank: bool) -> None:
@@ -108,6 +115,7 @@ class _TokenWriter:
             self._is_at_line_start = True
         elif not self._is_at_line_start:
             self._write(token.replace("\t", " "))
+        self._source_column = _column_after(token, self._source_column)
 
     def text(self) -> str:
         """Return the written text, ending with one line end."""
@@ -117,7 +125,7 @@ class _TokenWriter:
     def _write_indentation(self, token: str) -> None:
         """Write the indentation before a token that begins its line."""
         if self._is_at_line_start and self._open_lists:
-            self._write(" " * self._open_lists[-1].token_column(token))
+            self._write(" " * self._open_lists[-1].token_column(token, self._source_column))
         self._is_at_line_start = False
 
     def _write_code(self, token: str) -> None:
@@ -126,7 +134,7 @@ class _TokenWriter:
         else:
             self._record_in_list(token)
             if token == "(":
-                self._open_lists.append(_OpenList(self._column))
+                self._open_lists.append(_OpenList(self._column, self._source_column))
         self._write(token)
 
     def _record_in_list(self, token: str) -> None:
@@ -144,5 +152,10 @@ class _TokenWriter:
 
     def _write(self, text: str) -> None:
         self._tokens.append(text)
-        _, line_end, last_line = text.rpartition("\n")
-        self._column = len(last_line) if line_end else self._column + len(text)
+        self._column = _column_after(text, self._column)
+
+
+def _column_after(text: str, column: int) -> int:
+    """Return the column after a text that begins at a column."""
+    _, line_end, last_line = text.rpartition("\n")
+    return len(last_line) if line_end else column + len(text)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from cxbridge.cli.connect import AsJson
-from cxbridge.cli.console import ConsoleOptions, check_folders, complain, say_json
+from cxbridge.cli.console import ConsoleOptions, complain, make_output_folders, say_json
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.cli.story import RunLog
 from cxbridge.errors import CxbridgeError
@@ -71,7 +71,7 @@ def game(
     is_series = play.games > 1 or against is not None
     first = _make_game(options, play, game_options, is_series=is_series)
     if not is_series:
-        check_folders(play.html)
+        make_output_folders(play.html)
         log = _GameLog(console, first.quiet_components)
         return _report_game(first.play(play.seed, log, log.attach), play.html, as_json=as_json)
     if options.trace or options.log or options.bblog:

@@ -172,7 +172,7 @@ def test_the_command_writes_the_page_of_a_game(short, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("more", "complaint"),
     [
-        (["--html", "/nowhere/game.html"], "there is no such folder"),
+        (["--html", "/dev/null/folder/game.html"], "cannot be written: its folder cannot be made"),
         (["--html", "/tmp"], "cannot be written: it is a folder"),
         (["--html", "game.html", "--games", "2"], "--html shows only one game"),
         (["--html", "game.html", "--against", "two-robots"], "--html shows only one game"),

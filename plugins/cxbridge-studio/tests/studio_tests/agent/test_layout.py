@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from textwrap import dedent
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -9,7 +12,7 @@ from hypothesis import strategies as st
 from cxbridge.clipstext.syntax import TOKEN
 from cxbridge.executive.executive import BUILTIN_CX
 from cxbridge_studio.agent.layout import indent_clips
-from tests.support import FAWKES_DIR, ROBOTINO_DIR, needs_fawkes, needs_robotino
+from tests.support import FAWKES_DIR, ROBOTINO_DIR, ROOT, needs_fawkes, needs_robotino
 
 WRITTEN = """\
 (deftemplate cup   "A cup."
@@ -141,6 +144,27 @@ def test_a_balanced_text_keeps_its_words_and_a_second_time_nothing_changes(text)
 @pytest.mark.parametrize("path", sorted(BUILTIN_CX.rglob("*.clp")), ids=lambda path: path.name)
 def test_the_files_of_the_core(path):
     check(path.read_text("utf-8"))
+
+
+def test_a_line_that_its_author_has_indented_by_two_columns_stays():
+    """Long names would move the slots of a nested fact far to the right."""
+    text = "(assert (plan-action (id 1) (action-name go)\n          (param-names to)))\n"
+    assert indent_clips(text) == text
+    moved = indent_clips(text.replace("          (param", "       (param"))
+    assert moved == text.replace("          (param", "                     (param")
+
+
+def test_the_clips_texts_of_the_manual_the_scenarios_and_the_templates_are_laid_out():
+    files = [*ROOT.glob("scenarios/**/*.clp"), *ROOT.glob("templates/**/*.clp*")]
+    texts = [(file, file.read_text("utf-8")) for file in files]
+    for page in sorted(ROOT.glob("docs/**/*.md")):
+        for block in re.finditer(r"^( *)```lisp.*\n((?s:.*?))^ *```", page.read_text("utf-8"), re.MULTILINE):
+            text = dedent(block[2]).lstrip("\n")
+            if not text.startswith(("(define ", "(with-eval-after-load")):  # PDDL, Emacs
+                texts.append((page, text))
+    assert len(texts) > 50
+    for place, text in texts:
+        assert indent_clips(text) == text, place
 
 
 @needs_fawkes
