@@ -9,7 +9,13 @@ import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from tests.docs import reference_commands, reference_rest, reference_tables, reference_templates
+from tests.docs import (
+    reference_api,
+    reference_commands,
+    reference_rest,
+    reference_tables,
+    reference_templates,
+)
 from tests.support import ROOT
 
 DOCS = ROOT / "docs"
@@ -22,6 +28,7 @@ PARTS: dict[str, tuple[str, Callable[[], Iterator[str]]]] = {
     "codes": ("check-codes.md", reference_tables.codes),
     "routes": ("rest.md", reference_rest.routes),
     "models": ("rest.md", reference_rest.models),
+    "names": ("api.md", reference_api.lines),
 }
 """The page and the lines of each part."""
 

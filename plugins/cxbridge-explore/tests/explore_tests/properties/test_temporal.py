@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 
 import pytest
-import typer
+import typer.core
+import typer.main
 
 from cxbridge.cli.main import app
 from cxbridge.errors import ConfigError
@@ -129,7 +130,9 @@ def test_a_name_that_the_agent_lacks(text: str, error: str):
 
 
 def test_the_examples_of_the_help_and_of_the_errors_fit_the_core():
-    command = typer.main.get_command(app).commands["explore"]
+    root = typer.main.get_command(app)
+    assert isinstance(root, typer.core.TyperGroup)
+    command = root.commands["explore"]
     examples = re.findall(r"e\.g\. '(.*?)'", " ".join(option.help or "" for option in command.params))
     with pytest.raises(ConfigError, match="needs a pattern") as caught:
         read_property("never goal")
