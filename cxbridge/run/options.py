@@ -264,7 +264,7 @@ class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions,
         ):
             if value not in values:
                 hint = f"use one of: {', '.join(filter(None, values))}"
-                hint += ", or the URL of a blackboard" if name == "skiller" else ""
+                hint += ", or the URL of a blackboard; in tests also: scripted" if name == "skiller" else ""
                 raise CxbridgeError(f"--{name} cannot be '{value}'", hint=hint)
         for group in self.more:
             group.check(self)

@@ -30,12 +30,14 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.recording import start_recording
 from cxbridge.run.stuck import RULE_ERROR_CODE
 from cxbridge.run.watchdog import make_spin_watchdog
+from cxbridge.suggestions import or_similar
 from cxbridge.testing.golden import GoldenFiles
 from cxbridge.testing.members import find_member
 from cxbridge.testing.scripted import ScriptedSkills
+from cxbridge.testing.skills import check_number
 from cxbridge.testing.world import World
 from cxbridge.trace.compare.checks import TimeReference, Tolerance
-from cxbridge.trace.compare.model import Order
+from cxbridge.trace.compare.model import Order, parse_choice
 
 PATIENCE_S: Final = 60.0
 """The default limit of a wait in seconds of real time, for agents whose rules fire forever."""
@@ -147,11 +149,13 @@ class AgentRun(Closing):
 
     def step(self, loops: int = 1) -> None:
         """Run cycles of the main loop."""
+        check_number("loops", loops)
         end_count = self._assembly.loop.cycle_count + loops
         self._run_cycles(lambda: self._assembly.loop.cycle_count >= end_count)
 
     def advance(self, seconds: float) -> None:
         """Run cycles for a number of seconds of the run's clock."""
+        check_number("seconds", seconds)
         end_s = self.seconds + seconds
         self._run_cycles(lambda: self.seconds >= end_s)
 
@@ -206,7 +210,11 @@ class AgentRun(Closing):
         return self._assembly.is_over and not (self._skills is not None and self._skills.running)
 
     def at(self, seconds: float, action: Callable[[], object]) -> None:
-        """Call ``action`` before the rules in the first cycle that starts at this time or later."""
+        """Call ``action`` before the rules in the first cycle that starts at this time or later.
+
+        :param seconds: the time since the start of the run.
+        """
+        check_number("seconds", seconds)
         self._due_actions.append((self._start_us + round(seconds * MICROSECONDS), action))
         self._due_actions.sort(key=lambda item: item[0])
 
@@ -326,8 +334,15 @@ class AgentRun(Closing):
         return goals[0]
 
     def actions(self, name: str | None = None) -> list[PlanActionRecord]:
-        """Return the plan-actions with a name, or all, in the order of creation; removed ones included."""
-        return [action for action in self._history.actions if name is None or action.name == name]
+        """Return the plan-actions with a name, or all, in the order of creation; removed ones included.
+
+        :raises AssertionError: if the domain has operators, but none with this name.
+        """
+        actions = [action for action in self._history.actions if name is None or action.name == name]
+        operators = [str(row[0]) for row in self._assembly.executive.env.columns("domain-operator", "name")]
+        if name is not None and not actions and operators and name not in operators:
+            raise AssertionError(f"there is no action '{name}'{or_similar(name, operators)}")
+        return actions
 
     def assert_outcomes(self, **outcomes: str) -> None:
         """Check the outcomes of all goals of the named classes; ``_`` in a class name also means ``-``."""
@@ -391,12 +406,16 @@ class AgentRun(Closing):
         """
         if self._golden is None:
             raise AssertionError("this run was not made by the fixture cx: it has no golden files")
-        tolerance = None if time_tolerance is None else Tolerance(time_tolerance, TimeReference(time_from))
+        tolerance = (
+            None
+            if time_tolerance is None
+            else Tolerance(time_tolerance, parse_choice(TimeReference, "time_from", time_from))
+        )
         self._golden.check(
             name,
             self.transitions,
-            View(level),
-            Order(order),
+            parse_choice(View, "level", level),
+            parse_choice(Order, "order", order),
             tolerance=tolerance,
             start_us=self._start_us,
         )

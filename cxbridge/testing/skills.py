@@ -18,7 +18,7 @@ from cxbridge.skiller.simulation.deciders import FOREVER, Decider, Effect, Outco
 from cxbridge.skiller.simulation.estimators import argument_text
 from cxbridge.skiller.skillstring import SkillStringCall
 from cxbridge.skiller.status import Status
-from cxbridge.suggestions import nearest_names
+from cxbridge.suggestions import did_you_mean, nearest_names
 
 _PATTERN_CHARACTER: Final = re.compile(r"[*?[]")  # a character with a meaning in shell patterns
 _MAX_EXAMPLES: Final = 3  # limit of different calls in a complaint
@@ -112,8 +112,9 @@ class SkillRule:
         return self._add_behaviour(answer, times, then)
 
     def _add_behaviour(self, answer: SkillAnswer, times: int | None, then: Effect | None) -> Self:
-        if times is not None and times < 1:
-            raise ValueError(f"times={times}: at least once")
+        check_number("times", 1 if times is None else times, 1)
+        if not callable(answer):
+            raise TypeError(f"does({answer!r}): a function of the call that returns an Outcome is required")
         self._has_script = True
         self._behaviours.append(_Behaviour(answer, times, then))
         return self
@@ -145,7 +146,12 @@ class SkillRule:
             # typo only if it is a plain name, and the names of the skills are known
             is_typo = self._has_script or (skills and not _PATTERN_CHARACTER.search(self.name))
             return f"{self} matches no call: there is no skill '{self.name}'{hint}" if is_typo else ""
-        skill_calls = dict.fromkeys(str(call) for call in calls if fnmatchcase(call.name, self.name))
+        called = [call for call in calls if fnmatchcase(call.name, self.name)]
+        parameters = {str(key) for call in called for key in call.args}
+        for unknown in self.args.keys() - parameters:
+            if hint := did_you_mean(unknown, parameters):
+                return f"{self} matches no call: no call of '{self.name}' has a parameter '{unknown}'; {hint}"
+        skill_calls = dict.fromkeys(map(str, called))
         examples = f", calls were {', '.join(list(skill_calls)[:_MAX_EXAMPLES])}" if skill_calls else ""
         return (
             f"{self} matches no call{examples}; say .optional() if it need not match"
@@ -168,8 +174,18 @@ class SkillRule:
         return behaviour
 
 
+def check_number(name: str, value: object, minimum: int = 0) -> None:
+    """Check an argument of a test, whose later use would fail far from the test, or wait forever.
+
+    :raises ValueError: if the value is no number, or less than the minimum.
+    """
+    if not isinstance(value, int | float) or value < minimum:
+        raise ValueError(f"{name}={value!r} must be a number of at least {minimum}")
+
+
 def _make_constant_answer(outcome: Outcome) -> SkillAnswer:
     """Return an answer with the same outcome for all calls."""
+    check_number("after", outcome.seconds)
 
     def answer(call: Call) -> Outcome:  # noqa: ARG001 - all calls have the same outcome
         return outcome

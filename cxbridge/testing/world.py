@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from cxbridge.blackboard import BlackBoard, parse_uid
+from cxbridge.errors import ClipsError
 from cxbridge.executive.host.constructs import construct_names
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import Value
@@ -55,15 +56,16 @@ class World:
     def assert_fact(self, text: str) -> None:
         """Assert the fact that a text describes.
 
-        :raises AssertionError: if CLIPS cannot parse the text, or an equal fact exists.
+        :raises AssertionError: if CLIPS refuses the text.
         """
         with self._env.lock:
-            # without a new fault, None means an invalid or equal fact; the run reports faults of Python code
             fault_count = len(self._env.faults)
-            if self._env.assert_string(text) is None and len(self._env.faults) == fault_count:
-                raise AssertionError(
-                    f"{text} cannot be asserted: it is invalid, or an equal fact exists already"
-                )
+            try:
+                self._env.eval(f"(assert {text})")
+            except ClipsError as error:
+                if len(self._env.faults) == fault_count:  # the run reports faults of Python code
+                    reason = error.message.removeprefix(f"CLIPS cannot evaluate (assert {text}): ")
+                    raise AssertionError(f"{text} cannot be asserted: {reason}") from None
 
     def retract(self, template: str, slots: dict[str, object]) -> int:
         """Retract the matching facts; return their number."""

@@ -111,8 +111,36 @@ def test_facts_are_seen_asserted_and_retracted(cx, mini):
         run.facts("domain-object", colour="red")
     with pytest.raises(AssertionError, match="there is no deftemplate 'nothing'"):
         run.facts("nothing")
-    with pytest.raises(AssertionError, match="cannot be asserted"):
-        run.assert_fact("(domain-object (name")
+    for text, reason in (
+        ("(domain-object (name x)", "Syntax Error"),
+        ("(domain-object (colour red))", "Invalid slot 'colour' not defined"),
+        ("", "Syntax Error"),
+    ):
+        with pytest.raises(AssertionError, match=f"cannot be asserted: .*{reason}"):
+            run.assert_fact(text)
+
+
+def test_arguments_that_no_run_can_follow_are_refused_at_once(cx, mini):
+    run = cx.run(mini)
+    work = run.skills("work").optional()
+    for wrong in (
+        lambda: run.step(-3),
+        lambda: run.at(-1, print),
+        lambda: run.advance("3"),
+        lambda: work.fails(times="3"),
+        lambda: work.succeeds(after="a"),
+        lambda: work.succeeds(after=-1),
+    ):
+        with pytest.raises(ValueError, match="must be a number of at least"):
+            wrong()
+    with pytest.raises(TypeError, match="a function of the call"):
+        work.does(3)
+    with pytest.raises(AssertionError, match="there is no action 'atc'"):
+        run.actions("atc")
+    with pytest.raises(CxbridgeError, match="order: 'foo' is not one of total, partial"):
+        run.assert_golden(order="foo")
+    with pytest.raises(CxbridgeError, match="scripted"):
+        cx.run(mini, skiller="foo")
 
 
 def test_interfaces_are_written_read_and_sent_messages(cx, mini):

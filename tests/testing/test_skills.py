@@ -110,8 +110,16 @@ def test_a_complaint_names_the_arguments_of_the_calls(skills):
     assert " matches no call, calls were goto(place='hall'), goto('lab', speed=2); say " in complaint
 
 
+def test_a_complaint_names_a_parameter_that_is_misspelt(skills):
+    skills("goto", plac="hall")
+    skills("goto", speed=2)  # no call has this parameter, which may be optional
+    outcome(skills, "goto", place="hall")
+    (complaint,) = skills.complaints()
+    assert complaint.endswith("no call of 'goto' has a parameter 'plac'; did you mean place?")
+
+
 def test_times_below_one_are_refused(skills):
-    with pytest.raises(ValueError, match="at least once"):
+    with pytest.raises(ValueError, match="at least 1"):
         skills("pick").fails(times=0)
 
 

@@ -116,11 +116,11 @@ class Run:
         :param order: ``partial`` compares each goal separately, ``total`` the sequence of all transitions.
         :raises TraceError: if a recording cannot be read.
         """
-        from cxbridge.trace.compare.model import Order  # noqa: PLC0415
+        from cxbridge.trace.compare.model import Order, parse_choice  # noqa: PLC0415
         from cxbridge.trace.compare.runs import compare_runs  # noqa: PLC0415
 
         source = other.source if isinstance(other, Run) else registry.open_run(other)
-        return compare_runs(self.source, [source], order=Order(order))
+        return compare_runs(self.source, [source], order=parse_choice(Order, "order", order))
 
     def write_report(self, path: str | Path) -> Path:
         """Write a self-contained HTML page about the run; return its path.

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Final
+from typing import Final, TypeVar
 
+from cxbridge.errors import TraceError
 from cxbridge.event_kinds import View
 
 MAX_DIFFERENCES: Final = 1000
@@ -18,6 +19,22 @@ class Order(Enum):
 
     TOTAL = "total"
     PARTIAL = "partial"
+
+
+_Choice = TypeVar("_Choice", bound=Enum)
+
+
+def parse_choice(kinds: type[_Choice], name: str, value: str) -> _Choice:
+    """Return the member of an enumeration that an option or argument names.
+
+    :param name: the name of the option or argument.
+    :raises TraceError: if there is no such member.
+    """
+    try:
+        return kinds(value)
+    except ValueError:
+        values = ", ".join(str(kind.value) for kind in kinds)
+        raise TraceError(f"invalid value for {name}: '{value}' is not one of {values}") from None
 
 
 class DifferenceKind(Enum):

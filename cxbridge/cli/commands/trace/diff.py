@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -17,8 +16,6 @@ if TYPE_CHECKING:
     from cxbridge.trace.compare.checks import Tolerance
     from cxbridge.trace.compare.render.text import ComparisonReport
     from cxbridge.trace.compare.selection import Selection
-
-Choice = TypeVar("Choice", bound=Enum)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,7 +85,7 @@ def diff(
     Example: cxbridge trace diff out/a.mcap out/b.mcap --level rules --order partial
     """
     from cxbridge.event_kinds import View
-    from cxbridge.trace.compare.model import Order
+    from cxbridge.trace.compare.model import Order, parse_choice
     from cxbridge.trace.compare.render.text import make_report
     from cxbridge.trace.compare.runs import compare_runs
     from cxbridge.trace.compare.selection import Selection
@@ -96,7 +93,7 @@ def diff(
     from cxbridge.trace.formats.registry import open_run
 
     _check_outputs((a, *b), outputs.junit, outputs.page)
-    view, order = _parse_choice(View, "--level", method.level), _parse_choice(Order, "--order", method.order)
+    view, order = parse_choice(View, "--level", method.level), parse_choice(Order, "--order", method.order)
     selection = Selection(method.only, method.ignore)
     run, other_runs = open_run(a), [open_run(path) for path in b]
     tolerance = _make_tolerance(method.time_tolerance, method.time_from)
@@ -126,8 +123,9 @@ def _check_outputs(runs: tuple[Path, ...], *outputs: Path | None) -> None:
 def _make_tolerance(seconds: float | None, since: str) -> Tolerance | None:
     """Return the tolerance of times, or None if times are not compared."""
     from cxbridge.trace.compare.checks import TimeReference, Tolerance
+    from cxbridge.trace.compare.model import parse_choice
 
-    reference = _parse_choice(TimeReference, "--time-from", since)
+    reference = parse_choice(TimeReference, "--time-from", since)
     return None if seconds is None else Tolerance(seconds, reference)
 
 
@@ -162,12 +160,3 @@ def _list_notes(report: ComparisonReport, selection: Selection) -> Iterator[str]
     for _, run, _ in report.sides:
         yield from (f"{run.path}: {note}" for note in run.notes)
     yield from (f"pattern '{pattern}' matches no event" for pattern in selection.unused_patterns)
-
-
-def _parse_choice(kinds: type[Choice], option: str, value: str) -> Choice:
-    """Return the member of an enumeration that an option names."""
-    try:
-        return kinds(value)
-    except ValueError:
-        names = ", ".join(str(kind.value) for kind in kinds)
-        raise typer.BadParameter(f"'{value}' is not one of {names}", param_hint=option) from None
