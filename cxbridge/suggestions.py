@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from difflib import SequenceMatcher
 from itertools import takewhile
@@ -15,6 +16,7 @@ _ENDS_WEIGHT: Final = 0.2  # the weight of equal starts and ends, which a typing
 _MARGIN: Final = 0.05  # names that are less similar than the nearest name by this margin are not suggested
 _MAX_COMPARED: Final = 300  # comparing is slow, and hostile files may have many long names
 _MAX_LENGTH: Final = 200  # comparing longer texts takes too long
+_COMMON_ENDING: Final = re.compile(r"(?<=\w)(?:\.[a-z]+|[A-Z][a-z]+)$")  # .clp, Interface
 _MIN_PART_LENGTH: Final = 3  # shorter names are part of too many longer ones
 
 
@@ -64,11 +66,14 @@ def _similar_names(name: str, candidates: Iterable[str], cutoff: float) -> list[
         """Return a cheap measure, which selects the candidates to compare."""
         return abs(len(candidate) - len(name)), candidate[:1].lower() != name[:1].lower(), candidate
 
+    ending = "".join(_COMMON_ENDING.findall(name)).lower()
     name = name.lower()
-    matcher = SequenceMatcher(None, "", name)
+    whole, stem = SequenceMatcher(None, "", name), SequenceMatcher(None, "", name.removesuffix(ending))
     scores: dict[str, float] = {}
     for candidate in sorted(candidates, key=distance)[:_MAX_COMPARED]:
-        matcher.set_seq1(candidate.lower())
+        # the ending that many names have says nothing about the similarity
+        matcher = stem if candidate.lower().endswith(ending) else whole
+        matcher.set_seq1(candidate.lower().removesuffix(ending))
         # the quick ratios are upper bounds, and most names fail them
         if matcher.real_quick_ratio() >= cutoff and matcher.quick_ratio() >= cutoff:
             ratio = matcher.ratio()

@@ -26,7 +26,6 @@ WITHOUT_HELPER = {
     "cxbridge_ros2cx/cx/log_files.py": "logs of environments, whole as far as they go",
     "cxbridge_studio/formats/csv/writer.py": "called with a path of the helper",
     "cxbridge_studio/repair/mcap.py": "called with a path of the helper",
-    "testing/new_project.py": "refuses files that are there",
     "trace/formats/bblogger/writer.py": "a recording, whole after each entry",
     "trace/formats/files.py": "recordings, whole as far as they go",
     "trace/formats/transitions_text.py": "called with a path of the helper",

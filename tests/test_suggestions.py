@@ -17,6 +17,17 @@ from cxbridge.suggestions import did_you_mean, likeness, nearest_names, or_simil
         ("mini.clp", ["init.clp", "mimi.clp", "domain.clp"], ["mimi.clp"]),  # a slip is in one place
         ("rule-c", ["rule-a", "rule-b", "rule-d", "rule-e"], ["rule-a", "rule-b", "rule-d"]),
         ("select", ["goal-reasoner-select-root", "goal-expand"], ["goal-reasoner-select-root"]),
+        ("domian.pddl", ["domain.pddl", "problem.pddl"], ["domain.pddl"]),
+        ("library.clp", ["plan.clp", "goals.clp"], []),  # only the endings are equal
+        ("HandInterface", ["LedInterface", "GameInterface", "MotorInterface"], []),
+        ("FooInterface", ["MotorInterface"], []),
+        ("MotrInterface", ["LedInterface", "MotorInterface"], ["MotorInterface"]),
+        ("SkillerInterfaces", ["SkillerInterface", "LedInterface"], ["SkillerInterface"]),
+        ("planer-plan", ["planner-plan", "plan-action"], ["planner-plan"]),
+        ("planer", ["planner", "pddl-parser"], ["planner"]),
+        ("bok", ["book", "object", "shelf"], ["book"]),
+        (":precondtion", [":precondition", ":condition", ":effect"], [":precondition"]),
+        ("sim", ["lua", "simulator", "none"], ["simulator"]),
         ("xy", ["goal-xy-root"], []),  # too short to be a part of names by intent
         ("zebra", ["goal", "plan"], []),
         ("", ["goal"], []),

@@ -91,10 +91,9 @@ def run_checks() -> list[HealthCheck]:
 
 def _check_package(name: str) -> HealthCheck:
     try:
-        version = importlib.metadata.version(name)
+        return HealthCheck(name, fine=True, required=True, detail=importlib.metadata.version(name))
     except importlib.metadata.PackageNotFoundError:
         return HealthCheck(name, fine=False, required=True, detail="not installed", remedy=pip_command(name))
-    return HealthCheck(name, fine=True, required=True, detail=version)
 
 
 def _check_extra(name: str, package: str = CORE) -> HealthCheck:
@@ -189,9 +188,8 @@ def _check_speech() -> HealthCheck:
 
 def _check_speaker() -> list[HealthCheck]:
     """Check the audio player on Linux; other systems include a player."""
-    if platform.system() != "Linux":
-        return []
-    return [_check_program("speaker", "aplay", "--speech on makes no sound", "apt install alsa-utils")]
+    check = _check_program("speaker", "aplay", "--speech on makes no sound", "apt install alsa-utils")
+    return [check] if platform.system() == "Linux" else []
 
 
 def _check_program(name: str, program: str, loss: str, remedy: str) -> HealthCheck:

@@ -124,7 +124,9 @@ def _package_hint(error: Exception) -> str:
     name = getattr(error, "option_name", "")
     if not name and (unknown := _UNKNOWN_COMMAND.search(str(getattr(error, "message", "")))):
         name = unknown[1]
-    hint = package_hint(name)
+    is_surplus = "unexpected extra argument" in str(error)
+    surplus_hint = "one argument too many, or a value for an option that takes none" if is_surplus else ""
+    hint = package_hint(name) or surplus_hint
     return f"\n  hint: {hint}" if hint else ""
 
 

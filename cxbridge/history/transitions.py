@@ -293,6 +293,4 @@ def _slot_in_parentheses(slots: Mapping[str, str], name: str) -> str:
 def unquote(text: str) -> str:
     """Return the content of a string in quotes, or any other text unchanged."""
     # CLIPS 6.30 does not escape quotes within printed strings, so only the outer pair is removed
-    if len(text) > 1 and text[0] == text[-1] == '"':
-        return text[1:-1]
-    return text
+    return text[1:-1] if len(text) > 1 and text[0] == text[-1] == '"' else text

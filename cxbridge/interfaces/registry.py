@@ -101,7 +101,8 @@ class InterfaceRegistry:
         near = did_you_mean(interface_type_name(name), self.names(), "check the type's name")
         return InterfaceError(
             f"Interface of type '{name}' not found. Looked for {name}.xml in {folders}.",
-            hint=f"{near} (further folders: --interface-dir)",
+            hint=f"{did_you_mean(name, self.names(), near)}; "
+            "if the daemon has the type, this program needs its folder, too: --interface-dir DIR",
         )
 
 

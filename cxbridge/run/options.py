@@ -17,6 +17,7 @@ from msgspec import Meta
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.plugins import Table
+from cxbridge.suggestions import did_you_mean
 
 if TYPE_CHECKING:
     from cxbridge.run.servers import RunServer
@@ -263,7 +264,8 @@ class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions,
             ("replay-order", self.replay_order, REPLAY_ORDERS),
         ):
             if value not in values:
-                hint = f"use one of: {', '.join(filter(None, values))}"
+                known = list(filter(None, values))
+                hint = f"{did_you_mean(value or '', known)} use one of: {', '.join(known)}".strip()
                 hint += ", or the URL of a blackboard; in tests also: scripted" if name == "skiller" else ""
                 raise CxbridgeError(f"--{name} cannot be '{value}'", hint=hint)
         for group in self.more:

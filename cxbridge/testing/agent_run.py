@@ -340,7 +340,7 @@ class AgentRun(Closing):
         """
         actions = [action for action in self._history.actions if name is None or action.name == name]
         operators = [str(row[0]) for row in self._assembly.executive.env.columns("domain-operator", "name")]
-        if name is not None and not actions and operators and name not in operators:
+        if name and not actions and operators and name not in operators:
             raise AssertionError(f"there is no action '{name}'{or_similar(name, operators)}")
         return actions
 

@@ -15,6 +15,7 @@ import yaml
 from msgspec import Meta
 
 from cxbridge.errors import CxbridgeError
+from cxbridge.file_access import write_file
 from cxbridge.plugins import Row, Table
 from cxbridge.resources import shipped_dir
 from cxbridge.run.options import RunOptions
@@ -163,7 +164,10 @@ def _check_agent_name(folder: Path) -> str:
     """
     name = folder.absolute().name
     if _AGENT_NAME.fullmatch(name) is None:
-        raise CxbridgeError(f"'{name}' cannot be the name of an agent", hint="use letters, digits, - and _")
+        raise CxbridgeError(
+            f"'{name}' cannot be the name of an agent",
+            hint="begin with a letter of a to z, then letters, digits, - and _",
+        )
     if yaml.safe_load(name) != name:  # e.g. no, or 1e3
         raise CxbridgeError(f"'{name}' cannot be the name of an agent: YAML does not read it as a string")
     return name
@@ -176,12 +180,7 @@ def _write_new_files(files: Mapping[Path, str]) -> list[Path]:
             hint = "nothing was written: choose another name"
             raise CxbridgeError("this file exists already", file=file, hint=hint)
     for file, text in files.items():
-        try:
-            file.parent.mkdir(parents=True, exist_ok=True)
-            with file.open("x", encoding="utf-8", newline="\n") as stream:
-                stream.write(text)
-        except OSError as error:
-            raise CxbridgeError(f"cannot be written: {error.strerror}", file=file) from error
+        write_file(file, text)
     return list(files)
 
 

@@ -18,7 +18,7 @@ from cxbridge.skiller.simulation.deciders import FOREVER, Decider, Effect, Outco
 from cxbridge.skiller.simulation.estimators import argument_text
 from cxbridge.skiller.skillstring import SkillStringCall
 from cxbridge.skiller.status import Status
-from cxbridge.suggestions import did_you_mean, nearest_names
+from cxbridge.suggestions import did_you_mean, or_similar
 
 _PATTERN_CHARACTER: Final = re.compile(r"[*?[]")  # a character with a meaning in shell patterns
 _MAX_EXAMPLES: Final = 3  # limit of different calls in a complaint
@@ -139,9 +139,8 @@ class SkillRule:
         if self.calls or self._is_optional:
             return ""
         if self.name not in skills:
-            similar = nearest_names(self.name, skills)
-            hint = f": the skills are {', '.join(sorted(skills))}" if skills else ""
-            hint = f"; did you mean '{similar[0]}'?" if similar else hint
+            known = f": the skills are {', '.join(sorted(skills))}" if skills else ""
+            hint = or_similar(self.name, skills) or known
             # a rule without outcomes only looks calls up, often to check that there are none: its name is a
             # typo only if it is a plain name, and the names of the skills are known
             is_typo = self._has_script or (skills and not _PATTERN_CHARACTER.search(self.name))
@@ -177,7 +176,7 @@ class SkillRule:
 def check_number(name: str, value: object, minimum: int = 0) -> None:
     """Check an argument of a test, whose later use would fail far from the test, or wait forever.
 
-    :raises ValueError: if the value is no number, or less than the minimum.
+    :raises ValueError: if the value is not a number, or less than the minimum.
     """
     if not isinstance(value, int | float) or value < minimum:
         raise ValueError(f"{name}={value!r} must be a number of at least {minimum}")

@@ -192,6 +192,4 @@ def test_a_summary_for_people_has_no_more_than_was_recorded(tmp_path, capsys):
     with Site("ipc", tmp_path) as site:
         arguments = ["-i", "*", "--connect", site.url, "-o", str(tmp_path / "logs"), "--duration", "0"]
         assert invoke(["trace", "record", "--no-switch", *arguments]) == 0
-    first, last = capsys.readouterr().out.splitlines()
-    assert first.startswith("0 writes of 0 interfaces in ")
-    assert last == "no interface that matches was written; 'cxbridge bb list' shows the interfaces"
+    assert capsys.readouterr().out.startswith("0 writes of 0 interfaces in ")

@@ -217,7 +217,12 @@ def send(
         msgid = instance.msgq_enqueue(outgoing)
         say(msgid, flush=True)
         if wait and not _print_reply(feed, earlier, msgid, Deadline(timeout)):
-            say(f"no answer to message {msgid} after {timeout:g} s", err=True)
+            reason = (
+                ": another client has exclusive control of the Skiller"
+                if earlier.values.get("exclusive_controller")
+                else ""
+            )
+            say(f"no answer to message {msgid} after {timeout:g} s{reason}", err=True)
             return TIMED_OUT
     return 0
 
@@ -240,14 +245,14 @@ def _find_interface(board: BlackBoard, uid: str) -> InterfaceInfo:
     """
     from cxbridge.blackboard import parse_uid
     from cxbridge.errors import BlackBoardError
-    from cxbridge.suggestions import did_you_mean
+    from cxbridge.suggestions import did_you_mean, nearest_names
 
     interface_type, interface_id = parse_uid(uid)
     infos = board.list()
-    for info in infos:
-        if (info.type, info.id) == (interface_type, interface_id):
-            return info
-    hint = did_you_mean(uid, [info.uid for info in infos], "see 'cxbridge bb list'")
+    if found := [info for info in infos if (info.type, info.id) == (interface_type, interface_id)]:
+        return found[0]
+    types = [interface_type, *nearest_names(interface_type, {info.type for info in infos})]
+    hint = did_you_mean(uid, (info.uid for info in infos if info.type in types), "see 'cxbridge bb list'")
     raise BlackBoardError(f"no process has {uid} open", hint=hint)
 
 

@@ -69,8 +69,6 @@ class RecordReport:
         """Return the result as lines of text."""
         lines = [f"{self.counts_text} in {self.seconds:.1f} s"]
         lines += [f"  {uid}  {writes}" for uid, writes in sorted(self.writes.items())]
-        if not interfaces:
-            lines.append("no interface that matches was written; 'cxbridge bb list' shows the interfaces")
         if self.skipped:
             lines.append(f"{self.skipped} more writes came too fast and were left out")
         if self.gaps:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from cxbridge.errors import PddlError
+from cxbridge.suggestions import did_you_mean
 
 MAX_FILE_BYTES: Final = 64 << 20
 """The maximum size of a file. The largest known public file has 4 MB."""
@@ -25,7 +26,11 @@ def read_text(path: str | Path, kind: str) -> str:
             data = file.read(MAX_FILE_BYTES + 1)
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
-        raise PddlError(f"cannot read the {kind}: {reason}", file=path) from None
+        raise PddlError(
+            f"cannot read the {kind}: {reason}",
+            file=path,
+            hint=did_you_mean(Path(path).name, (file.name for file in Path(path).parent.glob("*.pddl"))),
+        ) from None
     return decode_text(data, path)
 
 

@@ -16,6 +16,7 @@ from cxbridge.executive.pddl.grammar import END_TERMINAL, load_tables
 from cxbridge.executive.pddl.reader import UnexpectedToken
 from cxbridge.executive.pddl.tokens import SourceText
 from cxbridge.executive.pddl.unsupported import unsupported_formula, unsupported_section, unsupported_texts
+from cxbridge.suggestions import did_you_mean
 
 # the kind of a text by start symbol of the grammar
 _TEXT_NOUNS: Final = {"domain": "domain", "problem": "problem", "condition": "formula"}
@@ -125,7 +126,13 @@ class _Explainer:
     def _header_error(self, noun: str, define: Group) -> PddlSyntaxError | None:
         header = define.items[1] if len(define.items) > 1 else define
         if not isinstance(header, Group) or header.head.lower() != noun or len(header.items) != _PAIR_LENGTH:
-            return self._error(f"({noun} NAME) is expected after 'define'", header.position)
+            head = header.head.lower() if isinstance(header, Group) else ""
+            is_other = head in ("domain", "problem")
+            return self._error(
+                f"({noun} NAME) is expected after 'define'",
+                header.position,
+                f"this is a {head}: are the files in the other order?" if is_other else None,
+            )
         if header in self._path:
             return self._error(f"the name of the {noun} is expected", header.items[1].position)
         return None
@@ -135,8 +142,9 @@ class _Explainer:
         if not isinstance(item, Group) or not item.head.startswith(":"):
             position = None if item is None else item.position
             return self._error("a section such as (:action ...) is expected", position)
-        sections = ", ".join(sorted(word for word in self._expected_words() if word.startswith(":")))
-        return self._error(f"unknown section {item.head}", item.position, f"the sections are {sections}")
+        sections = sorted(word for word in self._expected_words() if word.startswith(":"))
+        hint = did_you_mean(item.head, sections, f"the sections are {', '.join(sections)}")
+        return self._error(f"unknown section {item.head}", item.position, hint)
 
     def _expected_words(self) -> list[str]:
         return [word for word, kind in load_tables().keywords.items() if kind in self._expected]
@@ -223,7 +231,9 @@ class _Explainer:
         text = f"({self._group.head} ...)" if isinstance(self._group, Group) else self._word
         # a section within an action: the action lacks its closing bracket
         hint = (
-            "a ')' may be missing before it" if text.startswith("(:") else f"expected: {', '.join(keywords)}"
+            "a ')' may be missing before it"
+            if text.startswith("(:")
+            else did_you_mean(text, keywords, f"expected: {', '.join(keywords)}")
         )
         return self._error(f"unexpected '{text}' in action {words[0]}", None, hint)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from pathlib import Path
 from types import ModuleType
 
@@ -11,7 +10,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.executive.robmem.errors import QueryError, RobotMemoryError
 from cxbridge.executive.robmem.store import Store, split_name
 from cxbridge.extras import install_command
-from cxbridge.file_access import replaced_file
+from cxbridge.file_access import write_file
 
 
 def dump_collection(store: Store, collection: str, folder: Path) -> Path:
@@ -26,10 +25,8 @@ def dump_collection(store: Store, collection: str, folder: Path) -> Path:
         {"indexes": [], "collectionName": split_name(collection)[1], "type": "collection"}
     )
     try:
-        _write_atomically(file.with_suffix(".metadata.json"), description.encode())
-        _write_atomically(file, data)
-    except OSError as error:
-        raise RobotMemoryError(f"cannot dump {collection}: {error.strerror}", file=file) from None
+        write_file(file.with_suffix(".metadata.json"), description)
+        write_file(file, data)
     except CxbridgeError as error:
         raise RobotMemoryError(f"cannot dump {collection}: {error.message}", file=file) from None
     return file
@@ -75,10 +72,3 @@ def _dump_file(collection: str, folder: Path) -> Path:
     if "/" in collection:
         raise RobotMemoryError(f"collection '{collection}' cannot be dumped: its name contains a slash")
     return folder / database / f"{name}.bson"
-
-
-def _write_atomically(file: Path, data: bytes) -> None:
-    with replaced_file(file) as fresh, fresh.open("wb") as stream:
-        stream.write(data)
-        stream.flush()
-        os.fsync(stream.fileno())

@@ -370,7 +370,7 @@ class ComponentManager:
         """
         nodes = {node.name: node for node in self.nodes if not node.steady}
         if name not in nodes:
-            hint = f"there are: {', '.join(nodes)}"
+            hint = f"there are: {', '.join(nodes) or 'none, all components of this daemon are steady'}"
             raise LifecycleError(f"there is no component '{name}' to change", hint=hint)
         return nodes[name]
 

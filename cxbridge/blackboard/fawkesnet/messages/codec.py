@@ -83,9 +83,7 @@ def limit_to_server(component: int, kind: int, max_block_size: int) -> int:
             bb.BoardKind.INTERFACE_MESSAGE,
         ):
             return bb.MESSAGE_HEAD_SIZE + max_block_size + ALWAYS_ALLOWED
-    if component == ComponentId.CONFIGURATION:
-        return CONFIG_LIMIT
-    return UNKNOWN_LIMIT
+    return CONFIG_LIMIT if component == ComponentId.CONFIGURATION else UNKNOWN_LIMIT
 
 
 def limit_to_client(component: int, kind: int) -> int:  # noqa: ARG001 - the signature of a limit

@@ -16,7 +16,7 @@ from cxbridge.blackboard.listeners import ListenerTable, Observer
 from cxbridge.blackboard.zmq.client.interfaces import OpenInterfaces
 from cxbridge.blackboard.zmq.client.receiving import EventReceiver
 from cxbridge.blackboard.zmq.client.sending import CommandSender
-from cxbridge.blackboard.zmq.client.session import SessionThread
+from cxbridge.blackboard.zmq.client.session import NO_REPLY, SessionThread
 from cxbridge.blackboard.zmq.security import CurveClient, check_endpoint
 from cxbridge.blackboard.zmq.wire.frames import Close, List, Listed, Reply, Response, Sync, Watch
 from cxbridge.blackboard.zmq.wire.sockets import choose_context
@@ -179,7 +179,8 @@ def _make_silence_hint(reason: str, url: str, keys: CurveClient | None) -> str:
 
     :param reason: the reason for the end of the last session; empty without a session.
     """
-    reason = reason or "is the daemon running, and at this address?"
+    if reason in ("", NO_REPLY):
+        reason = "'cxbridge daemon' starts a daemon; --connect URL names the address of a running daemon"
     # a server with CURVE keys ignores clients whose keys it does not know, without sending a reason
     if keys is not None:
         mismatch = f"our key is unknown to it, or its key is not {keys.server_key}"

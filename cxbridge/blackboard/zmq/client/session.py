@@ -33,6 +33,8 @@ from cxbridge.blackboard.zmq.wire.frames import (
 )
 from cxbridge.blackboard.zmq.wire.sockets import LINGER_MS, Socket, connect
 
+NO_REPLY: Final = "the server does not reply"
+"""The reason for the end of a session that has never begun."""
 HELLO_TIMEOUT_S: Final = 2.0
 """The seconds within which the server must reply to the Hello."""
 
@@ -223,7 +225,7 @@ class SessionThread:
             receiver.last_received_s = max(receiver.last_received_s, now_s - self._heartbeat_s)
         if receiver.welcome is None:
             if now_s - receiver.last_received_s > HELLO_TIMEOUT_S:
-                receiver.fail("the server does not reply")
+                receiver.fail(NO_REPLY)
             return
         if now_s - receiver.last_received_s > DEATH_HEARTBEATS * self._heartbeat_s:
             receiver.fail("the server is silent")

@@ -133,7 +133,9 @@ def test_the_examples_of_the_help_and_of_the_errors_fit_the_core():
     root = typer.main.get_command(app)
     assert isinstance(root, typer.core.TyperGroup)
     command = root.commands["explore"]
-    examples = re.findall(r"e\.g\. '(.*?)'", " ".join(option.help or "" for option in command.params))
+    examples = re.findall(
+        r"e\.g\. '(.*?)'", " ".join(str(getattr(option, "help", "")) for option in command.params)
+    )
     with pytest.raises(ConfigError, match="needs a pattern") as caught:
         read_property("never goal")
     hint = caught.value.hint or ""
