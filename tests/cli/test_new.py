@@ -160,7 +160,7 @@ def test_a_folder_with_other_files_is_taken(here):
     ("arguments", "message"),
     [
         (["a b"], "'a b' cannot be the name of an agent"),
-        (["1st"], "'1st' cannot be the name of an agent"),
+        (["1st"], "'1st' cannot be the name of an agent\n  hint: begin with a letter"),
         (["yes"], "YAML does not read it as a string"),
         (["x", "--from-fawkes", "test"], "needs a checkout"),
         (["x", "--from-fawkes", "test", "--fawkes-dir", "nowhere"], "no such folder"),

@@ -335,8 +335,9 @@ def test_nobody_answers(tmp_path):
     from tests.blackboard.samples import SampleRegistry
 
     for url in (f"ipc://{tmp_path}/none", "tcp://127.0.0.1:1"):
-        with pytest.raises(DisconnectedError, match="no blackboard replies at"):
+        with pytest.raises(DisconnectedError, match="no blackboard replies at") as caught:
             ZmqBlackBoard(url, SampleRegistry(), VirtualClock(), connect_timeout=0.1)
+        assert "'cxbridge daemon' starts a daemon" in str(caught.value)
 
 
 def test_an_endpoint_that_is_taken(tmp_path):

@@ -9,6 +9,7 @@ from cxbridge.executive.pddl import (
     PddlSemanticError,
     PddlSyntaxError,
     format_problem,
+    load_domain,
     load_problem,
     parse_domain,
     parse_formula,
@@ -113,3 +114,20 @@ def test_a_problem_of_fawkes():
     domain = parse_domain((folder / "domain.pddl").read_text())
     problem = load_problem(folder / "problem.pddl", domain)
     assert parse_problem(format_problem(problem), domain) == problem
+
+
+def test_swapped_files_and_misspelt_words_have_a_hint(tmp_path):
+    domain, problem = tmp_path / "domain.pddl", tmp_path / "problem.pddl"
+    text = "(define (domain d) (:types book) (:predicates (a ?x - book)){})"
+    domain.write_text(text.format(" (:action g :parameters (?x - book) :effect (a ?x))"))
+    problem.write_text("(define (problem p) (:domain d) (:objects x - bok) (:init) (:goal (a x)))")
+    for call, hint in (
+        (lambda: load_domain(problem), "this is a problem: are the files in the other order?"),
+        (lambda: load_problem(problem, load_domain(domain)), "did you mean book?"),
+        (lambda: load_domain(tmp_path / "domian.pddl"), "did you mean domain.pddl?"),
+        (lambda: parse_domain(text.format(" (:action g :precondtion (a b))")), "did you mean :precondition?"),
+        (lambda: parse_domain(text.format(" (:actoin g)")), "did you mean :action?"),
+    ):
+        with pytest.raises(PddlError) as caught:
+            call()
+        assert caught.value.hint == hint
