@@ -35,6 +35,7 @@ def test_what_has_no_place_in_a_text_log_is_told(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("to", copy_formats())
 def test_a_file_that_cannot_be_made(to: str, tmp_path: Path) -> None:
+    (tmp_path / "missing").touch()
     with pytest.raises(CxbridgeError, match="cannot be written"):
         convert(MemoryRun(family()), tmp_path / "missing" / "run", to)
 

@@ -89,6 +89,7 @@ def test_a_browser_shows_it(tmp_path):
 
 @needs_plugin("web")
 def test_a_file_that_cannot_be_written(tmp_path):
+    (tmp_path / "no").touch()
     with pytest.raises(CxbridgeError, match="cannot be written"):
         write_page(
             tmp_path / "no" / "x.html",
