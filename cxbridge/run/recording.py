@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, Final
 from cxbridge.errors import CxbridgeError
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import EventBus
-from cxbridge.file_access import make_parent_folder
 from cxbridge.mainloop import Hook
 from cxbridge.resources import VERSION
 from cxbridge.run.components.component import Component
@@ -121,7 +120,7 @@ def open_writers(files: Iterable[tuple[str, Path]], run: RecordedRun) -> list[Ru
     try:
         for name, path in files:
             open_recording: Callable[[Path, RecordedRun], RunWriter] = resolve_name(_OPENERS[name])
-            writers.append(open_recording(make_parent_folder(path), run))
+            writers.append(open_recording(path, run))
     except CxbridgeError:
         for writer in writers:
             writer.close()

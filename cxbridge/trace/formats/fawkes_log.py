@@ -18,6 +18,7 @@ from cxbridge.clock import MICROSECONDS, split_us
 from cxbridge.errors import TraceError
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, FactChange, Level, LogLine, RuleFired
+from cxbridge.file_access import make_parent_folder
 from cxbridge.history.transitions import TransitionTracker
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.printing import escape_log_entry, escape_record, unescape_record
@@ -271,7 +272,7 @@ def _encode_text(text: str) -> bytes:
 
 def open_recording(path: Path, run: RecordedRun) -> FawkesLogWriter:
     """Open a log of a run."""
-    return FawkesLogWriter(path, utc=run.utc)
+    return FawkesLogWriter(make_parent_folder(path), utc=run.utc)
 
 
 def open_copy(path: Path, _registry: InterfaceRegistry) -> FawkesLogWriter:

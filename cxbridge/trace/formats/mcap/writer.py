@@ -14,6 +14,7 @@ from pathlib import Path
 from cxbridge.errors import TraceError
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, InterfaceMessage, InterfaceWrite, SourceRead
+from cxbridge.file_access import make_parent_folder
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.resources import VERSION
 from cxbridge.trace.codec import dump_json, encode, event_json_schema
@@ -168,7 +169,9 @@ class McapWriter(RunWriter):
 
 def open_recording(path: Path, run: RecordedRun) -> McapWriter:
     """Open a recording of a run, with the definitions of its interfaces."""
-    return McapWriter(path, definition=partial(read_interface_source, run.registry), files=run.files)
+    return McapWriter(
+        make_parent_folder(path), definition=partial(read_interface_source, run.registry), files=run.files
+    )
 
 
 def open_copy(path: Path, _registry: InterfaceRegistry) -> McapWriter:
