@@ -310,5 +310,6 @@ def test_the_recordings_of_fawkes(tmp_path, name):
 
 
 def test_a_file_that_cannot_be_written_is_one_error(tmp_path):
+    (tmp_path / "no").touch()
     with pytest.raises(CxbridgeError, match="cannot be written"):
         write_timeline(MemoryRun([]), tmp_path / "no" / "x.json")
