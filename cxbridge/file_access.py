@@ -63,9 +63,9 @@ def replaced_file(path: str | Path) -> Iterator[Path]:
     """Yield a path for a new file or folder, which replaces ``path`` at the end of the block.
 
     The folder of ``path`` is made if there is none. After an error, the new file is removed and ``path`` is
-    unchanged. The yielded path has the same name. If
-    ``path`` exists, the yielded path exists, too, but is empty. The new files of a folder are moved into the
-    old folder. Devices and pipes are written directly, as are files in folders that allow no new files.
+    unchanged. The yielded path has the same name. If ``path`` exists, the yielded path exists, too, but is
+    empty. The new files of a folder are moved into the old folder. Devices and pipes are written directly, as
+    are files in folders that allow no new files.
 
     :raises CxbridgeError: instead of an OSError of this file; errors of the block name ``path``.
     """

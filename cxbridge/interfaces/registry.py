@@ -26,12 +26,11 @@ class InterfaceRegistry:
 
     def __init__(self, dirs: Iterable[str | Path] = (), *, shipped: bool = True) -> None:
         folders = [*map(Path, dirs), *([shipped_dir("interfaces")] if shipped else [])]
-        resolved_folders = [folder.resolve() for folder in folders]
-        # An error about an absent type names each folder once.
+        # errors about an absent type name each folder once
         self._dirs = [
             folder
             for index, folder in enumerate(folders)
-            if resolved_folders.index(folder.resolve()) == index
+            if folder.resolve() not in map(Path.resolve, folders[:index])
         ]
         self._schemas: dict[str, InterfaceSchema] = {}
         self._classes: dict[str, type[Interface]] = {}

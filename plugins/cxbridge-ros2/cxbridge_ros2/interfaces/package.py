@@ -13,7 +13,6 @@ from string import Template
 from typing import Final
 
 from cxbridge import __version__
-from cxbridge.errors import Ros2Error
 from cxbridge.file_access import write_file
 from cxbridge.interfaces.schema import InterfaceSchema
 from cxbridge.spawning import python_command
@@ -88,7 +87,7 @@ def write_packages(schemas: Iterable[InterfaceSchema], folder: Path) -> list[Pat
     files = {PACKAGE: _make_message_files(texts), "cxbridge": _make_program_files()}
     for package, contents in files.items():
         for name, text in contents.items():
-            _write_package_file(folder / package / name, text)
+            write_file(folder / package / name, text)
     (folder / "cxbridge/cxbridge").chmod(0o755)  # `ros2 run` starts executable files only
     return [folder / package for package in files]
 
@@ -121,10 +120,3 @@ def _format_manifest(name: str, description: str, depends: str) -> str:
     numbers = [number for number in __version__.split(".") if number.isdecimal()]
     version = ".".join((*numbers, "0", "0", "0")[:3])  # ROS requires three numbers
     return _MANIFEST.substitute(name=name, version=version, description=description, depends=depends)
-
-
-def _write_package_file(file: Path, text: str) -> None:
-    try:
-        write_file(file, text)
-    except OSError as error:
-        raise Ros2Error(f"cannot write the package: {error.strerror}", file=file) from None

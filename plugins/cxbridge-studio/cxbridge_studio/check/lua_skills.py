@@ -133,7 +133,8 @@ class _States:
 
 def _find_missing_settings(tokens: Sequence[Token]) -> Iterator[SkillMistake]:
     """Yield the settings without which ``skill_module`` refuses a skill."""
-    calls = [token for token, _ in find_calls(tokens, "skill_module")]
+    # a function that makes skills sets them in a table of its own
+    calls = [token for token, _ in find_calls(tokens, "skill_module") if not token.depth]
     if not calls:
         return
     assigned = {

@@ -28,6 +28,7 @@ WRONG_FACT: Final = Code(
 CODES: Final = (WRONG_FACT,)
 
 _KEY_START: Final = ("domain", "fact")
+_COMPARISONS: Final = frozenset({"eq", "neq", "member$"})
 _SYMBOL: Final = re.compile(r"[A-Za-z][\w-]*")
 
 
@@ -61,16 +62,19 @@ def check(agent: Agent) -> Iterator[Finding]:
         for function in domain.functions
     }
     objects = find_objects(agent, domains)
-    other_names = agent.model.names(NameKind.PREDICATE, Use.MATCHED, Use.CHANGED)
+    matched_names = agent.model.names(NameKind.PREDICATE, Use.MATCHED, Use.CHANGED)
+    other_names = matched_names | _find_compared_words(agent)
     if agent.own_facts("domain-predicate"):
         return  # rules declare predicates
     for construct in agent.own_constructs:
+        reported_names = set()
         for fact in _find_facts(construct):
             name = literal(fact.name)
             if name not in lengths:
                 # The world model may have facts that the domain lacks: only a likely misspelling counts.
                 is_likely = fact.is_pddl or nearest_names(name, lengths, MIN_PREDICATE_LIKENESS)
-                if is_likely and name not in other_names:
+                if is_likely and name not in other_names and name not in reported_names:
+                    reported_names.add(name)
                     message = f"no domain has a predicate '{name}'"
                     yield _make_finding(construct, fact.name, message, did_you_mean(name, lengths))
                 continue
@@ -86,6 +90,14 @@ def check(agent: Agent) -> Iterator[Finding]:
                         or "declare it: (domain-object (name ...) (type ...))"
                     )
                     yield _make_finding(construct, value, f"there is no object '{word}'", hint)
+
+
+def _find_compared_words(agent: Agent) -> set[str]:
+    """Return the words with which rules compare values, e.g. the predicates in queries of facts."""
+    nodes = (node for construct in agent.own_constructs for node in construct.node.walk())
+    return {
+        word for node in nodes if node.head in _COMPARISONS for word in map(literal, node.arguments) if word
+    }
 
 
 def _make_finding(construct: Construct, node: SyntaxNode, message: str, hint: str) -> Finding:

@@ -24,6 +24,8 @@ RIGHT = (
     "(domain-object (name (sym-cat b ob))) (domain-fact (name met) (param-values bob))",
     "(wm-fact (key domain fact met args? who (sym-cat a nn)))",
     "(wm-fact (key domain fact met args? who [ ann bob ]))",
+    # a query compares the name of the predicate
+    "(domain-fact (name side) (param-values ann))) (any-factp ((?f domain-fact)) (eq ?f:name side)",
 )
 
 

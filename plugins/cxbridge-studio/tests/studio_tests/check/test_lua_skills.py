@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import pytest
 
@@ -11,9 +12,10 @@ from cxbridge.clock import VirtualClock
 from cxbridge.errors import SkillError
 from cxbridge.events import EventBus
 from cxbridge.interfaces.registry import default_registry
+from cxbridge.resources import shipped_dir
+from cxbridge.skiller.lua import engine
 from cxbridge.skiller.make import make_lua_skiller
 from cxbridge_studio.check.lua_skills import INTERFACE_METHODS, find_load_mistakes, find_unknown_methods
-from tests.support import ROOT
 
 SKILL = """module(..., skillenv.module_init)
 name = "say"
@@ -71,7 +73,9 @@ def test_a_skill_without_mistakes_has_no_finding():
     assert mistakes(SKILL) == []
 
 
-@pytest.mark.parametrize("path", sorted((ROOT / "luaskills").rglob("*/*.lua")), ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path", sorted(shipped_dir("luaskills").rglob("*/*.lua")), ids=lambda path: path.stem
+)
 def test_the_shipped_skills_have_no_finding(path):
     assert mistakes(path.read_text()) == []
 
@@ -109,7 +113,14 @@ def test_the_engine_does_not_say_that_an_empty_file_is_absent(tmp_path):
 
 
 def test_the_methods_of_interfaces_are_those_of_the_engine():
-    text = (ROOT / "cxbridge/skiller/lua/interfaces.lua").read_text()
+    text = Path(engine.__file__).with_name("interfaces.lua").read_text()
     methods = set(re.findall(r"function (?:methods|class):(\w+)", text)) | {"msgq_enqueue_copy"}
     (questions,) = re.findall(r"for _, question in ipairs \{(.*?)\}", text, re.DOTALL)
     assert methods - {"new"} | set(re.findall(r"\w+", questions)) == INTERFACE_METHODS
+
+
+def test_a_function_that_makes_skills_sets_their_names_itself():
+    text = (
+        "function make(name) local M = {} skillenv.module_init(M) M.name = name skillenv.skill_module(M) end"
+    )
+    assert not list(find_load_mistakes(f"module(..., package.seeall)\n{text}"))

@@ -7,11 +7,12 @@ import pytest
 from cxbridge.clipstext.syntax import definitions
 from cxbridge.clock import VirtualClock
 from cxbridge.events import EventBus
-from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
+from cxbridge.resources import shipped_dir
 from cxbridge_studio.dap.probes import Probes
 from cxbridge_studio.dap.rule_lines import BreakpointLines, find_rules
 from cxbridge_studio.debugger.debugger import Debugger
-from tests.support import FAWKES_DIR, ROOT
+from tests.support import FAWKES_DIR
 
 TEXT = """\
 ; a comment
@@ -173,8 +174,8 @@ def test_it_stops_at_every_action_with_the_variables_there(tmp_path):
 
 FILES = sorted(
     [
-        *(ROOT / "cxbridge" / "executive" / "clips").rglob("*.clp"),
-        *(ROOT / "scenarios").rglob("*.clp"),
+        *CORE_DIR.rglob("*.clp"),
+        *shipped_dir("scenarios").rglob("*.clp"),
         *([] if FAWKES_DIR is None else (FAWKES_DIR / "src").rglob("*.clp")),
     ]
 )
