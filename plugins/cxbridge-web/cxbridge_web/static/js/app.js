@@ -195,11 +195,6 @@ class App extends EventTarget {
   get mayChange() {
     return this.whyNot === "";
   }
-  /** The reason why controls that load files or evaluate expressions are disabled; "": they are enabled. */
-  get whyNoPrograms() {
-    const isOff = this.status?.remote_programs === false;
-    return this.whyNot || (isOff ? "remote-programs is off in the daemon's configuration" : "");
-  }
   get environments() {
     if (this.recording) return this.recording.environments;
     return this.status?.environments.map((each) => each.name) ?? [];
@@ -226,17 +221,14 @@ class App extends EventTarget {
   }
 
   /**
-   * Keep a control disabled, with the reason as its title, while the daemon refuses changes. A control with
-   * data-needs="programs" may run a program.
+   * Keep a control disabled, with the reason as its title, while the daemon refuses changes.
    * @param also whether the control is disabled for another reason
    */
   gate(node, also = false) {
-    const { dataset } = node,
-      reason = dataset.needs === "programs" ? this.whyNoPrograms : this.whyNot,
-      title = reason || dataset.about;
-    dataset.gate = also ? "shut" : "open";
-    node.disabled = Boolean(reason) || also;
-    if (title) node.title = title;
+    const { whyNot } = this;
+    node.dataset.gate = also ? "shut" : "open";
+    node.disabled = Boolean(whyNot) || also;
+    if (whyNot) node.title = whyNot;
     else node.removeAttribute("title");
     return node;
   }

@@ -1,5 +1,4 @@
 // State of the daemon, its clock, pause and resume.
-import { debugBar } from "cx/debug.js";
 import { button, clockText, el, switchTimes } from "cx/dom.js";
 import { stateBadge } from "cx/outcome.js";
 import { chooseFile } from "cx/recording/open.js";
@@ -24,6 +23,7 @@ function stateOf({ recording, runs, hasNoRun, connection, status }) {
   if (!status) return "CONNECTING";
   return status.stopped && status.state === "RUNNING" ? "BREAK" : status.state;
 }
+const breakOf = ({ stopped }) => stopped && "The rules are stopped: " + (stopped.reason || stopped.kind);
 const troublesOf = ({ components }) =>
   components
     .filter((each) => each.state.toLowerCase() !== "active")
@@ -33,7 +33,7 @@ const troublesOf = ({ components }) =>
 /** @param search the button that opens the search over everything */
 export function header(app, search) {
   const head = document.getElementById("head"),
-    paused = () => app.status && app.status.state === "PAUSED",
+    paused = () => app.status && (app.status.stopped || app.status.state === "PAUSED"),
     stalled = () => app.status && app.status.stalled;
   const state = el("span#state", { role: "status" });
   const switchClock = () => {
@@ -73,7 +73,7 @@ export function header(app, search) {
       el.img({ src: icon, alt: "", width: 22, height: 22 }),
       el.span("cxbridge"),
     ),
-    ...[state, clock, readOnly, el("span.grow"), search, debugBar(app), pause, copy, open],
+    ...[state, clock, readOnly, el("span.grow"), search, pause, copy, open],
     themeSwitch(app),
     help,
   );
@@ -86,7 +86,8 @@ export function header(app, search) {
       result = word === "FINISHED" ? status.result : null;
     if (word !== shown) state.replaceChildren(stateBadge(word, result));
     shown = word;
-    state.title = status && !recording ? result?.reason || status.error || troublesOf(status) : "";
+    state.title =
+      status && !recording ? result?.reason || status.error || breakOf(status) || troublesOf(status) : "";
     pause.textContent = stalled() ? "Interrupt" : paused() ? "Resume" : "Pause";
     pause.title = stalled() || "";
     pause.classList.toggle("primary", Boolean(paused() || stalled()));

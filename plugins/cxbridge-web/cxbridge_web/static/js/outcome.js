@@ -68,12 +68,3 @@ export function stateBadge(state, result = null) {
   if (!result) return badge(...(DAEMON[state] || OTHER), state);
   return badge(...(result.status ? ["failed", "✗"] : ["done", "✓"]), state + ": " + result.word);
 }
-
-const COMPONENT = {
-  active: ["done", "✓"],
-  inactive: ["ended", "■"],
-  unconfigured: ["new", "○"],
-  finalized: ["gone", "·"],
-};
-export const componentBadge = (state) =>
-  badge(...(COMPONENT[String(state).toLowerCase()] || OTHER), String(state).toLowerCase());

@@ -54,7 +54,6 @@ class FakeDaemon:
         """If set, changes are refused with it."""
         self.environments = ["executive"]
         self.remote_control = True
-        self.remote_programs = True
         self.stopped: dict[str, Any] | None = None
         self.result: dict[str, Any] | None = None
         """The result of a run that is over."""
@@ -86,7 +85,7 @@ class FakeDaemon:
             "endpoints": [],
             "error": "",
             "remote_control": self.remote_control,
-            "remote_programs": self.remote_programs,
+            "remote_programs": True,
             "loop": {"count": 9, "period_us": 33333},
             "components": [{"name": "executive", "state": "ACTIVE", "since_us": START_US, "reason": ""}],
             "environments": [

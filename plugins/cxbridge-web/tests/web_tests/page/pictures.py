@@ -85,11 +85,6 @@ def _keys(page: Any) -> None:
     page.wait_for_selector("#help[open]")
 
 
-def _debug(page: Any) -> None:
-    page.click("#debug-open")
-    page.wait_for_selector("#stopped")
-
-
 def _moment(part: float) -> Prepare:
     """Let the recorded run advance."""
 
@@ -121,14 +116,12 @@ SHOTS: Final[Mapping[str, Shot]] = {
     "moment": Shot("goals/INSPECT-office", _send, run="two-robots"),
     "keys": Shot("timeline", _keys),
     "search": Shot("goals?goal=", _search),
-    "debug": Shot("goals?goal=", _debug),
     "skills": Shot("skills/move"),
     "domain": Shot("domain/operators/move"),
     "blackboard": Shot("blackboard/SkillerInterface%3A%3Arobot1"),
     "graph": Shot("blackboard/graph"),
     "clips": Shot("clips/rules/robots-choose", _why),
     "facts": Shot("clips/facts"),
-    "environments": Shot("clips/environments/executive"),
     "not-found": Shot("nowhere"),
     "timeline": Shot("timeline/goal/gen18", run="test-scenario"),
     "recording": Shot("goals/gen14", _moment(0.4), run="test-scenario"),

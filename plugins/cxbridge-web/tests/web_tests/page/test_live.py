@@ -8,8 +8,8 @@ import sys
 import pytest
 
 from tests.run.mini import write_scenario
-from tests.support import ROOT, needs_plugin
-from web_tests.page.conftest import show_gone, wait_for
+from tests.support import ROOT
+from web_tests.page.conftest import show_gone
 from web_tests.support import serving
 
 SCENARIO = ROOT / "scenarios" / "test-scenario"
@@ -52,28 +52,6 @@ def test_a_paused_daemon_stands_still_until_it_is_resumed(tab):
         assert client.get("/api/cxbridge/status").json["state"] == "PAUSED"
         tab.click("#pause >> text=Resume")
         tab.wait_for_selector("#state >> text=RUNNING")
-
-
-@needs_plugin("studio")
-def test_a_breakpoint_stops_the_rules_and_steps_go_on_from_there(tab):
-    with serving(config=SCENARIO) as (_, client, _lines):
-        tab.goto(f"{client.url}/#/goals")
-        tab.click("#debug-open")
-        tab.wait_for_selector("#stopped >> text=The rules run")
-        tab.fill("#breakpoint", "rule:time-retract")
-        tab.keyboard.press("Enter")
-        tab.wait_for_selector("#breakpoints >> text=rule:time-retract")
-        tab.wait_for_selector("#debug-bar.is-stopped #stopped >> text=time-retract")
-        before = tab.locator("#stopped").inner_text()
-        tab.click("#step-rule")
-        wait_for(tab, lambda: tab.locator("#stopped").inner_text() not in (before, ""))
-        tab.fill("#breakpoint", "nonsense")
-        tab.keyboard.press("Enter")
-        tab.wait_for_selector(".toast.bad")
-        tab.get_by_role("button", name="remove rule:time-retract").click()
-        tab.wait_for_selector("#breakpoints:not(:has(li))", state="attached")
-        tab.click("#debug-continue")
-        tab.wait_for_selector("#stopped >> text=The rules run")
 
 
 def test_a_skill_is_called_drawn_and_seen_to_end(tab):
@@ -124,37 +102,6 @@ def test_a_fact_is_asserted_changed_and_retracted(tab, tmp_path):
         tab.wait_for_selector("[role=option].selected >> text=(wait-sensed FALSE)")
 
 
-@needs_plugin("studio")
-def test_an_environment_is_made_used_and_destroyed(tab, tmp_path):
-    (tmp_path / "rules.clp").write_text(
-        "(deftemplate door (slot state))\n(deffacts doors (door (state open)))\n", encoding="utf-8"
-    )
-    with serving(config=write_scenario(tmp_path / "mini")) as (_, client, _lines):
-        tab.goto(f"{client.url}/#/clips/environments")
-        tab.wait_for_selector("[role=option] >> text=executive")
-        tab.fill("#new-env", "lab")
-        tab.keyboard.press("Enter")
-        tab.wait_for_selector("h2:text-is('lab')")
-        tab.get_by_label("file").fill(str(tmp_path / "rules.clp"))
-        tab.keyboard.press("Enter")
-        tab.wait_for_selector("#env-answer >> text=is loaded")
-        tab.get_by_label("expression").fill('(progn (assert (door (state shut))) (str-cat "done " (+ 1 2)))')
-        tab.keyboard.press("Enter")
-        tab.wait_for_selector("#env-answer >> text=done 3")
-        tab.select_option("#env-log select", "warn")
-        tab.click("#env-log button")
-        tab.wait_for_selector("dd >> text=warn and above")
-        tab.click("dd >> text=facts")
-        tab.wait_for_selector("[role=option] >> text=state shut")
-        assert tab.locator("select.env").input_value() == "lab"
-        tab.go_back()
-        tab.once("dialog", lambda dialog: dialog.accept())
-        tab.click("#destroy-env")
-        tab.wait_for_selector("text=lab is destroyed")
-        names = [each["name"] for each in client.get("/api/cxbridge/environments").json]
-        assert names == ["executive"]
-
-
 def test_each_skiller_of_two_robots_can_be_looked_at_and_the_graph_names_them(tab):
     with serving(config=ROOT / "scenarios" / "two-robots") as (_, client, _lines):
         tab.goto(f"{client.url}/#/skills")
@@ -190,15 +137,6 @@ def test_values_of_interfaces_and_a_message(tab):
         tab.click("#message button")
         tab.wait_for_selector("#values td >> text=PAUSED")
         tab.wait_for_selector("#state >> text=PAUSED")
-
-
-def test_plugins_and_configuration(tab):
-    with serving(config=SCENARIO) as (_, client, _lines):
-        tab.goto(f"{client.url}/#/config/plugins")
-        tab.get_by_role("button", name="Unload executive").click()
-        tab.get_by_role("button", name="Load executive").wait_for()
-        tab.click("nav.tabs >> text=Configuration")
-        tab.wait_for_selector("bdi:text-is('/clips-executive/spec')")
 
 
 def test_a_recording_is_opened_and_scrubbed(tab, recording):

@@ -67,9 +67,9 @@ def test_an_unknown_address_says_so_and_has_links(tab, site):
 
 
 def test_an_old_address_leads_to_the_new_one(tab, site):
-    tab.goto(f"{site.url}#/settings/plugins")
-    tab.wait_for_url(re.compile("#/config/plugins$"))
-    tab.wait_for_selector("#main h2 >> text=Config")
+    tab.goto(f"{site.url}#/map")
+    tab.wait_for_url(re.compile("#/world$"))
+    tab.wait_for_selector("#main h2 >> text=World")
 
 
 @pytest.mark.smoke

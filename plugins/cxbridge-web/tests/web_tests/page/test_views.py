@@ -10,7 +10,7 @@ import pytest
 from web_tests.page.conftest import PHONE, wait_for
 from web_tests.page.fake import START_US, fact_model, goal_event, goal_model
 
-VIEWS_FOLDER = ("timeline", "goals", "skills", "domain", "blackboard", "clips", "log", "config")
+VIEWS_FOLDER = ("timeline", "goals", "skills", "domain", "blackboard", "clips", "log")
 DOT = """digraph say { graph [rankdir="TB"]; node [shape="rect"]; START [color="#ffc080"];
  SPEAK [color="#ff8000", active="true"]; FINAL [color="#6fdd6f", shape="doubleoctagon"];
  FAILED [color="#ff8080", shape="doubleoctagon"];
@@ -336,21 +336,6 @@ def test_the_log_has_levels_and_search(tab, site, daemon):
 
 
 @pytest.mark.smoke
-def test_configuration_and_plugins(tab, site, daemon):
-    daemon.answers |= {
-        "config": {"config": {"a": {"b": 1, "c": ["x", "y"]}, "d": "text"}},
-        "plugins": [{"name": "skiller", "description": "", "is_meta": False, "is_loaded": True}],
-    }
-    tab.goto(f"{site.url}#/config")
-    tab.wait_for_selector("bdi:text-is('/a/c')")
-    tab.fill(".find", "a/b")
-    wait_for(tab, lambda: tab.get_by_role("option").count() == 1)
-    tab.click("nav.tabs >> text=Plugins")
-    tab.get_by_role("button", name="Unload skiller").click()
-    wait_for(tab, lambda: ("PUT", "plugins/skiller", {"desired_state": "UNLOADED"}) in daemon.asked)
-
-
-@pytest.mark.smoke
 def test_domain_lists(tab, site, daemon):
     daemon.answers |= {
         "clips-executive/domain-facts": [{"name": "at", "param-values": ["r1", "hall"]}],
@@ -418,32 +403,12 @@ def test_every_view_is_empty_without_harm_and_fits_a_phone(tab, site, view):
     assert tab.locator("#nav a[aria-current=page]").count() == 1
 
 
-@pytest.mark.smoke
-def test_where_the_rules_are_stopped_is_shown_and_steps_are_sent(tab, site, daemon):
-    path = "cxbridge/debugger"
-    daemon.answers[path] = {"breakpoints": [{"number": 3, "spec": "rule:goal-*"}]}
-
-    def step():  # the page asks again all the time
-        daemon.answers[path] = daemon.answers[path] | {"stopped": STOP}
-        return daemon.answers[path]
-
-    daemon.replies[path + "/step"] = step
-    tab.goto(site.url)
-    tab.click("#debug-open")
-    tab.wait_for_selector("#stopped >> text=The rules run")
-    tab.click("#step-loop")
-    tab.wait_for_selector("#debug-bar.is-stopped #stopped >> text=before rule goal-expand")
-    assert ("POST", path + "/step", {"what": "loop"}) in daemon.asked
-    tab.get_by_role("button", name="remove rule:goal-*").click()
-    wait_for(tab, lambda: daemon.count("DELETE", path + "/breakpoints/3") == 1)
-
-
-def test_a_stop_opens_the_debugger_by_itself(tab, site, daemon):
+def test_the_header_says_why_the_rules_are_stopped_and_resumes_them(tab, site, daemon):
     daemon.stopped = STOP
-    daemon.answers["cxbridge/debugger"] = {"breakpoints": [], "stopped": STOP}
     tab.goto(site.url)
-    tab.wait_for_selector("#state >> text=BREAK")
-    tab.wait_for_selector("#stopped a >> text=goal-expand")
+    tab.wait_for_selector("#state[title*='before rule goal-expand'] >> text=BREAK")
+    tab.click("#pause >> text=Resume")
+    wait_for(tab, lambda: daemon.count("POST", "cxbridge/resume") == 1)
 
 
 def test_goals_and_facts_of_another_environment(tab, site, daemon):
@@ -471,45 +436,14 @@ def test_without_remote_control_nothing_can_be_pressed_and_the_reason_is_there(t
     daemon.remote_control = False
     daemon.answers |= {
         "clips/executive/facts": [fact_model(7, "(door (open FALSE))")],
-        "cxbridge/debugger": {"breakpoints": []},
     }
     tab.goto(f"{site.url}#/clips/facts")
     tab.wait_for_selector("#read-only >> text=remote-control is off")
     tab.click("text=f-7")
-    tab.click("#debug-open")
-    tab.wait_for_selector("#stopped >> text=The rules run")
-    for name in ("Pause", "Retract", "Change", "Assert", "Step rule", "Add breakpoint"):
+    for name in ("Pause", "Retract", "Change", "Assert"):
         button = tab.get_by_role("button", name=name, exact=True)
         assert button.is_disabled(), name
         assert "remote-control is off" in button.get_attribute("title"), name
-
-
-@pytest.mark.smoke
-def test_without_remote_programs_nothing_can_be_evaluated_and_the_rest_can_be_pressed(tab, site, daemon):
-    daemon.remote_programs = False
-    daemon.answers["cxbridge/environments"] = [
-        {
-            "name": "executive",
-            "own": False,
-            "facts": 1,
-            "agenda": 0,
-            "features": [],
-            "watch": [],
-            "log_level": "info",
-        }
-    ]
-    tab.goto(f"{site.url}#/clips/environments/executive")
-    tab.wait_for_selector(".note >> text=remote-programs is off")
-    for name, off in (
-        ("Evaluate", True),
-        ("Load", True),
-        ("Request", False),
-        ("Set", False),
-        ("Pause", False),
-    ):
-        button = tab.get_by_role("button", name=name, exact=True)
-        assert button.is_disabled() == off, name
-        assert ("remote-programs is off" in (button.get_attribute("title") or "")) == off, name
 
 
 def test_a_token_that_is_no_longer_the_right_one_is_told(tab, site, daemon):
