@@ -100,10 +100,11 @@ class EndlessRules:
         self._api.set_hook("BeforeRuleFires", firing_hook, TRACE_OWNER)
         self._api.set_hook("Assert", fact_hook, TRACE_OWNER)
 
-    def check(self, new_firings: int) -> str:
+    def check(self, new_firings: int, *, has_limit: bool = False) -> str:
         """Return why the run is endless; empty if it is not.
 
         :param new_firings: the number of firings since the last check.
+        :param has_limit: whether the run ends after a number of firings, so that it cannot be endless.
         """
         now_s = time.monotonic()
         duration_s, self._checked_s = now_s - self._checked_s, now_s
@@ -116,7 +117,7 @@ class EndlessRules:
             self._evaluate_window(now_s)
         elif now_s - self._phase_began_s >= _TRACE_AFTER_S:
             self._start_tracing(now_s)
-        if self.firing_count >= MAX_FIRINGS or self._is_endless(now_s):
+        if (self._is_endless(now_s) or self.firing_count >= MAX_FIRINGS) and not has_limit:
             self._log.error(f"{self._describe_ring()}, ended after {self._describe_length(now_s)}")
             return self._describe_ring()
         return ""

@@ -408,7 +408,8 @@ class ClipsEnvironment:
             elif chunk_fired < chunk_size or self._is_ended_by_halt:
                 break
             # a limited run ends by itself, unless it is a part of a run without limit
-            if (reason := self.endless.check(chunk_fired)) and (limit < 0 or fired_before):
+            has_limit = limit >= 0 and not fired_before
+            if reason := self.endless.check(chunk_fired, has_limit=has_limit):
                 self.end_faulty_run(reason)
                 self.api.clear_halt()  # the interruption must not stop CLIPS' next function
         return fired

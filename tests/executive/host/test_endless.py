@@ -190,6 +190,14 @@ def test_a_ring_is_ended_and_named(env, log, impatient, rules, facts, names, str
     assert env.run() == 0
 
 
+def test_a_run_with_a_limit_is_not_endless(env, log, impatient):
+    """To name the rules of a ring takes long: a shutdown would do it after each chunk of firings."""
+    build(env, ring(3), ["(x r0)"])
+    assert env.run(3 * FIRINGS) == 3 * FIRINGS
+    assert env.faults == []
+    assert not log.texts(Level.ERROR)
+
+
 @pytest.mark.parametrize("strategy", share(["depth", "breadth"], 1))
 @pytest.mark.parametrize(("rules", "facts", "firings"), WORK.values(), ids=WORK)
 def test_much_to_do_is_no_ring(env, log, impatient, rules, facts, firings, strategy):

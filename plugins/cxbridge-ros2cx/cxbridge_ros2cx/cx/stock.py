@@ -197,7 +197,8 @@ class StockEnvironment(ClipsEnvironment):
             if chunk_fired < max_firings:
                 break
             # a run with a limit ends anyway, unless this call continues a longer run
-            if (reason := self.endless.check(chunk_fired)) and (limit < 0 or fired_before):
+            has_limit = limit >= 0 and not fired_before
+            if reason := self.endless.check(chunk_fired, has_limit=has_limit):
                 self.end_faulty_run(reason)
                 self.api.clear_halt()
         return fired
