@@ -17,6 +17,7 @@ import {
 import { formulaTree, ofApi } from "cx/domain/formula.js";
 import { readOf } from "cx/env.js";
 import { isOfRobot } from "cx/log_lines.js";
+import { slotsIn } from "cx/model.js";
 import { MAIN_ENV } from "cx/names.js";
 import { actionOutcome, goalOutcome, goalText, isOpen, outcomeBadge } from "cx/outcome.js";
 import { causes, errorOf, forestOf } from "cx/story/causes.js";
@@ -180,7 +181,7 @@ export class Detail {
   goal(goal) {
     const { goals, gone } = this.host.app.model,
       known = goals.get(goal.key) || gone.get(goal.key),
-      slots = { ...known?.told, ...known?.details },
+      slots = { ...(known?.event && slotsIn(known.event)), ...known?.details },
       parent = this.history.goals.get(goal.parent),
       robots = new Set(goal.actions.flatMap(({ calls }) => calls.map(({ skiller }) => skiller))),
       further = Object.entries(slots).filter(([name]) => !SHOWN.has(name)),

@@ -9,7 +9,7 @@ const MOST_LOG = 20000,
 const TOPICS = ["goals", "skills", "log", "interfaces", "facts", "rules", "messages"];
 
 /** The slots in a goal's event besides its state, by the names of the API. */
-const toldBy = ({ params, meta, priority, resources, slots }) => ({
+export const slotsIn = ({ params, meta, priority, resources, slots }) => ({
   parameters: fields(params),
   meta: fields(meta),
   ...(priority && { priority }),
@@ -120,7 +120,7 @@ export class Model {
       { goal_class: cls, mode, outcome, error } = event,
       parent = this.history.goals.get(goal.key)?.parent || "";
     Object.assign(goal, { cls, subType: bare(event.sub_type), parent, mode, outcome, error });
-    goal.told = toldBy(event);
+    goal.event = event;
     this.goals.set(goal.key, goal);
     // the fact of a RETRACTED goal may stay until its family is gone: a live page reads the goals again
     if (mode === "RETRACTED") (this.onRetracted || ((each) => this.bury(each)))(goal);
