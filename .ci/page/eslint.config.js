@@ -1,7 +1,7 @@
 import js from "@eslint/js";
 import globals from "globals";
 
-// `cx` is made by shared/base.js, which the page loads first
+// `cx` is made by base.js, which the page loads first
 export default [
   js.configs.recommended,
   {

@@ -15,7 +15,7 @@ from cxbridge_web.extensions.state import ServerState
 from cxbridge_web.guard import Guard
 from cxbridge_web.http.serving import HttpThread
 from cxbridge_web.navgraphs import NavGraphs
-from cxbridge_web.pages import Pages
+from cxbridge_web.pages import Page
 from cxbridge_web.queue import RequestQueue
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ class WebServer:
             self._streams = EventStreams(self._host, self._collector)
             state = ServerState(self._streams, self._collector, self._navgraphs)
             self._api = api = Api(self._host, self._queue, make_directory(state))
-            site = _Site(api, self._streams, Pages())
+            site = _Site(api, self._streams, Page())
         except Exception:
             thread.close()
             raise
@@ -91,12 +91,12 @@ class WebServer:
 
 
 class _Site:
-    """Routes requests to API, events and pages; an ASGI application."""
+    """Routes requests to API, events and page; an ASGI application."""
 
-    def __init__(self, api: Api, events: EventStreams, pages: Pages) -> None:
+    def __init__(self, api: Api, events: EventStreams, page: Page) -> None:
         self._api = api
         self._events = events
-        self._pages = pages
+        self._page = page
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         path = scope["path"]
@@ -105,4 +105,4 @@ class _Site:
         elif path == "/api" or path.startswith("/api/"):
             await self._api(scope, receive, send)
         else:
-            await self._pages(scope, receive, send)
+            await self._page(scope, receive, send)

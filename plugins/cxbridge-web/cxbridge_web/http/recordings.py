@@ -8,7 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING, Final
-from urllib.parse import parse_qsl, quote
+from urllib.parse import parse_qsl, quote, unquote
 
 from starlette.concurrency import run_in_threadpool
 from starlette.responses import (
@@ -27,7 +27,7 @@ from cxbridge.run.explainers import Explainer, explainer
 from cxbridge.trace.codec import encode_with_kind
 from cxbridge.trace.compare.model import Order
 from cxbridge.trace.formats.registry import open_run
-from cxbridge_web.pages import Pages
+from cxbridge_web.pages import Page, make_icon_link, read_style
 from cxbridge_web.report import document_page, guessed_links, is_mcap
 
 if TYPE_CHECKING:
@@ -37,8 +37,8 @@ RUNS_PATH: Final = "/runs/"  # path prefix of the recordings; the prefix itself 
 
 _LIST_PAGE: Final = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">
-<title>Recorded runs - cxbridge</title><link rel="stylesheet" href="/shared/base.css">
-<link rel="icon" href="/icon.svg"></head>
+<title>Recorded runs - cxbridge</title><style>{style}</style>
+{icon}</head>
 <body><main><h1>Recorded runs</h1><ul>{items}</ul></main></body></html>
 """
 # The path of the page that compares two runs by their numbers: `/compare?a=0&b=1`.
@@ -64,7 +64,7 @@ class RecordingsApp:
         # The last explainer with its recording, time and environment. Kept, because a new explainer reads the
         # whole recording.
         self._explainer: tuple[tuple[Path, str, str], Explainer] | None = None
-        self._pages = Pages([(quote(address), path.name) for address, path in self._paths.items()])
+        self._page = Page([(quote(address), path.name) for address, path in self._paths.items()])
 
     @property
     def start_path(self) -> str:
@@ -97,7 +97,11 @@ class RecordingsApp:
             text = "The API is not available for recorded runs\n"
             await PlainTextResponse(text, 404)(scope, receive, send)
         else:
-            await self._pages(scope, receive, send)
+            response = self._page.respond(scope)
+            run = dict(parse_qsl(scope["query_string"].decode("ascii", "replace"))).get("run", "")
+            if unquote(run) in self._paths:  # the browser loads the recording while it starts the page
+                response.headers["link"] = f"<{run}>; rel=preload; as=fetch; crossorigin"
+            await response(scope, receive, send)
 
     def _serve_recording(self, path: str, method: str, query: bytes) -> Response:
         if method not in {"GET", "HEAD"}:
@@ -107,7 +111,8 @@ class RecordingsApp:
                 self._make_list_item(number, address, file)
                 for number, (address, file) in enumerate(self._paths.items())
             )
-            return HTMLResponse(_LIST_PAGE.format(items=items), headers={"Cache-Control": "no-cache"})
+            page = _LIST_PAGE.format(style=read_style(), icon=make_icon_link(), items=items)
+            return HTMLResponse(page, headers={"Cache-Control": "no-cache"})
         file = self._paths.get(path)
         if file is None:
             return PlainTextResponse("This run does not exist\n", 404)
@@ -167,6 +172,12 @@ class RecordingsApp:
             return self._explainer[1]
 
 
+class _RecordingResponse(FileResponse):
+    """A recording in large pieces: each piece costs a change of the thread."""
+
+    chunk_size = 1 << 20
+
+
 def _make_recording_response(file: Path, *, with_links: bool) -> Response:
     """Return a recording, or its guessed pairs of plan-actions and skill calls."""
     headers = {"Cache-Control": "no-cache"}
@@ -176,7 +187,7 @@ def _make_recording_response(file: Path, *, with_links: bool) -> Response:
             guessed_links(RunHistory.from_events(run, UNLIMITED, run.start_us)), headers=headers
         )
     if is_mcap(file):
-        return FileResponse(file, media_type="application/octet-stream", headers=headers)
+        return _RecordingResponse(file, media_type="application/octet-stream", headers=headers)
     return StreamingResponse(_encode_lines(file), media_type="application/x-ndjson", headers=headers)
 
 

@@ -1,4 +1,4 @@
-// Elements, with the helpers that the pages about recorded runs have too (shared/base.js).
+// Elements, with the helpers that the pages about recorded runs have too (base.js).
 export const { badge } = cx;
 const isAttributes = (value) => Object.getPrototypeOf(value ?? "") === Object.prototype;
 

@@ -16,7 +16,7 @@ from starlette.responses import JSONResponse, PlainTextResponse, Response, Strea
 from starlette.routing import Mount, Route
 
 from cxbridge_web.http.serving import listen
-from cxbridge_web.pages import Pages
+from cxbridge_web.pages import Page
 
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send
@@ -169,14 +169,14 @@ class FakeDaemon:
         self._closed.set()
 
 
-class CachedPages:
+class CachedPage:
     """The page's files as browsers may keep them: these do not change while tests run.
 
     Else each test loads some hundred modules, which takes longer than most of what tests do.
     """
 
     def __init__(self) -> None:
-        self._pages = Pages()
+        self._page = Page()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Serve one file."""
@@ -187,7 +187,7 @@ class CachedPages:
                 message["headers"] = [*others, (b"cache-control", b"max-age=3600, immutable")]
             await send(message)
 
-        await self._pages(scope, receive, sender)
+        await self._page(scope, receive, sender)
 
 
 class Served:
@@ -208,7 +208,7 @@ class Served:
             Route("/api/cxbridge/events", self._follow),
             Route("/api/{path:path}", self._answer, methods=["GET", "POST", "PUT", "PATCH", "DELETE"]),
             Route("/files/{name}", self._file),
-            Mount("/", CachedPages()),
+            Mount("/", CachedPage()),
         ]
         self._application = Starlette(routes=routes)
         self.start()

@@ -91,7 +91,7 @@ def _moment(part: float) -> Prepare:
     def prepare(page: Any) -> None:
         page.evaluate(
             """async (part) => {
-              const { app } = await import("/js/app.js"), { begin, end } = app.recording;
+              const { app } = await import("cx/app.js"), { begin, end } = app.recording;
               app.select({ time: Math.round(begin + part * (end - begin)) });
             }""",
             part,
@@ -209,7 +209,11 @@ def main(names: list[str]) -> None:
     """Make the pictures."""
     from playwright.sync_api import sync_playwright
 
-    tabs = {path.stem for path in pages.VIEWS_FOLDER.glob("*.js") if "export const tab" in path.read_text()}
+    tabs = {
+        path.stem
+        for path in pages.STATIC_FOLDER.glob("js/views/*.js")
+        if "export const tab" in path.read_text()
+    }
     shots = {**SHOTS, **{name: Shot(name) for name in sorted(tabs - SHOTS.keys())}}
     wanted = {name: shots[name] for name in names or shots}
     runs = sorted({shot.run for shot in wanted.values()} - {""})

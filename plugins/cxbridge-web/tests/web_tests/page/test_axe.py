@@ -52,7 +52,7 @@ LOOKS: dict[str, list[tuple[str, dict[str, Any]]]] = {
     "phone": [("light", PLACES)],
 }
 THEME = (
-    "async (theme) => { (await import('/js/theme.js')).applyTheme(theme);"
+    "async (theme) => { (await import('cx/theme.js')).applyTheme(theme);"
     " await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))); }"
 )
 
@@ -69,7 +69,7 @@ def serious(page, where: str) -> dict[str, list[str]]:
 
 def past(page) -> dict[str, list[str]]:
     """Look at a moment of the live run, in a view that shows it and in one that cannot."""
-    page.evaluate("async (time) => (await import('/js/app.js')).app.select({ time })", START_US - 1)
+    page.evaluate("async (time) => (await import('cx/app.js')).app.select({ time })", START_US - 1)
     found: dict[str, list[str]] = {}
     for view in ("log", "goals", "clips"):
         page.click(f"nav a[data-view={view}]")
@@ -134,7 +134,7 @@ def test_axe_finds_nothing_serious(browser, site, daemon, axe, size):
     page.goto(site.url)
     page.evaluate(f"() => {{ {axe} }}")  # a script of the page itself would be against its policy
     found: dict[str, list[str]] = {}
-    for view in share([*sorted(path.stem for path in pages.VIEWS_FOLDER.glob("*.js")), *ADDRESSES], 10):
+    for view in share([*pages.list_views(), *ADDRESSES], 10):
         page.goto(f"{site.url}#/{view}")
         page.wait_for_selector("#main h2:visible")
         page.wait_for_timeout(300)

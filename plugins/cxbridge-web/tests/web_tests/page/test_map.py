@@ -161,11 +161,11 @@ def test_a_recording_shows_its_moment_and_its_own_graph(tab, site, daemon):
     tab.goto(f"{site.url}?run=files/run.json#/map")
     tab.wait_for_selector("#state >> text=RECORDING")
     wait_for(tab, lambda: rows(tab) == {"r1": ["5.00", "0.00", "0°"]})
-    tab.evaluate("async (time) => (await import('/js/app.js')).app.select({ time })", START_US + 2_500_000)
+    tab.evaluate("async (time) => (await import('cx/app.js')).app.select({ time })", START_US + 2_500_000)
     wait_for(tab, lambda: rows(tab) == {"r1": ["2.00", "0.00", "0°"]})
     trail = tab.evaluate(
         """async () => {
-          const { app } = await import("/js/app.js"), { tracksOf } = await import("/js/map/store.js");
+          const { app } = await import("cx/app.js"), { tracksOf } = await import("cx/map/store.js");
           const { tracks } = tracksOf(app), [track] = tracks.poses.values();
           return [tracks.trail(track, "map", app.recording.time), [...tracks.graphs.keys()]];
         }"""

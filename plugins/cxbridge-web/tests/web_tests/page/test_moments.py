@@ -81,7 +81,7 @@ def test_a_moment_that_the_timeline_sets_is_that_of_the_goals(tab, site, daemon)
     tab.goto(f"{site.url}#/timeline")
     tab.wait_for_selector(".tl [role=treeitem] >> text=G")
     tab.evaluate(
-        "async (time) => (await import('/js/app.js')).app.select({ time })", START_US + 2 * S + S // 2
+        "async (time) => (await import('cx/app.js')).app.select({ time })", START_US + 2 * S + S // 2
     )
     tab.wait_for_selector("#scrub >> text=At ")
     assert tab.locator("#state").inner_text().endswith("RUNNING"), "the timeline itself stays live"

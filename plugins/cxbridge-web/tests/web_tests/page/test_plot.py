@@ -132,7 +132,7 @@ def test_a_recording_is_plotted_and_shares_its_moment(tab, site, daemon):
     (moment,) = map(int, re.findall(r"time=(\d+)", tab.url))
     assert START_US + 3e6 < moment < START_US + 7e6
     tab.mouse.move(0, 0)
-    tab.evaluate("async (time) => (await import('/js/app.js')).app.select({ time })", START_US + 2_400_000)
+    tab.evaluate("async (time) => (await import('cx/app.js')).app.select({ time })", START_US + 2_400_000)
     wait_for(tab, lambda: values_of(tab) == {x: "20"})
 
 
@@ -196,7 +196,7 @@ def test_a_hundred_thousand_points_are_drawn_as_few_and_no_peak_is_lost(tab, sit
     tab.goto(f"{site.url}#/plot")
     drawn, seen, ordered = tab.evaluate(
         """async () => {
-          const { Series, decimate } = await import("/js/plot/series.js");
+          const { Series, decimate } = await import("cx/plot/series.js");
           const series = new Series({ name: "s", isStep: false });
           for (let at = 0; at < 100_000; at++) series.push(at, at === 61_234 ? 1e6 : Math.sin(at));
           const points = [];
@@ -213,7 +213,7 @@ def test_series_are_limited_and_old_samples_make_room(tab, site):
     tab.goto(f"{site.url}#/plot")
     count, first, last = tab.evaluate(
         """async () => {
-          const { Series } = await import("/js/plot/series.js");
+          const { Series } = await import("cx/plot/series.js");
           const series = new Series({ name: "s", isStep: false }, 1000);
           for (let at = 0; at < 5000; at++) series.push(at, at);
           return [series.count, series.times[0], series.text(series.count - 1)];
@@ -233,7 +233,7 @@ def test_a_name_in_full_stands_for_itself(tab, site, name):
     tab.goto(f"{site.url}#/plot")
     full, again = tab.evaluate(
         """async (name) => {
-          const { parseName } = await import("/js/plot/names.js");
+          const { parseName } = await import("cx/plot/names.js");
           const full = parseName(name, "executive").name;
           return [full, parseName(full, "other").name];
         }""",

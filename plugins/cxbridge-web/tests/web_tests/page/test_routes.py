@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 import re
+from contextlib import contextmanager
+from shutil import copytree
 
 import pytest
 
 from cxbridge_web import pages
 from web_tests.page.conftest import in_both, wait_for
-from web_tests.page.fake import START_US, goal_event, goal_model
+from web_tests.page.fake import START_US, FakeDaemon, goal_event, goal_model, served
 
 pytestmark = in_both
 
@@ -23,34 +25,36 @@ export function open(main) {
 """
 
 
+@contextmanager
+def page_of(tmp_path, monkeypatch, views):
+    """A server whose page has other views, too: their texts by name."""
+    folder = tmp_path / "static"
+    copytree(pages.STATIC_FOLDER, folder, dirs_exist_ok=True)
+    for name, text in views.items():
+        (folder / "js" / "views" / f"{name}.js").write_text(text, encoding="utf-8")
+    with monkeypatch.context() as patch:
+        patch.setattr(pages, "STATIC_FOLDER", folder)
+        with served(FakeDaemon()) as site:
+            yield site
+
+
 def test_a_tab_is_one_file(tab, site, tmp_path, monkeypatch):
     """A file in the folder of views is a tab; without it there is none."""
-    names = {path.stem for path in pages.VIEWS_FOLDER.glob("*.js")}
-    assert json.loads(pages.make_views_module().removeprefix("export default ").rstrip(";\n")) == sorted(
-        names
-    )
-    (tmp_path / "weather.js").write_text(VIEW, encoding="utf-8")
-    for path in pages.VIEWS_FOLDER.glob("*.js"):
-        (tmp_path / path.name).symlink_to(path)
-    monkeypatch.setattr(pages, "VIEWS_FOLDER", tmp_path)
-    tab.route(
-        "**/js/views/weather.js", lambda route: route.fulfill(body=VIEW, content_type="text/javascript")
-    )
-    tab.goto(site.url)
-    tab.click("#nav >> text=Weather")
-    tab.wait_for_selector("#main h2 >> text=Weather here")
-    assert tab.title().startswith("Weather ")
-    (tmp_path / "weather.js").unlink()
-    tab.reload()
+    with page_of(tmp_path, monkeypatch, {"weather": VIEW}) as site_with_tab:
+        tab.goto(site_with_tab.url)
+        tab.click("#nav >> text=Weather")
+        tab.wait_for_selector("#main h2 >> text=Weather here")
+        assert tab.title().startswith("Weather ")
+    tab.goto(f"{site.url}#/weather")
     tab.wait_for_selector("#not-found >> text=#/weather")
     assert tab.locator("#nav >> text=Weather").count() == 0
 
 
-def test_a_view_that_cannot_be_loaded_does_not_take_the_others_along(tab, site, errors):
-    tab.route("**/js/views/log.js", lambda route: route.fulfill(body="}", content_type="text/javascript"))
-    tab.goto(f"{site.url}#/goals")
-    tab.wait_for_selector(".toast >> text=The view log cannot be shown")
-    tab.wait_for_selector("#main h2 >> text=Goals")
+def test_a_view_that_cannot_be_loaded_does_not_take_the_others_along(tab, tmp_path, monkeypatch, errors):
+    with page_of(tmp_path, monkeypatch, {"log": "}"}) as site:
+        tab.goto(f"{site.url}#/goals")
+        tab.wait_for_selector(".toast >> text=The view log cannot be shown")
+        tab.wait_for_selector("#main h2 >> text=Goals")
 
 
 def test_the_address_without_a_view_leads_to_the_first_tab(tab, site):
@@ -85,7 +89,7 @@ def test_the_address_holds_what_is_selected(tab, site, daemon):
     tab.wait_for_selector("#goal h2:text-is('A')")
     heard = tab.evaluate(
         """async () => {
-          const { app } = await import("/js/app.js");
+          const { app } = await import("cx/app.js");
           const heard = [];
           app.addEventListener("select", (event) => heard.push([...event.detail.changed]));
           app.select({ action: "2" });
@@ -105,7 +109,7 @@ def test_the_address_holds_the_moment_of_a_recording(tab, site, daemon):
     moment = START_US + 1_500_000
     tab.goto(f"{site.url}?run=files/run.jsonl#/goals?time={moment}")
     tab.wait_for_selector("[role=treeitem] >> text=SELECTED")
-    tab.evaluate("async (time) => (await import('/js/app.js')).app.select({ time })", START_US + 2_000_000)
+    tab.evaluate("async (time) => (await import('cx/app.js')).app.select({ time })", START_US + 2_000_000)
     tab.wait_for_selector("[role=treeitem] >> text=EXPANDED")
     wait_for(tab, lambda: f"time={START_US + 2_000_000}" in tab.url)
     tab.keyboard.press(",")

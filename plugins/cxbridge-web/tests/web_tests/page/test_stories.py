@@ -112,7 +112,7 @@ def test_a_run_without_poses_has_no_map_and_is_played_at_a_speed(tab, tmp_path):
         tab.wait_for_selector("[data-robot=Skiller]")
         assert tab.locator(".map-box").is_hidden()
         tab.select_option("#speed", "50")
-        tab.evaluate("async () => (await import('/js/app.js')).app.recording.goTo(0)")
+        tab.evaluate("async () => (await import('cx/app.js')).app.recording.goTo(0)")
         tab.click("#play")
         wait_for(tab, lambda: "FINAL" in tab.locator("[data-robot=Skiller]").inner_text())
 

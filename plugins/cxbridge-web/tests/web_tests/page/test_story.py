@@ -93,7 +93,7 @@ def test_every_key_is_in_the_help(tab: Any, site: Served):
     told = " ".join(tab.locator("#help kbd").all_inner_texts()).split()
     keys = tab.evaluate(
         """async () => {
-          const { keyInput } = await import("/js/timeline/input.js"),
+          const { keyInput } = await import("cx/timeline/input.js"),
             text = keyInput.toString(),
             part = text.slice(text.indexOf("const actions"), text.indexOf("const shifted"));
           return [...part.matchAll(/^\\s+"?(\\S+?)"?: \\(\\)/gm)].map(([, key]) => key);

@@ -361,7 +361,7 @@ def test_the_reader_in_javascript_finds_what_the_one_in_python_finds(tab, site, 
     tab.goto(site.url)
     found = tab.evaluate(
         """async (events) => {
-          const { History } = await import("/js/timeline/history.js");
+          const { History } = await import("cx/timeline/history.js");
           const history = History.of(events);
           return {
             errors: history.calls.map(({ error }) => error),

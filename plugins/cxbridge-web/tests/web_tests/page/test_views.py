@@ -60,7 +60,7 @@ def test_events_that_come_while_a_list_is_asked_for_stand_once_in_the_history(ta
     modes = ["FORMULATED", "SELECTED", "EXPANDED"]
     history, mode = tab.evaluate(
         """async ([events, older]) => {
-          const { Model } = await import("/js/model.js");
+          const { Model } = await import("cx/model.js");
           const model = new Model();
           const ask = async () => events.forEach((event) => model.apply(event));
           await model.update(ask, () => model.goalsAre(older));
