@@ -14,7 +14,7 @@ from cxbridge.errors import ConfigError
 from cxbridge.events import LogLine
 from cxbridge_web.endpoint import ApiError, Directory, Endpoint
 from cxbridge_web.http.serving import listen
-from cxbridge_web.pages import Pages
+from cxbridge_web.pages import Page
 from tests.daemon.test_daemon import QUIET, WAIT_S, running, settings
 from tests.run.mini import write_scenario
 from web_tests.support import read_events, serving
@@ -219,7 +219,7 @@ def test_a_fault_of_ours_is_told_with_its_reason(monkeypatch):
     async def fault(*_arguments):
         raise RuntimeError("the disk is on fire")
 
-    monkeypatch.setattr(Pages, "__call__", fault)
+    monkeypatch.setattr(Page, "__call__", fault)
     with serving() as (daemon, client, _):
         told: list[str] = []
         daemon.bus.subscribe(lambda line: told.append(line.text), LogLine)
