@@ -107,6 +107,7 @@ class Row(Struct, frozen=True):
         mistakes in its configuration are reported before a rule fires. For components: whether it starts
         before those of cxbridge, to observe them.
     :param requested: for features: whether the run requests the feature for an agent that does not.
+    :param in_replays: for components: whether a replay has the component, whose writes the recording lacks.
     :param section: for top-level commands: the heading in the help.
     :param origin: the plug-in with the row, empty for cxbridge; set by the table.
     """
@@ -116,6 +117,7 @@ class Row(Struct, frozen=True):
     needed: Callable[[Any], bool] = always
     early: Callable[[Any], bool] = never
     requested: Callable[[Any], bool] = never
+    in_replays: bool = False
     section: str = ""
     origin: str = ""
 

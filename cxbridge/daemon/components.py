@@ -9,7 +9,7 @@ from cxbridge.trace.switch import RecordingSwitch
 
 
 class BlackBoardComponent(Component):
-    """Starts first, and therefore closes the blackboard and the robot memory after all other components."""
+    """Starts first, and therefore closes the blackboard and the shared objects after all other components."""
 
     steady = True
 

@@ -7,7 +7,7 @@ loads the first file. A team has a run for each agent (:mod:`cxbridge.run.team`)
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
@@ -21,9 +21,8 @@ from cxbridge.errors import ConfigError
 from cxbridge.events import EventBus
 from cxbridge.executive.executive import ENVIRONMENT
 from cxbridge.executive.features.pddl_parser import PddlParserFeature, reads_as_fawkes
-from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.mainloop import Hook, MainLoop
+from cxbridge.mainloop import MainLoop
 from cxbridge.plugins import installed_plugins, unused_section_warnings
 from cxbridge.rights import Rights
 from cxbridge.run.agents import agent_names, choose_agent, make_configured_clock, make_main_loop
@@ -34,6 +33,7 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.paths import RunPaths
 from cxbridge.run.program.additions import NOTHING, Additions
 from cxbridge.run.rights import read_rights
+from cxbridge.run.shared import SharedObjects
 from cxbridge.run.source import source_of
 from cxbridge.run.specs import find_missing_files
 from cxbridge.trace.sourcing import EarlySources
@@ -43,8 +43,6 @@ if TYPE_CHECKING:
 
     from cxbridge.executive.executive import Executive
     from cxbridge.executive.manager import EnvironmentManager
-    from cxbridge.executive.robmem.settings import Settings
-    from cxbridge.executive.robmem.store import Store
     from cxbridge.run.plugin_settings import PluginSettings
     from cxbridge.skiller.board.executor import Execution
     from cxbridge.skiller.board.service import SkillBoardService
@@ -62,7 +60,8 @@ class RunBase:
 
     :param name: the name of the CLIPS environment.
     :param early: the files that were read before the recording begins; None in a run without recording.
-    :param embedded: makes the embedded robot memory of an agent in a team; None: each agent has its own.
+    :param team: the base of the agent's team; None without a team.
+    :ivar shared: the objects that plug-ins share: of a run its own, of a team those of all agents.
     """
 
     name: str
@@ -72,7 +71,8 @@ class RunBase:
     bus: EventBus
     loop: MainLoop
     early: EarlySources | None = None
-    embedded: Callable[[Settings], Store] | None = None
+    team: RunBase | None = None
+    shared: SharedObjects = field(default_factory=SharedObjects, init=False)
 
 
 def make_base(options: RunOptions, clock: Clock | None = None, *, recorded: bool = False) -> RunBase:
@@ -187,13 +187,10 @@ class Run(Closing):
         self.registry = InterfaceRegistry(self.paths.interface_dirs)
         board_class = LocalBlackBoard if replay is None else replay.board_class
         self.board = board_class(self.registry, self.clock, self.bus, serials=_serial_generator(self.clock))
-        self.memory = RobotMemory(self.config, self.clock, self.bus, self.board, embedded=base.embedded)
-        # before Hook.THINK: rules see the changes of other agents in the same cycle
-        self.loop.add(Hook.WORLDSTATE, self.memory.loop)
         self.thinking_node: ManagedNode[ThinkingComponent] | None = None
         # without one of its components a run would have other results, so any failure ends the run
         self.lifecycle = ComponentManager((), self.clock, policy=Policy.RAISE)
-        self._shared: dict[Callable[[Self], Any], Any] = {}
+        self.team, self._shared = base.team, base.shared
         self._graph: NavGraph | None = None
         if not is_inspection:
             self._make_nodes()
@@ -247,10 +244,7 @@ class Run(Closing):
 
     def shared_object(self, make: Callable[[Self], T]) -> T:
         """Return the object that a plug-in shares within the run; the first call makes the object."""
-        if make not in self._shared:
-            self._shared[make] = make(self)
-        shared: T = self._shared[make]
-        return shared
+        return self._shared.get(make, self)
 
     def section(self, name: str) -> PluginSettings | None:  # noqa: ARG002 - only a daemon has such settings
         """Return a plug-in's settings of a daemon; None in a run."""
@@ -315,11 +309,9 @@ class Run(Closing):
         for component in self.components:
             for hook in component.hooks:
                 self.loop.remove(hook, component.loop)
-        self.loop.remove(Hook.WORLDSTATE, self.memory.loop)
 
     def enter_loop(self) -> None:
         """Add the steps to the main loop again, after the steps of all other agents."""
-        self.loop.add(Hook.WORLDSTATE, self.memory.loop)
         for component in self.components:
             self._enter_hooks(component)
 
@@ -350,13 +342,9 @@ class Run(Closing):
     def is_quiet(self) -> bool:
         """Whether only rules can cause changes.
 
-        All components are idle, and neither a robot memory nor a replay is open.
+        All components are idle, and no replay is open.
         """
-        return (
-            self._replay is None
-            and not self.memory.is_open
-            and all(component.is_quiet for component in self.components)
-        )
+        return self._replay is None and all(component.is_quiet for component in self.components)
 
     @property
     def loss_reason(self) -> str:
@@ -391,8 +379,8 @@ class Run(Closing):
             self.release()
 
     def release(self) -> None:
-        """Close blackboard and robot memory."""
-        self.memory.close()
+        """Close the blackboard and the shared objects."""
+        self._shared.close()
         self.board.shutdown()
 
 

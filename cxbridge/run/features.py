@@ -42,9 +42,10 @@ def _make_pddl_parser(context: Run) -> Feature:
 
 def _make_robot_memory(context: Run) -> Feature:
     from cxbridge.executive.features.robot_memory import LIBRARY, RobotMemoryFeature  # noqa: PLC0415
+    from cxbridge.run.components.robot_memory import robot_memory  # noqa: PLC0415
 
     library = context.paths.robot_memory or LIBRARY
-    return RobotMemoryFeature(context.memory, library, context.paths.placeholders)
+    return RobotMemoryFeature(robot_memory(context), library, context.paths.placeholders)
 
 
 def _make_tf(context: Run) -> Feature:

@@ -283,8 +283,3 @@ def init_mentions(config: Configuration, spec: str, *names: str) -> bool:
     init = f"/clips-executive/specs/{spec}/init/"
     texts = [text for item in config.search(init) for text in (item.text, *item.items)]
     return any(name in text for name in names for text in texts)
-
-
-def needs_memory(config: Configuration, spec: str) -> bool:
-    """Return whether the initialisation requests the robot memory or waits for it."""
-    return init_mentions(config, spec, "robot_memory", "robmem-wait-init")

@@ -8,21 +8,16 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
-from functools import partial
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 from msgspec import structs
 
 from cxbridge.closing import Closing
 from cxbridge.events import Event, EventBus, InterfaceMessage, Logger, Publication
-from cxbridge.executive.robmem.settings import Settings
 from cxbridge.run.agent import MakeComponent, Player, Run, RunBase
 from cxbridge.run.agents import choose_agent
 from cxbridge.run.options import RunOptions
 from cxbridge.run.program.additions import NOTHING, Additions
-
-if TYPE_CHECKING:
-    from cxbridge.executive.robmem.store import Store
 
 
 class AgentWatcher(Protocol):
@@ -55,14 +50,13 @@ class Team(Closing):
     ) -> None:
         self.bus, self.clock, self.loop = base.bus, base.clock, base.loop
         self.config, self.early = base.config, base.early
-        self._memory = SharedMemory(base)
         self.options, self._base, self._additions = options, base, additions
         self._components = components
         self._killed: list[Run] = []  # killed agents keep their resources until the end of the team
         self.watchers: list[AgentWatcher] = []
         """Called when an agent is killed or restarted."""
         with ExitStack() as undo:
-            undo.callback(self._memory.close)
+            undo.callback(base.shared.close)
             agents = []
             for name in names:
                 agent_replay = None if replay is None else replay.agent_player(name)
@@ -83,7 +77,7 @@ class Team(Closing):
             name=name,
             config=config,
             bus=AgentBus(name, base.bus),
-            embedded=partial(self._memory.store_of, name),
+            team=base,
         )
 
     def start(self) -> None:
@@ -146,7 +140,7 @@ class Team(Closing):
     def close(self) -> None:
         """Stop all agents and release their resources."""
         with ExitStack() as stack:
-            stack.callback(self._memory.close)
+            stack.callback(self._base.shared.close)
             for agent in (*self._killed, *self.agents):
                 stack.callback(agent.close)
             self.finalize()
@@ -178,36 +172,3 @@ class AgentBus(EventBus):
         # the log names of an agent's CLIPS environment contain its name: CLIPS (NAME), CLIPS|NAME
         has_name = component.endswith((f"({self._name})", f"|{self._name}"))
         return Logger(self, component if has_name else f"{self._name}/{component}")
-
-
-class SharedMemory:
-    """The shared robot memory of a team: the distributed databases.
-
-    :param base: the base of the run, whose configuration names the file of the databases.
-    """
-
-    def __init__(self, base: RunBase) -> None:
-        self._base = base
-        self._store: Store | None = None
-
-    def store_of(self, agent: str, settings: Settings) -> Store:
-        """Return an agent's robot memory: its own databases, and the shared ones.
-
-        :raises CxbridgeError: if a file cannot be used.
-        """
-        # imported on use: most runs have no robot memory
-        from cxbridge.executive.robmem.embedded import EmbeddedStore  # noqa: PLC0415
-        from cxbridge.executive.robmem.split import SplitStore  # noqa: PLC0415
-
-        clock = self._base.clock
-        if self._store is None:
-            shared = Settings.read(self._base.config)
-            self._store = EmbeddedStore(clock, shared.file)
-        file = settings.file
-        agent_file = None if file is None else file.with_name(f"{file.stem}-{agent}{file.suffix}")
-        return SplitStore(EmbeddedStore(clock, agent_file), self._store, settings.distributed_databases)
-
-    def close(self) -> None:
-        if self._store is not None:
-            self._store.close()
-            self._store = None

@@ -33,6 +33,7 @@ WAYS = {
     "ros2-skiller": ("ros2-action",),
     "ros2-tf": ("ros2-tf",),
     "planning": (),
+    "robot-memory": (),
     "explainer": (),  # its interface is on the blackboard
     "executive": (),  # what the agent's rules open is the agent's: docs/security.md
 }

@@ -10,6 +10,7 @@ from cxbridge.daemon.daemon import Daemon
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.plugins import PluginError
 from cxbridge.run.components.manager import State
+from cxbridge.run.components.robot_memory import robot_memory
 from tests.daemon.test_daemon import QUIET, running
 from tests.executive.planning.test_plugins import CONFIG, DOMAIN, TEMPLATE
 from tests.plugins import example, forget, install
@@ -97,7 +98,7 @@ def test_a_daemon_plans_for_its_agent_by_the_blackboard(tmp_path):
     daemon.lifecycle.startup()
     assert components(daemon)["planning"] is State.ACTIVE, daemon.component_statuses()
     document = {"relation": "domain-object", "name": "EVE", "type": "name"}
-    store = daemon.memory.store
+    store = robot_memory(daemon).store
     store.insert("robmem.clipswm", document)
     generator = daemon.board.open_for_reading("PddlGenInterface", "pddl-gen", owner="test")
     planner: Any = daemon.board.open_for_reading("PddlPlannerInterface", "pddl-planner", owner="test")

@@ -8,10 +8,8 @@ from typing import Any
 
 import pytest
 
-from cxbridge.config import Configuration
 from cxbridge.errors import CxbridgeError
 from cxbridge.run import RunOptions, run_scenario
-from cxbridge.run.specs import needs_memory
 from tests.run.mini import write_scenario
 
 AGENT = """
@@ -91,15 +89,11 @@ def test_who_does_without_does_not_pay_for_it():
     assert {"bson", "pymongo"} & set(done.stdout.split()) == set()
 
 
-def test_who_needs_the_robot_memory():
-    config = Configuration.from_text(
-        """
-clips-executive:
-  specs:
-    feature: {init: {stage-1: [{name: robot_memory}]}}
-    waits: {init: {stage-1: [{name: x, files: ["BATCH|robmem-wait-init.clp"]}]}}
-    neither: {init: {stage-1: [{name: pddl-parser, file: x.clp}]}}
-""",
-        "test.yaml",
-    )
-    assert [needs_memory(config, spec) for spec in ("feature", "waits", "neither")] == [True, True, False]
+@pytest.mark.parametrize("waits", [True, False])
+def test_an_agent_that_waits_for_the_robot_memory_opens_it(tmp_path, waits):
+    write_scenario(tmp_path, agent="(defrule r (executive-initialized) => (printout t NEWS crlf))")
+    file = tmp_path / "scenario.yaml"
+    entry = 'stage-2: [{name: wait, files: ["BATCH|robmem-wait-init.clp"]}]\n        ' if waits else ""
+    file.write_text(file.read_text().replace("stage-3:", f"{entry}stage-3:") + FILE)
+    assert run(tmp_path)[1] == ["NEWS"]
+    assert (tmp_path / "memory.db").exists() == waits

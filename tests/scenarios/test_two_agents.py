@@ -16,6 +16,7 @@ from cxbridge.events import Event, GoalTransition, InterfaceWrite, LogLine, Rule
 from cxbridge.run import RunOptions, run_scenario
 from cxbridge.run.agent import Run, make_base
 from cxbridge.run.agents import agent_names
+from cxbridge.run.components.robot_memory import robot_memory
 from cxbridge.run.team import Team
 from cxbridge.trace.formats.registry import open_run
 from tests.forked import Forked, nursery
@@ -137,7 +138,7 @@ def test_who_loses_his_lock_stops_and_what_he_left_is_done_later(tmp_path: Path)
         team.loop.run(
             lambda: any(entry[1:] == ("robot1", "begins", "mop kitchen") for entry in entries(world))
         )
-        store = team.agents[0].memory.store
+        store = robot_memory(team.agents[0]).store
         thief = {"$set": {"locked-by": "robot9"}}  # who never gives it back, nor renews it
         assert store.update("robmem_coordination.mutex", {"_id": "resource-kitchen"}, thief) == 1
         end_us = team.clock.now_us() + 120 * MICROSECONDS

@@ -11,8 +11,11 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+from msgspec.structs import replace
+
 from cxbridge.blackboard import BlackBoard
 from cxbridge.clock import Clock
+from cxbridge.closing import Closing
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
 from cxbridge.events import EventBus, Logger
@@ -27,12 +30,13 @@ if TYPE_CHECKING:
 REPLICA_SET_INTERFACE = "MongoDBManagedReplicaSetInterface"
 
 
-class RobotMemory:
+class RobotMemory(Closing):
     """The robot memory of one application, opened on first use.
 
     :param board: receives the interfaces about replica sets.
     :param embedded: makes the embedded store. A team gives a function, because its agents share parts of
         their stores; by default the store is unshared.
+    :param is_volatile: whether to keep the documents in this process only, whatever the configuration says.
     """
 
     def __init__(
@@ -43,12 +47,14 @@ class RobotMemory:
         board: BlackBoard,
         *,
         embedded: Callable[[Settings], Store] | None = None,
+        is_volatile: bool = False,
     ) -> None:
         self._config = config
         self.clock = clock
         self._board = board
         self._lock = threading.RLock()
         self._make_embedded = embedded
+        self._is_volatile = is_volatile
         self._store: Store | None = None
         self._status_writers: list[StatusWriter] = []
         self.bus = bus
@@ -60,7 +66,8 @@ class RobotMemory:
 
         :raises ConfigError: if the configuration is wrong.
         """
-        return Settings.read(self._config)
+        settings = Settings.read(self._config)
+        return replace(settings, backend="embedded", file=None) if self._is_volatile else settings
 
     @property
     def store(self) -> Store:

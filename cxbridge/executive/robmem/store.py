@@ -12,6 +12,7 @@ from typing import Any
 
 from msgspec import Struct
 
+from cxbridge.closing import Closing
 from cxbridge.executive.robmem.errors import QueryError
 from cxbridge.executive.robmem.values import Document
 
@@ -69,7 +70,7 @@ class Watch(ABC):
         """End the subscription. Further calls do nothing."""
 
 
-class Store(ABC):
+class Store(Closing):
     """Documents in collections.
 
     Methods may be called from any thread. They raise :class:`QueryError` for an invalid document, query or
@@ -167,9 +168,5 @@ class Store(ABC):
         """Return the status of a replica set. May block."""
         return ReplicaSetStatus("PRIMARY", "HAVE_PRIMARY", "")
 
-    def remove_expired(self) -> None:  # noqa: B027  a database expires documents by itself
+    def remove_expired(self) -> None:
         """Remove expired documents. To be called once per main loop."""
-
-    @abstractmethod
-    def close(self) -> None:
-        """Release all resources. Further calls do nothing."""

@@ -17,7 +17,7 @@ from cxbridge.run.features import FEATURES, run_features
 from cxbridge.run.mistakes import UnexecutedActions, known_skills, own_files
 from cxbridge.run.rights import data_may_be_programs
 from cxbridge.run.skillers import skiller_mode
-from cxbridge.run.specs import check_features, init_mentions, needs_memory
+from cxbridge.run.specs import check_features, init_mentions
 from cxbridge.skiller.mapping import ActionSkillMapping
 
 # The rules and facts of each cycle, which would fill most of a recording.
@@ -38,8 +38,6 @@ class ExecutiveComponent(ThinkingComponent):
         self.context = context
         self.firings = 0
         self._has_begun = False
-        if needs_memory(context.config, context.spec):
-            context.memory.open()
         self.manager, self.executive = make_executive(context)
         self.executive.known_skills = partial(known_skills, context)
 

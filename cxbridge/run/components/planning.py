@@ -6,7 +6,7 @@ from cxbridge.executive.planning.plugins import PddlPlanner, PddlRobotMemory, Pr
 from cxbridge.mainloop import Hook
 from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
-from cxbridge.run.specs import needs_memory
+from cxbridge.run.components.robot_memory import robot_memory
 
 
 class PlanningPlugins(Component):
@@ -19,9 +19,7 @@ class PlanningPlugins(Component):
     description = "Makes problems from the robot memory, and plans"
 
     def __init__(self, context: Run) -> None:
-        if needs_memory(context.config, context.spec):
-            context.memory.open()
-        paths, config, store = context.paths, context.config, context.memory.store
+        paths, config, store = context.paths, context.config, robot_memory(context).store
         writes_to_disk = config.get_bool("/planner/write-problem", default=False)
         files = ProblemFiles(paths.substitutions, paths.confdir, writes_to_disk=writes_to_disk)
         self._generator = PddlRobotMemory(context.board, context.bus, config, store, files)

@@ -5,13 +5,12 @@ from __future__ import annotations
 from itertools import combinations
 from typing import Any, Final
 
-from cxbridge.plugins import Row, Table, duplicate_error
+from cxbridge.plugins import Row, Table, always, duplicate_error
 from cxbridge.run.components.component import is_component
 from cxbridge.run.skillers import SkillerSettings, skiller_settings
 from cxbridge.run.specs import init_mentions
 
 EXECUTIVE: Final = "executive"
-PLANNING: Final = "planning"
 _PACKAGE = "cxbridge.run.components"
 
 
@@ -56,7 +55,14 @@ COMPONENTS: Final[Table[type[Any]]] = Table(
         f"{_PACKAGE}.skill_board:SkillBoardComponent",
         lambda run: run.skill_board is not None,
     ),
-    Row(PLANNING, f"{_PACKAGE}.planning:PlanningPlugins", _plans_by_blackboard),
+    Row(
+        "robot-memory",
+        f"{_PACKAGE}.robot_memory:RobotMemoryComponent",
+        lambda run: bool(run.spec),
+        early=always,
+        in_replays=True,
+    ),
+    Row("planning", f"{_PACKAGE}.planning:PlanningPlugins", _plans_by_blackboard, in_replays=True),
     Row(EXECUTIVE, f"{_PACKAGE}.executive:ExecutiveComponent", lambda run: bool(run.spec)),
 )
 """Components in start order. The executive is last, because its rules use all other components."""
@@ -70,9 +76,8 @@ def needed_components(run: Any, *daemon: Row, replayed: bool = False) -> list[Ro
     :raises CxbridgeError: if the configuration is wrong or two components have the same name.
     """
     executive = COMPONENTS.find(EXECUTIVE)
-    # in a replay, the planning plugins answer the messages of rules with the recorded plans
     before_executive = [
-        row for row in COMPONENTS.rows if row is not executive and (not replayed or row.name == PLANNING)
+        row for row in COMPONENTS.rows if row is not executive and (not replayed or row.in_replays)
     ]
     rows = [row for row in (*before_executive, executive) if row.needed(run)]
     rows.sort(key=lambda row: not row.early(run))  # stable: the order of the table otherwise

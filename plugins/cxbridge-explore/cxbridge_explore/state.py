@@ -255,8 +255,6 @@ def _list_hidden_reasons(agent: Run) -> list[str]:
         for name in agent.manager.loaded_features(env.name)
         if name not in _STATELESS_FEATURES
     ]
-    if agent.memory.is_open:
-        reasons.append("the robot memory has a hidden state")
     if agent.additions.features:
         reasons.append("a program's own features have a hidden state")
     if lib.GetNextInstance(env.c_env, NULL) != NULL:

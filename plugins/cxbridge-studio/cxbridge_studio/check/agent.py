@@ -24,8 +24,6 @@ from cxbridge.events import Sink, SourceRead
 from cxbridge.executive.executive import action_mapping
 from cxbridge.executive.host.loading import Diagnostic
 from cxbridge.executive.host.values import Symbol, Value
-from cxbridge.executive.robmem.embedded import EmbeddedStore
-from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.file_access import is_readable_file
 from cxbridge.run.agent import Run, make_base
 from cxbridge.run.agents import agent_names
@@ -41,7 +39,6 @@ from cxbridge_studio.check.usage import Construct, FactUse, Usage, make_construc
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
-    from cxbridge.executive.robmem.store import Store
 
 _LOAD_FUNCTIONS: Final = frozenset({"path-load", "path-load*", "load", "load*"})
 _BATCH_FUNCTIONS: Final = frozenset({"path-batch", "path-batch*", "batch", "batch*"})
@@ -149,7 +146,6 @@ class Agent(Closing):
         # No skill is executed, and the check continues after a mistake in one file.
         run_options = replace(options, skiller="none", strict=False)
         self.context = context = Run(run_options, base, is_inspection=True)
-        context.memory = _VolatileMemory(context.config, context.clock, context.bus, context.board)
         try:
             self.manager, self.executive = make_executive(context, StubbedEnvironment)
             assert isinstance(self.env, StubbedEnvironment)
@@ -456,13 +452,6 @@ class Agent(Closing):
         self.executive.close()
         self.manager.close()
         self.context.close()
-
-
-class _VolatileMemory(RobotMemory):
-    """A robot memory in process memory: the check must not open the agent's file or database."""
-
-    def _open_store(self) -> Store:
-        return EmbeddedStore(self.clock)
 
 
 def place_of(value: ConfigValue) -> SourcePlace:

@@ -1,0 +1,69 @@
+"""The robot memory of a run."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from cxbridge.executive.robmem.memory import RobotMemory
+from cxbridge.executive.robmem.settings import Settings
+from cxbridge.executive.robmem.store import Store
+from cxbridge.mainloop import Hook
+from cxbridge.run.agent import Run, RunBase
+from cxbridge.run.components.component import Component
+from cxbridge.run.specs import init_mentions
+
+
+def robot_memory(run: Run) -> RobotMemory:
+    """Return the robot memory of a run."""
+    return run.shared_object(_make_memory)
+
+
+def _make_memory(run: Run) -> RobotMemory:
+    embedded = None if run.team is None else partial(_open_team_store, run.team, run.name)
+    # an inspection must not open the agent's file or database
+    return RobotMemory(
+        run.config, run.clock, run.bus, run.board, embedded=embedded, is_volatile=run.is_inspection
+    )
+
+
+def _open_team_store(team: RunBase, agent: str, settings: Settings) -> Store:
+    """Return an agent's robot memory: its own databases, and those that all agents of the team share."""
+    # imported on use: most runs have no robot memory
+    from cxbridge.executive.robmem.embedded import EmbeddedStore  # noqa: PLC0415
+    from cxbridge.executive.robmem.split import SplitStore  # noqa: PLC0415
+
+    file = settings.file
+    own_file = None if file is None else file.with_name(f"{file.stem}-{agent}{file.suffix}")
+    common = team.shared.get(_open_common_store, team)
+    return SplitStore(EmbeddedStore(team.clock, own_file), common, settings.distributed_databases)
+
+
+def _open_common_store(team: RunBase) -> Store:
+    from cxbridge.executive.robmem.embedded import EmbeddedStore  # noqa: PLC0415 - as above
+
+    return EmbeddedStore(team.clock, Settings.read(team.config).file)
+
+
+class RobotMemoryComponent(Component):
+    """Removes expired documents and writes the status of replica sets.
+
+    :raises CxbridgeError: if the agent needs the robot memory at its start, and it cannot be opened.
+    """
+
+    # before Hook.THINK: rules see the changes of other agents in the same cycle
+    hooks = (Hook.WORLDSTATE,)
+    # the documents outlive a reset of the daemon, as with a database
+    steady = True
+    description = "Keeps the documents of the robot memory"
+
+    def __init__(self, run: Run) -> None:
+        self._memory = robot_memory(run)
+        if init_mentions(run.config, run.spec, "robot_memory", "robmem-wait-init"):
+            self._memory.open()
+
+    def loop(self) -> None:
+        self._memory.loop()
+
+    @property
+    def is_quiet(self) -> bool:
+        return not self._memory.is_open

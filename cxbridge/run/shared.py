@@ -1,0 +1,32 @@
+"""Objects that plug-ins share within a run or a team."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import ExitStack
+from typing import Any, TypeVar
+
+from cxbridge.closing import Closing
+
+Owner = TypeVar("Owner")
+T = TypeVar("T")
+
+
+class SharedObjects(Closing):
+    """Objects by the functions that make them. :meth:`close` closes those that have ``close``."""
+
+    def __init__(self) -> None:
+        self._objects: dict[Callable[..., Any], Any] = {}
+        self._undo = ExitStack()
+
+    def get(self, make: Callable[[Owner], T], owner: Owner) -> T:
+        """Return the object of a function; the first call makes the object."""
+        if make not in self._objects:
+            self._objects[make] = made = make(owner)
+            if isinstance(made, Closing):
+                self._undo.callback(made.close)
+        shared: T = self._objects[make]
+        return shared
+
+    def close(self) -> None:
+        self._undo.close()
