@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import gzip
 import json
+import re
 from base64 import b64encode
 from collections.abc import Iterator, Mapping, Sequence
 from hashlib import sha256
@@ -41,8 +42,8 @@ document.addEventListener("DOMContentLoaded", () => {
 });
 """
 
-# The characters of a module that stay as they are in a URL: "%" begins an escape, "#" a fragment.
-_URL_CHARACTERS: Final = "".join(chr(code) for code in range(0x20, 0x7F) if chr(code) not in "%#")
+# The characters of a module that a URL has to escape: "%" begins an escape, "#" a fragment.
+_ESCAPED_IN_URL: Final = re.compile(r"[^\x20-\x7e]|[%#]")
 
 _DOCUMENT: Final = """<!doctype html>
 <html lang="en">
@@ -193,7 +194,7 @@ def _hash_script(text: str) -> str:
 
 
 def _make_data_url(text: str, kind: str = "text/javascript") -> str:
-    return f"data:{kind};charset=utf-8,{quote(text, safe=_URL_CHARACTERS)}"
+    return f"data:{kind};charset=utf-8,{_ESCAPED_IN_URL.sub(lambda match: quote(match[0], ''), text)}"
 
 
 def _read_file(name: str) -> str:
