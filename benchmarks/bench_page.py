@@ -29,7 +29,7 @@ from web_tests.page.test_moments import viewing
 GOALS, FACTS, EVENTS = 1_000, 10_000, 100_000
 LIMIT_MS = 100
 PICTURE_LIMIT_MS = 1_000
-VIEWS = ("goals", "goals/G7", "skills", "domain", "domain/operators", "blackboard", "clips/facts",
+VIEWS = ("goals", "goals/G7", "skills", "blackboard", "clips/facts",
          "clips/rules", "log", "config", "timeline")  # fmt: skip
 
 
@@ -40,10 +40,6 @@ def fill(daemon: FakeDaemon) -> None:
         "clips-executive/goals": [
             goal_model(goal, "DISPATCHED", parent=f"G{number // 10}" if number else "")
             for number, goal in enumerate(goals)
-        ],
-        "clips-executive/domain-facts": [
-            {"name": "at", "param-values": [f"thing{number}", f"place{number % 97}"]}
-            for number in range(FACTS)
         ],
         "clips-executive/plans": [],
         "clips/executive/facts": [

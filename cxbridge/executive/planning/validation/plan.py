@@ -7,7 +7,7 @@ change a fact that another moment reads or changes differently (PDDL 2.1: no mov
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Final, NamedTuple
 
@@ -45,52 +45,24 @@ TOLERANCE_S: Final = 0.001
 
 
 @dataclass(frozen=True, slots=True)
-class PlanMoment:
-    """An executed moment of a plan: a whole step, its start or its end.
-
-    :param time: the time in seconds after the plan's start.
-    :param step: the number of the step, from 1.
-    :param part: ``start`` or ``end`` of a durative action; else empty.
-    :param needs: the facts that the step's conditions read as true.
-    :param after: the state after all simultaneous moments.
-    """
-
-    time: float
-    step: int
-    part: str
-    needs: frozenset[Ground]
-    changes: Changes
-    after: WorldState
-
-
-@dataclass(frozen=True, slots=True)
 class PlanCheck:
     """The result of checking a plan.
 
+    :param end: the state after the plan, or before the failed step.
     :param failure: why the plan is invalid; else empty.
     :param step: the number of the first impossible step, from 1; 0: the goal is not reached.
     :param unchecked: why the check is inconclusive; else empty.
-    :param begin: the state before the plan.
-    :param moments: the executed moments, in order, up to the failure.
-    :param goal_needs: the facts that the goal reads as true.
     """
 
+    end: WorldState
     failure: str = ""
     step: int = 0
     unchecked: str = ""
-    begin: WorldState = field(default_factory=lambda: WorldState(frozenset(), {}))
-    moments: tuple[PlanMoment, ...] = ()
-    goal_needs: frozenset[Ground] = frozenset()
 
     @property
     def holds(self) -> bool:
         """Whether the check found no failure."""
         return not self.failure
-
-    @property
-    def end(self) -> WorldState:
-        """The state after the plan, or before the failed step."""
-        return self.moments[-1].after if self.moments else self.begin
 
 
 class _StepError(Exception):
@@ -163,8 +135,7 @@ class _Checker:
         self._actions = {action.name: action for action in domain.actions}
         self._objects = objects
         self._goal = goal
-        self._initial_state = self._state = state
-        self._moments: list[PlanMoment] = []
+        self._state = state
         self._unfinished: list[_Step] = []  # durative steps between start and end
 
     def check(self, actions: Sequence[PlannedAction], running: Sequence[PlannedAction]) -> PlanCheck:
@@ -184,15 +155,11 @@ class _Checker:
             return self._result(unchecked=str(error))
 
     def _result(self, failure: str = "", step: int = 0, unchecked: str = "") -> PlanCheck:
-        return PlanCheck(failure, step, unchecked, self._initial_state, tuple(self._moments))
+        return PlanCheck(self._state, failure, step, unchecked)
 
     def _check_goal(self) -> PlanCheck:
-        moment = Moment(self._state, self._objects)
-        missing = false_part_text(self._goal, {}, moment)
-        if missing:
-            return self._result(failure=f"the goal is not reached: {missing}")
-        needs, _ = moment.reads_of([self._goal], {})
-        return replace(self._result(), goal_needs=frozenset(needs))
+        missing = false_part_text(self._goal, {}, Moment(self._state, self._objects))
+        return self._result(failure=f"the goal is not reached: {missing}" if missing else "")
 
     def _make_step(self, number: int, planned: PlannedAction, *, is_running: bool = False) -> _Step:
         """Return a step, after checks of its name and objects."""
@@ -234,19 +201,15 @@ class _Checker:
         """Execute simultaneous moments."""
         before = self._state
         executed = [(event, *self._execute_event(event, before)) for event in events]
-        _refuse_interference(
-            [(event, needs | other_reads, changes) for event, needs, other_reads, changes in executed]
-        )
-        for _, _, _, changes in executed:
+        _refuse_interference(executed)
+        for _, _, changes in executed:
             # all steps have computed their numbers from the same state: simultaneous changes add up
             numbers = {
                 ground: value + self._state.numbers.get(ground, 0.0) - before.numbers.get(ground, 0.0)
                 for ground, value in changes.numbers.items()
             }
             self._state = self._state.after(replace(changes, numbers=numbers))
-        for event, needs, _, changes in executed:
-            number, time = event.step.number, event.time
-            self._moments.append(PlanMoment(time, number, event.part, frozenset(needs), changes, self._state))
+        for event, _, _ in executed:
             if event.part == "start":
                 self._unfinished.append(event.step)
             elif event.part == "end":
@@ -254,26 +217,26 @@ class _Checker:
         for step in self._unfinished:
             self._require(step, list(parts_at(step.action.condition, OVER_ALL)), self._state)
 
-    def _execute_event(self, event: _Event, state: WorldState) -> tuple[set[Ground], set[Ground], Changes]:
-        """Return the facts that a moment reads as true, further facts that it reads, and its changes."""
+    def _execute_event(self, event: _Event, state: WorldState) -> tuple[set[Ground], Changes]:
+        """Return the facts that a moment reads, and its changes."""
         step, action = event.step, event.step.action
         moment = Moment(state, self._objects, step.duration, step.start_moment)
         is_start = event.part == "start"
         # an action without duration has its conditions at the start and its effects at the end
         conditions = list(parts_at(action.condition, AT_END if event.part == "end" else AT_START))
-        needs, other_reads = set[Ground](), set[Ground]()
+        reads = set[Ground]()
         if is_start:
             step.start_moment = moment
         if not step.is_running or event.part == "end":  # conditions of a running action held at its start
             self._require(step, conditions, state)
             if is_start and action.duration is not None and step.planned.duration is not None:
                 _check_duration(step, action.duration, moment)
-            needs, other_reads = moment.reads_of(conditions, step.binding)
+            reads = set[Ground]().union(*moment.reads_of(conditions, step.binding))
             if is_start:  # the start also needs the facts that must be true from now on
                 invariants = list(parts_at(action.condition, OVER_ALL))
-                needs |= moment.reads_of(invariants, step.binding)[0]
+                reads |= moment.reads_of(invariants, step.binding)[0]
         changes = effect_changes(action.effect, step.binding, moment, AT_START if is_start else AT_END)
-        return needs, other_reads, changes
+        return reads, changes
 
     def _require(self, step: _Step, conditions: Iterable[Formula], state: WorldState) -> None:
         """Raise ``_StepError`` if a condition of a step is false in a state."""

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import os
-import shlex
-import sys
 import time
 from contextlib import ExitStack
 from pathlib import Path
@@ -97,10 +95,6 @@ class _SweepOutputs:
             metavar="FILE", help="Write a Parquet file with a row for each run.", show_default=False
         ),
     ] = None
-    page: Annotated[
-        Path | None,
-        typer.Option("--html", metavar="FILE", help="Write a page with plots.", show_default=False),
-    ] = None
     as_json: AsJson = False
 
 
@@ -113,12 +107,12 @@ def sweep(agent: _AgentOptions, settings: _SweepOptions, outputs: _SweepOutputs)
 
     Exit status: 0 played; 1 no run of an agent reached its end; 2 bad input.
 
-    Example: cxbridge sweep scenarios/courier --runs 10000 --html out/sweep.html
+    Example: cxbridge sweep scenarios/courier --runs 10000 --csv out/sweep.csv
     """
     from cxbridge_explore.sweep.row_file import RowFile
     from cxbridge_explore.sweep.summary import AgentComparison, SweepSummary
 
-    make_output_folders(outputs.csv, outputs.parquet, outputs.page)
+    make_output_folders(outputs.csv, outputs.parquet)
     jobs = _make_jobs(agent, settings)
     start_s = time.perf_counter()
     seeds = range(settings.seed, settings.seed + settings.runs)
@@ -214,14 +208,12 @@ def _play_sweep(
 
 
 def _write_files(sweeps: Mapping[str, Sequence[RunRow]], outputs: _SweepOutputs) -> None:
-    from cxbridge_explore.sweep.files import write_csv, write_page, write_parquet
+    from cxbridge_explore.sweep.files import write_csv, write_parquet
 
     if outputs.csv is not None:
         write_csv(sweeps, outputs.csv)
     if outputs.parquet is not None:
         write_parquet(sweeps, outputs.parquet)
-    if outputs.page is not None:
-        write_page(sweeps, outputs.page, shlex.join(["cxbridge", *sys.argv[1:]]))
 
 
 def _print_comparison(comparison: AgentComparison) -> None:

@@ -50,7 +50,7 @@ class WorkCount:
             robot = robots.get(name, name)
             begin_s = seconds_at(start_us + call.begin.time)
             end_s = seconds_at(start_us + (call.end.time if call.end else end))
-            span = Span(begin_s, end_s, _skill(call, robot), call.status, call.error)
+            span = Span(begin_s, end_s, call.skill_string, call.status, call.error)
             spans_of_robots.setdefault(robot, []).append(span)
         return {robot: tuple(spans_of_robots[robot]) for robot in sorted(spans_of_robots)}
 
@@ -83,10 +83,3 @@ def _performer(call: SkillExecution) -> str:
     if call.env in ("", ENVIRONMENT):
         return call.skiller
     return call.env if call.skiller == DEFAULT_SKILLER else f"{call.env}/{call.skiller}"
-
-
-def _skill(call: SkillExecution, robot: str) -> str:
-    """Return the executed skill without the feedback that an executor appends to it."""
-    return (
-        call.skill_string if call.env else call.skill_string.partition(": ")[0].removesuffix(f" of {robot}")
-    )

@@ -1,4 +1,4 @@
-"""Writes the result of a sweep: rows as CSV or Parquet, and an HTML page."""
+"""Writes the rows of a sweep as CSV or Parquet."""
 
 from __future__ import annotations
 
@@ -12,9 +12,7 @@ from typing import Any, Final
 from cxbridge.errors import CxbridgeError
 from cxbridge.extras import install_command
 from cxbridge.file_access import replaced_file
-from cxbridge.run.pages import write_document
 from cxbridge_explore.sweep.rows import RunRow
-from cxbridge_explore.sweep.summary import AgentComparison, SweepSummary
 
 # The columns; `goals` and `choices` contain JSON.
 COLUMNS: Final = ("agent", *(field.name for field in fields(RunRow)))
@@ -62,28 +60,3 @@ def _make_records(sweeps: Sweeps) -> list[dict[str, Any]]:
         for agent, rows in sweeps.items()
         for row in rows
     ]
-
-
-def write_page(sweeps: Sweeps, file: Path, command: str) -> None:
-    """Write the page about one agent, or about two agents with the same seeds.
-
-    :param command: the command that reproduces the page, to show on the page.
-    :raises CxbridgeError: if the file cannot be written, or no installed package makes pages.
-    """
-    rows_by_seed = [{row.seed: row for row in rows} for rows in sweeps.values()]
-    document = {
-        "command": command,
-        "sweeps": {agent: _page_summary(rows) for agent, rows in sweeps.items()},
-        "comparison": AgentComparison(*rows_by_seed).as_dict() if len(rows_by_seed) > 1 else None,
-    }
-    write_document(file, "sweep", f"Sweep of {' and '.join(sweeps)}", document)
-
-
-def _page_summary(rows: Sequence[RunRow]) -> dict[str, Any]:
-    summary = SweepSummary(rows)
-    return {
-        **summary.as_dict(),
-        # The page lists seeds of each outcome, even those of completed runs.
-        "seeds": {outcome: summary.find_seeds(outcome) for outcome in summary.outcomes},
-        "makespans": [row.makespan for row in rows if row.is_completed],
-    }

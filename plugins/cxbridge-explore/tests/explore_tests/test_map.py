@@ -125,7 +125,7 @@ def test_which_explored_run_breaks_the_property(tmp_path: Path) -> None:
     write_page(found, None, file, "cxbridge explore", pages=pages, stories=stories)
     shown = show(file, tmp_path / "profile")
     assert shown.console == []
-    assert shown.dom.index("The shortest run in which that happens") < shown.dom.index("What faults lead to")
+    assert shown.dom.index("The shortest run with the violation") < shown.dom.index("What faults lead to")
     assert f'href="{pages[1]}"' in shown.dom
     page, _, moment = pages[1].partition("#")
     run = show(tmp_path / page, tmp_path / "profile", fragment=f"#{moment}")

@@ -52,9 +52,6 @@ class _ResultOptions:
     """The options for the output of the result."""
 
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the plan to this file.")] = None
-    html: Annotated[
-        Path | None, typer.Option("--html", metavar="FILE", help="Write a page about the plan.")
-    ] = None
     verbose: Annotated[
         bool, typer.Option("--verbose", "-v", help="Print the planner that was used, and why.")
     ] = False
@@ -96,12 +93,8 @@ def plan(
         return _validate_plan(
             *_read_files(domain_file, problem_file, as_fawkes=as_fawkes), validate, as_json=results.as_json
         )
-    domain, problem, result = _make_plan(domain_file, problem_file, planning, as_fawkes=as_fawkes)
+    result = _make_plan(domain_file, problem_file, planning, as_fawkes=as_fawkes)
     _print_result(result, planning.planner, results)
-    if results.html is not None:
-        from cxbridge_planning.cli.page import write_page
-
-        write_page(results.html, domain, problem, result)
     return EXIT_STATUS[result.status.value]
 
 
@@ -135,7 +128,7 @@ def _read_files(domain_file: Path, problem_file: Path, *, as_fawkes: bool) -> tu
 
 def _make_plan(
     domain_file: Path, problem_file: Path, planning: _PlannerOptions, *, as_fawkes: bool
-) -> tuple[Domain, Problem, PlanResult]:
+) -> PlanResult:
     """Read domain and problem while the planner's process starts, then plan."""
     from cxbridge.executive.planning import PlanningService, PlanRequest
     from cxbridge.executive.planning.registry import choose_planners
@@ -147,7 +140,7 @@ def _make_plan(
         # called for its errors only: an unsupported problem is bad input, not a failure of the planner
         choose_planners(planning.planner, domain, problem, options)
         request = PlanRequest(domain, problem, planning.planner, options, planning.timeout)
-        return domain, problem, service.plan(request)
+        return service.plan(request)
 
 
 def _validate_plan(domain: Domain, problem: Problem, plan_file: Path, *, as_json: bool) -> int:

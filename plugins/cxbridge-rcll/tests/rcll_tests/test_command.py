@@ -8,7 +8,6 @@ import pytest
 
 from cxbridge.cli.main import invoke
 from rcll_tests.league import write_refbox, write_team
-from tests.support import needs_plugin
 
 
 @pytest.fixture
@@ -33,6 +32,7 @@ def test_the_score_in_words(words, capsys):
     out = capsys.readouterr().out
     assert "CYAN       +5  Taken at C-BS" in out
     assert "CYAN     delivers order 1 (C0)" in out
+    assert "machine: C-BS IDLE" in out
     assert "CYAN 5, MAGENTA 0; 1 deliveries; the game is over" in out
 
 
@@ -48,18 +48,6 @@ def test_a_recording(words, tmp_path, capsys):
     assert invoke([*words, "--trace", str(trace)]) == 0
     assert invoke(["trace", "info", str(trace)]) == 0
     assert "points: " in capsys.readouterr().out
-
-
-@needs_plugin("web")
-def test_the_page_of_a_game(words, tmp_path, capsys):
-    from web_tests.test_report import data_of
-
-    page = tmp_path / "game.html"
-    assert invoke([*words, "--html", str(page)]) == 0
-    assert "machine: C-BS IDLE" in capsys.readouterr().out
-    text = data_of(page.read_text()).decode()
-    for word in ("robot1", "C-BS-OUTPUT", "READY-AT-OUTPUT", '"complexity": "C0"', "Taken at C-BS"):
-        assert word in text
 
 
 def test_two_agents_on_the_same_seeds(words, tmp_path, capsys):

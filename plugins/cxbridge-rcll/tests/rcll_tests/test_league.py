@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support import FAWKES_DIR, ROBOTINO_DIR, needs_plugin
+from tests.support import FAWKES_DIR, ROBOTINO_DIR
 
 REFBOX_DIR = os.environ.get("REFBOX_DIR", "")
 """A checkout of rcll-refbox."""
@@ -71,12 +71,8 @@ def test_one_seed_is_one_game(corrections, tmp_path):
     assert found[0] == found[1]
 
 
-@needs_plugin("web")
-def test_the_agent_scores(corrections, tmp_path):
-    from web_tests.test_report import data_of
-
-    page = tmp_path / "game.html"
-    game, _ = play(corrections, "--minutes", "4", "--html", page)
+def test_the_agent_scores(corrections):
+    game, _ = play(corrections, "--minutes", "4")
     assert game["complete"]
     assert game["phase"] == "POST_GAME"
     assert game["points"]["CYAN"] > 0
@@ -90,7 +86,6 @@ def test_the_agent_scores(corrections, tmp_path):
     robots = game["robots"].values()
     assert all(each["busy_seconds"] + each["idle_seconds"] == pytest.approx(240, abs=20) for each in robots)
     assert {each["order"] for each in game["orders"]} >= {1, 2}
-    assert "C-CS1" in data_of(page.read_text()).decode()
 
 
 def test_the_rule_that_is_not_defined_is_told(corrections):

@@ -57,15 +57,6 @@ class _CoverageOutputs:
     lcov: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write an lcov tracefile.", show_default=False)
     ] = None
-    page: Annotated[
-        Path | None,
-        typer.Option(
-            "--html",
-            metavar="FILE",
-            help="Write an HTML page with the sources of the rules.",
-            show_default=False,
-        ),
-    ] = None
     fail_under: Annotated[
         float | None,
         typer.Option(
@@ -98,7 +89,7 @@ def coverage(
 
     Exit status: 0 reported; 1 less than --fail-under; 2 a run cannot be read, or lacks the needed events.
 
-    Example: cxbridge coverage out/a.mcap out/b.mcap --html out/coverage.html
+    Example: cxbridge coverage out/a.mcap out/b.mcap --lcov out/coverage.info
     """
     from cxbridge_studio.explain.coverage.model import compute_coverage
 
@@ -116,9 +107,7 @@ def coverage(
         raise CxbridgeError(
             f"no file with rules matches {', '.join(files)}", hint="omit --files to see all files"
         )
-    if outputs.page is not None and outputs.page.exists() and any(map(outputs.page.samefile, runs)):
-        raise typer.BadParameter("the page would replace a recording", param_hint="--html")
-    _write_outputs(outputs, result, agent, firings_known=firings_known)
+    _write_outputs(outputs, result, firings_known=firings_known)
     return 1 if fail_under is not None and result.percent < fail_under else 0
 
 
@@ -149,17 +138,13 @@ def _read_runs(
     return agent, use
 
 
-def _write_outputs(
-    outputs: _CoverageOutputs, result: Coverage, agent: AgentSources, *, firings_known: bool
-) -> None:
+def _write_outputs(outputs: _CoverageOutputs, result: Coverage, *, firings_known: bool) -> None:
     """Print the result and write the requested files."""
     from cxbridge_studio.explain.coverage import report
 
     if outputs.lcov is not None:
         text = "".join(f"{line}\n" for line in report.lcov_lines(result))
         write_file(outputs.lcov, text.encode("utf-8", "surrogateescape"))
-    if outputs.page is not None:
-        report.write_page(outputs.page, result, agent.texts, firings_known=firings_known)
     if outputs.as_json:
         say_json(report.to_json(result), indent=2)
     else:

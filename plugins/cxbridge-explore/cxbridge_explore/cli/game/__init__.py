@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import os
-import shlex
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from cxbridge.cli.connect import AsJson
-from cxbridge.cli.console import ConsoleOptions, complain, make_output_folders, say_json
+from cxbridge.cli.console import ConsoleOptions, complain, say_json
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.cli.story import RunLog
 from cxbridge.errors import CxbridgeError
@@ -71,13 +69,10 @@ def game(
     is_series = play.games > 1 or against is not None
     first = _make_game(options, play, game_options, is_series=is_series)
     if not is_series:
-        make_output_folders(play.html)
         log = _GameLog(console, first.quiet_components)
-        return _report_game(first.play(play.seed, log, log.attach), play.html, as_json=as_json)
+        return _report_game(first.play(play.seed, log, log.attach), as_json=as_json)
     if options.trace or options.log or options.bblog:
         raise CxbridgeError("many games cannot be recorded to one file", hint="play a single game: --seed N")
-    if play.html is not None:
-        raise CxbridgeError("--html shows only one game", hint="play a single game: --seed N")
     return _play_series(_games_by_agent(first, against), play, as_json=as_json)
 
 
@@ -108,17 +103,13 @@ def _games_by_agent(first: Game, against: Path | None) -> dict[str, Game]:
     return games
 
 
-def _report_game(result: GameResult, page: Path | None, *, as_json: bool) -> int:
+def _report_game(result: GameResult, *, as_json: bool) -> int:
     from cxbridge_explore.cli.game.output import print_game
 
     if as_json:
         say_json(result.as_dict(), indent=2)
     else:
         print_game(result)
-    if page is not None:
-        from cxbridge_explore.game.page import write_page
-
-        write_page(result, page, shlex.join(["cxbridge", *sys.argv[1:]]))
     return _report_faults({result.seed: result})
 
 

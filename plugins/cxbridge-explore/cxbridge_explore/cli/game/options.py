@@ -64,15 +64,6 @@ class PlayOptions:
         int, typer.Option(min=0, help="The number of processes for many games; 0: one per processor.")
     ] = 0
 
-    html: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Write a page about a single game: points, and a timeline of robots, machines and orders.",
-            show_default=False,
-        ),
-    ] = None
-
     def second_agent(self) -> Path | None:
         """Return the agent of the second argument or of ``--against``.
 

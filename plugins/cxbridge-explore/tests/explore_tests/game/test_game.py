@@ -12,6 +12,7 @@ from cxbridge.cli.main import invoke
 from cxbridge.trace.formats.registry import open_run
 from cxbridge_explore.game.match import GamesSummary, Match, play_games
 from cxbridge_explore.game.score import GameResult, Score
+from cxbridge_explore.game.timeline import Span, covered_seconds
 from tests.forked import nursery
 from tests.run.mini import write_scenario
 from tests.support import ROOT
@@ -195,3 +196,8 @@ def test_a_scenario_that_says_it_is_a_game_and_has_no_referee(short, capsys):
     file.write_text(file.read_text().replace('"GameInterface", "Game"', '"HeartbeatInterface", "Game"'))
     assert invoke(["game", str(short)]) != 0
     assert "Traceback" not in capsys.readouterr().err
+
+
+def test_overlapping_skills_count_once():
+    spans = [Span(0, 10, ""), Span(2, 5, ""), Span(8, 12, ""), Span(20, 21, "")]
+    assert covered_seconds(spans) == 13

@@ -14,8 +14,7 @@ from cxbridge.cli.main import invoke
 from cxbridge.history.model import Moment, SkillExecution
 from cxbridge_explore.sweep.playing import count_retries
 from cxbridge_explore.sweep.rows import CRASHED, RunRow
-from tests.support import ROOT, needs_plugin
-from tests.trace.html.browser import needs_browser, show
+from tests.support import ROOT
 
 SCENARIO = ROOT / "scenarios" / "test-scenario"
 RUNS = 6
@@ -113,18 +112,12 @@ def changed(folder: Path) -> Path:
     return copy
 
 
-@needs_plugin("web")
-@needs_browser
 def test_two_agents_in_the_same_worlds(capsys, tmp_path):
     other = changed(tmp_path)
-    page = tmp_path / "page.html"
-    found = swept(capsys, "--against", other, "--html", page)
+    found = swept(capsys, "--against", other)
     assert found["against"]["runs"] == RUNS
     assert set(found["comparison"]) == {"completed", "makespan", "seeds"}
     assert all(100 <= each["seed"] < 100 + RUNS for each in found["comparison"]["seeds"])
-    shown = show(page, tmp_path / "profile")
-    assert shown.console == []
-    assert all(part in shown.dom for part in ("Comparison", "Outcomes", "Makespan", "<svg", str(other)))
 
 
 def test_an_agent_differs_in_nothing_from_its_copy(capsys, tmp_path):
@@ -168,7 +161,6 @@ def test_what_was_played_is_not_played_again(capsys, tmp_path):
         (("--against", SCENARIO), "--against names the same agent"),
         (("--against", "nowhere"), "nowhere"),
         (("--csv", "/dev/null/a/rows.csv"), "/dev/null/a/rows.csv: cannot be written"),
-        (("--html", "/dev/null/a/page.html"), "/dev/null/a/page.html: cannot be written"),
         (("--resume", "nowhere/kept"), "nowhere/kept: cannot be used"),
         (("--runs", "0"), "--runs"),
     ],

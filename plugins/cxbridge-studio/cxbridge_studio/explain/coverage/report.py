@@ -1,15 +1,14 @@
-"""Coverage as text, as JSON values, as an HTML page, and in the format of lcov."""
+"""Coverage as text, as JSON values, and in the format of lcov."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, Final
 
 from cxbridge.printing import short_path
-from cxbridge.run.pages import write_document
-from cxbridge_studio.explain.coverage.model import MODES, Coverage, FileCoverage, NameCoverage
+from cxbridge_studio.explain.coverage.model import Coverage, FileCoverage, NameCoverage
 
 _MAX_KEPT_FOLDER_LENGTH: Final = 12  # a common folder up to this length stays in the file names
 
@@ -140,33 +139,3 @@ def lcov_lines(coverage: Coverage) -> Iterator[str]:
         yield f"LF:{len(hits)}"
         yield f"LH:{sum(count > 0 for count in hits.values())}"
         yield "end_of_record"
-
-
-def write_page(path: Path, coverage: Coverage, texts: Mapping[str, str], *, firings_known: bool) -> None:
-    """Write the page about a coverage.
-
-    :param texts: source texts by file name.
-    :param firings_known: whether any run has recorded firings.
-    :raises CxbridgeError: if the file cannot be written, or no installed package makes pages.
-    """
-    document = page_document(coverage, texts, firings_known=firings_known)
-    write_document(path, "coverage", "Coverage", document)
-
-
-def page_document(coverage: Coverage, texts: Mapping[str, str], *, firings_known: bool) -> dict[str, Any]:
-    """Return the data of the page: the coverage as JSON values, with the source texts."""
-    document = {**to_json(coverage), "modes": list(MODES), "firings_known": firings_known}
-    document["rules"]["files"] = [
-        {
-            "name": name,
-            "total": file.watched_count,
-            "fired": file.fired_count,
-            "rules": [
-                {"name": rule.name, "lines": rule.lines, "firings": count} for rule, count in file.rules
-            ],
-            # Without firings, the page has no lines to mark.
-            "text": texts.get(file.file, "") if firings_known else "",
-        }
-        for name, file in zip(short_names(coverage.files), coverage.files, strict=True)
-    ]
-    return document

@@ -8,7 +8,7 @@ import pytest
 
 from cxbridge.cli.main import invoke
 from tests.run.mini import AGENT, write_scenario
-from tests.support import FAWKES_DIR, SHARED, needs_fawkes, needs_plugin, needs_shared
+from tests.support import FAWKES_DIR, SHARED, needs_fawkes, needs_shared
 
 LOG = SHARED / "traces" / "test-scenario" / "skiller-1" / "fawkes.log"
 
@@ -58,18 +58,6 @@ def test_the_tracefile(recording, tmp_path, capsys):
     assert ask(capsys, recording, "--lcov", tmp_path / "c.info")[0] == 0
     text = (tmp_path / "c.info").read_text()
     assert "FNF:8\nFNH:7\n" in text
-
-
-@needs_plugin("web")
-def test_the_page(recording, tmp_path, capsys):
-    page = tmp_path / "c.html"
-    status, out, _ = ask(capsys, recording, "--html", page)
-    assert status == 0
-    assert "7 of 8 rules fired" in out
-    assert "<title>Coverage</title>" in page.read_text()
-    before = recording.read_bytes()
-    assert ask(capsys, recording, "--html", recording)[0] == 2
-    assert recording.read_bytes() == before
 
 
 def test_a_run_without_firings(mini, tmp_path, capsys):

@@ -14,7 +14,6 @@ import {
   pairs,
   refill,
 } from "cx/dom.js";
-import { formulaTree, ofApi } from "cx/domain/formula.js";
 import { readOf } from "cx/env.js";
 import { isOfRobot } from "cx/log_lines.js";
 import { slotsIn } from "cx/model.js";
@@ -46,6 +45,19 @@ const words = (values) =>
   Array.isArray(values) ? values.join(" ") : String(values ?? "").replace(/^"(.*)"$/s, "$1");
 const unusual = (values) => (USUAL.has(words(values)) ? "" : words(values));
 const errorBox = (text) => (text ? el("p.error-box", text) : null);
+
+const CONNECTIVES = { conjunction: "and", disjunction: "or", negation: "not" };
+/** A grounded condition of the API as a tree, which marks the false parts. */
+function conditionTree({ type, name, child = [], "param-values": values = [], "is-satisfied": isTrue }) {
+  if (type === "atom" && child.length) return conditionTree(child[0]);
+  const text = child.length ? CONNECTIVES[type] || type : "(" + [name, ...values].join(" ") + ")",
+    [outcome, icon] = isTrue ? ["completed", "✓"] : ["failed", "✗"],
+    about = { class: "dot outcome o-" + outcome, role: "img", "aria-label": String(isTrue) };
+  return el(
+    "ul.formula",
+    el.li({ class: isTrue ? null : "is-false" }, el.i(about, icon), el.code(text), child.map(conditionTree)),
+  );
+}
 
 export class Detail {
   /** @param host see timeline/host.js @param later called when there is more to draw */
@@ -224,7 +236,7 @@ export class Detail {
     const state = action ? (lastUpTo(action.changes, this.step)?.state ?? "FORMULATED") : told.state,
       outcome = actionOutcome(state),
       robot = action?.calls.at(-1)?.skiller,
-      lacks = outcome === "formulated" && told?.preconditions ? ofApi(told.preconditions) : null;
+      condition = outcome === "formulated" && told?.preconditions;
     return [
       outcomeBadge(outcome, state),
       " ",
@@ -232,9 +244,9 @@ export class Detail {
         ? this.link(action, action.id + " " + action.text)
         : [told.id, told["operator-name"], ...told["param-values"]].join(" "),
       robot && dim(" " + robot),
-      lacks &&
-        !lacks.satisfied &&
-        el("details.lacks", el.summary("precondition is false"), formulaTree(lacks)),
+      condition &&
+        !condition["is-satisfied"] &&
+        el("details.lacks", el.summary("precondition is false"), conditionTree(condition)),
     ];
   }
   action(action) {

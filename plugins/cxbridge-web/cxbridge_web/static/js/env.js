@@ -1,13 +1,13 @@
-// CLIPS environments: the choice, which all views share, and their goals, plans and domains.
+// CLIPS environments: the choice, which all views share, and the goals and plans of an environment.
 import { factsPath, get } from "cx/api.js";
 import { MODELS } from "cx/clips/text.js";
 import { choice } from "cx/dom.js";
 import { MAIN_ENV } from "cx/names.js";
 
 /**
- * Read goals, plans or the domain of an environment. The API has them for the executive's environment; for
- * another environment facts are read.
- * @param what goals, plans, domain-facts, domain-objects, domain-predicates or domain-operators
+ * Read the goals or plans of an environment. The API has them for the executive's environment; for another
+ * environment facts are read.
+ * @param what goals or plans
  */
 export async function readOf(env, what) {
   if (env === MAIN_ENV) return get("clips-executive/" + what);
@@ -15,19 +15,15 @@ export async function readOf(env, what) {
   return make(await readFacts(env, templates));
 }
 
-/** The facts of some deftemplates: {index, template, text}. */
-export async function readFacts(env, templates) {
-  const lists = await Promise.all(templates.map((template) => get(factsPath(env, template)))),
-    facts = lists
-      .flat()
-      .map(({ index, template_name: template, formatted: text }) => ({ index, template, text }));
-  return [...new Map(facts.map((fact) => [fact.index, fact])).values()];
+async function readFacts(env, templates) {
+  const lists = await Promise.all(templates.map((template) => get(factsPath(env, template))));
+  return lists.flat().map(({ formatted: text }) => ({ text }));
 }
 
 /**
- * A choice among the environments; hidden while there is only one.
- * @param changed called when another one was chosen, here or in another view
- * @param all whether all of them can be looked at together
+ * A choice among the environments; hidden while there is only one environment.
+ * @param changed called when another environment was chosen, here or in another view
+ * @param all whether "all environments" is a choice
  */
 export function envSelect(app, changed, { all = false } = {}) {
   const select = choice({ class: "env", "aria-label": "environment" }, (env) => {

@@ -117,7 +117,6 @@ SHOTS: Final[Mapping[str, Shot]] = {
     "keys": Shot("timeline", _keys),
     "search": Shot("goals?goal=", _search),
     "skills": Shot("skills/move"),
-    "domain": Shot("domain/operators/move"),
     "blackboard": Shot("blackboard/SkillerInterface%3A%3Arobot1"),
     "graph": Shot("blackboard/graph"),
     "clips": Shot("clips/rules/robots-choose", _why),

@@ -12,7 +12,7 @@ from tests.support import needs_full, share
 from web_tests.page.conftest import DESK, PHONE, in_both
 from web_tests.page.fake import START_US, fact_model, goal_event, goal_model
 from web_tests.page.test_map import GRAPH, pose, transform
-from web_tests.page.test_panes import DOMAIN, RULE, action_event, skill_event
+from web_tests.page.test_panes import RULE, action_event, skill_event
 
 ADDRESSES = (
     "timeline/goal/A",
@@ -20,7 +20,6 @@ ADDRESSES = (
     "goals?goal=",
     "blackboard/graph",
     "clips/rules/open-door",
-    "domain/operators/move",
     "skills/move",
     "nowhere",
     "plot/Position3DInterface%3A%3Ar1.translation%5B0%5D/loop",
@@ -94,12 +93,8 @@ def test_axe_finds_nothing_serious(browser, site, daemon, axe, size):
     daemon.environments = ["executive", "lab"]
     daemon.answers |= {
         "clips-executive/goals": [goal_model("A", "DISPATCHED"), goal_model("B", "RETRACTED", parent="A")],
-        "clips-executive/domain-operators": [{"name": "move", "wait-sensed": True, "parameters": []}],
         "clips-executive/plans": [],
-        "clips/executive/facts": [
-            fact_model(7, "(door (open FALSE))"),
-            *map(fact_model, range(8, 18), DOMAIN),
-        ],
+        "clips/executive/facts": [fact_model(7, "(door (open FALSE))")],
         "cxbridge/navgraphs": [GRAPH],
         "blackboard/graph": {"dotgraph": 'digraph x { graph [rankdir=LR]; "A::a" -> { b c }; }'},
         "cxbridge/rules": [{"name": "open-door", "module": "MAIN", "agenda": 1, "firings": 3}],

@@ -128,7 +128,7 @@ def test_recordings_are_viewed_without_a_daemon_and_without_asking_for_one(tab, 
         tab.wait_for_selector(".tl [role=treeitem] >> text=G")
         assert not tab.locator("#to-live").is_visible(), "there is nothing live to go back to"
         assert tab.locator("#pause").is_hidden()
-        for view in ("Goals", "Skills", "Domain", "Blackboard", "Plot", "World", "CLIPS", "Log"):
+        for view in ("Goals", "Skills", "Blackboard", "Plot", "World", "CLIPS", "Log"):
             tab.click(f"nav >> text={view}")
             tab.wait_for_selector("#main :is(h2, .panel):visible")
         tab.select_option("#run-choice", label="two.mcap")

@@ -1,4 +1,4 @@
-"""What panes show: runs and their failures, filters, operators, rules, forms for skills, the search."""
+"""What panes show: runs and their failures, filters, rules, forms for skills, the search."""
 
 from __future__ import annotations
 
@@ -13,18 +13,6 @@ pytestmark = in_both
 SECOND = 1_000_000
 RULE = (
     '(defrule open-door "Opens."\n  ; as soon as it may\n  (door (open FALSE))\n  =>\n  (assert (go ?x 1)))'
-)
-DOMAIN = (
-    "(domain-operator (name move) (param-names r from to) (exogenous FALSE) (wait-sensed TRUE))",
-    "(domain-operator-parameter (operator move) (type robot) (name r))",
-    "(pddl-formula (part-of move) (id m1) (type conjunction))",
-    "(pddl-formula (part-of m1) (id m11) (type atom))",
-    "(pddl-predicate (part-of m11) (id a1) (predicate at) (param-names r from) (param-constants nil nil))",
-    "(pddl-formula (part-of m1) (id m12) (type negation))",
-    "(pddl-predicate (part-of m12) (id a2) (predicate broken) (param-names r) (param-constants nil))",
-    "(domain-effect (part-of move) (name g1) (predicate at) (type NEGATIVE) (param-names r from))",
-    "(domain-fact (name at) (param-values r1 hall))",
-    "(domain-fact (name broken) (param-values r2))",
 )
 
 
@@ -112,25 +100,6 @@ def test_goals_are_filtered_by_outcome_class_and_robot(tab, site, daemon, failed
     wait_for(tab, partial(_same, left, ["ROOT", "LEAF"]))
     tab.click("[role=treeitem] >> text=LEAF")
     tab.wait_for_url("**#/goals/LEAF?outcome=failed")
-
-
-def test_an_operator_shows_its_effects_and_which_atom_is_false_now(tab, site, daemon):
-    daemon.answers |= {
-        "clips-executive/domain-operators": [
-            {"name": "move", "wait-sensed": True, "parameters": [{"name": "r", "type": "robot"}]}
-        ],
-        "clips-executive/plans": [],
-        "clips/executive/facts": [fact_model(number, text) for number, text in enumerate(DOMAIN)],
-    }
-    tab.goto(f"{site.url}#/domain/operators/move")
-    tab.wait_for_selector("#operator-state >> text=1 fact matches")
-    tab.wait_for_selector(".effects >> text=(at ?r ?from)")
-    tab.get_by_label("?r - robot").fill("r2")
-    tab.get_by_label("?from - object").fill("hall")
-    tab.wait_for_selector("#operator-state >> text=is false now")
-    assert tab.locator(".formula .is-false > code").all_inner_texts() == ["and", "(at r2 hall)", "not"]
-    tab.get_by_label("?r - robot").fill("r1")
-    tab.wait_for_selector("#operator-state >> text=is true now")
 
 
 def test_a_rule_has_its_source_in_colours_and_why_is_a_structure(tab, site, daemon):

@@ -162,6 +162,6 @@ def test_a_recording_of_several_agents_can_be_seen_one_by_one(tab, site, daemon)
     assert tab.get_by_role("treeitem").count() == 2
     tab.select_option("select.env", "robot2")
     wait_for(tab, lambda: tab.get_by_role("treeitem").count() == 1)
-    tab.keyboard.press("4")
-    tab.wait_for_selector("#main .row >> text=at robot2 hall")
+    tab.keyboard.press("7")
+    tab.wait_for_selector("#main .row >> text=robot2 hall")
     assert tab.locator("#main .row").count() == 1

@@ -10,7 +10,7 @@ import pytest
 from web_tests.page.conftest import PHONE, wait_for
 from web_tests.page.fake import START_US, fact_model, goal_event, goal_model
 
-VIEWS_FOLDER = ("timeline", "goals", "skills", "domain", "blackboard", "clips", "log")
+VIEWS_FOLDER = ("timeline", "goals", "skills", "blackboard", "clips", "log")
 DOT = """digraph say { graph [rankdir="TB"]; node [shape="rect"]; START [color="#ffc080"];
  SPEAK [color="#ff8000", active="true"]; FINAL [color="#6fdd6f", shape="doubleoctagon"];
  FAILED [color="#ff8080", shape="doubleoctagon"];
@@ -335,20 +335,6 @@ def test_the_log_has_levels_and_search(tab, site, daemon):
     )
 
 
-@pytest.mark.smoke
-def test_domain_lists(tab, site, daemon):
-    daemon.answers |= {
-        "clips-executive/domain-facts": [{"name": "at", "param-values": ["r1", "hall"]}],
-        "clips-executive/domain-operators": [
-            {"name": "move", "wait-sensed": True, "parameters": [{"name": "r", "type": "robot"}]}
-        ],
-    }
-    tab.goto(f"{site.url}#/domain")
-    tab.wait_for_selector("text=at r1 hall")
-    tab.click("nav.tabs >> text=Operators")
-    tab.wait_for_selector("text=move ?r - robot")
-
-
 def test_pause_and_resume(tab, site, daemon):
     tab.goto(site.url)
     tab.wait_for_selector("#state >> text=RUNNING")
@@ -425,7 +411,7 @@ def test_goals_and_facts_of_another_environment(tab, site, daemon):
     tab.click("[role=treeitem] >> text=H")
     tab.wait_for_selector("#goal dd >> text=speed very fast")
     assert tab.get_by_role("treeitem").count() == 1
-    tab.keyboard.press("8")
+    tab.keyboard.press("7")
     tab.wait_for_selector("[role=option] >> text=(c d)")
     tab.select_option("select.env", "executive")
     tab.wait_for_selector("[role=option] >> text=(a b)")
@@ -457,7 +443,7 @@ def test_a_token_that_is_no_longer_the_right_one_is_told(tab, site, daemon):
 
 def test_number_keys_change_the_view_and_help_tells_of_them(tab, site):
     tab.goto(site.url)
-    tabs = (*VIEWS_FOLDER[:5], "plot", "world", "clips", "log")  # the first nine have keys
+    tabs = (*VIEWS_FOLDER[:4], "plot", "world", "clips", "log")
     for key, view in enumerate(tabs, 1):
         tab.keyboard.press(str(key))
         tab.wait_for_url(re.compile(rf"#/{view}$"))

@@ -31,7 +31,7 @@ const unquote = (token) => (token.startsWith('"') ? token.slice(1, -1).replace(/
 export const valuesOf = (text) => ((text || "").match(TOKEN) || []).map(unquote);
 
 /** The slots of facts by deftemplate: `first(name)` and `all(name)` have the values of a slot. */
-export function slotsBy(facts) {
+function slotsBy(facts) {
   const found = new Map();
   for (const { text } of facts) {
     const { template, slots } = parseFact(text) || {};
@@ -78,20 +78,6 @@ function planOf({ first }, actions) {
       .sort((a, b) => a.id - b.id),
   };
 }
-function operatorOf({ first }, parameters) {
-  const own = parameters.filter((each) => each.first("operator") === first("name"));
-  return {
-    name: first("name"),
-    "wait-sensed": first("wait-sensed") !== "FALSE",
-    parameters: own.map((each) => named(["name", "type"], each.first)),
-  };
-}
-const predicateOf = ({ all, first }) => ({
-  name: first("name"),
-  sensed: first("sensed") === "TRUE",
-  ...named(["param-names", "param-types"], all),
-});
-const factOf = ({ all, first }) => ({ name: first("name"), "param-values": all("param-values") });
 
 /** @param templates of the facts that become a list, and of those that belong to them */
 function modelOf(templates, of) {
@@ -105,8 +91,4 @@ function modelOf(templates, of) {
 export const MODELS = {
   goals: modelOf(["goal", "plan"], goalOf),
   plans: modelOf(["plan", "plan-action"], planOf),
-  "domain-facts": modelOf(["domain-fact"], factOf),
-  "domain-objects": modelOf(["domain-object"], ({ first }) => named(["name", "type"], first)),
-  "domain-predicates": modelOf(["domain-predicate"], predicateOf),
-  "domain-operators": modelOf(["domain-operator", "domain-operator-parameter"], operatorOf),
 };

@@ -1,15 +1,20 @@
-// An exploration: a map of its runs, what faults lead to, and what no run has reached.
-import { el, link, note } from "cx/dom.js";
+// An exploration: a map of its runs, the effects of faults, and the parts of the agent that no run reached.
+import { el, link, none, note, wideTable } from "cx/dom.js";
 import { lanes } from "cx/documents/lanes.js";
-import { modes, notes, outcomes, show, table } from "cx/documents/parts.js";
+import { notes, section } from "cx/documents/parts.js";
+import { goalOutcome, outcomeBadge } from "cx/outcome.js";
 
-const MOST_DRAWN = 400, // of more, those that violate a property and those with the fewest faults are drawn
-  LABELS = 320,
+const MOST_DRAWN = 400, // of more runs: runs that violate a property, and runs with the fewest faults
   AGAIN_MS = 2500;
 const KINDS = { completed: "good", unsuccessful: "failed", merged: "none", open: "none" };
 
-/** The numbers of the rows that are drawn, with those that they left. */
-export function drawnOf(rows, most = MOST_DRAWN) {
+const table = (heads, rows, empty, numbers = []) =>
+  rows.length ? wideTable({}, heads, rows, numbers) : none(empty);
+const badges = (names, goalOf) =>
+  names?.length ? names.map((name) => [outcomeBadge(goalOutcome(goalOf(name)), name), " "]) : "-";
+
+/** The numbers of the rows that are drawn, with the rows that they left. */
+function drawnOf(rows) {
   const isSound = (number) => rows[number].violations.length === 0,
     wanted = [...rows.keys()].sort(
       (one, other) => isSound(one) - isSound(other) || rows[one].faults - rows[other].faults || one - other,
@@ -19,7 +24,7 @@ export function drawnOf(rows, most = MOST_DRAWN) {
     const line = [];
     for (let above = number; above !== null && !drawn.has(above); above = rows[above].parent)
       line.push(above);
-    if (drawn.size + line.length <= most) for (const each of line) drawn.add(each);
+    if (drawn.size + line.length <= MOST_DRAWN) for (const each of line) drawn.add(each);
   }
   return [...drawn].sort((one, other) => one - other);
 }
@@ -33,28 +38,26 @@ function map(rows) {
       words = row.path.join("; ") || "nothing but the usual",
       how = row.reason ? outcome + ": " + row.reason : outcome,
       title = [words, how, ...row.violations].join("\n"),
+      isBold = row.violations.length > 0,
+      label = (isBold ? "✖ " : "") + (row.choice || "the usual run"),
       from = parent === null ? -1 : places.get(parent);
-    return {
-      label: (row.violations.length ? "✖ " : "") + (row.choice || "the usual run"),
-      kind: row.violations.length ? "violated" : null,
-      bars: [{ begin, end, kind: KINDS[outcome] || "bad", title, href: page, from }],
-    };
+    return { label, isBold, begin, end, kind: KINDS[outcome] || "bad", title, href: page, from };
   };
   const left = rows.length - drawn.length,
     end = Math.max(...drawn.map((number) => rows[number].end_s)),
     about = drawn.length + " runs over time; the table below tells how they ended";
   return [
     notes(left ? [left + " runs of " + rows.length + " are not drawn"] : []),
-    lanes([{ lanes: drawn.map(lane) }], end, about, { labels: LABELS, kind: "runs" }),
+    lanes(drawn.map(lane), end, about),
     note(
-      "A bar begins where its run did other than the one above, from which the line comes. ",
+      "A bar begins where its run left another run, from whose bar the line comes. ",
       hasLinks ? "A bar that is a link opens its run at that moment. " : "",
-      "Green: completed; orange: unsuccessful; red: stuck, or worse; grey: goes on as another run does.",
+      "Green: completed; orange: unsuccessful; red: stuck, or worse; grey: continues like another run.",
     ),
   ];
 }
 
-/** The choices by which runs left others, with the ends of those runs. */
+/** The choices by which runs left another run, with the ends of the runs. */
 function faults(rows) {
   const found = Map.groupBy(
     rows.filter(({ choice }) => choice),
@@ -65,7 +68,7 @@ function faults(rows) {
     return [choice, of.length, ends.map(([outcome, all]) => all.length + " " + outcome).join(", ")];
   });
   lines.sort((one, other) => other[1] - one[1] || (one[0] < other[0] ? -1 : 1));
-  return table(["choice", "runs", "ended"], lines, { numbers: [1], empty: "the world had no choice" });
+  return table(["choice", "runs", "ended"], lines, "the world had no choice", [1]);
 }
 
 const properties = (list) =>
@@ -76,7 +79,7 @@ const properties = (list) =>
       verdict === "violated" ? el.b(verdict) : verdict,
       message,
     ]),
-    { empty: "no properties" },
+    "no properties",
   );
 
 /** The violated properties first: each begins with its shortest story. */
@@ -85,7 +88,7 @@ const violation = ({ name, message, story, address }) =>
     "div.violation",
     el.h3("✖ " + name),
     el.p(message),
-    story ? el.p("The shortest run in which that happens: ", story, ".") : null,
+    story ? el.p("The shortest run with the violation: ", story, ".") : null,
     address ? el.p(link(address, "Open this run")) : null,
   );
 
@@ -97,7 +100,7 @@ function unreached({ rules, goals, actions }) {
   ];
   return [
     el.p(rules.fired + " of " + rules.of + " rules fired"),
-    table(["what", "where", "name"], lines, { empty: "all was reached" }),
+    table(["what", "where", "name"], lines, "all was reached"),
   ];
 }
 
@@ -106,21 +109,29 @@ const goalsOf = ({ outcomes: ended, modes_never_reached: never }) =>
     ["class", "outcomes", "never in the mode"],
     Object.entries(ended).map(([name, ends]) => [
       name,
-      ends.length ? outcomes(ends) : "-",
-      never[name]?.length ? modes(never[name]) : "-",
+      badges(ends, (outcome) => ({ mode: "FINISHED", outcome })),
+      badges(never[name], (mode) => ({ mode, outcome: "" })),
     ]),
-    { empty: "no goals" },
+    "no goals",
   );
 
 export function open(main, { live, summary, command, properties: all, rows, coverage }) {
   const broken = all.filter(({ verdict }) => verdict === "violated");
   if (live) setTimeout(() => location.reload(), AGAIN_MS);
-  show(main, { verdict: (live ? "Exploring: " : "") + summary, command }, [
+  const sections = [
     broken.length > 0 && ["violations", "Violations", broken.map(violation)],
     ["map", "Runs", map(rows)],
     ["faults", "What faults lead to", faults(rows)],
     ["properties", "Properties", properties(all)],
     coverage && ["unreached", "What no run has reached", unreached(coverage)],
     coverage && ["goals", "Goals", goalsOf(coverage.goals)],
-  ]);
+  ];
+  main.append(
+    el(
+      "div.document",
+      el("p.verdict", { role: "status" }, (live ? "Exploring: " : "") + summary),
+      el.p(el.code(command)),
+      sections.filter(Boolean).map((each) => section(...each)),
+    ),
+  );
 }
