@@ -45,6 +45,7 @@ from cxbridge.history.model import (
 from cxbridge.history.steady import SteadyClock
 from cxbridge.history.transitions import unquote
 from cxbridge.history.truncation import MAX_TEXT, truncate
+from cxbridge.printing import format_count
 
 IDLE: Final = "S_INACTIVE"
 RUNNING: Final = "S_RUNNING"
@@ -347,7 +348,7 @@ class RunHistory:
         else:
             call.end, call.status = self._moment, event.status
             duration_text = f"{event.duration_us / MICROSECONDS:.3f} s of real time"
-            outcome = f"{event.actions} actions" if event.status == "found" else event.reason
+            outcome = format_count(event.actions, "action") if event.status == "found" else event.reason
             call.text = truncate(f"{outcome}, {duration_text}: {event.problem}", max_length)
             self._record_plan_arguments(event)
 

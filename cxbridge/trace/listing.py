@@ -19,7 +19,7 @@ from cxbridge.events import (
     RuleFired,
 )
 from cxbridge.history.transitions import TRANSITION_TYPES
-from cxbridge.printing import escape_record
+from cxbridge.printing import escape_record, format_count
 from cxbridge.trace.codec import dump_json, encode_with_kind, values_with_enum_names
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.transitions_text import format_transition
@@ -104,5 +104,5 @@ def _describe_planner_call(event: PlannerCall) -> str:
     call = " ".join(filter(None, (event.call, f"for {event.goal}:", event.status, "by", event.planner)))
     if event.status == "started":
         return f"{call}: {event.problem} in domain {event.domain}"
-    outcome = event.reason or f"{event.actions} actions"
+    outcome = event.reason or format_count(event.actions, "action")
     return f"{call} after {event.duration_us / MICROSECONDS:.3f} s: {outcome}"

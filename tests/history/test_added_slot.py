@@ -127,6 +127,6 @@ def test_the_page_has_it(package: Path, events: list[dict[str, Any]]):
         text=True,
         check=True,
     )
-    now = {goal["key"]: goal["told"].get("deadline") for goal in json.loads(done.stdout)["now"]}
+    now = {goal["key"]: goal["slots"].get("deadline") for goal in json.loads(done.stdout)["now"]}
     assert now["ROOM"] == "10"
     assert now["ROOM#2"] == "20"

@@ -14,6 +14,7 @@ from cxbridge.events import Level, LogLine
 from cxbridge.file_access import write_file
 from cxbridge.history.builder import RunHistory
 from cxbridge.history.model import GoalRecord, PlanActionRecord, SkillExecution, find_goals, goal_tree
+from cxbridge.printing import format_count
 from cxbridge.run.explainers import why
 from cxbridge.run.pages import VIEWS
 from cxbridge.trace.formats import registry
@@ -136,7 +137,7 @@ class Run:
         return "\n".join([*lines, f"{self.source.path.name}: {self.reason or 'no result is recorded'}"])
 
     def __repr__(self) -> str:
-        return f"<Run {self.source.path.name}: status {self.status}, {len(self.goals)} goals>"
+        return f"<Run {self.source.path.name}: status {self.status}, {format_count(len(self.goals), 'goal')}>"
 
     def _repr_html_(self) -> str:
         """Return HTML for a notebook: a plug-in's report, or the goal tree."""

@@ -11,7 +11,7 @@ import typer
 from cxbridge.cli.connect import DEFAULT_URL, AsJson, Connect, ask_daemon
 from cxbridge.cli.console import say, say_json, say_text
 from cxbridge.executive.host.loggers import ADDED_LOGGER_PRIORITY
-from cxbridge.printing import indent_lines
+from cxbridge.printing import format_count, indent_lines
 from cxbridge_studio.debugger.fact_words import parse_number
 
 app = typer.Typer(name="env", help="The CLIPS environments of a daemon.", no_args_is_help=True)
@@ -146,7 +146,7 @@ def list_environments(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> No
     width = max(len(info["name"]) for info in environments)
 
     def format_line(info: dict[str, Any]) -> str:
-        notes = [f"{info['facts']} facts", f"agenda {info['agenda']}", f"log {info['log_level']}"]
+        notes = [format_count(info["facts"], "fact"), f"agenda {info['agenda']}", f"log {info['log_level']}"]
         notes += [f"watch {' '.join(info['watch'])}"] if info["watch"] else []
         notes += ["ended"] if info["ended"] else []
         features = f"  [{' '.join(info['features'])}]" if info["features"] else ""

@@ -8,6 +8,7 @@ from dataclasses import asdict
 from typing import Any, Final
 
 from cxbridge.errors import CxbridgeError
+from cxbridge.printing import format_count
 from cxbridge_studio.explain.evidence import Evidence
 from cxbridge_studio.explain.goal_story import FACT_TEMPLATES, ActionStory, Cause, GoalStory, GoalStoryWriter
 from cxbridge_studio.explain.goals import Goals
@@ -98,7 +99,7 @@ def goals_headline(stories: Sequence[GoalStory], evidence: Evidence) -> str:
     """Return the report in one line: the state of the goal and the root cause, or the number of goals."""
     if len(stories) == 1:
         return goal_headline(stories[0])
-    summary = f"{len(stories)} goals of class {stories[0].goal_class} in {evidence.where}"
+    summary = f"{format_count(len(stories), 'goal')} of class {stories[0].goal_class} in {evidence.where}"
     troubled_story = next((story for story in stories if story.waits or story.outcome != _COMPLETED), None)
     return (
         summary

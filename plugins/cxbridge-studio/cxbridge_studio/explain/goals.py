@@ -19,6 +19,7 @@ from cxbridge.history.model import (
     find_goals,
     goal_forest,
 )
+from cxbridge.printing import format_count
 from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.explain.action_diagnosis import FAILED_STATES, ActionDiagnosis
 from cxbridge_studio.explain.evidence import History
@@ -124,7 +125,11 @@ class Goals:
         if not matches:
             known_names = dict.fromkeys(word for goal in self.all for word in (goal.id, goal.goal_class))
             class_size = len(self.class_members(stem))
-            hint = f"the class has {class_size} goals" if class_size else did_you_mean(name, known_names)
+            hint = (
+                f"the class has {format_count(class_size, 'goal')}"
+                if class_size
+                else did_you_mean(name, known_names)
+            )
             raise UnknownGoalError(f"there is no goal '{name}'", hint=hint or None)
         # Goals that share only the beginning of their ids have nothing in common: the user must choose.
         if not {matches[0].id, matches[0].goal_class} & {name, stem} and len(matches) > 1:

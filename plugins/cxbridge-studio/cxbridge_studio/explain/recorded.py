@@ -18,7 +18,7 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import TraceError
 from cxbridge.events import Event, FactChange, InterfaceMessage, InterfaceWrite, Level, LogLine
 from cxbridge.executive.host.loading import Diagnostic
-from cxbridge.printing import short_path
+from cxbridge.printing import format_count, short_path
 from cxbridge.trace.formats.base import Run
 from cxbridge_studio.agent.condition import find_patterns
 from cxbridge_studio.agent.rule import parse_rule
@@ -207,7 +207,9 @@ class RecordedEvidence(Evidence):
         if not snapshot.needs_all_facts:
             templates = {name: template for name, template in templates.items() if name in names}
         if len(rows) < len(facts):
-            self.notes.append(f"{len(facts) - len(rows)} facts of the recording cannot be read")
+            self.notes.append(
+                f"{format_count(len(facts) - len(rows), 'fact')} of the recording cannot be read"
+            )
         return replace(snapshot, templates=templates, facts=tuple(rows))
 
     def rule_texts(self) -> Mapping[str, str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from cxbridge.cli.console import say
+from cxbridge.printing import format_count
 from cxbridge_explore.game.match import GamesSummary, Match
 from cxbridge_explore.game.score import GameResult
 
@@ -44,7 +45,7 @@ def print_games(games: Mapping[str, Mapping[int, GameResult]]) -> None:
     for name, results in games.items():
         summary = GamesSummary(results)
         over = sum(result.is_over for result in results.values())
-        say(f"{name}: {len(results)} games, {over} over, {_format_points(summary)}")
+        say(f"{name}: {format_count(len(results), 'game')}, {over} over, {_format_points(summary)}")
     if len(games) == 1:
         for seed, result in next(iter(games.values())).items():
             say(f"  seed {seed}: {result.points} points, {len(result.score.deliveries)} deliveries")

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from cxbridge.printing import short_path
+from cxbridge.printing import format_count, short_path
 from cxbridge_studio.explain.coverage.model import Coverage, FileCoverage, NameCoverage
 
 _MAX_KEPT_FOLDER_LENGTH: Final = 12  # a common folder up to this length stays in the file names
@@ -18,7 +18,7 @@ def report_lines(coverage: Coverage, *, firings_known: bool) -> Iterator[str]:
 
     :param firings_known: whether any run has recorded firings.
     """
-    runs = "1 run" if coverage.run_count == 1 else f"{coverage.run_count} runs"
+    runs = format_count(coverage.run_count, "run")
     if firings_known:
         counts = f"{coverage.fired_count} of {coverage.watched_count}"
         yield f"{counts} rules fired in {runs}: {coverage.percent:.1f} %"

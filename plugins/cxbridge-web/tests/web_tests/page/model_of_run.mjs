@@ -7,6 +7,7 @@ globalThis.cx = { outcomes: JSON.parse(process.argv[3]) };
 globalThis.requestAnimationFrame = () => 0;
 const folder = pathToFileURL(process.argv[2] + "/");
 const { Recording } = await import(new URL("recording/run.js", folder));
+const { slotsIn } = await import(new URL("model.js", folder));
 const events = readFileSync(0, "utf8").trimEnd().split("\n").map((line) => JSON.parse(line));
 const recording = new Recording("run", events, []);
 recording.goTo(events.length);
@@ -21,7 +22,7 @@ const calls = history.calls.map(({ action, guessed, env, skiller, text, msgid, s
   ran: [status, error, timeOf(begin), timeOf(end)],
 }));
 const goals = [...history.goals.values()].map(({ key, id, parent, changes }) => ({ key, id, parent, states: changes.map(({ mode, outcome, time }) => [mode, outcome, time - history.begin]) }));
-const now = [...model.goals.values(), ...model.gone.values()].map(({ key, mode, outcome, told }) => ({ key, mode, outcome, told }));
+const now = [...model.goals.values(), ...model.gone.values()].map(({ key, mode, outcome, event }) => ({ key, mode, outcome, slots: event && slotsIn(event) }));
 const actions = [...history.actions.values()].map(({ env, goal, plan, id, text, changes }) => [env, goal, plan, id, changes.map(({ state }) => state), text]);
 const failed = [...history.actions.values()].filter(({ changes }) => changes.at(-1).state.endsWith("FAILED")).map(({ id }) => id);
 console.log(JSON.stringify({ actions, calls, failed, goals, now }));
