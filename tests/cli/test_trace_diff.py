@@ -156,7 +156,7 @@ def test_a_browser_draws_the_page_without_complaint(
     assert diff(*runs, "--html", path, "--order", order) == 1
     shown = show(path, tmp_path / "profile")
     assert shown.console == []
-    for part in ("Where they part", "What led to it", "Rules that fired", "Goals at that point", "All diff"):
+    for part in ("Where they part", "What led to it", "Rules that fired", "All diff"):
         assert f"{part}" in shown.dom
     assert 'class="aligned"' in shown.dom
     assert "&lt;/script&gt;&lt;b&gt;{}" in shown.dom

@@ -1,4 +1,4 @@
-// Requests to the daemon. Equal ones that are under way at the same time are sent once.
+// Requests to the daemon. Equal requests at the same time are sent once.
 export class ApiError extends Error {
   constructor(status, text) {
     super(text || "HTTP " + status);
@@ -45,8 +45,7 @@ export const remove = (path) => request("DELETE", path);
 export const patch = (path, body) => request("PATCH", path, body);
 
 /**
- * A call that runs at most once in `ms`, never twice at the same time, and once more when it was wanted
- * meanwhile. What it throws goes to `failed`.
+ * Limit a call to one run in `ms`. A call during a run makes one more run. Errors go to `failed`.
  */
 export function throttled(call, ms, failed = () => {}) {
   let running = false,

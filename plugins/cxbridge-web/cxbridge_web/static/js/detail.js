@@ -1,5 +1,5 @@
-// Beside the timeline and the table of goals: the goal, the action or the skill call that is chosen, with its
-// why; without one the story of the run.
+// The panel beside the timeline and the table of goals: the chosen goal, action or skill call with its why, or
+// the story of the run.
 import { get, part, throttled } from "cx/api.js";
 import {
   button,
@@ -28,18 +28,18 @@ import { answer, canAsk } from "cx/why.js";
 
 const MOST = 200, // entries of a list
   MOST_LINES = 8,
-  MOST_STEPS = 12, // of these all are seen at once
+  MOST_STEPS = 12, // a longer list is folded
   REST_MS = 500,
-  LATE_US = 200_000, // a line about an end comes after it
+  LATE_US = 200_000, // log lines about an end come after the end
   PLANS_MS = 1000;
-// slots of a goal that have a place of their own, or none
+// slots of a goal that are shown elsewhere or not at all
 const SHOWN = new Set(
   (
     "kind apiVersion id class type sub-type parent mode outcome error plans priority parameters meta message " +
     "required-resources acquired-resources"
   ).split(" "),
 );
-// values that slots have while no rule has given them another
+// the default values of slots
 const USUAL = new Set(["", "0", "nil", "FALSE", "DEFAULT"]);
 const words = (values) =>
   Array.isArray(values) ? values.join(" ") : String(values ?? "").replace(/^"(.*)"$/s, "$1");
@@ -60,19 +60,19 @@ function conditionTree({ type, name, child = [], "param-values": values = [], "i
 }
 
 export class Detail {
-  /** @param host see timeline/host.js @param later called when there is more to draw */
+  /** @param host see timeline/host.js @param later called when the details have changed */
   constructor(host, later) {
     this.host = host;
     this.later = later;
     this.box = el("aside.tl-detail", { "aria-label": "Details", tabindex: 0 });
     this.story = new Story(host);
     this.sign = "";
-    this.lengths = ""; // of the changes of the goal whose plans were asked for
+    this.lengths = ""; // the numbers of changes of the goal and its actions, at the last request for plans
     this.target = "";
     this.drawnAt = -Infinity;
     this.timer = null;
-    this.plans = null; // of the API, with preconditions: {key, list}
-    this.why = null; // the answer to why: {key, node}
+    this.plans = null; // the API's plans of a goal, with preconditions: {key, list}
+    this.why = null; // the answer to why of an item: {key, node}
     this.readPlans = throttled(() => this.askPlans(), PLANS_MS);
   }
   get history() {
@@ -101,13 +101,14 @@ export class Detail {
     this.drawnAt = performance.now();
     this.sign = sign;
     const focused = box.contains(document.activeElement) && document.activeElement.getAttribute("href"),
-      missing = () => none("There is no " + (path.goal || "such call"), "Not yet, or not any more.");
+      missing = () =>
+        none((path.goal || "The call") + " does not exist", "It may not have begun, or it is forgotten.");
     if (isStory) refill(box, this.story.draw(this.later));
     else refill(box, this.crumbs(path), item ? this[item.kind](item) : missing());
     if (focused) [...box.querySelectorAll("a")].find((a) => a.getAttribute("href") === focused)?.focus();
   }
 
-  /** The details of a busy run are drawn at most twice a second, for the reader's sake. */
+  /** Whether the details have to wait: they change at most twice a second, so that they can be read. */
   rests() {
     const rest = this.drawnAt + REST_MS - performance.now();
     if (rest <= 0) return false;
@@ -149,13 +150,13 @@ export class Detail {
   get step() {
     return this.host.cursor()?.step ?? Infinity;
   }
-  /** The title and the outcome at the chosen moment; an open goal has its mode. */
+  /** The title, and the outcome at the chosen moment; for an open goal its mode. */
   head(title, item) {
     const { step } = this,
       outcome = outcomeAt(item, step),
       mode = item.kind === "goal" && lastUpTo(item.changes, step)?.mode,
       text = mode && isOpen(outcome) ? mode : undefined;
-    return el("div.detail-head", el.h2(title), outcome ? outcomeBadge(outcome, text) : dim("not there yet"));
+    return el("div.detail-head", el.h2(title), outcome ? outcomeBadge(outcome, text) : dim("not begun"));
   }
   times(item) {
     const { begin, start, end: last, waited, ran } = timesOf(item, this.history),
@@ -185,7 +186,7 @@ export class Detail {
     return el(
       "details.tl-steps",
       { open: changes.length < MOST_STEPS },
-      el.summary("How it came here"),
+      el.summary("Changes"),
       el("ul.tl-list", changes.map(entry)),
     );
   }
@@ -221,7 +222,7 @@ export class Detail {
       this.changes(goal, (change) => outcomeBadge(goalOutcome(change), goalText(change))),
     ];
   }
-  /** The actions of the plans, those of the API that have no event yet among them. */
+  /** The actions of the plans, including actions of the API's plans that have no event yet. */
   plan(goal) {
     const told = this.plans?.key === goal.key ? this.plans.list : [],
       idOf = (plan, id) => plan + " " + id,
@@ -257,7 +258,7 @@ export class Detail {
       this.head("Action " + action.id + " " + action.text, action),
       this.reasons(action),
       pairs([["plan", action.plan], ...this.times(action)]),
-      this.list(title, calls, entry) || note("No skill call is known for it."),
+      this.list(title, calls, entry) || note("The action has no known skill call."),
       this.log(action),
       this.changes(action, ({ state }) => outcomeBadge(actionOutcome(state), state)),
     ];
@@ -278,12 +279,12 @@ export class Detail {
     ];
   }
 
-  /** The causes in the events, and on demand the answer of `cxbridge why`. */
+  /** The causes from the events, and a button for the answer of `cxbridge why`. */
   reasons(item) {
     const mayAsk = canAsk(this.host.app, item.env),
       told = this.why?.key === item.key ? this.why.node : null,
       hasWay = outcomeAt(item) !== "completed" && causes(item, this.history).length > 1,
-      about = { id: "why", title: "all that is known, as cxbridge why tells it" };
+      about = { id: "why", title: "the answer of cxbridge why" };
     if (!hasWay && !mayAsk) return null;
     return el(
       "section#why-text.story-why",
@@ -319,7 +320,7 @@ export class Detail {
     this.later();
   }
 
-  /** Warnings and errors of the log in the time of an item, up to the moment; not those of other robots. */
+  /** Warnings and errors of the log during an item, up to the moment, except lines about other robots. */
   log(item) {
     const { begin, end } = timesOf(item, this.history),
       isOver = end && end.step <= this.step,
@@ -337,11 +338,11 @@ export class Detail {
         ...[dim(line.component + ": "), line.text],
       );
     return el.section(
-      el.h3("Log in its time"),
+      el.h3("Warnings and errors meanwhile"),
       el("ol.tl-log", lines.slice(-MOST_LINES).map(entry)),
       el.p(
         link("#/log?time=" + (end || begin).time, "All lines"),
-        more > 0 && dim(", " + more + " more like these"),
+        more > 0 && dim(", " + more + " more warnings and errors"),
       ),
     );
   }

@@ -1,6 +1,6 @@
 // Trees of goals.
 
-/** The parent of each goal that is there, "" for roots. Of goals that are each other's parents the first is a root. */
+/** The parent of each goal, "" for roots. If goals are each other's parents, the first goal is a root. */
 function parentsOf(goals) {
   const there = new Set(goals.map((goal) => goal.key)),
     parents = new Map(goals.map((goal) => [goal.key, there.has(goal.parent) ? goal.parent : ""])),
@@ -33,7 +33,7 @@ export function forestOfGoals(goals) {
 
 /**
  * The rows of a table, in the order of the trees.
- * @param isFlat only what fits, without its tree
+ * @param isFlat only the goals that fit, without their trees
  * @param fits whether a goal is wanted
  * @param closed keys of goals whose children are hidden
  */

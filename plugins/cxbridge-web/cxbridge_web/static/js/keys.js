@@ -1,4 +1,4 @@
-// Keys that work everywhere, and the help that tells of them.
+// Keys that work in all views, and the help with all keys.
 import { button, el } from "cx/dom.js";
 
 const EVERYWHERE = {
@@ -7,7 +7,7 @@ const EVERYWHERE = {
   p: "pause and resume",
   l: "copy the address of this view, selection and moment",
   o: "open a recording",
-  ", .": "a recording: one step back, one step on",
+  ", .": "a recording: one step back, one step forward",
   Esc: "leave the search",
   "?": "this help",
 };
@@ -17,7 +17,7 @@ const GROUPS = {
     "a d": "pan; also Shift ← →",
     0: "the whole run",
     f: "zoom to the selection",
-    "e E": "the next error, the one before",
+    "e E": "the next error, the previous error",
     n: "the newest moment, and follow it",
     Backspace: "up one level, from a goal to the story of the run",
   },

@@ -1,11 +1,11 @@
-// Texts with links: names of goals, rules and facts, and moments.
+// Texts with links for moments and the names of goals, rules and facts.
 import { part } from "cx/api.js";
 import { el } from "cx/dom.js";
 
 const WORD = /[A-Za-z_][\w-]*(?:#\d+)?|\b\d+\.\d{3} s\b/g;
 const BEFORE_RULE = /(?<!\b(a|no) )\brule $/; // not "for a rule that selects it"
 
-/** @param rules names of rules that are known, a Set @returns nodes and texts */
+/** @param rules a Set of rule names @returns nodes and texts */
 export function linked(app, text, rules = new Set()) {
   const found = [];
   let at = 0;

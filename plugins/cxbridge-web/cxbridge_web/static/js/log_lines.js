@@ -1,7 +1,7 @@
-// Which robot, or which agent, a line of the log is about, as far as the line says so.
+// Finds the robot or agent of a log line.
 import { MAIN_ENV } from "cx/names.js";
 
-// the components of an agent's environment: CLIPS (ENV), BBCLIPS|ENV, Planner|ENV; the others of the agent: ENV/NAME
+// components of an agent: CLIPS (ENV), BBCLIPS|ENV, Planner|ENV, ENV/NAME
 const OF_AGENT = /^(?:\w+ \((.+)\)|\w+\|(.+)|(.+)\/[^/]+)$/;
 const agentOf = (component) => OF_AGENT.exec(component)?.slice(1).find(Boolean) || "";
 
@@ -10,9 +10,9 @@ const callsOf = ({ kind, calls, actions, ...item }) =>
 const namesOf = (calls) => new Set(calls.flatMap(({ skiller, text }) => [skiller, text]));
 
 /**
- * Whether a line may be about a goal, an action or a skill call: not if its component is of another agent, or if it
- * names another robot or the skill string of its call, and none of the item's own.
- * @param from, to the time of the item, microseconds: calls of other times are not compared
+ * Return a function that tells whether a log line may be about a goal, action or skill call. A line is about
+ * another item if its component is of another agent, or if it names only other robots and their skill strings.
+ * @param from, to the time of the item in microseconds; calls at other times are not compared
  */
 export function isOfRobot(item, history, from, to) {
   const calls = callsOf(item),

@@ -1,4 +1,4 @@
-// The state of a run at one moment, made of its events, live or recorded. Views are notified once a frame.
+// The state of a live or recorded run at a moment, made from its events. Views are notified once a frame.
 import { MAIN_ENV, bare, fields, goalKey, isUnnamed } from "cx/names.js";
 import { History } from "cx/timeline/history.js";
 
@@ -8,7 +8,7 @@ const MOST_LOG = 20000,
   MOST_MESSAGES = 200;
 const TOPICS = ["goals", "skills", "log", "interfaces", "facts", "rules", "messages"];
 
-/** The slots in a goal's event besides its state, by the names of the API. */
+/** The slots in a goal's event, without its state, by the names of the API. */
 export const slotsIn = ({ params, meta, priority, resources, slots }) => ({
   parameters: fields(params),
   meta: fields(meta),
@@ -19,8 +19,8 @@ export const slotsIn = ({ params, meta, priority, resources, slots }) => ({
 
 export class Model {
   /**
-   * @param onRetracted gets goals that are RETRACTED; without it such goals are gone
-   * @param history of the whole run, when it is known already; else it grows with the events
+   * @param onRetracted gets goals that are RETRACTED; without it, such goals are moved to `gone`
+   * @param history the history of the whole run; without it, the history grows with the events
    */
   constructor(onRetracted = null, history = null) {
     this.onRetracted = onRetracted;
@@ -54,12 +54,12 @@ export class Model {
 
   clear() {
     this.time = 0;
-    this.step = 0; // of the history; later steps have not happened at the moment
+    this.step = 0; // the last step of the history that has happened at the moment
     if (!this.isWhole) this.history.clear();
     this.goals = new Map();
     this.gone = new Map();
     this.log = [];
-    this.logGone = 0; // lines that were dropped from the log
+    this.logGone = 0; // the number of lines that were dropped from the log
     this.interfaces = new Map();
     this.messages = [];
     this.facts = new Map(); // environment -> index -> fact
@@ -99,11 +99,11 @@ export class Model {
   keyOf(env, id) {
     return this.history.keyOf(env, id, this.step); // an id may be used again
   }
-  /** The goal that has an id now; its transitions up to now are its `history`. */
+  /** The goal that has an id now. Its `history` has its transitions up to now. */
   goalOf(env, name) {
     const key = this.keyOf(env, name),
       changes = () => this.changesOf({ key }),
-      id = name + key.slice(goalKey(env, name).length), // of an id that is used again: ID#2
+      id = name + key.slice(goalKey(env, name).length), // ID#2 for an id that is used again
       known = this.goals.get(key) || this.gone.get(key);
     this.gone.delete(key);
     if (known) return known;

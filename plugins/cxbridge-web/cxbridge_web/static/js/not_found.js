@@ -1,4 +1,4 @@
-// The views of an address that leads nowhere, and of a run that cannot be opened.
+// The views for an unknown address, and for a server whose runs cannot be opened.
 import { el, link, none } from "cx/dom.js";
 
 /** @param links pairs of address and text */
@@ -17,11 +17,11 @@ export const openNotFound = (main, address, tabs) =>
     main,
     "not-found",
     "Not found",
-    ["Nothing is at " + address, "The views are:"],
+    ["There is no view at " + address, "The views are:"],
     tabs.map(({ name, title }) => ["#/" + name, title]),
   );
 
-/** @param runs those that the server has: {path, name} */
+/** @param runs the runs of the server: {path, name} */
 export const openNoRun = (main, runs) =>
   openNothing(
     main,

@@ -1,4 +1,4 @@
-// The scaffold of views: a list with a search, details beside the list, and all that ends with the view.
+// The parts of views: a searched list with details beside it, and timers and listeners that end with the view.
 import { throttled } from "cx/api.js";
 import { el, none, paced, panel, refill, search } from "cx/dom.js";
 import { VirtualList } from "cx/virtual.js";
@@ -50,10 +50,10 @@ export class Lifetime {
   }
 }
 
-/** A panel with a searched list; `split` has the panel and, if there are any, the details beside it. */
+/** A panel with a searched list. `split` has the panel and its details. */
 export class ListPanel {
   wanted = "";
-  problem = ""; // why the list could not be read
+  problem = ""; // the reason why the list could not be read
   counter = el("span.dim.count");
   empty = el.div({ hidden: true });
   life = new Lifetime();
@@ -61,7 +61,7 @@ export class ListPanel {
   /**
    * @param options title; find: label of the search, or nodes that search; before, after: tools beside
    * counter and search; above, below: nodes beside the list; detail: a node; row: options of the list
-   * @param draw called when another text is searched, or the list was read
+   * @param draw called after a change of the search, and after the list was read
    */
   constructor({ title, find, before, after, above = [], below = [], detail, row }, draw) {
     const searched = (text) => {
@@ -81,7 +81,7 @@ export class ListPanel {
   matches(...words) {
     return !this.wanted || words.join(" ").toLowerCase().includes(this.wanted);
   }
-  /** @param read reads what the list shows; the reason why that failed stands in place of the list */
+  /** @param read reads the items; the reason of its failure is shown in place of the list */
   reader(read, ms) {
     const drawn = (problem) => {
       this.problem = problem;
@@ -92,7 +92,7 @@ export class ListPanel {
     };
     return this.life.reader(call, ms, (error) => drawn(error.message));
   }
-  /** @param text, hint in place of a list without any items */
+  /** @param text, hint shown in place of an empty list */
   show(items, total, text, hint = "") {
     const nothing = this.problem ? [this.problem] : [text, hint];
     this.count(items.length, total);
@@ -104,7 +104,7 @@ export class ListPanel {
   count(shown, total) {
     this.counter.textContent = shown === total ? String(total) : shown + " of " + total;
   }
-  /** On a phone details are in the place of the list. */
+  /** Show the details in place of the list on a phone. */
   showsDetail(on) {
     this.split.classList.toggle("has-detail", Boolean(on));
   }

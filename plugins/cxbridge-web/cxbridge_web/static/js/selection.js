@@ -1,5 +1,5 @@
-// The selection, which all views share: goal, action and skill, the moment, the environment. The address
-// holds the selection, so that a link shows the same to a colleague.
+// The selection, which all views share: goal, action, skill, moment and environment. The address has the
+// selection, so that a link shows the same to a colleague.
 
 /** The empty selection. `time`: microseconds since the epoch, null: now. */
 const NOTHING = { goal: "", action: "", skill: "", time: null, env: "" };
@@ -24,7 +24,7 @@ export class Selection {
   value = { ...NOTHING };
   timer = null;
 
-  /** @param target gets an event `select` with each change; its detail has `changed`: names */
+  /** @param target gets an event `select` with each change; its detail has the values, and `changed`, their names */
   constructor(target) {
     this.target = target;
   }
@@ -40,7 +40,7 @@ export class Selection {
     this.target.dispatchEvent(new CustomEvent("select", { detail: { changed, ...this.value } }));
   }
 
-  /** Write the selection into the address, without a step in the history; the query repeats nothing of the path. */
+  /** Write the selection into the address, without a step in the history. The query omits values of the path. */
   write() {
     clearTimeout(this.timer);
     this.timer = null;

@@ -1,12 +1,12 @@
-// Data that views gather of a run: one store a page and kind. Live events come to the store whichever view is
-// open; the data of a recording are made of its events on demand.
+// Data that views collect from a run, with one store for each kind. A store gets live events whichever view is
+// open, and makes the data of a recording on demand.
 const stores = new WeakMap(); // class -> the store of the page
 
 export class Store {
   listeners = new Set();
   recorded = new WeakMap();
 
-  /** @param make makes what is gathered: of a live run, or of a recording with its events */
+  /** @param make makes the data: empty for a live run, or from the events of a recording */
   constructor(app, make) {
     this.app = app;
     this.make = make;

@@ -1,6 +1,6 @@
-// The daemon's stream of events: after a lost connection it continues behind the last event.
+// The daemon's stream of events. After a lost connection, the stream continues after the last event.
 const RETRY_MS = [500, 1000, 2000, 5000];
-const SLICE_MS = 15; // of work at a time, so that the page draws and answers meanwhile
+const SLICE_MS = 15; // the work between two frames, so that the page stays responsive
 
 export class Stream {
   kinds = "";
@@ -8,20 +8,19 @@ export class Stream {
   epoch = null;
   source = null;
   tries = 0;
-  isWaiting = true; // for the hello, with which everything is read
-  queue = []; // lines that have come, each an event
-  working = null; // the timer of what is left to do
+  isWaiting = true; // for the event hello, after which all lists are read
+  queue = []; // received lines, each an event
+  working = null; // the timer for the rest of the queue
 
   /**
    * @param handlers.event, handlers.state ("connecting" | "open" | "lost"), handlers.hello,
-   * handlers.restarted, handlers.dropped, handlers.caughtUp (so much had come that it took more than a
-   * moment)
+   * handlers.restarted, handlers.dropped, handlers.caughtUp (the end of a queue that took several slices)
    */
   constructor(handlers) {
     this.handlers = handlers;
   }
 
-  /** Follow these kinds from now on; without changes nothing happens. */
+  /** Follow these kinds of events. */
   follow(kinds) {
     const wanted = [...new Set(kinds)].sort().join(",");
     if (wanted === this.kinds && this.source) return;
@@ -52,7 +51,7 @@ export class Stream {
   }
   hello(hello) {
     const [epoch] = String(hello.last || "").split("-"),
-      restarted = this.epoch !== null && epoch !== this.epoch; // the model is of another process
+      restarted = this.epoch !== null && epoch !== this.epoch; // the model has the state of another process
     this.epoch = epoch;
     this.tries = 0;
     this.isWaiting = false;
@@ -63,7 +62,7 @@ export class Stream {
     this.handlers.state("open");
     this.handlers.hello(hello);
   }
-  /** The page reconnects itself: a browser gives up after some errors, and repeats the old `since`. */
+  /** Connect again. A browser's own attempts end after some errors, and have the old `since`. */
   lost() {
     this.close();
     this.handlers.state("lost");
@@ -71,7 +70,7 @@ export class Stream {
     this.timer = setTimeout(() => this.open(), wait);
   }
 
-  /** Apply the queued events in slices; all at once while the page is hidden: timers rest then. */
+  /** Apply the queued events in slices; all at once while the page is hidden, because its timers rest. */
   work() {
     const begin = performance.now(),
       { queue } = this;

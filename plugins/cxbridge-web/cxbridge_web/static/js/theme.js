@@ -1,5 +1,5 @@
-// The theme: light, dark, or that of the system. Style sheets ask for `prefers-color-scheme` only: the theme
-// replaces that question in the loaded sheets by an answer.
+// The theme: light, dark, or the theme of the system. Style sheets have only the media query
+// `prefers-color-scheme`, which the chosen theme replaces in the loaded sheets.
 import { button, el, remember, remembered } from "cx/dom.js";
 
 const KEY = "cxbridge-theme",
@@ -31,7 +31,7 @@ export function applyTheme(theme = usual()) {
   document.documentElement.style.colorScheme = theme === "system" ? "" : theme;
 }
 
-/** The switch: from one theme to the next. The app gets an event `theme`, for what draws with colours itself. */
+/** A button that goes to the next theme. The app gets an event `theme`, after which drawings use its colours. */
 export function themeSwitch(app) {
   let theme = usual();
   const icon = el.span({ "aria-hidden": "true" }),
@@ -47,7 +47,7 @@ export function themeSwitch(app) {
   function show() {
     icon.textContent = ICONS[theme];
     name.textContent = "Theme: " + theme;
-    switching.title = "Theme: " + theme + (theme === "system" ? "" : ", whatever the system has");
+    switching.title = "Theme: " + theme + (theme === "system" ? "" : ", independent of the system");
   }
   show();
   return switching;

@@ -173,8 +173,8 @@ def site(server: Served, daemon: FakeDaemon) -> Iterator[Served]:
 
 
 def show_gone(tab: Any) -> None:
-    """Let Goals show those that are gone; the page itself does so once no other is left."""
-    box = tab.get_by_role("checkbox", name="gone too")
+    """Let Goals show past goals; the page itself does so if there are no other goals."""
+    box = tab.get_by_role("checkbox", name="past goals")
 
     def is_on() -> bool:
         if not box.is_checked():

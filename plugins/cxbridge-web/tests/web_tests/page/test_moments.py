@@ -64,7 +64,7 @@ def test_a_moment_of_the_live_run_is_the_moment_of_all_views(tab, site, daemon):
     tab.wait_for_selector("#state >> text=RUNNING")
     tab.wait_for_selector("#scrub >> text=At ")
     tab.click("nav >> text=CLIPS")
-    tab.wait_for_selector("#told >> text=This view shows what is now")
+    tab.wait_for_selector("#told >> text=This view shows the present")
     tab.click("nav >> text=Goals")
     tab.wait_for_selector("#state >> text=PAST")
     tab.click("#to-live")

@@ -64,7 +64,7 @@ def test_the_address_without_a_view_leads_to_the_first_tab(tab, site):
 
 def test_an_unknown_address_says_so_and_has_links(tab, site):
     tab.goto(f"{site.url}#/nowhere/at/all")
-    tab.wait_for_selector("#not-found >> text=Nothing is at #/nowhere/at/all")
+    tab.wait_for_selector("#not-found >> text=There is no view at #/nowhere/at/all")
     assert tab.url.endswith("#/nowhere/at/all")
     tab.click("#not-found a >> text=Log")
     tab.wait_for_selector("#main h2 >> text=Log")

@@ -1,11 +1,11 @@
-// Messages of an interface: those that were sent, and a form to send one.
+// Messages of an interface: the sent messages, and a form.
 import { idPath, part, post } from "cx/api.js";
 import { changeTools, choice, clockText, el, form, refill, textInput } from "cx/dom.js";
 
 const MOST = 20;
 let chosenMessage = ""; // stays when another interface was looked at
 
-/** The messages that were sent to an interface, the latest first; nothing when there are none. */
+/** The messages that were sent to an interface, the latest first. */
 export function sentMessages(app, uid) {
   const mine = app.model.messages.filter((each) => each.uid === uid).slice(-MOST);
   if (!uid || !mine.length) return [];
@@ -40,7 +40,7 @@ function valueOf(field, { checked, value }) {
 const labelled = ({ name, type, is_array: isArray }, input) =>
   el.label(el.span(name, el("span.dim.small", " " + type + (isArray ? "[]" : ""))), input);
 
-/** The form of a message: an input a field, by its type; null when the interface takes none. */
+/** The form for a message, with an input for each field; null if the interface has no message types. */
 export function messageForm(app, { type: ofType, id, message_types: types }) {
   if (app.recording || !types.length) return null;
   if (!types.some((each) => each.name === chosenMessage)) chosenMessage = types[0].name;

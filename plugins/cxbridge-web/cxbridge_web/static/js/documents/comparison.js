@@ -1,7 +1,7 @@
 // Two runs side by side: `cxbridge view A B`, and the page of `cxbridge trace diff --html`.
 import { button, dim, el, none, note, pairs, refill, secondsText, wideTable } from "cx/dom.js";
 import { notes, section } from "cx/documents/parts.js";
-import { goalOutcome, goalText, outcomeBadge, OUTCOMES } from "cx/outcome.js";
+import { OUTCOMES } from "cx/outcome.js";
 
 const SIGNS = { changed: "≠", "only-a": "−", "only-b": "+", order: "⇅", msgid: "#", time: "◷", count: "×" };
 const LISTED = 200,
@@ -19,7 +19,7 @@ const sides = (make) =>
 const said = ({ event, text }) => [event === null ? null : dim(event + " "), el.code(short(text))];
 const secondsOf = (context) => context?.lines.find(({ here }) => here)?.seconds;
 
-/** Where the page of a run shows a moment of it; null: only the comparison is here. */
+/** The address of a moment on the page of a run; null: the page has only the comparison. */
 function addressOf({ runs, start_us: begin }, side, view, seconds) {
   if (!runs) return null;
   const time = seconds === undefined ? "" : "?time=" + Math.round(begin[side] + seconds * 1e6);
@@ -49,7 +49,7 @@ function alignedRow({ a, b, same }, report) {
   );
 }
 
-/** The events around a difference: next to each other where they are aligned. */
+/** The events around a difference; aligned events are next to each other. */
 function steps(number, report) {
   const { rows } = number === 0 ? report.first : { rows: [] },
     head = (text) => el.th({ scope: "col", colspan: 2 }, text);
@@ -61,7 +61,7 @@ function steps(number, report) {
     );
   return sides((side) => {
     const lines = report.contexts[number][side].lines.map((line) => lineCells(line, report, side));
-    return lines.length ? wideTable({ class: "aligned" }, [], lines) : none("This run has nothing like it");
+    return lines.length ? wideTable({ class: "aligned" }, [], lines) : none("This run has no such event");
   });
 }
 
@@ -73,26 +73,7 @@ const rules = (list) =>
       )
     : none("No firings are recorded", "Record with --trace-level rules.");
 
-/** The goals of a side as a list with indents; those that the other side does not have are marked. */
-function goals(list, others) {
-  const keyOf = (goal) => JSON.stringify([goal.depth, goal.goal_class, goalText(goal)]),
-    left = others.map(keyOf);
-  const rows = list.map((goal) => {
-    const at = left.indexOf(keyOf(goal));
-    if (at >= 0) left.splice(at, 1);
-    return el.li(
-      { class: at < 0 ? "marked" : null, style: "margin-left: " + Math.min(goal.depth, 12) + "em" },
-      el.b(goal.goal),
-      " " + goal.goal_class + " ",
-      outcomeBadge(goalOutcome(goal), goalText(goal)),
-      goal.error ? el("span.error", " " + goal.error) : null,
-      at < 0 && el("span.remark", " the other run differs"),
-    );
-  });
-  return rows.length ? el("ul.plain", rows) : none("no goals");
-}
-
-// -- the goals of both runs, a row each
+// -- the goals of both runs, a row for each goal
 
 const longestOf = ({ end }) => Math.max(end.a, end.b) || 1;
 
@@ -123,7 +104,7 @@ function goalRow({ a, b, label, depth }, report) {
   );
 }
 
-/** @returns the rows, and a call that marks a difference in them */
+/** @returns the rows, and a function that marks a difference in the rows */
 function goalRows(report) {
   const isTimed = report.unit === "s",
     marks = SIDES.map((side) => el("i", { class: "pair-mark " + side, hidden: true })),
@@ -149,7 +130,7 @@ function goalRows(report) {
   return { node, mark };
 }
 
-// -- the differences, one at a time
+// -- one difference at a time
 
 function differenceBox(number, report) {
   const difference = report.differences[number],
@@ -168,21 +149,19 @@ function differenceBox(number, report) {
           steps(number, report),
           el.h3("Rules that fired just before"),
           sides((side) => rules(context[side].rules)),
-          el.h3("Goals at that point"),
-          sides((side) => goals(context[side].goals, context[side === "a" ? "b" : "a"].goals)),
         ]
-      : note("The causes of the first " + report.contexts.length + " are in the page."),
+      : note("The page has the steps that led to the first " + report.contexts.length + " differences."),
   ];
 }
 
-/** Walk through the differences. @param mark tells the rows of goals which one is shown */
+/** Walk through the differences. @param mark marks the shown difference in the rows of goals */
 function walk(report, mark) {
   const box = el.div({ "aria-live": "polite" }),
     title = el("h2#first"),
     { differences } = report;
   let shown = 0;
   const arrow = (text, by, label) => button(text, () => show(shown + by), { "aria-label": label }),
-    back = arrow("◂", -1, "the difference before"),
+    back = arrow("◂", -1, "the previous difference"),
     next = arrow("▸", 1, "the next difference");
   function show(number) {
     shown = number;

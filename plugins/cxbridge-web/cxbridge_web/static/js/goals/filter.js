@@ -1,5 +1,5 @@
-// Choices above the goals: words, outcome, class, robot. The address has them, and they stay when another
-// view was open.
+// Filters above the goals: words, outcome, class, robot. The address has the filters, which stay while other
+// views are open.
 import { choice, search } from "cx/dom.js";
 import { robotsOf } from "cx/goals/numbers.js";
 import { goalOutcome, goalText, NAMES, OUTCOMES } from "cx/outcome.js";
@@ -9,7 +9,7 @@ const NOTHING = { words: "", outcome: "", class: "", robot: "" },
   FILTERS = Object.keys(NOTHING);
 const chosen = { ...NOTHING };
 
-/** The choices as the query of an address. */
+/** The filters as the query of an address. */
 export function filterQuery(more = {}) {
   const set = FILTERS.filter((name) => chosen[name]).map((name) => [name, chosen[name]]),
     text = new URLSearchParams([...Object.entries(more), ...set]).toString();
@@ -46,7 +46,7 @@ export function goalFilter(app, changed) {
       find.value = "";
       write();
     },
-    /** Read the choices from the address; an address without choices gets the present ones. */
+    /** Read the filters from the address; an address without filters gets the present filters. */
     read() {
       const { query } = parseAddress(location.hash);
       if (FILTERS.some((name) => query.has(name)))

@@ -4,9 +4,9 @@ import { ofLastAttempt } from "cx/timeline/history.js";
 import { outcomeAt } from "cx/timeline/spans.js";
 
 /**
- * How long a goal has run, or waited if it has not been dispatched; microseconds.
- * @param now the moment that is looked at
- * @returns {begin, us, waits: a word, if it was not dispatched}; null: its begin is not known
+ * How long a goal has run in microseconds, or waited if it was not dispatched.
+ * @param now the shown moment
+ * @returns {begin, us, waits: a word for a goal that was not dispatched}; null if the begin is unknown
  */
 export function durationOf({ history, mode }, now) {
   const run = history.find((step) => step.mode === "DISPATCHED"),
@@ -19,21 +19,21 @@ export function durationOf({ history, mode }, now) {
   };
 }
 
-/** The actions of a goal's attempt up to a step; of those with one id the latest. */
+/** The actions of a goal's attempt up to a step; of several actions with an id, the latest. */
 function actionsOf({ history, step }, goal) {
   const known = history.goals.get(goal.key),
     begun = known ? ofLastAttempt(known, known.actions, step) : [];
   return [...new Map(begun.map((action) => [action.plan + " " + action.id, action])).values()];
 }
 
-/** Children or, without any, actions of the plan, as "done/all"; "" without both. */
+/** The children as "done/all", or the actions of a goal without children; "" without both. */
 export function progressOf(model, goal, children = []) {
   const actions = actionsOf(model, goal).map((action) => outcomeAt(action, model.step) === "completed"),
     done = children.length ? children.map((child) => !isOpen(goalOutcome(child))) : actions;
   return done.length ? done.filter(Boolean).length + "/" + done.length : "";
 }
 
-/** The robots (Skillers) that the actions of a goal were executed by. */
+/** The robots (Skillers) that executed the actions of a goal. */
 export function robotsOf(model, goal) {
   const begun = ({ calls }) => calls.filter(({ begin }) => begin.step <= model.step);
   return new Set(actionsOf(model, goal).flatMap((action) => begun(action).at(-1)?.skiller ?? []));

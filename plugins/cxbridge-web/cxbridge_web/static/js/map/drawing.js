@@ -7,11 +7,11 @@ const LEAST = 2,
   STEP = 40,
   ZOOM = 1.3,
   MARGIN = 1.25;
-const NEAR = 14; // pixels around something that count as it
+const NEAR = 14; // the distance in pixels at which an item counts as pointed at
 const AXES = ["#d1242f", "#1a7f37"]; // x and y of a frame, as in rviz
 
 export class Drawing {
-  /** @param handlers.hover(item or null), handlers.pick(item) something on the map; handlers.moved() by hand */
+  /** @param handlers hover(item or null), pick(item or null), moved() after a move or zoom by hand */
   constructor(handlers) {
     Object.assign(this, { handlers, scale: 80, x: 0, y: 0, graphs: [], items: [], hot: null, grid: 1 });
     this.canvas = new Canvas((...rest) => this.paint(...rest));
@@ -21,7 +21,7 @@ export class Drawing {
         tabindex: 0,
         role: "application",
         "aria-roledescription": "map",
-        "aria-label": "Map; what is on it is in the table beside it",
+        "aria-label": "Map; the table beside the map has its items",
         "aria-keyshortcuts": "ArrowLeft ArrowRight ArrowUp ArrowDown Plus Minus 0",
       },
       this.canvas.node,
@@ -71,7 +71,7 @@ export class Drawing {
     Object.assign(this, { x, y });
     this.canvas.later();
   }
-  /** Show all there is. Returns whether there is anything. */
+  /** Show everything. Returns whether the map has any item. */
   fit() {
     const { width, height } = this.canvas,
       nodes = this.graphs.flatMap((graph) => Object.values(graph.nodes)),
@@ -104,7 +104,7 @@ export class Drawing {
     return [this.x + (x - width / 2) / this.scale, this.y - (y - height / 2) / this.scale];
   }
 
-  /** What is at a pixel: a robot or frame, else a node. */
+  /** The robot, frame or node at a pixel; null without. */
   near(x, y) {
     const nodes = this.graphs.flatMap((graph) => Object.entries(graph.nodes)),
       all = [...this.items, ...nodes.map(([name, node]) => ({ ...node, name, kind: "node" }))];
@@ -187,7 +187,7 @@ export class Drawing {
     context.fillStyle = colour;
     context.fillText(text, x, y);
   }
-  /** A shape of points around a place, turned. */
+  /** Draw a turned shape of points around a place. */
   shape(context, [x, y], angle, points, look) {
     context.save();
     context.translate(x, y);

@@ -1,4 +1,4 @@
-// Where robots and frames were over time, from interface writes: poses, transforms, what navigators say.
+// The places of robots and frames over time, from writes of pose, transform and navigator interfaces.
 // Poses are in the plane: {x, y, yaw}, metres and radians.
 import { get } from "cx/api.js";
 import { countWhile } from "cx/names.js";
@@ -8,7 +8,7 @@ const MOST_POINTS = 20_000;
 const USUAL = ["map", "world", "odom"];
 const SAME = ["x", "y", "yaw", "frame", "seen", "goalX", "goalY"];
 const HERE = { x: 0, y: 0, yaw: 0 };
-const bare = (frame) => String(frame || "").replace(/^\//, ""); // as in tf: a leading slash does not count
+const bare = (frame) => String(frame || "").replace(/^\//, ""); // as in tf, without a leading slash
 
 /** The turn about z of a quaternion x, y, z, w. */
 function yawOf(rotation) {
@@ -69,7 +69,7 @@ export class Tracks {
   frames = new Map(); // child frame -> Track
   graphs = new Map(); // name -> {nodes, edges}
 
-  /** Returns whether the event has a pose, a frame or a graph. */
+  /** Take an event, and return whether it has a pose, a frame or a graph. */
   take({ kind, uid, time_us: time, values, ...rest }) {
     if (kind === "navgraph") this.graphs.set(rest.graph, { nodes: rest.nodes, edges: rest.edges });
     if (kind !== "interface") return kind === "navgraph";
@@ -105,7 +105,7 @@ export class Tracks {
     return [track, poseOf(values, { seen: true })];
   }
 
-  /** How a frame lies in the root of its tree at a time: {root, x, y, yaw}. */
+  /** The pose of a frame in the root of its tree at a time: {root, x, y, yaw}. */
   toRoot(frame, time) {
     let lies = HERE,
       root = frame;
@@ -119,7 +119,7 @@ export class Tracks {
     return { ...lies, root };
   }
 
-  /** How a frame lies in another one at a time; null: they are not connected. */
+  /** The pose of a frame in another frame at a time; null if the frames are not connected. */
   between(from, to, time) {
     if (from === to) return HERE;
     const one = this.toRoot(from, time),
@@ -138,8 +138,8 @@ export class Tracks {
   }
 
   /**
-   * All that has a place in a frame at a time: {track, x, y, yaw, frame, seen, goal}; x is null of what is
-   * not connected with the frame.
+   * The places of all tracks in a frame at a time: {track, x, y, yaw, frame, seen, goal}; x is null for a track
+   * that is not connected to the frame.
    */
   placed(frame, time) {
     return [...this.poses.values(), ...this.frames.values()].flatMap((track) => {
@@ -154,7 +154,7 @@ export class Tracks {
     });
   }
 
-  /** The way of a track up to a time, in a frame: at most `most` points [x, y]. */
+  /** The path of a track up to a time, in a frame: at most `most` points [x, y]. */
   trail(track, frame, time, most = 2000) {
     const end = track.count(time),
       step = Math.max(1, Math.ceil(end / most));

@@ -2,7 +2,7 @@
 import { KIND_OF } from "cx/recording/mcap.js";
 
 const KINDS = new Set(Object.values(KIND_OF));
-const LOOK_AT = 100; // lines that are no events before a text is no recording
+const LOOK_AT = 100; // a text whose first lines have no event is not a recording
 
 function eventOf(line) {
   try {
@@ -13,7 +13,7 @@ function eventOf(line) {
   }
 }
 
-/** @returns {events, notes}; no events: it is no recording. See mcap.js for `pause`. */
+/** @returns {events, notes}; without events, the text is not a recording. See mcap.js for `pause`. */
 export async function readLines(text, pause) {
   const lines = text.split("\n").filter((line) => line.trim()),
     events = [];

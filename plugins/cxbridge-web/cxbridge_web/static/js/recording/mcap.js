@@ -39,7 +39,7 @@ function joinTexts(texts) {
   return decoder.decode(array);
 }
 
-/** Numbers and texts at places of a file. */
+/** Reads numbers and texts at places of a file. */
 class Bytes {
   constructor(bytes) {
     this.bytes = bytes;

@@ -1,4 +1,4 @@
-// Ways to open a recording: choose a file, drop one, or a link to one that this server has.
+// Opens recordings: a chosen or dropped file, a recording of the server, or the recording inside the page.
 import SITE from "shared/site.js";
 import { button, el } from "cx/dom.js";
 import { readLines } from "cx/recording/lines.js";
@@ -15,7 +15,7 @@ const WHAT =
 
 class Cancelled extends Error {}
 
-/** Do work with a bar that shows its progress and cancels it; the page keeps drawing. */
+/** Do work with a progress bar and a button that cancels the work. The page stays responsive. */
 async function withProgress(name, work, failed) {
   const bar = el.progress({ max: 1, "aria-label": "reading " + name });
   let cancelled = false,
@@ -61,20 +61,20 @@ async function openBytes(app, name, bytes, pause, server) {
   app.look(recording);
   for (const note of notes) app.toast(note, true);
   if (!server.readLinks || !isUnlinked) return;
-  // the server reads the whole recording for it: the picture does not wait
+  // later, because the server reads the whole recording for the links
   app.attempt(async () => {
     history.linkGuessed(await server.readLinks());
     recording.model.touch("goals");
   });
 }
 
-/** When the run failed, microseconds: a report opens there. Null: nothing failed. */
+/** The time of the failure in microseconds, at which a report opens; null without a failure. */
 function failureTime(history) {
   const failure = failureOf(history);
   return failure && timesOf(failure, history).end?.time;
 }
 
-/** Let all events of a recording happen, and let the page draw meanwhile. */
+/** Play all events of a recording. The page stays responsive. */
 async function playAll(recording, pause) {
   const { length } = recording.events;
   for (let at = 0; at < length;) {
@@ -108,11 +108,11 @@ const open = (app, name, load, server = {}) =>
 function openFile(app, file) {
   if (!file) return null;
   if (file.size > MOST_BYTES)
-    return app.toast(file.name + " is too big for a browser: cxbridge trace report makes a page of it", true);
+    return app.toast(file.name + " is too big for the page: look at it with cxbridge monitor", true);
   return open(app, file.name, async () => new Uint8Array(await file.arrayBuffer()));
 }
 
-/** The bytes of the recording, or of the document, that is in the page itself. */
+/** The bytes of the recording or document inside the page. */
 export async function inside() {
   const packed = atob(document.getElementById("recording").textContent),
     bytes = Uint8Array.from(packed, (character) => character.charCodeAt(0)),
@@ -120,7 +120,7 @@ export async function inside() {
   return new Uint8Array(await new Response(unpacked).arrayBuffer());
 }
 
-/** The answer of a server of recordings to why: at the chosen moment, and at the end for the story of the run. */
+/** Ask a server of recordings why, at the chosen moment; for the story of the run, at the end. */
 async function askServer(url, { time, begin, end, environments }, kind, name, env) {
   const query = new URLSearchParams({ kind, name });
   if (environments.includes(env)) query.set("env", env);
@@ -130,7 +130,7 @@ async function askServer(url, { time, begin, end, environments }, kind, name, en
   if (!reply.ok) throw new Error(answer.message);
   return answer.data;
 }
-/** The answers to why in a report; with several agents a question begins with the agent's environment. */
+/** The answers to why in a report. With several agents, a question begins with the agent's environment. */
 const toldInside = (answers) => async (recording, kind, name, env) => {
   const question = (kind + " " + name).trim(),
     found = answers[env + " " + question] ?? answers[question];
@@ -146,8 +146,8 @@ async function load(url) {
 }
 
 /**
- * Open the recording in the page, or the one that the address asks for: `?run=PATH` of a file of this server.
- * A server of recordings opens its first one for an address without.
+ * Open the recording inside the page, or the file of this server in the address (`?run=PATH`). Without a file in
+ * the address, a server of recordings opens its first recording.
  */
 export async function openLinked(app) {
   if (SITE.inside) {
@@ -160,7 +160,7 @@ export async function openLinked(app) {
     path = new URLSearchParams(location.search).get("run") || first?.path;
   if (!path) return;
   const url = new URL(path, location.href);
-  // which action a skill call was for, where the recording does not say it, and why: a server of recordings knows
+  // a server of recordings knows the actions of skill calls that the recording lacks, and answers why
   const server = first && {
     readLinks: async () => (await fetch(url + "?links")).json(),
     why: (...question) => askServer(url, ...question),
@@ -173,7 +173,7 @@ export function chooseFile(app) {
     openFile(app, input.files[0]);
     input.remove();
   };
-  // a new one each time: the same file may be chosen again
+  // a new input each time, so that the same file can be chosen again
   const on = { change, cancel: () => input.remove() },
     input = el.input({ type: "file", hidden: true, accept: ".mcap,.json,.jsonl,.ndjson", on });
   document.body.append(input);

@@ -1,4 +1,4 @@
-// A recorded run at one of its moments; the past of a live run as such a recording.
+// A recorded run at a moment, and the past of a live run as a recording.
 import { Model } from "cx/model.js";
 import { countWhile } from "cx/names.js";
 import { goalText } from "cx/outcome.js";
@@ -7,18 +7,18 @@ import { History } from "cx/timeline/history.js";
 const STEP_KINDS = new Set(["goal", "plan-action", "skill"]);
 
 export class Recording {
-  history = new History(); // of the whole run, whatever the moment
-  read = 0; // events that are in the history
-  at = 0; // events that have happened
+  history = new History(); // of the whole run
+  read = 0; // the number of events in the history
+  at = 0; // the number of events up to the moment
   listeners = new Set();
 
-  /** @param sources the attached CLIPS files, null without @param how isPast: of a run that goes on */
+  /** @param sources the attached CLIPS files, or null @param how isPast: whether the run continues */
   constructor(name, events, notes, sources = null, { isPast = false } = {}) {
     Object.assign(this, { name, notes, sources, isPast });
     this.model = new Model(null, this.history);
     const isOrdered = events.every((event, at) => !at || event.time_us >= events[at - 1].time_us);
     this.events = isOrdered ? events : [...events].sort((a, b) => a.time_us - b.time_us);
-    // a step is a transition; without any, each event is one
+    // a step is a transition; in a run without transitions, an event
     this.steps = this.events.flatMap((event, at) => (STEP_KINDS.has(event.kind) ? [at + 1] : []));
     if (!this.steps.length) this.steps = this.events.map((_, at) => at + 1);
     this.environments = [...new Set(this.events.map((event) => event.env).filter(Boolean))].sort();
@@ -32,20 +32,20 @@ export class Recording {
   get end() {
     return this.events.at(-1)?.time_us ?? 0;
   }
-  /** How many steps have happened. */
+  /** The number of steps up to the moment. */
   get stepNumber() {
     return countWhile(this.steps, (count) => count <= this.at);
   }
 
-  /** Go to a moment: all events up to it have happened. */
+  /** Go to a moment. */
   goToTime(time) {
     this.goTo(this.countBefore(time + 1), Math.max(this.begin, Math.min(this.end, time)));
   }
-  /** How many events there were before a time. */
+  /** The number of events before a time. */
   countBefore(time) {
     return countWhile(this.events, (event) => event.time_us < time);
   }
-  /** The log lines between two times, whatever the moment. */
+  /** The log lines between two times. */
   lines(from, to) {
     return this.events
       .slice(this.countBefore(from), this.countBefore(to + 1))
@@ -76,11 +76,11 @@ export class Recording {
     this.goToStep(this.stepNumber + by);
   }
 
-  /** The last step that happened, in words. */
+  /** The last step up to the moment, in words. */
   get line() {
     const { stepNumber: number } = this,
       event = number && this.events[this.steps[number - 1] - 1];
-    return event ? (WORDS[event.kind] || (({ kind }) => kind))(event) : "the begin";
+    return event ? (WORDS[event.kind] || (({ kind }) => kind))(event) : "the start";
   }
 }
 
@@ -105,7 +105,7 @@ export class Past {
     this.isWhole = true;
   }
 
-  /** Keep an event. Of very many the oldest make room. */
+  /** Keep an event. The oldest events make room. */
   note(event) {
     if (!KEPT.has(event.kind)) return;
     this.events.push(event);
@@ -115,14 +115,14 @@ export class Past {
     this.isWhole = false;
   }
 
-  /** Whether events up to a moment are there already. */
+  /** Whether the events up to a moment are known. */
   reaches(time) {
     return this.latest >= time;
   }
 
-  /** The kept events as a recording at its begin. */
+  /** The kept events as a recording at its start. */
   recording() {
-    const notes = this.isWhole ? [] : ["What was long ago is not kept."];
+    const notes = this.isWhole ? [] : ["The page keeps only the last events of a long run."];
     // a recording notes its steps in its events
     const events = this.events.map((event) => ({ ...event }));
     return new Recording("The past of this run", events, notes, null, { isPast: true });

@@ -1,13 +1,14 @@
-// The bar that goes through the time of a recording; of a live run it names the moment that is chosen.
+// The bar that plays a recording, and shows the chosen moment of a live run.
 import { button, choice, clockText, el } from "cx/dom.js";
 import { runAddress } from "cx/not_found.js";
 
 const PLAY_MS = 60,
   SPEEDS = [0.25, 0.5, 1, 2, 5, 10, 50],
-  LASTS_S = 20; // a run is played in about this time, unless another speed is chosen
-const SHOWS_NOW = "This view shows what is now: the past has goals, skills, messages and the log.";
+  LASTS_S = 20; // the duration of a play at the initial speed
+const SHOWS_NOW =
+  "This view shows the present: the page keeps only goals, skills, messages and the log of the past.";
 
-/** A choice among the runs of a server that has several. */
+/** A choice among the runs of a server. */
 function runSelect(runs) {
   const select = choice({ id: "run-choice", "aria-label": "run" }, (path) =>
     location.assign(runAddress(path)),
@@ -35,7 +36,7 @@ export function scrubber(app) {
   }
   const steps = el(
       "div.scrub-line",
-      ...[step("◂", -1, "one step back"), play, step("▸", 1, "one step on"), slider, speeds],
+      ...[step("◂", -1, "one step back"), play, step("▸", 1, "one step forward"), slider, speeds],
     ),
     live = button("Back to live", toLive, { id: "to-live", hidden: Boolean(app.runs) });
   bar.append(el("div.scrub-line", runs, name, output, el("span.grow"), live), steps);
@@ -74,7 +75,7 @@ export function scrubber(app) {
       app.recording?.goToStep(Number(slider.value));
     });
   });
-  /** Another recording is played: at a speed at which it takes some seconds. */
+  /** Begin with a recording, at a speed at which the recording takes some seconds. */
   function begin(recording) {
     const speed = Math.max((recording.end - recording.begin) / 1e6 / LASTS_S, SPEEDS[0]);
     known = recording;

@@ -1,7 +1,7 @@
-// The goals as a table, in the order of their trees; beside it the goal that is chosen.
+// The goals as a table, in the order of their trees, and the chosen goal beside the table.
 import { part } from "cx/api.js";
 import { Detail } from "cx/detail.js";
-import { button, checkbox, clockText, dim, durationText, el, none, refill } from "cx/dom.js";
+import { button, checkbox, clockText, dim, durationText, el, none, plural, refill } from "cx/dom.js";
 import { envSelect } from "cx/env.js";
 import { forestOfGoals, rowsOf } from "cx/forest.js";
 import { filterQuery, goalFilter } from "cx/goals/filter.js";
@@ -16,12 +16,12 @@ export const tab = { title: "Goals", order: 20 };
 export const moment = "past";
 export const kinds = [];
 const TICK_MS = 1000,
-  NARROW = 760; // pixels: there details take the place of the table
+  NARROW = 760; // pixels; on a narrower page the details replace the table
 const COLUMNS = ["outcome", "why", "robot", "done", "began", "took"];
-const closed = new Set(); // stays when another view was open
-let withGone = null; // null: gone goals are shown while no other goal is left
+const closed = new Set(); // stays while other views are open
+let withGone = null; // null: gone goals are shown if there are no other goals
 
-/** Where the table shows a goal; its actions and skill calls are in the timeline. */
+/** The address of a goal in the table, or of an action or skill call in the timeline. */
 function address(path) {
   if (path.action || path.skill) return timelineAddress(path);
   return path.goal ? "#/goals/" + part(path.goal) + filterQuery() : "#/goals" + filterQuery({ goal: "" });
@@ -46,7 +46,7 @@ export function open(root, app) {
     { all: true },
   );
   const filter = goalFilter(app, () => draw());
-  const goneBox = checkbox("gone too", false, (on) => {
+  const goneBox = checkbox("past goals", false, (on) => {
     withGone = on;
     draw();
   });
@@ -166,10 +166,7 @@ export function open(root, app) {
       withGone = true;
     };
     if (goals.length) box.append(drawing("Show all goals", () => filter.clear()));
-    else if (gone)
-      box.append(
-        drawing("Show " + (gone === 1 ? "the one that is" : "the " + gone + " that are") + " gone", showGone),
-      );
+    else if (gone) box.append(drawing("Show " + plural(gone, "goal") + " of the past", showGone));
     return box;
   }
   function drawDetail() {

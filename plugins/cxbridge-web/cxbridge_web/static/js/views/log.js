@@ -1,4 +1,4 @@
-// The log, with levels and search. At its end it follows.
+// The log with levels and search. At its end, the list follows new lines.
 import { checkbox, clockText, el, note, refill } from "cx/dom.js";
 import { ListPanel } from "cx/scaffold.js";
 

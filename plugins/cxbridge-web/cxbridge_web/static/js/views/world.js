@@ -1,5 +1,5 @@
-// Robots, plan and world together at one moment: the robots' skill calls over time, the map with robots and
-// their trails (the navigation graph, coordinate frames), how each robot stands, and the facts that changed.
+// Robots and world at a moment: the robots' skill calls over time, the map (robots with trails, navigation
+// graph, coordinate frames), the state of each robot, and the facts that changed.
 import { SERIES_COLOURS, save } from "cx/canvas.js";
 import {
   button,
@@ -27,7 +27,7 @@ export const kinds = ["interface", "navgraph", "fact"];
 const SOON_MS = 1000,
   TICK_MS = 250,
   MOST_CHANGES = 40;
-let frame = ""; // frame and choices stay when another view was open
+let frame = ""; // frame and choices stay while other views are open
 const shows = { trails: true, frames: true };
 
 const number = (value) => value.toFixed(2);
@@ -42,7 +42,7 @@ export function open(root, app) {
     store = tracksOf(app),
     changes = changesOf(app),
     { recording } = app;
-  let moved = false, // by hand: it stays where it is
+  let moved = false, // by hand, so that the map stays
     fitted = "",
     chosen = "",
     shown = [];
@@ -59,7 +59,7 @@ export function open(root, app) {
       moved = true;
     },
   });
-  const select = choice({ "aria-label": "frame that the map is drawn in", id: "map-frame" }, (name) => {
+  const select = choice({ "aria-label": "frame of the map", id: "map-frame" }, (name) => {
     frame = name;
     moved = false;
     draw();
@@ -106,12 +106,11 @@ export function open(root, app) {
     lanes.box.hidden = !found.size;
     lanes.draw(found, history, { from, to, now: at.time });
     drawMap(found, at);
-    const nobody = () =>
-      none("No robot has done anything yet", "Robots are here from their first skill call on.");
+    const nobody = () => none("No robot has done anything yet", "A robot appears with its first skill call.");
     refill(robots, found.size ? robotCards(found, at, { placeOf, known }) : nobody());
     drawFacts(known);
   }
-  /** The robot whose pose a track is: the robot's name is in that of the track, or there is one of each. */
+  /** The robot of a track: the track has the robot's name, or the run has one robot and one pose. */
   function robotOf(track, found) {
     const names = [...found.keys()],
       named = names.find((name) => track.name.toLowerCase().includes(name.toLowerCase())),
@@ -171,8 +170,8 @@ export function open(root, app) {
       );
     const hint =
       recording && !recording.isPast
-        ? "They are in recordings of --trace-level facts."
-        : "They are here from when this view was opened.";
+        ? "Recordings have facts with --trace-level facts."
+        : "The page collects them while this view is open.";
     redraw(facts, list, () =>
       list.length ? el("ol.changes", list.map(item)) : none("No fact has changed", hint),
     );

@@ -1,16 +1,15 @@
-// The facts of the world model that changed, in order: of the agent's own templates, of the domain and of
-// wm-fact.
+// The changed facts of the world model, in order: facts of the agent's own templates, domain-fact and wm-fact.
 import { templateOwners } from "cx/clips/source.js";
 import { parseFact, valuesOf } from "cx/clips/text.js";
 import { Store } from "cx/stores.js";
 
 const MOST = 20_000,
-  SHARED = new Set(["domain-fact", "wm-fact"]), // templates of the core whose facts are the agent's world
+  SHARED = new Set(["domain-fact", "wm-fact"]), // templates of the core with facts about the world
   NAMES = new Set(["id", "name", "key"]),
-  COPY = /^\(wm-fact \(id "?\/domain\//, // of a domain-fact, which is shown
+  COPY = /^\(wm-fact \(id "?\/domain\//, // a copy of a domain-fact, which is shown itself
   READ = /Interface$/; // facts about interfaces
 
-/** A fact as people say it: at robot1 lab. @param old another fact of the template: only what differs is told */
+/** A fact in words, e.g. "at robot1 lab". @param old another fact of the template; equal slots are left out */
 function sentence(text, old = "") {
   const { template, slots } = (text && parseFact(text)) || {},
     words = (slot) => valuesOf(slots.get(slot)).join(" ");
@@ -22,7 +21,7 @@ function sentence(text, old = "") {
   return template + " " + told.map((pair) => pair.join(" ")).join(", ");
 }
 
-/** Collects changes; a retraction and an assertion of one template at one time are one change. */
+/** Add a change; a retraction and an assertion of a template at the same time are one change. */
 function take(list, { env, time_us: time, asserted, template, text }, step) {
   const last = list.at(-1),
     isSame = last && !last.to && last.time === time && last.template === template && last.env === env;
@@ -34,7 +33,7 @@ function take(list, { env, time_us: time, asserted, template, text }, step) {
 }
 
 class ChangeStore extends Store {
-  owners = new Map(); // environment -> whose its templates are
+  owners = new Map(); // environment -> the agent's own templates
 
   constructor(app) {
     super(app, (events = []) => {
@@ -47,7 +46,7 @@ class ChangeStore extends Store {
 
   /**
    * The changes up to the moment, the latest first: {time, before, after}.
-   * @param later called when it is known whose the templates are
+   * @param later called when the agent's own templates are known
    */
   latest(most, later) {
     const { recording, env, selection } = this.app,
@@ -78,7 +77,7 @@ class ChangeStore extends Store {
       entry.own = own;
       later();
     };
-    templateOwners(app, env).then(learn, () => {}); // without an answer the domain is shown
+    templateOwners(app, env).then(learn, () => {}); // without an answer, only the domain is shown
     return entry.own;
   }
 }

@@ -1,4 +1,4 @@
-// The robots over time: a lane each with its skill calls, and how each one stands at the moment.
+// The robots over time: a lane with the skill calls of each robot, and the state of each robot at a moment.
 import { clockText, dim, durationText, el, link, redraw } from "cx/dom.js";
 import { OUTCOMES, skillBadge, skillOutcome } from "cx/outcome.js";
 import { pathTo, timelineAddress } from "cx/timeline/host.js";
@@ -15,11 +15,11 @@ export function robotsOf({ lanes }) {
   );
 }
 
-/** The call that a robot executes at a step, or its last one before; null: none yet. */
+/** The call of a robot at a step, or its last call before; null before the first call. */
 export const callAt = (calls, step) => calls.findLast(({ begin }) => begin.step <= step) || null;
 export const isOver = (call, step) => Boolean(call.end) && call.end.step <= step;
 
-/** @param share(time) how far to the right a time is, of one */
+/** @param share(time) the place of a time, from 0 to 1 */
 function bar({ begin, end, status, text, error }, share, now) {
   const outcome = skillOutcome(status),
     { word, icon } = OUTCOMES[outcome],
@@ -41,7 +41,7 @@ export class Lanes {
     this.box = el("div.lanes-of-robots", this.rows);
   }
 
-  /** @param from, to microseconds; now: the moment */
+  /** @param about from, to and now (the shown moment), in microseconds */
   draw(robots, history, { from, to, now }) {
     const share = (time) => (time - from) / Math.max(1, to - from);
     const choose = ({ clientX, currentTarget }) => {
@@ -66,12 +66,12 @@ export class Lanes {
 }
 
 /**
- * How the robots stand at a moment.
- * @param placeOf the pose of a robot on the map, in words; "" without
- * @param known sentences of the latest facts; those that name a robot are its last known state
+ * The state of each robot at a moment.
+ * @param placeOf the pose of a robot on the map in words, or ""
+ * @param known sentences of the latest facts; sentences with the name of a robot are its state
  */
 export function robotCards(robots, moment, { placeOf, known }) {
-  const gone = new Set(), // a fact that was retracted later is no state
+  const gone = new Set(), // facts that were retracted later
     present = known.flatMap(({ before, after }) => {
       if (before) gone.add(before);
       return after && !gone.has(after) ? [after] : [];
