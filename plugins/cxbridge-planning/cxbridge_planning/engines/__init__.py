@@ -1,0 +1,1 @@
+"""The planners: pyperplan, programs, and engines of unified-planning."""

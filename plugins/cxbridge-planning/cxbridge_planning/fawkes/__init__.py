@@ -1,0 +1,1 @@
+"""Fawkes' plugins for planning over the blackboard."""

@@ -1,0 +1,1 @@
+"""The feature ``planner``: plans for rules."""

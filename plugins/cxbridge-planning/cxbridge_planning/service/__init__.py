@@ -1,0 +1,1 @@
+"""Planner processes, and the calls that use them."""
