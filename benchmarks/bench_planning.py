@@ -17,7 +17,7 @@ from pathlib import Path
 
 from benchmarks.harness import report
 from cxbridge.executive.pddl import parse_domain, parse_problem
-from cxbridge.executive.planning import PlanningService, PlanRequest
+from cxbridge_planning import PlanningService, PlanRequest
 
 DOMAIN = """(define (domain blocks) (:requirements :strips :typing) (:types block)
   (:predicates (on ?x ?y - block) (table ?x - block) (clear ?x - block) (empty) (held ?x - block))

@@ -25,9 +25,9 @@ from typing import Any
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.pddl import load_domain, load_problem
-from cxbridge.executive.planning import PlanningService, PlanRequest, PlanStatus
-from cxbridge.executive.planning.needs import Need, problem_needs
-from cxbridge.executive.planning.registry import AUTO, choose_planners
+from cxbridge_planning import PlanningService, PlanRequest, PlanStatus
+from cxbridge_planning.needs import Need, problem_needs
+from cxbridge_planning.registry import AUTO, choose_planners
 
 _SEED = 33
 _DIGITS = re.compile(r"\d+")

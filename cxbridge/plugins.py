@@ -41,7 +41,6 @@ HOOKS: Final = frozenset(
         "MEMBERS",
         "OPERATIONS",
         "OPTIONS",
-        "PLANNERS",
         "SETTINGS",
         "SOURCES",
         "TEMPLATES",
@@ -254,11 +253,10 @@ def unused_section_warnings(has_section: Callable[[str], object]) -> list[str]:
 
     :param has_section: returns whether the configuration has a section.
     """
-    installed = {plugin.package.partition(" ")[0] for plugin in installed_plugins()}
     return [
-        f"the section {path} of the configuration is not used: {package_hint(path)}"
-        for path, package in known_packages().items()
-        if path.startswith("/") and package not in installed and has_section(path)
+        f"the section {path} of the configuration is not used: {hint}"
+        for path in known_packages()
+        if path.startswith("/") and has_section(path) and (hint := absent_package_hint(path))
     ]
 
 
@@ -282,6 +280,12 @@ def package_hint(name: str) -> str:
     """Return a hint to install the package with a row, an option or a section; empty if unknown."""
     package = find_package_of(name)
     return f"{name} belongs to the plug-in {package}: {plugin_command(package)}" if package else ""
+
+
+def absent_package_hint(name: str) -> str:
+    """Return the hint of :func:`package_hint`; empty if the package is installed."""
+    installed = {plugin.package.partition(" ")[0] for plugin in installed_plugins()}
+    return "" if find_package_of(name) in installed else package_hint(name)
 
 
 @lru_cache(maxsize=16)
@@ -339,7 +343,8 @@ def _rows_by_table(
         if hook not in hooks:
             raise PluginError(
                 f"the plug-in '{name}' of {package} has a table {hook}, but no hook has that name",
-                hint=did_you_mean(hook, hooks, f"the hooks: {', '.join(sorted(hooks))}"),
+                hint=package_hint(hook)
+                or did_you_mean(hook, hooks, f"the hooks: {', '.join(sorted(hooks))}"),
             )
         if not isinstance(rows, tuple) or not all(isinstance(row, Row) for row in rows):
             raise PluginError(

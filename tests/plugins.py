@@ -12,12 +12,11 @@ import pytest
 from cxbridge.plugins import GROUP
 from tests.support import ROOT
 
-FILE = re.compile(r"`greeter/(\w+\.py)`[^`]*?:\n\n```python\n(.*?)```", re.DOTALL)
 
-
-def example() -> dict[str, str]:
-    """The files of docs/plugins.md."""
-    return dict(FILE.findall((ROOT / "docs" / "plugins.md").read_text()))
+def example(page: str = "plugins.md", name: str = "greeter") -> dict[str, str]:
+    """Return the files of a plug-in on a page of the manual."""
+    file = re.compile(rf"`{name}/(\w+\.py)`[^`]*?:\n\n```python\n(.*?)```", re.DOTALL)
+    return dict(file.findall((ROOT / "docs" / page).read_text()))
 
 
 def install(

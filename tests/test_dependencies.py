@@ -71,6 +71,7 @@ LOCKED = {
     "run.txt": {"cxbridge": "test", "cxbridge-planning": "", "cxbridge-studio": "", "cxbridge-web": ""},
     "container.txt": {
         "cxbridge": "packed",
+        "cxbridge-planning": "",
         "cxbridge-protobuf": "",
         "cxbridge-studio": "",
         "cxbridge-web": "",

@@ -19,10 +19,10 @@ from tests.support import module_files, short_path
 from tests.trace.runs import MemoryRun, family
 
 WITHOUT_HELPER = {
-    "executive/planning/plugins.py": "files for a planner that the agent names, beside each other",
+    "cxbridge_planning/fawkes/plugins.py": "files for a planner that the agent names, beside each other",
     "cxbridge_explore/game/scenario.py": "a temporary file",
-    "cxbridge_planning/command.py": "temporary files",
-    "cxbridge_planning/unified.py": "a temporary file, in one piece",
+    "cxbridge_planning/engines/command.py": "temporary files",
+    "cxbridge_planning/engines/unified.py": "a temporary file, in one piece",
     "cxbridge_ros2cx/cx/log_files.py": "logs of environments, whole as far as they go",
     "cxbridge_studio/formats/csv/writer.py": "called with a path of the helper",
     "cxbridge_studio/repair/mcap.py": "called with a path of the helper",

@@ -23,9 +23,6 @@ from cxbridge.daemon.client import request
 from cxbridge.daemon.settings import DaemonSettings
 from cxbridge.errors import BrokenAgentError, ConfigError, CxbridgeError
 from cxbridge.events import Event, Level, LogLine
-from cxbridge.executive.pddl import parse_domain, parse_problem
-from cxbridge.executive.planning import PlanningService, PlanRequest
-from cxbridge.executive.planning.registry import choose_planners
 from cxbridge.plugins import HOOKS, PluginError, Row, Table, installed_plugins, is_module, known_packages
 from cxbridge.run import Run, RunOptions, run_scenario
 from cxbridge.run.agents import make_configured_clock
@@ -191,20 +188,6 @@ def test_its_decider(greeter, tmp_path):
         reader = assembly.board.open_for_reading("SkillerInterface", skiller.id, owner="test")
         reader.read()
         assert reader.as_dict()["error"] == "my back"
-
-
-def test_its_planner(greeter, tmp_path, monkeypatch):
-    monkeypatch.setenv("PYTHONPATH", str(tmp_path / "site"))  # of the planner's process
-    domain = parse_domain(
-        "(define (domain d) (:predicates (met ?x)) (:action greet :parameters (?x) :effect (met ?x)))"
-    )
-    problem = parse_problem("(define (problem p) (:domain d) (:objects ann bo) (:goal (met bo)))", domain)
-    with PlanningService() as service:
-        found = service.plan(PlanRequest(domain, problem, "polite"))
-        wrong = service.plan(PlanRequest(domain, problem, "polite", {"action": "bow"}))
-    assert [str(step) for step in found.actions] == ["(greet ann)", "(greet bo)"], found.message
-    assert "step 1, (bow ann): there is no such action" in wrong.message
-    assert choose_planners("auto", domain, problem).planners[-1].name == "polite"
 
 
 def test_its_member(greeter, tmp_path, cx):
@@ -408,6 +391,8 @@ def test_each_name_of_a_plug_in_of_the_repository_is_known():
         (["trace", "convert", "RUN", "out.csv", "--to", "csv"], "cxbridge-studio"),
         (["trace", "repair", "RUN"], "cxbridge-studio"),
         (["run", "ROS2"], "cxbridge-ros2"),
+        (["run", "PLANNER"], "cxbridge-planning"),
+        (["run", "BLACKBOARD"], "cxbridge-planning"),
         (["daemon", "start", "WEB"], "cxbridge-web"),
     ],
 )
@@ -423,11 +408,15 @@ def test_what_belongs_to_an_absent_plug_in_names_its_package(
     for folder, text in ((ros2, "ros2: {interfaces: {a: b}}\n"), (web, "cxbridge: {web: {port: 1}}\n")):
         with (folder / "scenario.yaml").open("a") as file:
             file.write(text)
+    planner, board = (write_scenario(tmp_path / name, feature=name) for name in ("planner", "robot_memory"))
+    with_files = (board / "scenario.yaml").read_text().replace("[mini.clp,", "[mini.clp, pddl-init.clp,")
+    (board / "scenario.yaml").write_text(with_files)
     run = tmp_path / "run.txt"
     run.write_text("")
     places = {"SCENARIO": scenario, "ROS2": ros2, "WEB": web, "RUN": run}
+    places |= {"PLANNER": planner, "BLACKBOARD": board}
     status = invoke([str(places.get(each, each)) for each in arguments])
-    assert status == (0 if arguments[-1] == "ROS2" else 2)
+    assert status == (0 if arguments[-1] in ("ROS2", "BLACKBOARD") else 2)
     assert f"belongs to the plug-in {package}: " in capsys.readouterr().err
 
 

@@ -6,7 +6,7 @@ import importlib.metadata
 import platform
 import shutil
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -27,7 +27,6 @@ _PACKAGES = (
     "lupa",
     "msgspec",
     "protobuf",
-    "pyperplan",
     "pyttsx3",
     "pyyaml",
     "pyzmq",
@@ -79,7 +78,6 @@ def run_checks() -> list[HealthCheck]:
             for package in dict.fromkeys(plugin.package.partition(" ")[0] for plugin in plugins)
             for name in requirements_by_extra(package)
         ),
-        *_check_planners(),
         _check_attempt("CLIPS", _try_clips, "install clipspy 1.0.6 or newer"),
         _check_attempt("Lua", _try_lua, "install lupa, which includes Lua 5.1"),
         _check_attempt("shipped files", _find_shipped_files, "install cxbridge again"),
@@ -159,20 +157,6 @@ def _find_shipped_files() -> str:
     scenarios = [path.parent.name for path in sorted(shipped_dir("scenarios").glob("*/scenario.yaml"))]
     shipped_dir("luaskills")
     return f"{len(names)} interfaces, scenarios {', '.join(scenarios)}"
-
-
-def _check_planners() -> Iterator[HealthCheck]:
-    from cxbridge.executive.planning.registry import make_planner, planner_names
-
-    for name in planner_names():
-        planner = make_planner(name)
-        installation_error = planner.not_installed
-        needs = ", ".join(sorted(need.value for need in planner.understands))
-        remedy = installation_error.partition(": ")[2]
-        detail = "not installed" if installation_error else f"takes {needs}"
-        yield HealthCheck(
-            f"planner {name}", fine=not installation_error, required=False, detail=detail, remedy=remedy
-        )
 
 
 def _check_speech() -> HealthCheck:

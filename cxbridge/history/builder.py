@@ -7,7 +7,6 @@ Skiller, from writes of its interface, or from the messages of a skill board; ea
 
 from __future__ import annotations
 
-import re
 import sys
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
@@ -42,6 +41,7 @@ from cxbridge.history.model import (
     read_assignment,
     split_fields,
 )
+from cxbridge.history.plan_steps import parse_plan_text
 from cxbridge.history.steady import SteadyClock
 from cxbridge.history.transitions import unquote
 from cxbridge.history.truncation import MAX_TEXT, truncate
@@ -53,7 +53,6 @@ ENDED: Final = frozenset({"S_FINAL", "S_FAILED"})
 
 _SKILLER: Final = "SkillerInterface"
 _STARTED: Final = "started"
-_PLAN_STEP = re.compile(r"\(([^()]*)\)")
 
 _OMITTED: Final = {
     "goal": "transitions of goals beyond the limit of goals are left out",
@@ -355,7 +354,8 @@ class RunHistory:
     def _record_plan_arguments(self, event: PlannerCall) -> None:
         """Record the arguments of a plan's actions."""
         # planning features name the plan like the call
-        for number, step in enumerate(_PLAN_STEP.findall(event.plan)[: self._limits.actions], start=1):
-            key = event.goal, event.call, str(number)
-            if (event.env, key) not in self._assignments:
-                self._record_assignment(event.env, key, ActionAssignment(arguments=tuple(step.split()[1:])))
+        with suppress(ValueError):  # a recording may contain any text
+            for number, step in enumerate(parse_plan_text(event.plan)[: self._limits.actions], start=1):
+                key = event.goal, event.call, str(number)
+                if (event.env, key) not in self._assignments:
+                    self._record_assignment(event.env, key, ActionAssignment(arguments=step.arguments))

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from itertools import count
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
+from typing import TYPE_CHECKING, Protocol, Self, TypeVar
 from uuid import UUID, uuid4
 
 from cxbridge.blackboard import LocalBlackBoard
@@ -117,9 +117,6 @@ class Player(Protocol):
     def agent_player(self, name: str) -> Player:
         """Return the player of one agent of a team."""
 
-    def make_planning(self, env: str) -> Any:
-        """Make the ``PlanningService`` of an environment."""
-
     def components(self, run: Run) -> Iterator[Component]:
         """Make the components that play Skillers, executors and sensors."""
 
@@ -161,7 +158,9 @@ class Run(Closing):
         self.source = source_of(options)
         # without actions that use a Skiller, its start would only cost time
         self.options = options if self.source.needs_skiller else replace(options, skiller="none")
-        self.additions, self.is_inspection, self._replay = additions, is_inspection, replay
+        self.additions, self.is_inspection = additions, is_inspection
+        self.replay = replay
+        """The recorded environment; None in a run that is not a replay."""
         self._first_components = components
         # logged by start(): consoles and recorders do not listen yet
         self.warnings = [str(plugin.error) for plugin in installed_plugins() if plugin.error is not None]
@@ -181,8 +180,6 @@ class Run(Closing):
         """Executes the calls of the skill board's executors; None: the configured execution."""
         self.known_skills: dict[str, frozenset[str] | None] = {}
         """The skills by Skiller of this process; None: the Skiller accepts any skill."""
-        self.make_planning = additions.planning if replay is None else replay.make_planning
-        """Makes the planning service of an environment; None: the service that calls planners."""
         self.pddl_parser = PddlParserFeature(as_fawkes=reads_as_fawkes(self.config))
         self.registry = InterfaceRegistry(self.paths.interface_dirs)
         board_class = LocalBlackBoard if replay is None else replay.board_class
@@ -277,12 +274,12 @@ class Run(Closing):
                 self.bus.logger("Config").warn(f"{error.location}: {error.message}")
         thinking.watch()
         # the executive starts last, because its rules open interfaces and call features of all others
-        if self._replay is not None:
-            for component in self._replay.components(self):
+        if self.replay is not None:
+            for component in self.replay.components(self):
                 self._start_component(component)
         for make in self._first_components:
             self._start_component(make(self))
-        for row in needed_components(self, replayed=self._replay is not None):
+        for row in needed_components(self, replayed=self.replay is not None):
             if row.name != EXECUTIVE:
                 self._start_component(COMPONENTS.load_target(row)(self), row.name)
         self.lifecycle.start(node)
@@ -334,9 +331,9 @@ class Run(Closing):
         """
         # a skill may run longer than the goal that started the skill
         is_over = self.executive.is_over and not any(component.running for component in self.components)
-        if self._replay is None:
+        if self.replay is None:
             return is_over
-        return self._replay.is_over(self.clock.now_us(), run_is_over=is_over)
+        return self.replay.is_over(self.clock.now_us(), run_is_over=is_over)
 
     @property
     def is_quiet(self) -> bool:
@@ -344,7 +341,7 @@ class Run(Closing):
 
         All components are idle, and no replay is open.
         """
-        return self._replay is None and all(component.is_quiet for component in self.components)
+        return self.replay is None and all(component.is_quiet for component in self.components)
 
     @property
     def loss_reason(self) -> str:

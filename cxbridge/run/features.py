@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from cxbridge.run.agent import Run
     from cxbridge.skiller.board.service import LocalSkillCalls
 
-_PLANNER = "/planner"
-
 
 def _make_blackboard(context: Run) -> Feature:
     retract_early = context.config.get_bool("/clips/retract-early", default=False)
@@ -60,14 +58,6 @@ def _make_navgraph(context: Run) -> Feature:
     return NavGraphFeature(lambda: context.navgraph)
 
 
-def _make_planner(context: Run) -> Feature:
-    from cxbridge.executive.features.planner import PlannerFeature  # noqa: PLC0415
-    from cxbridge.executive.planning.settings import PlannerSettings  # noqa: PLC0415
-
-    settings = PlannerSettings.from_config(context.config)
-    return PlannerFeature(settings, context.pddl_parser.domain_of, context.make_planning)
-
-
 def _make_skill_board(context: Run) -> Feature:
     from cxbridge.executive.features.skill_board import SkillBoardFeature  # noqa: PLC0415
 
@@ -89,7 +79,6 @@ FEATURES: Final[Table[Callable[[Run], Feature]]] = Table(
     Row("robot_memory", f"{__name__}:_make_robot_memory"),
     Row("tf", f"{__name__}:_make_tf"),
     Row("navgraph", f"{__name__}:_make_navgraph"),
-    Row("planner", f"{__name__}:_make_planner", early=configured(_PLANNER)),
     Row("skill-board", f"{__name__}:_make_skill_board", configured("/skill-board")),
 )
 """Features in the order of Fawkes' feature facts. Features that most agents use are made early."""

@@ -13,7 +13,7 @@ from cxbridge.config import ConfigType, Configuration, ConfigValue
 from cxbridge.errors import ConfigError
 from cxbridge.file_access import ABSENT, why_unreadable
 from cxbridge.numbers import parse_decimal
-from cxbridge.plugins import package_hint
+from cxbridge.plugins import absent_package_hint, package_hint
 from cxbridge.suggestions import did_you_mean, nearest_names
 
 STAGES = ("stage-1", "stage-2", "stage-3")
@@ -82,7 +82,14 @@ def check_spec(config: Configuration, spec: str) -> list[str]:
         (f"{base}/parameters", "a map"),
     ):
         _check_container(config, path, shape)
-    return [warning for stage in config.keys(f"{base}/init") for warning in _check_stage(config, base, stage)]
+    return [
+        *(warning for stage in config.keys(f"{base}/init") for warning in _check_stage(config, base, stage)),
+        *(
+            f"{stage} waits for a component that is not installed: {hint}"
+            for stage, _, file in _find_files(config, spec)
+            if (hint := absent_package_hint(file))
+        ),
+    ]
 
 
 def find_key_mistakes(config: Configuration, spec: str) -> list[ConfigError]:
@@ -157,16 +164,22 @@ def check_features(config: Configuration, spec: str, available: Collection[str])
 def find_missing_files(config: Configuration, spec: str, folders: Sequence[Path]) -> list[ConfigError]:
     """Return an error for each missing file of a spec, at its entry."""
     errors = []
-    for stage, path in _find_entries(config, spec):
-        single_file = config.get_str(f"{path}/file", default="")
-        names = config.get_strings(f"{path}/files", default=[])
-        for name in [single_file, *names] if single_file else names:
-            file = name.rpartition("|")[2]  # a name may be BATCH|FILE: CLIPS executes that file with `batch`
-            reasons = {folder / file: why_unreadable(folder / file) for folder in folders}
-            if all(reasons.values()):
-                value = config.get(path + ("/file" if name == single_file else "/files"))
-                errors.append(_make_missing_file_error(stage, file, reasons, value, folders))
+    for stage, key, file in _find_files(config, spec):
+        reasons = {folder / file: why_unreadable(folder / file) for folder in folders}
+        if all(reasons.values()):
+            errors.append(_make_missing_file_error(stage, file, reasons, config.get(key), folders))
     return errors
+
+
+def _find_files(config: Configuration, spec: str) -> Iterator[tuple[str, str, str]]:
+    """Yield stage, key and name of each file in a spec's initialisation."""
+    for stage, path in _find_entries(config, spec):
+        file = config.get_str(f"{path}/file", default="")
+        keys = dict.fromkeys([file] if file else [], f"{path}/file")
+        for name in config.get_strings(f"{path}/files", default=[]):
+            keys.setdefault(name, f"{path}/files")
+        for name, key in keys.items():
+            yield stage, key, name.rpartition("|")[2]  # BATCH|FILE: CLIPS executes that file with `batch`
 
 
 def _make_missing_file_error(

@@ -48,6 +48,7 @@ def launches(project: Path) -> None:
         make_target(launch)
 
 
+@needs_plugin("planning")
 @needs_plugin("studio")
 def test_the_agent_of_the_tutorial_runs_passes_and_has_no_mistake(here, capsys):
     assert invoke(["new", "my-robot"]) == 0

@@ -8,7 +8,8 @@ from tests.support import ROOT
 
 TEXT = (ROOT / "docs" / "evidence" / "proofs.md").read_text()
 FOLDERS = (ROOT, ROOT / "tests", ROOT / "tests" / "executive", *ROOT.glob("plugins/*/tests/*_tests"))
-COLUMNS = {2: "features/test_planner.py", 3: "planning/test_plugins.py"}
+PLANNING = ROOT / "plugins" / "cxbridge-planning" / "tests" / "planning_tests"
+COLUMNS = {2: "feature/test_planner.py", 3: "fawkes/test_plugins.py"}
 """What a name without a file belongs to, by the column of the table of bad input."""
 
 
@@ -34,4 +35,4 @@ def test_tests_named_by_their_column_exist():
     ]
     assert names
     for number, name in names:
-        assert f"def {name}(" in (ROOT / "tests" / "executive" / COLUMNS[number]).read_text(), name
+        assert f"def {name}(" in (PLANNING / COLUMNS[number]).read_text(), name

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cxbridge.executive.planning.planner import PlannedAction, parse_plan_text, plan_text
+from cxbridge.history.plan_steps import PlannedAction, parse_plan_text, plan_text
 
 names = st.from_regex(r"[a-zA-Z][a-zA-Z0-9_@.-]{0,8}", fullmatch=True)
 times = st.none() | st.floats(0, 1e9)

@@ -430,30 +430,6 @@ def test_rules_and_facts_are_recorded_when_asked_though_debugging_is_off(tmp_pat
     assert not rules or "mini-select" in rules
 
 
-def test_a_goal_that_a_planner_plans(tmp_path):
-    """Ours of Fawkes' spec `test-pddl`: both skill strings are those of the original mapping."""
-    log = tmp_path / "log"
-    result, _ = run(ROOT / "scenarios" / "test-scenario-pddl", log=log)
-    assert (result.status, result.goals[0].goal) == (0, "TESTGOAL")
-    executed = [line.split("executes ")[1] for line in log.read_text().splitlines() if "executes '" in line]
-    assert executed == ["""'say{text="Hello PEGGY", wait=true}'""", """'say{text="Good bye", wait=true}'"""]
-
-
-@needs_fawkes
-def test_fawkes_own_spec_test_pddl_runs_unchanged(tmp_path, monkeypatch):
-    """Problem generation, planner, trigger and expansion are Fawkes' rules; FF is not installed here."""
-    monkeypatch.setenv("PATH", str(tmp_path))
-    log = tmp_path / "log"
-    result, _ = run(None, fawkes_dir=FAWKES_DIR, spec="test-pddl", log=log)
-    assert (result.status, [goal.goal for goal in result.goals]) == (0, ["TESTGOAL"])
-    lines = log.read_text().splitlines()
-    executed = [line.split("executes ")[1] for line in lines if "executes '" in line]
-    assert executed == ["""'say{text="Hello PEGGY", wait=true}'""", """'say{text="Good bye", wait=true}'"""]
-    assert any("Goal 'TESTGOAL' has been completed, cleaning up" in line for line in lines)
-    assert FAWKES_DIR
-    assert not (FAWKES_DIR / "src/plugins/clips-executive/clips/test-scenario-pddl/problem.pddl").exists()
-
-
 def test_a_run_imports_no_feature_that_its_agent_does_not_ask_for():
     """Start-up time was lost to features that only few agents request."""
     script = (
@@ -467,7 +443,7 @@ def test_a_run_imports_no_feature_that_its_agent_does_not_ask_for():
     unwanted = {
         "bson",
         "cxbridge.executive.features.robot_memory",
-        "cxbridge.executive.planning",
+        "cxbridge_planning.feature",
         "cxbridge_protobuf.feature",
         "cxbridge.blackboard.gateway",
         "cxbridge.skiller.board",
@@ -476,9 +452,3 @@ def test_a_run_imports_no_feature_that_its_agent_does_not_ask_for():
         "zmq",
     }
     assert not unwanted.intersection(modules)
-
-
-def test_a_mistake_in_the_planners_configuration_is_told_before_the_run(tmp_path):
-    config = tmp_path / "planner.yaml"
-    config.write_text("planner: {at-once: many}\n")
-    assert "/planner/at-once" in str(bad(TEST_SCENARIO, config=config))

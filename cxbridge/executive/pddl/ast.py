@@ -104,6 +104,9 @@ def number_of(text: str) -> float | None:
 
 
 ARITHMETIC: Final = frozenset({"+", "-", "*", "/"})
+TOTAL_COST: Final = "total-cost"
+"""The function that PDDL reserves for the cost of a plan."""
+
 TOTAL_TIME: Final = "total-time"
 """The function that PDDL predefines for metrics: the duration of a plan."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Mapping
+from collections.abc import Mapping
 from typing import Final
 
 from cxbridge.executive.features.config import clips_scalar
@@ -15,20 +15,6 @@ INSTANCE: Final = "domain-object"
 PREDICATE: Final = "domain-fact"
 
 Slots = Mapping[str, Value]
-
-
-def objects_in(env: ClipsEnvironment) -> list[tuple[str, str]]:
-    """Return the objects of an environment with their types."""
-    return [(str(name), str(kind)) for name, kind in env.columns(INSTANCE, "name", "type")]
-
-
-def facts_in(env: ClipsEnvironment, predicates: Container[str]) -> list[Ground]:
-    """Return the domain facts of some predicates."""
-    return [
-        (str(name), tuple(map(str, values)))
-        for name, values in env.columns(PREDICATE, "name", "param-values")
-        if name in predicates and isinstance(values, tuple)
-    ]
 
 
 def set_number(env: ClipsEnvironment, ground: Ground, value: float) -> None:

@@ -15,6 +15,7 @@ from cxbridge.executive.problem.facts import FUNCTION, numbers_in, set_number
 
 if TYPE_CHECKING:
     from cxbridge.executive.pddl import Domain, Formula
+    from cxbridge.executive.pddl.ast import Ground
 
 _RULES: Final = CORE_DIR / "features" / "domain-numbers.clp"
 _FUNCTIONS: Final = CORE_DIR / "features" / "functions.clp"
@@ -71,21 +72,24 @@ class PddlNumbers:
         self, operator: str, names: tuple[Value, ...], values: tuple[Value, ...], duration: float
     ) -> None:
         """Apply the numeric effects of an action, which all refer to the values before the action."""
-        from cxbridge.executive.planning.validation.formulas import numbers_after  # noqa: PLC0415
+        from cxbridge.executive.pddl.ast import NumericChange  # noqa: PLC0415 - as above
+        from cxbridge.executive.problem.truth import KnownState  # noqa: PLC0415
 
         domain = self._domain_of()
         actions = () if domain is None else domain.actions
         action = next((action for action in actions if action.name == operator), None)
-        if action is None:
+        if action is None or action.effect is None:
             return
+        state = KnownState((), numbers_in(self._env), lambda _types: (), duration)
+        new_values: dict[Ground, float] = {}
         try:
-            changed = numbers_after(
-                action.effect, _bound_objects(names, values), numbers_in(self._env), duration
-            )
+            for part in action.effect.walk():
+                if isinstance(part, NumericChange):
+                    state.change_number(part, _bound_objects(names, values), new_values)
         except CxbridgeError as error:
             self._log_error(f"The effects of action {operator} on numbers cannot be applied: {error}")
             return
-        for ground, value in changed.items():
+        for ground, value in new_values.items():
             set_number(self._env, ground, value)
 
 

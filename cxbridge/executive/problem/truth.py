@@ -12,6 +12,7 @@ from typing import Final
 
 from cxbridge.errors import PddlError
 from cxbridge.executive.pddl.ast import (
+    TOTAL_COST,
     Binding,
     BlamedPart,
     Constant,
@@ -19,6 +20,7 @@ from cxbridge.executive.pddl.ast import (
     FunctionTerm,
     Ground,
     Not,
+    NumericChange,
     Or,
     Quantified,
     State,
@@ -27,6 +29,7 @@ from cxbridge.executive.pddl.ast import (
     Variable,
     number_of,
 )
+from cxbridge.executive.pddl.printer import format_term
 from cxbridge.executive.pddl.types import ObjectsOf, extended_bindings
 
 MAX_EVALUATIONS: Final = 200_000
@@ -44,6 +47,13 @@ _COMPUTE: Final[Mapping[str, Callable[[float, float], float]]] = {
     "-": operator.sub,
     "*": operator.mul,
     "/": operator.truediv,
+}
+_CHANGE: Final[Mapping[str, Callable[[float, float], float]]] = {
+    "assign": lambda _value, amount: amount,
+    "increase": operator.add,
+    "decrease": operator.sub,
+    "scale-up": operator.mul,
+    "scale-down": operator.truediv,
 }
 _MAX_ROUNDING_ERROR: Final = 1e-9  # e.g. 0.1 + 0.2 differs from 0.3
 
@@ -119,6 +129,35 @@ class KnownState:
                 if name not in _COMPUTE:
                     return self._functions.get(self._ground(name, terms, binding))
                 return _compute(name, [self.number(operand, binding) for operand in terms])
+
+    def change_number(self, change: NumericChange, binding: Binding, new_values: dict[Ground, float]) -> None:
+        """Add the effect on a number to the new values. Effects on the same number add up.
+
+        :raises PddlError: if a number has no value.
+        """
+        target = change.target
+        assert isinstance(target, FunctionTerm)
+        ground = self._ground(target.function, target.arguments, binding)
+        amount = self.number(change.amount, binding)
+        value = new_values.get(ground, self.number(target, binding))
+        # problems with a metric often omit (= (total-cost) 0), which planners accept
+        if value is None and (target.function == TOTAL_COST or change.operator == "assign"):
+            value = 0.0
+        if amount is None or value is None or (change.operator == "scale-down" and not amount):
+            missing = target if value is None else change.amount
+            raise PddlError(f"{format_term(bind_term(missing, binding))} has no value")
+        new_values[ground] = _CHANGE[change.operator](value, amount)
+
+
+def bind_term(term: Term, binding: Binding) -> Term:
+    """Return a term with objects in place of variables."""
+    match term:
+        case Variable(name=name) if name in binding:
+            return Constant(binding[name])
+        case FunctionTerm(function=name, arguments=terms):
+            return FunctionTerm(name, tuple(bind_term(argument, binding) for argument in terms))
+        case _:
+            return term
 
 
 def _object(term: Term, binding: Binding) -> str | None:

@@ -8,7 +8,6 @@ from typing import Any, Final
 from cxbridge.plugins import Row, Table, always, duplicate_error
 from cxbridge.run.components.component import is_component
 from cxbridge.run.skillers import SkillerSettings, skiller_settings
-from cxbridge.run.specs import init_mentions
 
 EXECUTIVE: Final = "executive"
 _PACKAGE = "cxbridge.run.components"
@@ -28,15 +27,6 @@ def local_skillers(run: Any) -> tuple[SkillerSettings, ...]:
 
 def _speaks(run: Any) -> bool:
     return any(item.kind == "lua" for item in local_skillers(run))
-
-
-def _plans_by_blackboard(run: Any) -> bool:
-    """Return whether the spec waits for Fawkes' planning plugins."""
-    return (
-        bool(run.spec)
-        and run.source.has_fawkes_configuration
-        and init_mentions(run.config, run.spec, "pddl-init")
-    )
 
 
 COMPONENTS: Final[Table[type[Any]]] = Table(
@@ -62,7 +52,6 @@ COMPONENTS: Final[Table[type[Any]]] = Table(
         early=always,
         in_replays=True,
     ),
-    Row("planning", f"{_PACKAGE}.planning:PlanningPlugins", _plans_by_blackboard, in_replays=True),
     Row(EXECUTIVE, f"{_PACKAGE}.executive:ExecutiveComponent", lambda run: bool(run.spec)),
 )
 """Components in start order. The executive is last, because its rules use all other components."""

@@ -7,7 +7,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Mapping
 
     from cxbridge.executive.feature import Feature
     from cxbridge.skiller.board.executor import SkillExecutor
@@ -22,14 +22,12 @@ class Additions:
     :param executors: executor classes for each agent of the skill board. Without a configured skill board,
         they serve the run's Skillers.
     :param writers: receivers of the run's events, closed at its end.
-    :param planning: makes the planning service of an environment; None: the service that calls planners.
     :param values: values for features and components of plug-ins, by names with the plug-in's prefix.
     """
 
     features: tuple[Feature, ...] = ()
     executors: tuple[type[SkillExecutor], ...] = ()
     writers: tuple[RunWriter, ...] = ()
-    planning: Callable[[str], Any] | None = None
     values: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
 
 

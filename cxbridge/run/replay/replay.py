@@ -13,7 +13,7 @@ from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.clock import MICROSECONDS, VirtualClock
 from cxbridge.errors import TraceError
 from cxbridge.event_kinds import RecordLevel, View
-from cxbridge.events import Event, EventBus, PlannerCall, RuleFired, SkillStatus
+from cxbridge.events import Event, EventBus, RuleFired, SkillStatus
 from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.run.agent import Run
@@ -24,13 +24,6 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.paths import fawkes_interface_dirs
 from cxbridge.run.replay.divergence import PATIENCE_US, Divergence, Expectation
 from cxbridge.run.replay.executors import RecordedExecutor
-from cxbridge.run.replay.planning import (
-    STARTED,
-    RecordedPlan,
-    RecordedPlanning,
-    collect_plans,
-    plan_divergence,
-)
 from cxbridge.run.replay.recordings import Recordings, agent_recordings
 from cxbridge.run.replay.scan import SKILLER, Scan
 from cxbridge.run.replay.script import Command, Execution, ExecutorScript, SkillerScript
@@ -185,7 +178,6 @@ class Replay:
         self._skillers: list[RecordedSkiller] = []
         self._has_sensors = False
         self._clock = VirtualClock(recordings.start_us) if team is None else team.clock()
-        self._plans: dict[str, dict[str, RecordedPlan]] = {}
         self._last_us = 0
         self._quiet_us: int | None = None  # since when all recorded commands are met
         self._outcome: ReplayOutcome | None = None
@@ -224,21 +216,6 @@ class Replay:
                 tolerance=self._tolerance,
             )
 
-    def make_planning(self, env: str) -> RecordedPlanning:
-        """Make the PlanningService of an environment."""
-        plans = self._plans[env] = collect_plans(self.recordings.scans, env)
-        return RecordedPlanning(plans, self._clock)
-
-    def _check_plan(self, event: Event) -> None:
-        """Compare a planner call with the recorded call."""
-        if not isinstance(event, PlannerCall) or event.status != STARTED:
-            return
-        expected = self._plans.get(event.env, {}).get(event.call)
-        if expected is not None:
-            divergence = plan_divergence(expected, event, self.recordings.start_us)
-            if divergence is not None:
-                self._record_divergence(divergence)
-
     def components(self, context: Run) -> Iterator[Component]:
         """Make the players of Skillers, executors and sensors.
 
@@ -259,7 +236,6 @@ class Replay:
         assert isinstance(context.board, YieldingBoard)
         log = context.bus.logger(COMPONENT)
         yield SensorPlayer(context.board, log, sensors, self.recordings.writes(sensors))
-        context.bus.subscribe(self._check_plan, PlannerCall)
 
     def _play_skillers(self, context: Run, on_skill_board: set[str]) -> Skillers:
         """Make the Skillers, except those that the skill board serves."""
@@ -284,7 +260,7 @@ class Replay:
             script,
             start_us=self.recordings.start_us,
             is_complete=self.recordings.is_complete,
-            report=self._record_divergence,
+            report=self.record_divergence,
         )
         self._expected.append(player.expected)
         for command in script.commands:
@@ -298,7 +274,7 @@ class Replay:
             script,
             start_us=self.recordings.start_us,
             is_complete=self.recordings.is_complete,
-            report=self._record_divergence,
+            report=self.record_divergence,
         )
         self._expected.append(executor.expected)
         for execution in script.executions:
@@ -309,7 +285,8 @@ class Replay:
         """Update the time of the last recorded action."""
         self._last_us = max(self._last_us, time_us)
 
-    def _record_divergence(self, divergence: Divergence) -> None:
+    def record_divergence(self, divergence: Divergence) -> None:
+        """Record a divergence; only the first counts."""
         if self._team is not None:
             kind, separator, interface = divergence.uid.partition("::")
             if separator:

@@ -6,16 +6,18 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from cxbridge.executive.planning.call_events import PlannerCallReporter
-    from cxbridge.executive.planning.errors import PlanningError, UnknownPlannerError, UnsupportedProblemError
-    from cxbridge.executive.planning.planner import PlannedAction, Planner, PlanResult, PlanStatus
-    from cxbridge.executive.planning.service import PlanCall, PlanningService, PlanRequest
+    from cxbridge.history.plan_steps import PlannedAction
+    from cxbridge_planning.call_events import PlannerCallReporter
+    from cxbridge_planning.errors import PlanningError, UnknownPlannerError, UnsupportedProblemError
+    from cxbridge_planning.planner import Planner, PlanResult, PlanStatus
+    from cxbridge_planning.service.service import PlanCall, PlanningService, PlanRequest
 
 _MODULES = {
-    "call_events": ("PlannerCallReporter",),
-    "errors": ("PlanningError", "UnknownPlannerError", "UnsupportedProblemError"),
-    "planner": ("PlanResult", "PlanStatus", "PlannedAction", "Planner"),
-    "service": ("PlanCall", "PlanRequest", "PlanningService"),
+    "cxbridge.history.plan_steps": ("PlannedAction",),
+    "cxbridge_planning.call_events": ("PlannerCallReporter",),
+    "cxbridge_planning.errors": ("PlanningError", "UnknownPlannerError", "UnsupportedProblemError"),
+    "cxbridge_planning.planner": ("PlanResult", "PlanStatus", "Planner"),
+    "cxbridge_planning.service.service": ("PlanCall", "PlanRequest", "PlanningService"),
 }
 
 __all__ = [
@@ -37,5 +39,5 @@ def __getattr__(name: str) -> Any:
     """Import a name on first use: a planner process needs only few of them."""
     for module, names in _MODULES.items():
         if name in names:
-            return getattr(import_module(f"{__name__}.{module}"), name)
+            return getattr(import_module(module), name)
     raise AttributeError(f"module '{__name__}' has no attribute '{name}'")

@@ -11,9 +11,10 @@ from typing import Self
 from cxbridge.clock import MICROSECONDS
 from cxbridge.events import EventBus, PlannerCall, SourceRead
 from cxbridge.executive.pddl import Problem, format_problem
-from cxbridge.executive.planning.planner import PlanResult, PlanStatus, plan_text
+from cxbridge.history.plan_steps import plan_text
+from cxbridge_planning.planner import PlanResult, PlanStatus
 
-_STATUS_TEXTS = {
+STATUS_TEXTS = {
     PlanStatus.PLANNED: "found",
     PlanStatus.NO_PLAN: "none",
     PlanStatus.FAILED: "failed",
@@ -52,7 +53,7 @@ class PlannerCallReporter:
     def report_end(self, result: PlanResult) -> None:
         """Report the end of a call, with its plan."""
         replace(self, planner=result.planner).emit(
-            _STATUS_TEXTS[result.status],
+            STATUS_TEXTS[result.status],
             round(result.seconds * MICROSECONDS),
             len(result.actions),
             result.message,

@@ -11,6 +11,7 @@ from enum import Enum
 
 from cxbridge.executive.pddl.ast import (
     ROOT_TYPE,
+    TOTAL_COST,
     TOTAL_TIME,
     Constant,
     Domain,
@@ -55,9 +56,6 @@ CLASSICAL = frozenset(
     }
 )
 """All features except numbers, costs and time."""
-
-TOTAL_COST = "total-cost"
-"""The function that PDDL reserves for the cost of a plan."""
 
 
 def problem_needs(domain: Domain, problem: Problem) -> dict[Need, str]:

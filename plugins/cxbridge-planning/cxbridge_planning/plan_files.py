@@ -8,8 +8,8 @@ from pathlib import Path
 from cxbridge.executive.pddl import Domain, Problem
 from cxbridge.executive.pddl.ast import names_of
 from cxbridge.executive.pddl.decoding import read_text
-from cxbridge.executive.planning.errors import PlanningError
-from cxbridge.executive.planning.planner import PlannedAction, parse_plan_text
+from cxbridge.history.plan_steps import PlannedAction, parse_plan_text
+from cxbridge_planning.errors import PlanningError
 
 
 class PlanNames:

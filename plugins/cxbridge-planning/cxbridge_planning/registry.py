@@ -1,4 +1,4 @@
-"""The table of planners, pyperplan and those of plug-ins, and the choice of planners for a problem."""
+"""The table of planners, and the choice of planners for a problem."""
 
 from __future__ import annotations
 
@@ -6,11 +6,10 @@ from collections.abc import Callable, Mapping
 from typing import Final, NamedTuple
 
 from cxbridge.executive.pddl.ast import Domain, Problem
-from cxbridge.executive.planning.errors import UnknownPlannerError, UnsupportedProblemError
-from cxbridge.executive.planning.needs import problem_needs
-from cxbridge.executive.planning.planner import Planner
-from cxbridge.extras import plugin_command
-from cxbridge.plugins import PluginError, Row, Table, find_package_of
+from cxbridge.plugins import PluginError, Table
+from cxbridge_planning.errors import UnknownPlannerError, UnsupportedProblemError
+from cxbridge_planning.needs import problem_needs
+from cxbridge_planning.planner import Planner
 
 AUTO: Final = "auto"
 """The name that stands for all installed planners that accept the problem, tried in order."""
@@ -19,7 +18,6 @@ PLANNERS: Final[Table[Callable[..., Planner]]] = Table(
     "PLANNERS",
     callable,
     "a function that returns a Planner, or a class of planners",
-    Row("pyperplan", "cxbridge.executive.planning.embedded:PyperplanPlanner"),
 )
 """The planners by name. The loaded object is called with the planner's options as keyword arguments."""
 
@@ -41,12 +39,6 @@ def make_planner(name: str, options: Mapping[str, str] | None = None) -> Planner
         raise UnknownPlannerError(error.message, hint=error.hint) from None
     except TypeError:
         raise UnknownPlannerError(f"planner {name} has no options {', '.join(sorted(options))}") from None
-
-
-def planner_install_command() -> str:
-    """Return the command that installs more planners; empty if a plug-in with planners is installed."""
-    package = find_package_of(PLANNERS.hook)
-    return plugin_command(package) if package and not any(row.origin for row in PLANNERS.rows) else ""
 
 
 class PlannerChoice(NamedTuple):
@@ -90,9 +82,7 @@ def choose_planners(
             reasons += [f"{planner_name} ignores {need.value}" for need in ignored]
             suitable.append((len(ignored), planner))
     if not suitable:
-        hint = f"more planners: {command}" if (command := planner_install_command()) else None
-        message = f"no planner supports this problem: {'; '.join(reasons + missing)}"
-        raise UnsupportedProblemError(message, hint=hint)
+        raise UnsupportedProblemError(f"no planner supports this problem: {'; '.join(reasons + missing)}")
     # planners that ignore costs come after all that count costs; both sorts are stable, so ranks decide the
     # rest
     suitable.sort(key=lambda pair: pair[0])

@@ -1,27 +1,24 @@
-"""Planners that return recorded plans after the recorded delay."""
+"""Plans of a recording, with the recorded delay."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from cxbridge.clock import MICROSECONDS, Clock
-from cxbridge.events import PlannerCall
-from cxbridge.executive.planning.planner import PlanResult, PlanStatus, parse_plan_text
-from cxbridge.executive.planning.service import PlanCall, PlanningService, PlanRequest
+from cxbridge.clock import MICROSECONDS
+from cxbridge.events import Event, PlannerCall
+from cxbridge.history.plan_steps import parse_plan_text
+from cxbridge.run.agent import Run
 from cxbridge.run.replay.divergence import Divergence
-from cxbridge.run.replay.scan import Scan
+from cxbridge.run.replay.replay import Replay
 from cxbridge.trace.compare.names import replace_names
+from cxbridge_planning.call_events import STATUS_TEXTS
+from cxbridge_planning.planner import PlanResult, PlanStatus
+from cxbridge_planning.service.service import PlanCall, PlanningService, PlanRequest
 
-STARTED: Final = "started"
-_STATUS: Final = {
-    "found": PlanStatus.PLANNED,
-    "none": PlanStatus.NO_PLAN,
-    "failed": PlanStatus.FAILED,
-    "timeout": PlanStatus.TIMEOUT,
-    "cancelled": PlanStatus.CANCELLED,
-}
+_STARTED: Final = "started"
+_STATUS: Final = {text: status for status, text in STATUS_TEXTS.items()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,39 +34,13 @@ class RecordedPlan:
     after_us: int
     result: PlanResult
 
-    def __str__(self) -> str:
-        return f"plan for {self.problem}"
-
-
-def plan_divergence(expected: RecordedPlan, event: PlannerCall, start_us: int) -> Divergence | None:
-    """Return the divergence between a planner call and the recorded one; None if the problems are equal.
-
-    :param start_us: the start of the recorded run.
-    """
-    if replace_names(expected.problem) == replace_names(event.problem):
-        return None
-    return Divergence(
-        f"planner of {event.env}",
-        int(event.call.rpartition("-")[2]),
-        str(expected),
-        f"plan for {event.problem}",
-        (event.time_us - start_us) / MICROSECONDS,
-        (expected.time_us - start_us) / MICROSECONDS,
-    )
-
-
-def collect_plans(scans: Iterable[Scan], env: str) -> dict[str, RecordedPlan]:
-    """Return the calls of an environment by id, from the first recording that has calls."""
-    by_scan = (recorded_plans(scan.plans, env) for scan in scans)
-    return next(filter(None, by_scan), {})
-
 
 def recorded_plans(events: Sequence[PlannerCall], env: str) -> dict[str, RecordedPlan]:
     """Return the finished calls of an environment, by id."""
     begun: dict[str, PlannerCall] = {}
     plans: dict[str, RecordedPlan] = {}
     for event in events:
-        if event.env == env and event.call and event.status == STARTED:
+        if event.env == env and event.call and event.status == _STARTED:
             begun[event.call] = event
         elif event.env == env and event.call in begun and event.status in _STATUS:
             result = _read_result(event)
@@ -95,14 +66,22 @@ def _read_result(event: PlannerCall) -> PlanResult | None:
 class RecordedPlanning(PlanningService):
     """Returns recorded plans, and calls a planner where no plan is recorded.
 
-    :param plans: plans by call id; ids are consecutive numbers.
+    Reports the first call whose problem differs from the recorded problem as the replay's divergence.
+
+    :param run: a run with a replay.
+    :param env: the environment that requests plans.
     """
 
-    def __init__(self, plans: dict[str, RecordedPlan], clock: Clock) -> None:
+    def __init__(self, run: Run, env: str) -> None:
         super().__init__()
-        self._plans = plans
-        self._clock = clock
+        assert isinstance(run.replay, Replay)
+        self._replay = run.replay
+        by_scan = (recorded_plans(scan.plans, env) for scan in self._replay.recordings.scans)
+        self._plans = next(filter(None, by_scan), {})  # of the first recording that has calls
+        self._env = env
+        self._now_us = run.clock.now_us
         self._count = 0
+        run.bus.subscribe(self._compare_call, PlannerCall)
 
     def warm_up(self) -> None:
         """Do nothing: a replay may never need a planner."""
@@ -110,12 +89,30 @@ class RecordedPlanning(PlanningService):
     def call(self, request: PlanRequest) -> PlanCall:
         """Start a call that reports the recorded plan."""
         self._count += 1
-        recorded = self._plans.get(f"plan-{self._count}")
+        recorded = self._plans.get(f"plan-{self._count}")  # ids are consecutive numbers
         return (
             super().call(request)
             if recorded is None
-            else _RecordedCall(self, request, recorded, self._clock.now_us)
+            else _RecordedCall(self, request, recorded, self._now_us)
         )
+
+    def _compare_call(self, event: Event) -> None:
+        """Compare the problem of a planner call with the recorded problem."""
+        assert isinstance(event, PlannerCall)
+        expected = self._plans.get(event.call) if event.env == self._env else None
+        if expected is None or event.status != _STARTED:
+            return
+        if replace_names(expected.problem) != replace_names(event.problem):
+            start_us = self._replay.recordings.start_us
+            divergence = Divergence(
+                f"planner of {event.env}",
+                int(event.call.rpartition("-")[2]),
+                f"plan for {expected.problem}",
+                f"plan for {event.problem}",
+                (event.time_us - start_us) / MICROSECONDS,
+                (expected.time_us - start_us) / MICROSECONDS,
+            )
+            self._replay.record_divergence(divergence)
 
 
 class _RecordedCall(PlanCall):

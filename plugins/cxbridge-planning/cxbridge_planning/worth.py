@@ -6,9 +6,9 @@ from collections.abc import Iterable
 
 from cxbridge.executive.pddl import Problem
 from cxbridge.executive.pddl.ast import TOTAL_TIME
-from cxbridge.executive.planning.planner import PlannedAction
-from cxbridge.executive.planning.validation.plan import PlanCheck
 from cxbridge.executive.problem.truth import KnownState
+from cxbridge.history.plan_steps import PlannedAction
+from cxbridge_planning.validation.plan import PlanCheck
 
 
 def metric_value(problem: Problem, actions: Iterable[PlannedAction], check: PlanCheck) -> float | None:

@@ -6,15 +6,16 @@ the facts of an environment.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import count
 from typing import TYPE_CHECKING, Final
 
 from cxbridge.executive.feature import Feature
-from cxbridge.executive.features.planning_base import DomainOf
 from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
 from cxbridge.executive.problem.numbers import load_functions
 
 if TYPE_CHECKING:
+    from cxbridge.executive.pddl import Domain
     from cxbridge.run.agent import Run
     from cxbridge_ros2.experts.knowledge import ProblemExpert
 
@@ -32,7 +33,7 @@ class ProblemExpertFeature(Feature):
 
     name = "problem-expert"
 
-    def __init__(self, find_domain: DomainOf) -> None:
+    def __init__(self, find_domain: Callable[[ClipsEnvironment], Domain | None]) -> None:
         self._find_domain = find_domain
         self._goal_numbers = count(1)
         self.env: ClipsEnvironment | None = None

@@ -17,7 +17,8 @@ from cxbridge.errors import ConfigError
 from cxbridge.executive.feature import Feature
 from cxbridge.executive.features.config import RedefineWarningFeature
 from cxbridge.executive.features.pddl_parser import PddlParserFeature
-from cxbridge.executive.planning.settings import PlannerSettings
+from cxbridge_planning.feature.base import MakeService, make_planners
+from cxbridge_planning.settings import PlannerSettings
 from cxbridge_ros2cx.blackboard import Ros2CxBlackboardFeature
 from cxbridge_ros2cx.confvals import ParametersFeature
 from cxbridge_ros2cx.parameters import FeatureEntry
@@ -27,7 +28,6 @@ from cxbridge_ros2cx.skill_execution import SkillExecutionFeature
 from cxbridge_ros2cx.skills import Ros2CxSkills
 
 if TYPE_CHECKING:
-    from cxbridge.executive.features.planning_base import MakeService
     from cxbridge.executive.host.environment import ClipsEnvironment
 
 REDEFINE_FEATURE = "redefine_warning_feature"
@@ -52,15 +52,14 @@ def make_features(
     board: BlackBoard,
     get_skills: Callable[[], Ros2CxSkills | None],
     on_removal: Callable[[], None] = lambda: None,
-    make_planning: MakeService | None = None,
+    make_planning: MakeService = make_planners,
 ) -> list[Feature]:
     """Return ``config_feature``, ``redefine_warning_feature``, and the features that the parameters list.
 
     :param folder: the folder of the parameter files.
     :param get_skills: returns the skill board; None before the skill board exists.
     :param on_removal: called when an ended skill is removed.
-    :param make_planning: returns the planning service of an environment; None for a service with cxbridge's
-        planners.
+    :param make_planning: returns the planning service of an environment.
     :raises ConfigError: if the plugin of an entry is unknown.
     """
     repeats_defects = Ros2CxSettings.from_config(config).repeats_defects

@@ -13,21 +13,22 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from cxbridge.errors import CxbridgeError, PddlError
-from cxbridge.executive.features.planning_base import (
+from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.values import Symbol
+from cxbridge_planning.feature.base import (
     DomainOf,
     KnownWorld,
     MakeService,
     PlanningFeature,
     PlanningFunctions,
+    make_planners,
 )
-from cxbridge.executive.host.environment import ClipsEnvironment
-from cxbridge.executive.host.values import Symbol
-from cxbridge.executive.planning.settings import PlannerSettings
+from cxbridge_planning.settings import PlannerSettings
 from cxbridge_ros2cx.plansys2_domain import find_domain_error
 
 if TYPE_CHECKING:
     from cxbridge.executive.pddl import Domain
-    from cxbridge.executive.planning import PlanCall, PlannerCallReporter, PlanningService, PlanResult
+    from cxbridge_planning import PlanCall, PlannerCallReporter, PlanningService, PlanResult
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,8 +170,7 @@ class PlanSys2Feature(PlanningFeature[_PlanSys2Functions]):
 
     :param settings: the choice of planners and their time limit.
     :param domain_of: returns the last domain that an environment has parsed; None before the first domain.
-    :param make_service: returns the planning service of an environment; None for a service with cxbridge's
-        planners.
+    :param make_service: returns the planning service of an environment.
     :param repeats_defects: whether to reject the domains that PlanSys2 would reject; otherwise a warning
         names the reason.
     """
@@ -180,7 +180,7 @@ class PlanSys2Feature(PlanningFeature[_PlanSys2Functions]):
         name: str,
         settings: PlannerSettings,
         domain_of: DomainOf,
-        make_service: MakeService | None = None,
+        make_service: MakeService = make_planners,
         *,
         repeats_defects: bool = False,
     ) -> None:

@@ -22,6 +22,8 @@ from cxbridge.resources import shipped_dir
 from cxbridge.run.paths import RunPaths
 from cxbridge.run.source import Source
 from cxbridge.skiller.board.settings import BoardSettings
+from cxbridge_planning.feature.base import service_maker
+from cxbridge_planning.settings import PlannerSettings
 from cxbridge_ros2cx.checkout import ROS2CX_CLIPS, ROS2CX_SANE_CLIPS, Ros2CxCheckout
 from cxbridge_ros2cx.checks import check_parameters
 from cxbridge_ros2cx.confvals import CONFIG_FEATURE
@@ -195,7 +197,7 @@ class Ros2CxSource(Source):
             context.board,
             lambda: self._find_skills(context),
             record_blocking,
-            context.make_planning,
+            service_maker(context, PlannerSettings.from_config(context.config)),
         )
         if not context.paths.is_builtin:
             return features

@@ -10,7 +10,7 @@ from collections.abc import Callable, Hashable
 from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from cxbridge.blackboard import parse_uid
 from cxbridge.clock import MICROSECONDS
@@ -21,16 +21,26 @@ from cxbridge.run.program.additions import NOTHING, Additions
 from cxbridge.run.run import make_run
 from cxbridge.run.source import source_of
 from cxbridge.run.team import AgentWatcher, Team
-from cxbridge_explore.worldmodel.model import WorldModel
+from cxbridge_explore.worldmodel.model import PlannerModel, WorldModel
 from cxbridge_explore.worldmodel.names import check_world
 from cxbridge_explore.worldmodel.reading import find_world, read_world
-from cxbridge_explore.worlds.points import Choice, Chooser, RunChoices
+from cxbridge_explore.worlds.points import (
+    Choice,
+    ChoiceKind,
+    Chooser,
+    RunChoices,
+    make_fault,
+    make_options,
+)
 from cxbridge_explore.worlds.sensing import OWNER, MessageChoices, SensedChoices
 from cxbridge_explore.worlds.skills import SkillChoices, SkillResult
 from cxbridge_explore.worlds.vanishing import AbsenceChoices, KillChoices, OrderChoices
 
 if TYPE_CHECKING:
     from cxbridge.run.agent import Run
+
+# The name of the addition with which the planners of the run ask for their faults.
+PLANNER_FAULTS: Final = "planning.faults"
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,9 +113,21 @@ class WorldRun(Closing):
         planner = self._world_model.planner
         if planner is None:
             return NOTHING
-        from cxbridge_explore.worlds.planning import FaultyPlanning  # noqa: PLC0415 - only worlds with faults of planners need it
+        return Additions(values={PLANNER_FAULTS: partial(self._choose_planner_fault, planner)})
 
-        return Additions(planning=partial(FaultyPlanning, planner, lambda: self._choices))
+    def _choose_planner_fault(self, planner: PlannerModel, env: str, problem: str) -> tuple[str, float]:
+        """Return the status of a planner call without a plan, else an empty text, and the plan's delay."""
+        faults = (
+            ("no plan", planner.no_plan_probability, "NO-PLAN", 0.0),
+            ("fails", planner.failure_probability, "FAILED", 0.0),
+            ("late", planner.delay_probability, "", planner.delay_s),
+        )
+        options = make_options("plans", *(make_fault(name, weight) for name, weight, *_ in faults if weight))
+        if len(options) == 1:
+            return "", 0.0
+        chosen = self._choices.choose(ChoiceKind.PLANNER, f"{env}: plan for {problem}", options).name
+        outcomes = {name: (status, delay_s) for name, _, status, delay_s in faults}
+        return outcomes.get(chosen, ("", 0.0))
 
     def _watch_team(self, team: Team) -> None:
         team.watchers.append(self)

@@ -16,7 +16,7 @@ from cxbridge.file_access import write_file
 
 if TYPE_CHECKING:
     from cxbridge.executive.pddl import Domain, Problem
-    from cxbridge.executive.planning import PlanResult
+    from cxbridge_planning import PlanResult
 
 # The exit status by planning status; bad input and unsupported problems have 2.
 EXIT_STATUS: Final = {"PLANNED": 0, "NO-PLAN": 1, "TIMEOUT": 3, "FAILED": 4, "CANCELLED": 130}
@@ -130,8 +130,8 @@ def _make_plan(
     domain_file: Path, problem_file: Path, planning: _PlannerOptions, *, as_fawkes: bool
 ) -> PlanResult:
     """Read domain and problem while the planner's process starts, then plan."""
-    from cxbridge.executive.planning import PlanningService, PlanRequest
-    from cxbridge.executive.planning.registry import choose_planners
+    from cxbridge_planning import PlanningService, PlanRequest
+    from cxbridge_planning.registry import choose_planners
 
     options = _parse_options(planning.option)
     with PlanningService(at_once=1) as service:
@@ -145,8 +145,8 @@ def _make_plan(
 
 def _validate_plan(domain: Domain, problem: Problem, plan_file: Path, *, as_json: bool) -> int:
     """Print whether a plan is valid; return the exit status."""
-    from cxbridge.executive.planning.validation.plan import check_plan
     from cxbridge_planning.plan_files import PlanNames, load_plan
+    from cxbridge_planning.validation.plan import check_plan
     from cxbridge_planning.worth import metric_value
 
     actions = load_plan(plan_file, PlanNames(domain, problem))
@@ -176,7 +176,7 @@ def _parse_options(texts: Iterable[str]) -> dict[str, str]:
 
 
 def _print_planners(*, as_json: bool) -> None:
-    from cxbridge.executive.planning.registry import make_planner, planner_names
+    from cxbridge_planning.registry import make_planner, planner_names
 
     rows = [(name, make_planner(name)) for name in planner_names()]
     if as_json:

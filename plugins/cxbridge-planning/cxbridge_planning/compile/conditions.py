@@ -25,7 +25,7 @@ from cxbridge.executive.pddl.ast import (
     Variable,
 )
 from cxbridge.executive.pddl.types import ObjectTable, extended_bindings
-from cxbridge.executive.planning.errors import PlanningError
+from cxbridge_planning.errors import PlanningError
 
 MAX_ALTERNATIVES: Final = 4096
 """The maximum number of alternatives of a condition."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 from cxbridge.executive.pddl.ast import And, Atom, Binding, Formula, Not, NumericChange, Quantified, When
-from cxbridge.executive.planning.compile.conditions import (
+from cxbridge_planning.compile.conditions import (
     FALSE,
     TRUE,
     Alternatives,
@@ -20,7 +20,7 @@ from cxbridge.executive.planning.compile.conditions import (
     Fact,
     fact_of,
 )
-from cxbridge.executive.planning.errors import PlanningError
+from cxbridge_planning.errors import PlanningError
 
 MAX_CONDITIONS: Final = 8
 """The maximum number of distinct conditions in an action. Each may double the number of cases."""

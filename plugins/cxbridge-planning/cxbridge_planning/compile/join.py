@@ -7,7 +7,7 @@ from itertools import product
 
 from cxbridge.executive.pddl.ast import ActionSchema, And, Atom, Constant, Formula, Term, Variable
 from cxbridge.executive.pddl.types import ObjectTable
-from cxbridge.executive.planning.compile.conditions import Fact
+from cxbridge_planning.compile.conditions import Fact
 
 
 class FactIndex:

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from cxbridge.executive.planning.compile.conditions import Fact
-from cxbridge.executive.planning.planner import PlannedAction
+from cxbridge.history.plan_steps import PlannedAction
+from cxbridge_planning.compile.conditions import Fact
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,7 +1,7 @@
 """Planners that are programs: on the PATH, as in Fawkes, or in Python packages of unified-planning.
 
 The program reads files in a temporary folder, and writes the plan to a file there or to stdout;
-:mod:`cxbridge_planning.programs` has the command lines and the forms of plans.
+:mod:`cxbridge_planning.engines.programs` has the command lines and the forms of plans.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from pathlib import Path
 from typing import Final
 
 from cxbridge.executive.pddl import Domain, Problem
-from cxbridge.executive.planning.errors import PlanningError
-from cxbridge.executive.planning.needs import Need, problem_needs
-from cxbridge.executive.planning.planner import PlannedAction
-from cxbridge_planning.engine import FOLDER_PREFIX, EnginePlanner
+from cxbridge.history.plan_steps import PlannedAction
+from cxbridge_planning.engines.engine import FOLDER_PREFIX, EnginePlanner
+from cxbridge_planning.engines.programs import PROGRAMS, PlannerProgram
+from cxbridge_planning.engines.texts import PddlTexts, original_texts, plain_texts, rename_problem
+from cxbridge_planning.errors import PlanningError
+from cxbridge_planning.needs import Need, problem_needs
 from cxbridge_planning.plan_files import PlanNames, load_plan
-from cxbridge_planning.programs import PROGRAMS, PlannerProgram
-from cxbridge_planning.texts import PddlTexts, original_texts, plain_texts, rename_problem
 
 _PLAN_PREFIX: Final = "plan"  # begins the names of plan files, to which programs add numbers
 _PROBLEM_NAME: Final = "task"  # LPG refuses a problem with the name "problem"

@@ -15,10 +15,11 @@ from typing import Final
 from msgspec import Struct
 
 from cxbridge.executive.pddl import Domain, Problem
-from cxbridge.executive.planning.errors import PlanningError, UnknownPlannerError
-from cxbridge.executive.planning.needs import Need
-from cxbridge.executive.planning.planner import DEFAULT_RANK, PlannedAction, Planner
+from cxbridge.history.plan_steps import PlannedAction
+from cxbridge_planning.errors import PlanningError, UnknownPlannerError
+from cxbridge_planning.needs import Need
 from cxbridge_planning.plan_files import PlanNames
+from cxbridge_planning.planner import DEFAULT_RANK, Planner
 
 # The engines by kind of problem, in the order of their measured success (docs/planning.md).
 _BEST_CLASSICAL: Final = ("fast-downward",)

@@ -8,10 +8,10 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Final
 
-from cxbridge.executive.planning.needs import CLASSICAL, Need
 from cxbridge.extras import pip_command
 from cxbridge.spawning import python_command
-from cxbridge_planning.engine import Engine
+from cxbridge_planning.engines.engine import Engine
+from cxbridge_planning.needs import CLASSICAL, Need
 
 # The steps of plans as FF, Fast Downward and temporal planners print them: ``0: MOVE R1 A B``,
 # ``move r1 a b (1)`` and ``0.000: (move r1 a b) [4.000]``.

@@ -10,11 +10,12 @@ import logging
 from typing import Final
 
 from cxbridge.executive.pddl.ast import Domain, Problem
-from cxbridge.executive.planning.compile.grounding import ground
-from cxbridge.executive.planning.compile.strips import Operator, StripsTask
-from cxbridge.executive.planning.errors import UnknownPlannerError
-from cxbridge.executive.planning.needs import CLASSICAL, Need
-from cxbridge.executive.planning.planner import PlannedAction, Planner
+from cxbridge.history.plan_steps import PlannedAction
+from cxbridge_planning.compile.grounding import ground
+from cxbridge_planning.compile.strips import Operator, StripsTask
+from cxbridge_planning.errors import UnknownPlannerError
+from cxbridge_planning.needs import CLASSICAL, Need
+from cxbridge_planning.planner import Planner
 
 SEARCHES: Final = ("gbf", "astar", "wastar", "ehs", "bfs", "ids")
 """Greedy best first, A*, weighted A*, enforced hill climbing, breadth first, iterative deepening."""

@@ -15,7 +15,7 @@ from msgspec.structs import replace
 
 from cxbridge.executive.pddl import Domain, Problem, format_domain, format_problem, names_of
 from cxbridge.executive.pddl.ast import ActionSchema, Formula, Quantified
-from cxbridge.executive.planning.errors import PlanningError
+from cxbridge_planning.errors import PlanningError
 
 _PROBLEM_NAME: Final = re.compile(r"(\(\s*problem\s+)[^\s()]+", re.IGNORECASE)
 _LINE_NUMBER: Final = re.compile(r"\bline:?\s*(\d{1,9})", re.IGNORECASE)

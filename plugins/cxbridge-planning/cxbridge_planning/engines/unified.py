@@ -11,13 +11,13 @@ from pathlib import Path
 from typing import Any, Final
 
 from cxbridge.executive.pddl import Domain, Problem
-from cxbridge.executive.planning.errors import PlanningError
-from cxbridge.executive.planning.needs import Need
-from cxbridge.executive.planning.planner import PlannedAction, plan_text
 from cxbridge.extras import pip_command
-from cxbridge_planning.engine import FOLDER_PREFIX, Engine, EnginePlanner
+from cxbridge.history.plan_steps import PlannedAction, plan_text
+from cxbridge_planning.engines.engine import FOLDER_PREFIX, Engine, EnginePlanner
+from cxbridge_planning.engines.texts import read_task
+from cxbridge_planning.errors import PlanningError
+from cxbridge_planning.needs import Need
 from cxbridge_planning.plan_files import PlanNames, load_plan
-from cxbridge_planning.texts import read_task
 
 _MAX_EXCERPT: Final = 300  # the maximum number of characters of an engine's log in an error
 _BEST_PLAN_FILE: Final = "best"

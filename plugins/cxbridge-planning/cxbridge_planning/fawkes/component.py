@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from cxbridge.executive.planning.plugins import PddlPlanner, PddlRobotMemory, ProblemFiles
 from cxbridge.mainloop import Hook
 from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
 from cxbridge.run.components.robot_memory import robot_memory
+from cxbridge_planning.fawkes.plugins import PddlPlanner, PddlRobotMemory, ProblemFiles
+from cxbridge_planning.feature.base import service_maker
+from cxbridge_planning.settings import PlannerSettings
 
 
 class PlanningPlugins(Component):
@@ -24,7 +26,7 @@ class PlanningPlugins(Component):
         files = ProblemFiles(paths.substitutions, paths.confdir, writes_to_disk=writes_to_disk)
         self._generator = PddlRobotMemory(context.board, context.bus, config, store, files)
         try:
-            service = None if context.make_planning is None else context.make_planning(context.name)
+            service = service_maker(context, PlannerSettings.from_config(config))(context.name)
             self._planner = PddlPlanner(
                 context.board, context.clock, context.bus, config, store, files, service
             )

@@ -19,13 +19,13 @@ from cxbridge.errors import CxbridgeError, PddlError
 from cxbridge.events import EventBus
 from cxbridge.executive.pddl import parse_domain, parse_problem
 from cxbridge.executive.pddl.decoding import read_text
-from cxbridge.executive.planning.call_events import PlannerCallReporter
-from cxbridge.executive.planning.planner import PlanResult, PlanStatus
-from cxbridge.executive.planning.registry import AUTO, make_planner, planner_names
-from cxbridge.executive.planning.service import PlanCall, PlanningService, PlanRequest
-from cxbridge.executive.planning.settings import PlannerSettings
-from cxbridge.executive.planning.templates import ProblemTemplate
 from cxbridge.executive.robmem.store import Store
+from cxbridge_planning.call_events import PlannerCallReporter
+from cxbridge_planning.fawkes.templates import ProblemTemplate
+from cxbridge_planning.planner import PlanResult, PlanStatus
+from cxbridge_planning.registry import AUTO, make_planner, planner_names
+from cxbridge_planning.service.service import PlanCall, PlanningService, PlanRequest
+from cxbridge_planning.settings import PlannerSettings
 
 _GENERATOR_KEY: Final = "/plugins/pddl-robot-memory"
 _PLANNER_KEY: Final = "/plugins/pddl-planner"
@@ -158,7 +158,7 @@ class PddlRobotMemory:
 class PddlPlanner:
     """Writes ``PddlPlannerInterface``: plans, and stores the plan in the robot memory.
 
-    :param service: makes the plans; by default a service with the configured limits.
+    :param service: makes the plans.
     :raises BlackBoardError: if the interface has another writer.
     :raises ConfigError: if a setting is missing.
     """
@@ -171,7 +171,7 @@ class PddlPlanner:
         config: Configuration,
         store: Store,
         files: ProblemFiles,
-        service: PlanningService | None = None,
+        service: PlanningService,
     ) -> None:
         self._board = board
         self._clock = clock
@@ -189,7 +189,7 @@ class PddlPlanner:
         # Fawkes' options are those of Fast Downward, which is called fd
         options = config.get_str(f"{_PLANNER_KEY}/fd-search-opts", default="").strip()
         self._options = {"options": options} if self._planner == "fd" and options else {}
-        self._service = service or PlanningService(self._settings.at_once, self._settings.memory)
+        self._service = service
         self._service.warm_up()
         self._running: tuple[PlanCall, PlannerCallReporter] | None = None
         name = config.get_str(f"{_PLANNER_KEY}/interface-name", default="pddl-planner")

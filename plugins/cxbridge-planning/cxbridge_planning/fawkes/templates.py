@@ -20,8 +20,8 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
-from cxbridge.executive.planning.errors import PlanningError
 from cxbridge.executive.robmem.values import ObjectId
+from cxbridge_planning.errors import PlanningError
 
 FindDocuments = Callable[[dict[str, dict[str, Any]]], Mapping[str, list[dict[str, Any]]]]
 """Gets queries by section, and returns the documents that each query finds, by section."""

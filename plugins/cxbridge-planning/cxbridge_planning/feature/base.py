@@ -7,7 +7,8 @@ request plans from a planning service, and assert plans as facts.
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Container, Iterable
+from functools import partial
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from cxbridge.errors import PddlError
@@ -15,23 +16,69 @@ from cxbridge.executive.feature import Feature
 from cxbridge.executive.features.config import clips_scalar
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import Symbol, Value
-from cxbridge.executive.planning.settings import PlannerSettings
+from cxbridge.executive.pddl import parse_formula, problem_of_facts
+from cxbridge.executive.pddl.ast import Domain, Ground, Problem
+from cxbridge.executive.problem.facts import INSTANCE, PREDICATE
+from cxbridge.history.plan_steps import PlannedAction
+from cxbridge_planning.call_events import PlannerCallReporter
+from cxbridge_planning.faults import FAULTS, FaultyPlanning
+from cxbridge_planning.service.service import PlanningService, PlanRequest
+from cxbridge_planning.settings import PlannerSettings
 
 if TYPE_CHECKING:
-    from cxbridge.executive.pddl import Domain
-    from cxbridge.executive.planning import PlannedAction, PlannerCallReporter, PlanningService, PlanRequest
+    from cxbridge.run.agent import Run
 
-DomainOf = Callable[[ClipsEnvironment], "Domain | None"]
+DomainOf = Callable[[ClipsEnvironment], Domain | None]
 """Returns the last domain parsed in an environment, or None."""
 
-MakeService = Callable[[str], "PlanningService"]
+MakeService = Callable[[str], PlanningService]
 """Makes the planning service of an environment."""
 
-KnownWorld = tuple[list[tuple[str, str]], list[tuple[str, tuple[str, ...]]]]
-"""Objects with their types, and facts as predicate and arguments."""
+KnownWorld = tuple[list[tuple[str, str]], list[Ground]]
+"""Objects with their types, and facts."""
 
-Numbers = list[tuple[tuple[str, tuple[str, ...]], float]]
-"""Function values: function, arguments and value."""
+Numbers = list[tuple[Ground, float]]
+"""Function values."""
+
+
+def service_maker(run: Run, settings: PlannerSettings) -> MakeService:
+    """Return a function that makes the planning service of an environment in a run."""
+    if run.replay is not None:
+        from cxbridge_planning.replay import RecordedPlanning  # noqa: PLC0415 - slow, and only for replays
+
+        return partial(RecordedPlanning, run)
+    choose_fault = run.additions.values.get(FAULTS)
+    if choose_fault is not None:
+        return lambda env: FaultyPlanning(choose_fault, env, run.clock.now_us)
+    return lambda _env: PlanningService(settings.at_once, settings.memory)
+
+
+def make_planners(_env: str) -> PlanningService:
+    """Make a service without settings."""
+    return PlanningService()
+
+
+def make_request(
+    settings: PlannerSettings, domain: Domain, problem: Problem, planner: str, timeout: float = 0.0
+) -> PlanRequest:
+    """Return a request with the settings, except for the planner and a timeout that is not 0."""
+    # the configured options belong to the configured planner
+    options = settings.options if planner == settings.planner else {}
+    return PlanRequest(domain, problem, planner, dict(options), float(timeout) or settings.timeout)
+
+
+def objects_in(env: ClipsEnvironment) -> list[tuple[str, str]]:
+    """Return the objects of an environment with their types."""
+    return [(str(name), str(kind)) for name, kind in env.columns(INSTANCE, "name", "type")]
+
+
+def facts_in(env: ClipsEnvironment, predicates: Container[str]) -> list[Ground]:
+    """Return the domain facts of some predicates."""
+    return [
+        (str(name), tuple(map(str, values)))
+        for name, values in env.columns(PREDICATE, "name", "param-values")
+        if name in predicates and isinstance(values, tuple)
+    ]
 
 
 class PlanningFunctions:
@@ -104,9 +151,6 @@ class PlanningFunctions:
         :raises PddlError: without a domain, or if the formula does not suit the domain. An event also
             has the reason.
         """
-        from cxbridge.executive.pddl import parse_formula, problem_of_facts  # noqa: PLC0415
-        from cxbridge.executive.planning import PlannerCallReporter, PlanRequest  # noqa: PLC0415
-
         domain, settings = self.domain, self.settings
         name = planner or settings.planner
         domain_name = "" if domain is None else domain.name
@@ -119,9 +163,7 @@ class PlanningFunctions:
         except PddlError as error:
             reporter.report_refusal(str(error))
             raise
-        # the configured options belong to the configured planner
-        options = settings.options if name == settings.planner else {}
-        return PlanRequest(domain, problem, name, dict(options), float(timeout) or settings.timeout), reporter
+        return make_request(settings, domain, problem, name, timeout), reporter
 
     def assert_plan(
         self, plan_id: Symbol, goal_id: Symbol, actions: Iterable[PlannedAction], *, timed: bool = False
@@ -154,21 +196,16 @@ class PlanningFeature(Feature, Generic[FunctionsT]):
     """A feature with a planning service per environment.
 
     :param domain_of: returns the last domain parsed in an environment.
-    :param make_service: makes the service of an environment, by default one that runs planners.
+    :param make_service: makes the service of an environment.
     """
 
     def __init__(
-        self, settings: PlannerSettings, domain_of: DomainOf, make_service: MakeService | None = None
+        self, settings: PlannerSettings, domain_of: DomainOf, make_service: MakeService = make_planners
     ) -> None:
-        self._settings = settings
+        self.settings = settings
         self._domain_of = domain_of
-        self._make_service = make_service or self._make_planners
+        self.make_service = make_service
         self._functions: dict[str, FunctionsT] = {}
-
-    def _make_planners(self, _environment: str) -> PlanningService:
-        from cxbridge.executive.planning import PlanningService  # noqa: PLC0415  slow: most agents do not plan
-
-        return PlanningService(self._settings.at_once, self._settings.memory)
 
     @abstractmethod
     def make_functions(
@@ -176,10 +213,14 @@ class PlanningFeature(Feature, Generic[FunctionsT]):
     ) -> FunctionsT:
         """Define the functions in an environment."""
 
+    def make_request(self, domain: Domain, problem: Problem) -> PlanRequest:
+        """Return a request of a client that is not a rule."""
+        return make_request(self.settings, domain, problem, self.settings.planner)
+
     def init_context(self, env: ClipsEnvironment) -> None:
-        service = self._make_service(env.name)
+        service = self.make_service(env.name)
         service.warm_up()
-        self._functions[env.name] = self.make_functions(env, service, self._settings, self._domain_of)
+        self._functions[env.name] = self.make_functions(env, service, self.settings, self._domain_of)
 
     def before_run(self, env: ClipsEnvironment) -> None:
         self._functions[env.name].before_run()

@@ -1,28 +1,31 @@
 """Checks of plans during their execution: the facts ``plan-valid`` of the feature ``planner``.
 
 A plan is checked again when facts that it may depend on have changed. The check executes the remaining
-actions from the present facts (:mod:`cxbridge.executive.planning.validation`). A fact ``plan-valid`` shows
-the agent the result, so that it can plan again before an action fails.
+actions from the present facts (:mod:`cxbridge_planning.validation`). A fact ``plan-valid`` shows the agent
+the result, so that it can plan again before an action fails.
 """
 
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Final
+from typing import Final
+
+from msgspec.structs import replace
 
 from cxbridge.errors import PddlError
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, TRUE, Symbol, Value
-from cxbridge.executive.problem.facts import FUNCTION, INSTANCE, PREDICATE, facts_in, numbers_in, objects_in
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Mapping
-
-    from cxbridge.executive.pddl import Domain, Problem
-    from cxbridge.executive.pddl.types import ObjectTable
-    from cxbridge.executive.planning import PlannedAction, PlanRequest
+from cxbridge.executive.pddl.ast import Domain, Problem, TypedNames, names_of
+from cxbridge.executive.pddl.types import ObjectTable
+from cxbridge.executive.problem.facts import FUNCTION, INSTANCE, PREDICATE, numbers_in
+from cxbridge.history.plan_steps import PlannedAction
+from cxbridge_planning.feature.base import facts_in, objects_in
+from cxbridge_planning.service.service import PlanRequest
+from cxbridge_planning.validation.plan import check_plan
+from cxbridge_planning.validation.world import WorldState
 
 PLAN_VALID: Final = "plan-valid"
 # templates of the facts that a plan depends on
@@ -133,10 +136,6 @@ class PlanChecks:
         self, plan: _CheckedPlan, pending: tuple[PlannedAction, ...], running: tuple[PlannedAction, ...]
     ) -> str:
         """Return why the actions fail in the present state; empty if they do not."""
-        # slow imports: most agents do not plan
-        from cxbridge.executive.planning.validation.plan import check_plan  # noqa: PLC0415
-        from cxbridge.executive.planning.validation.world import WorldState  # noqa: PLC0415
-
         domain = plan.domain
         facts = facts_in(self._env, {predicate.name for predicate in domain.predicates})
         numbers = numbers_in(self._env) if domain.functions else {}
@@ -154,11 +153,6 @@ class PlanChecks:
 
     def _objects(self, plan: _CheckedPlan) -> ObjectTable:
         """Return the present objects, cached until their facts change."""
-        from msgspec.structs import replace  # noqa: PLC0415  slow: most agents do not plan
-
-        from cxbridge.executive.pddl.ast import TypedNames, names_of  # noqa: PLC0415
-        from cxbridge.executive.pddl.types import ObjectTable  # noqa: PLC0415
-
         change_count = self._change_counts[INSTANCE]
         if plan.objects_at_change is None or plan.objects_at_change[0] != change_count:
             constants = set(names_of(plan.domain.constants))
@@ -190,8 +184,6 @@ def _action_number(slots: Mapping[str, Value]) -> int:
 
 def _planned_action(slots: Mapping[str, Value]) -> PlannedAction:
     """Return the action of a fact ``plan-action``."""
-    from cxbridge.executive.planning import PlannedAction  # noqa: PLC0415
-
     start, duration, values = slots["dispatch-time"], slots["duration"], slots["param-values"]
     assert isinstance(values, tuple)
     timed = isinstance(start, float) and start >= 0.0  # the core's default is -1.0

@@ -5,37 +5,38 @@ See docs/planning.md.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Collection
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError, PddlError
-from cxbridge.executive.features.planning_base import (
+from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.values import FALSE, NIL, TRUE, Symbol, Value
+from cxbridge.executive.pddl.ast import Domain
+from cxbridge.executive.problem.facts import numbers_in
+from cxbridge.history.plan_steps import PlannedAction
+from cxbridge_planning.call_events import PlannerCallReporter
+from cxbridge_planning.feature.base import (
     DomainOf,
     KnownWorld,
     Numbers,
     PlanningFeature,
     PlanningFunctions,
+    facts_in,
+    objects_in,
+    service_maker,
 )
-from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
-from cxbridge.executive.host.values import FALSE, NIL, TRUE, Symbol, Value
-from cxbridge.executive.planning.settings import PlannerSettings
-from cxbridge.executive.problem.plan_checks import PlanChecks
+from cxbridge_planning.feature.plan_checks import PlanChecks
+from cxbridge_planning.planner import PlanResult
+from cxbridge_planning.service.service import PlanCall, PlanningService, PlanRequest
+from cxbridge_planning.settings import PlannerSettings
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
+    from cxbridge.run.agent import Run
 
-    from cxbridge.executive.pddl import Domain
-    from cxbridge.executive.planning import (
-        PlanCall,
-        PlannedAction,
-        PlannerCallReporter,
-        PlanningService,
-        PlanRequest,
-        PlanResult,
-    )
-
-_RULES_DIR = CORE_DIR / "planner"
-_GOAL_TEMPLATES = ("goal", "plan", "plan-action")
+_RULES_DIR: Final = Path(__file__).resolve().parent
+_GOAL_TEMPLATES: Final = ("goal", "plan", "plan-action")
 
 
 class _PlannerFunctions(PlanningFunctions):
@@ -106,15 +107,11 @@ class _PlannerFunctions(PlanningFunctions):
 
     def known_world(self, domain: Domain) -> KnownWorld:
         """Return the objects and facts of the environment."""
-        from cxbridge.executive.problem.facts import facts_in, objects_in  # noqa: PLC0415
-
         predicates = {predicate.name for predicate in domain.predicates}
         return objects_in(self.env), facts_in(self.env, predicates)
 
     def numbers(self, domain: Domain) -> Numbers:
         """Return the values of the domain's functions."""
-        from cxbridge.executive.problem.facts import numbers_in  # noqa: PLC0415
-
         functions = {function.name for function in domain.functions}
         return [item for item in numbers_in(self.env).items() if item[0][0] in functions] if functions else []
 
@@ -214,3 +211,9 @@ class PlannerFeature(PlanningFeature[_PlannerFunctions]):
         ):
             env.define(name, function, argument_count, types=types)
         return functions
+
+
+def make_feature(run: Run) -> PlannerFeature:
+    """Make the feature of a run."""
+    settings = PlannerSettings.from_config(run.config)
+    return PlannerFeature(settings, run.pddl_parser.domain_of, service_maker(run, settings))

@@ -10,8 +10,8 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Final
 
-from cxbridge.executive.planning.planner import Planner, PlanResult, PlanStatus
-from cxbridge.executive.planning.registry import AUTO, PlannerChoice, planner_install_command
+from cxbridge_planning.planner import Planner, PlanResult, PlanStatus
+from cxbridge_planning.registry import AUTO, PlannerChoice
 
 # The share of the remaining time for each planner except the last planner.
 _TIME_SHARE: Final = 0.6
@@ -71,8 +71,6 @@ class Attempts:
         alternative = ""
         if self._requested != AUTO:
             alternative = f", or try the planner {AUTO}"
-        elif command := planner_install_command():
-            alternative = f", or install more planners: {command}"
         elif self.choice.not_installed_names:
             alternative = f", or install one of {', '.join(self.choice.not_installed_names)}"
         return f"{text}: give more time{alternative}"

@@ -7,7 +7,7 @@ from math import inf
 from typing import Final
 
 from cxbridge.executive.pddl.ast import Domain, Problem
-from cxbridge.executive.planning.planner import Planner
+from cxbridge_planning.planner import Planner
 
 FOLDER_PREFIX: Final = "cxbridge-planner-"
 """The start of the name of a process' folder for temporary files.

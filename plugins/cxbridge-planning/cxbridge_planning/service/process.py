@@ -16,9 +16,9 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
-from cxbridge.executive.planning.jobs import FOLDER_PREFIX, Job
-from cxbridge.executive.planning.planner import PlanResult, PlanStatus
 from cxbridge.spawning import python_command
+from cxbridge_planning.planner import PlanResult, PlanStatus
+from cxbridge_planning.service.jobs import FOLDER_PREFIX, Job
 
 _MAX_OUTPUT_BYTES: Final = 500  # bytes of the planner's output in an error
 
@@ -37,7 +37,7 @@ class PlannerProcess:
         """The folder of the planner's temporary files."""
         temporary = dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(self.folder))
         self._process = subprocess.Popen(  # noqa: S603  our own module, without a shell
-            python_command("-m", "cxbridge.executive.planning.worker"),
+            python_command("-m", "cxbridge_planning.service.worker"),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._output,

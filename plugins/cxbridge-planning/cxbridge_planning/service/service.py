@@ -15,12 +15,12 @@ from dataclasses import dataclass, field
 from cxbridge.closing import Closing
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.pddl.ast import Domain, Problem
-from cxbridge.executive.planning.attempts import Attempts
-from cxbridge.executive.planning.jobs import Job
-from cxbridge.executive.planning.planner import Planner, PlanResult, PlanStatus
-from cxbridge.executive.planning.process import PlannerProcess
-from cxbridge.executive.planning.registry import AUTO, choose_planners
-from cxbridge.executive.planning.settings import DEFAULT_AT_ONCE, DEFAULT_MEMORY, DEFAULT_TIMEOUT
+from cxbridge_planning.planner import Planner, PlanResult, PlanStatus
+from cxbridge_planning.registry import AUTO, choose_planners
+from cxbridge_planning.service.attempts import Attempts
+from cxbridge_planning.service.jobs import Job
+from cxbridge_planning.service.process import PlannerProcess
+from cxbridge_planning.settings import DEFAULT_AT_ONCE, DEFAULT_MEMORY, DEFAULT_TIMEOUT
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,7 +141,7 @@ class PlanCall:
     def _best_result(self, planner: Planner, process: PlannerProcess, seconds: float) -> PlanResult:
         """Return the result of a planner whose process was killed: its best plan so far, or a timeout."""
         # imported late, because few calls end with a killed process
-        from cxbridge.executive.planning.validation.plan import check_plan  # noqa: PLC0415
+        from cxbridge_planning.validation.plan import check_plan  # noqa: PLC0415
 
         name, domain, problem = planner.name, self.request.domain, self.request.problem
         if self._end_status is not PlanStatus.CANCELLED:

@@ -1,8 +1,8 @@
-"""The planner process: ``python -m cxbridge.executive.planning.worker``.
+"""The planner process: ``python -m cxbridge_planning.service.worker``.
 
-Pickled jobs (:class:`~cxbridge.executive.planning.jobs.Job`) arrive on standard input, and pickled results
+Pickled jobs (:class:`~cxbridge_planning.service.jobs.Job`) arrive on standard input, and pickled results
 leave on standard output. A planner's own output goes to standard error, because it would damage the results.
-The other side is :class:`cxbridge.executive.planning.process.PlannerProcess`.
+The other side is :class:`cxbridge_planning.service.process.PlannerProcess`.
 """
 
 from __future__ import annotations
@@ -18,9 +18,10 @@ import time
 from pathlib import Path
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.executive.planning.jobs import FOLDER_PREFIX, Job
-from cxbridge.executive.planning.planner import PlannedAction, PlanResult, PlanStatus
-from cxbridge.executive.planning.validation.plan import check_plan
+from cxbridge.history.plan_steps import PlannedAction
+from cxbridge_planning.planner import PlanResult, PlanStatus
+from cxbridge_planning.service.jobs import FOLDER_PREFIX, Job
+from cxbridge_planning.validation.plan import check_plan
 
 _POLL_S = 1.0  # seconds between checks whether the parent is alive
 
@@ -51,7 +52,7 @@ def _judge_plan(job: Job, actions: tuple[PlannedAction, ...] | None) -> tuple[Pl
     name = job.planner.name
     if actions is None:
         # imported late, because most problems have a plan
-        from cxbridge.executive.planning.compile.relaxed import no_plan_reason  # noqa: PLC0415
+        from cxbridge_planning.compile.relaxed import no_plan_reason  # noqa: PLC0415
 
         text = f"{name} says that there is no plan{no_plan_reason(job.domain, job.problem)}"
         return PlanStatus.NO_PLAN, text

@@ -7,8 +7,7 @@ the start, the moment of an end refers to the moment of the start.
 
 from __future__ import annotations
 
-import operator
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
@@ -16,37 +15,25 @@ from cxbridge.executive.pddl.ast import (
     And,
     Atom,
     Binding,
-    Constant,
     Formula,
     FunctionTerm,
     Ground,
     Not,
     NumericChange,
     Quantified,
-    Term,
     Timed,
-    Variable,
     When,
 )
 from cxbridge.executive.pddl.printer import format_formula, format_number, format_term
 from cxbridge.executive.pddl.types import ObjectTable
-from cxbridge.executive.planning.compile.conditions import fact_of, object_of
-from cxbridge.executive.planning.errors import PlanningError
-from cxbridge.executive.planning.needs import TOTAL_COST
-from cxbridge.executive.planning.validation.world import Changes, RecordingFacts, RecordingNumbers, WorldState
-from cxbridge.executive.problem.truth import KnownState, blamed_parts
+from cxbridge.executive.problem.truth import KnownState, bind_term, blamed_parts
+from cxbridge_planning.compile.conditions import fact_of
+from cxbridge_planning.errors import PlanningError
+from cxbridge_planning.validation.world import Changes, RecordingFacts, RecordingNumbers, WorldState
 
 AT_START: Final = "at start"
 AT_END: Final = "at end"
 OVER_ALL: Final = "over all"
-
-_NUMERIC_OPERATORS: Final[Mapping[str, Callable[[float, float], float]]] = {
-    "assign": lambda _value, amount: amount,
-    "increase": operator.add,
-    "decrease": operator.sub,
-    "scale-up": operator.mul,
-    "scale-down": operator.truediv,
-}
 
 
 class _BoundEffect(NamedTuple):
@@ -138,74 +125,29 @@ def false_part_text(formula: Formula, binding: Binding, moment: Moment) -> str:
 def _value_text(term: FunctionTerm, binding: Binding, state: KnownState) -> str:
     value = state.number(term, binding)
     text = "has no value" if value is None else f"is {format_number(value)}"
-    return f"{format_term(_bind_term(term, binding))} {text}"
+    return f"{format_term(bind_term(term, binding))} {text}"
 
 
 def _bound_text(formula: Formula, binding: Binding) -> str:
     """Return the text of a formula with objects in place of variables."""
-    return format_formula(formula.map_terms(lambda term: _bind_term(term, binding)))
-
-
-def _bind_term(term: Term, binding: Binding) -> Term:
-    match term:
-        case Variable(name=name) if name in binding:
-            return Constant(binding[name])
-        case FunctionTerm(function=name, arguments=terms):
-            return FunctionTerm(name, tuple(_bind_term(argument, binding) for argument in terms))
-        case _:
-            return term
+    return format_formula(formula.map_terms(lambda term: bind_term(term, binding)))
 
 
 def effect_changes(effect: Formula | None, binding: Binding, moment: Moment, time: str) -> Changes:
     """Return the changes of an effect.
 
     :param time: :data:`AT_START` or :data:`AT_END`, which includes effects without time.
-    :raises PlanningError: if a number has no value, or the effect is continuous.
+    :raises CxbridgeError: if a number has no value, or the effect is continuous.
     """
     changes = Changes()
     state = moment.known_state()
     for change in _effects(effect, binding, moment, AT_END, time):
         if isinstance(change.effect, NumericChange):
-            _change_number(change.effect, change.binding, state, changes)
+            state.change_number(change.effect, change.binding, changes.numbers)
         else:
             (changes.adds if change.value else changes.deletes).add(fact_of(change.effect, change.binding))
     changes.deletes.difference_update(changes.adds)  # a fact that is deleted and added is true afterwards
     return changes
-
-
-def numbers_after(
-    effect: Formula | None, binding: Binding, numbers: Mapping[Ground, float], duration: float
-) -> dict[Ground, float]:
-    """Return the numbers that an action changes at start and end, with their new values.
-
-    :raises PlanningError: if a number has no value.
-    """
-    changes = Changes()
-    state = KnownState((), numbers, lambda _types: (), duration)
-    for part in () if effect is None else effect.walk():
-        if isinstance(part, NumericChange):
-            _change_number(part, binding, state, changes)
-    return changes.numbers
-
-
-def _change_number(change: NumericChange, binding: Binding, state: KnownState, changes: Changes) -> None:
-    """Add a numeric effect to the changes.
-
-    :param state: the state before all changes.
-    """
-    target = change.target
-    assert isinstance(target, FunctionTerm)
-    ground = (target.function, tuple(object_of(term, binding) for term in target.arguments))
-    amount = state.number(change.amount, binding)
-    # several changes of a number at the same time add up
-    value = changes.numbers.get(ground, state.number(target, binding))
-    # problems with a metric often omit (= (total-cost) 0), which planners accept
-    if value is None and (target.function == TOTAL_COST or change.operator == "assign"):
-        value = 0.0
-    if amount is None or value is None or (change.operator == "scale-down" and not amount):
-        missing = target if value is None else change.amount
-        raise PlanningError(f"{format_term(_bind_term(missing, binding))} has no value")
-    changes.numbers[ground] = _NUMERIC_OPERATORS[change.operator](value, amount)
 
 
 def _effects(

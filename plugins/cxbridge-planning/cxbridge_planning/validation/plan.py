@@ -23,9 +23,10 @@ from cxbridge.executive.pddl.ast import (
     names_of,
 )
 from cxbridge.executive.pddl.types import ObjectTable
-from cxbridge.executive.planning.errors import PlanningError
-from cxbridge.executive.planning.planner import PlannedAction
-from cxbridge.executive.planning.validation.formulas import (
+from cxbridge.executive.problem.truth import DURATION
+from cxbridge.history.plan_steps import PlannedAction
+from cxbridge_planning.errors import PlanningError
+from cxbridge_planning.validation.formulas import (
     AT_END,
     AT_START,
     OVER_ALL,
@@ -34,8 +35,7 @@ from cxbridge.executive.planning.validation.formulas import (
     false_part_text,
     parts_at,
 )
-from cxbridge.executive.planning.validation.world import Changes, WorldState
-from cxbridge.executive.problem.truth import DURATION
+from cxbridge_planning.validation.world import Changes, WorldState
 
 SAME_TIME_S: Final = 1e-7
 """The maximum time between simultaneous moments in seconds."""

@@ -7,10 +7,10 @@ import os
 import pytest
 
 from cxbridge.executive.pddl import parse_domain, parse_problem
-from cxbridge.executive.planning import PlanningService, PlanRequest, PlanStatus, UnsupportedProblemError
-from cxbridge.executive.planning.needs import Need, problem_needs
-from cxbridge.executive.planning.registry import AUTO, choose_planners, make_planner, planner_names
-from cxbridge_planning import unified
+from cxbridge_planning import PlanningService, PlanRequest, PlanStatus, UnsupportedProblemError
+from cxbridge_planning.engines import unified
+from cxbridge_planning.needs import Need, problem_needs
+from cxbridge_planning.registry import AUTO, choose_planners, make_planner, planner_names
 
 DOMAIN = parse_domain("""(define (domain t) (:requirements :durative-actions) (:predicates (done))
   (:durative-action work :parameters () :duration (= ?duration 3) :effect (at end (done))))""")
@@ -32,7 +32,7 @@ def programs(tmp_path, monkeypatch):
         monkeypatch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
 
     monkeypatch.setattr(unified, "find_spec", lambda _name: None)
-    monkeypatch.setattr("cxbridge_planning.programs.find_spec", lambda _name: None)
+    monkeypatch.setattr("cxbridge_planning.engines.programs.find_spec", lambda _name: None)
     return put
 
 

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from cxbridge.executive.planning.jobs import FOLDER_PREFIX
-from cxbridge.executive.planning.process import PlannerProcess
+from cxbridge_planning.service.jobs import FOLDER_PREFIX
+from cxbridge_planning.service.process import PlannerProcess
 from tests.support import ROOT
 
 WAIT_S = 30
@@ -50,7 +50,7 @@ def test_what_an_engine_leaves_goes_with_its_process(base):
 
 OWNER = """
 import sys, time
-from cxbridge.executive.planning.process import PlannerProcess
+from cxbridge_planning.service.process import PlannerProcess
 process = PlannerProcess()
 print(process._process.pid, flush=True)
 time.sleep(600)

@@ -9,15 +9,13 @@ import time
 import pytest
 
 from cxbridge.executive.pddl import parse_domain, parse_problem
-from cxbridge.executive.planning import (
+from cxbridge_planning import (
     PlanCall,
     PlanningService,
     PlanRequest,
     PlanStatus,
-    UnsupportedProblemError,
 )
-from cxbridge.executive.planning.process import PlannerProcess
-from cxbridge.executive.planning.registry import AUTO, choose_planners
+from cxbridge_planning.service.process import PlannerProcess
 
 DOMAIN = parse_domain("""(define (domain d) (:requirements :adl) (:predicates (p ?x) (lit))
   (:action light :parameters () :precondition (not (lit)) :effect (lit))
@@ -179,18 +177,9 @@ def test_unknown_planners_and_options_fail(service):
         assert result.message
 
 
-def test_without_a_plug_in_an_error_says_which_package_has_more_planners(monkeypatch, service):
-    monkeypatch.setattr("cxbridge.plugins.installed_plugins", lambda: ())
-    domain = parse_domain("""(define (domain t) (:requirements :durative-actions) (:predicates (done))
-      (:durative-action work :parameters () :duration (= ?duration 4) :effect (at end (done))))""")
-    problem = parse_problem("(define (problem x) (:domain t) (:init) (:goal (done)))", domain)
-    with pytest.raises(UnsupportedProblemError, match="pyperplan does not support durative") as raised:
-        choose_planners(AUTO, domain, problem)
-    assert "cxbridge-planning" in (raised.value.hint or "")
+def test_after_a_timeout_the_advice_is_more_time_or_another_planner(service):
     late = service.plan(request(ENDLESS, timeout=0.2, options={"search": "bfs"}))
     assert "give more time, or try the planner auto" in late.message
-    late = service.plan(PlanRequest(DOMAIN, ENDLESS, timeout=0.2))
-    assert "cxbridge-planning" in late.message
 
 
 def eventually(condition):

@@ -7,21 +7,18 @@ Clients of these nodes see and edit the world model of the agent.
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
+from typing import Any
 
 from cxbridge.errors import ConfigError
-from cxbridge.executive.planning.settings import PlannerSettings
 from cxbridge.mainloop import Hook
 from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
+from cxbridge.run.features import FEATURES
 from cxbridge_ros2.experts.definitions import TYPE_DEFINITIONS
 from cxbridge_ros2.experts.planner import PlanServer
 from cxbridge_ros2.experts.server import SECTION, ExpertServer, ExpertSettings
 from cxbridge_ros2.problem_expert import shared_problem_expert_feature
 from cxbridge_ros2.settings import locate_errors
-
-if TYPE_CHECKING:
-    from cxbridge.executive.planning import PlanningService
 
 
 class Ros2Experts(Component):
@@ -38,7 +35,6 @@ class Ros2Experts(Component):
                 raise ConfigError("the experts need an executive", hint="name a spec, or remove ros2/experts")
             if not context.source.has_fawkes_configuration:
                 raise ConfigError("the experts do not work with --ros2cx", hint="remove ros2/experts")
-        planning = PlannerSettings.from_config(context.config)
         namespace = settings.node.namespace
         if context.name:  # each agent of a team has separate experts
             namespace += "/" + re.sub(r"\W", "_", context.name)
@@ -55,7 +51,7 @@ class Ros2Experts(Component):
                 namespace,
                 self._node,
                 shared_problem_expert_feature(context),
-                PlanServer(planning, lambda: _make_planning_service(planning)),
+                PlanServer(lambda: _make_planner(context)),
                 log,
             )
         except Exception:
@@ -75,7 +71,9 @@ class Ros2Experts(Component):
         self._node.close()
 
 
-def _make_planning_service(settings: PlannerSettings) -> PlanningService:
-    from cxbridge.executive.planning import PlanningService  # noqa: PLC0415 - slow, and few clients request plans
+def _make_planner(context: Run) -> Any:
+    """Return the feature with the planners.
 
-    return PlanningService(settings.at_once, settings.memory)
+    :raises PluginError: if the package of the feature is not installed.
+    """
+    return FEATURES.load_target(FEATURES.find("planner"))(context)

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, Final
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, Final
 
 from cxbridge.closing import Closing
-from cxbridge.errors import PddlError
+from cxbridge.errors import CxbridgeError, PddlError
 from cxbridge.executive.pddl import parse_domain, parse_problem
-from cxbridge.executive.planning.settings import PlannerSettings
+from cxbridge.history.plan_steps import PlannedAction
 from cxbridge_ros2.messages import Message
 from cxbridge_ros2.node import SendResponse
-
-if TYPE_CHECKING:
-    from cxbridge.executive.planning import PlanCall, PlannedAction, PlanningService
 
 _NOT_FOUND: Final = "Plan not found"
 _STEP_S: Final = 0.001  # seconds between the actions of a plan without times, as POPF writes them
@@ -22,32 +19,29 @@ _STEP_S: Final = 0.001  # seconds between the actions of a plan without times, a
 class PlanServer(Closing):
     """Makes plans in the background, and responds when they are made.
 
-    :param settings: the planner and its time limit.
-    :param make_service: makes the planning service, at the first request.
+    :param make_planner: makes the feature ``planner`` of another plug-in, at the first request.
     """
 
-    def __init__(self, settings: PlannerSettings, make_service: Callable[[], PlanningService]) -> None:
-        self._settings = settings
-        self._make_service = make_service
-        self._service: PlanningService | None = None
-        self._calls: list[tuple[PlanCall, SendResponse]] = []
+    # the types of planners are those of the other plug-in, which may not be installed
+
+    def __init__(self, make_planner: Callable[[], Any]) -> None:
+        self._make_planner = make_planner
+        self._planner: Any = None
+        self._service: Any = None
+        self._calls: list[tuple[Any, SendResponse]] = []
 
     def start_plan(self, request: Message, reply: SendResponse) -> None:
         """Start to make a plan, which :meth:`send_plans` sends."""
-        from cxbridge.executive.planning import PlanRequest  # noqa: PLC0415 - slow, and few clients request plans
-
         try:
             domain = parse_domain(request["domain"])
             problem = parse_problem(request["problem"], domain)
-        except PddlError as error:
+            if self._service is None:
+                self._planner = self._make_planner()
+                self._service = self._planner.make_service("")
+        except CxbridgeError as error:
             reply({"success": False, "error_info": f"{_NOT_FOUND}: {error}"})
             return
-        if self._service is None:
-            self._service = self._make_service()
-        settings = self._settings
-        options = dict(settings.options)
-        call = self._service.call(PlanRequest(domain, problem, settings.planner, options, settings.timeout))
-        self._calls.append((call, reply))
+        self._calls.append((self._service.call(self._planner.make_request(domain, problem)), reply))
 
     def validate_domain(self, request: Message, reply: SendResponse) -> None:
         """Respond whether a text is a valid domain."""
@@ -78,7 +72,7 @@ class PlanServer(Closing):
         self._calls.clear()
 
 
-def _make_items(actions: tuple[PlannedAction, ...]) -> list[Mapping[str, Any]]:
+def _make_items(actions: Iterable[PlannedAction]) -> list[Mapping[str, Any]]:
     return [
         {
             "time": index * _STEP_S if action.start is None else action.start,

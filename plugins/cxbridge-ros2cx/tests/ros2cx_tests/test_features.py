@@ -11,7 +11,7 @@ from cxbridge.events import EventBus, Level
 from cxbridge.executive.features.pddl_parser import PddlParserFeature
 from cxbridge.executive.host.values import TRUE, Symbol
 from cxbridge.executive.manager import EnvironmentManager
-from cxbridge.executive.planning.settings import PlannerSettings
+from cxbridge_planning.settings import PlannerSettings
 from cxbridge_ros2cx.plansys2 import PlanSys2Feature
 from cxbridge_ros2cx.skill_execution import SkillExecutionFeature
 from cxbridge_ros2cx.skills import Ros2CxSkills

@@ -15,7 +15,7 @@ from typing import Final
 from cxbridge.errors import TraceError
 from cxbridge.events import PlannerCall
 from cxbridge.executive.pddl import Domain, Problem, format_formula, parse_domain, parse_problem
-from cxbridge.executive.planning.planner import PlannedAction, parse_plan_text
+from cxbridge.history.plan_steps import PlannedAction, parse_plan_text
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.sources import run_sources
 

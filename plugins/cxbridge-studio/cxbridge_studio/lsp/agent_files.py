@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Final
 
@@ -11,6 +12,7 @@ from msgspec import Struct, field
 from cxbridge.config import Configuration
 from cxbridge.executive.host.environment import CORE_DIR
 from cxbridge.run.agents import agent_names, choose_agent
+from cxbridge.run.features import FEATURES
 from cxbridge.run.options import RunOptions
 from cxbridge.run.paths import RunPaths
 from cxbridge.run.source import source_of
@@ -18,7 +20,7 @@ from cxbridge.run.specs import choose_spec
 from cxbridge_studio.lsp.session import find_agent_files
 
 _PROTO_DIRS: Final = "/clips-protobuf/proto-dirs"
-_HOST_FOLDERS: Final = ("host", "features", "planner")
+_HOST_FOLDERS: Final = ("host", "features")
 
 
 class AgentFiles(Struct, frozen=True):
@@ -68,6 +70,10 @@ def _find_host_files(paths: RunPaths) -> Iterator[Path]:
     yield from sorted(paths.library.glob("*.clp"))
     for folder in _HOST_FOLDERS:
         yield from sorted((CORE_DIR / folder).glob("*.clp"))
+    for module in dict.fromkeys(row.target.partition(":")[0] for row in FEATURES.rows if row.origin):
+        spec = find_spec(module)  # CLIPS files of a plug-in's feature are beside its module
+        if spec is not None and spec.origin is not None:
+            yield from sorted(Path(spec.origin).parent.glob("*.clp"))
     if paths.robot_memory is not None:
         yield paths.robot_memory
     else:

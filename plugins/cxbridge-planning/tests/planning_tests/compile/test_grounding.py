@@ -7,11 +7,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cxbridge.executive.pddl import parse_domain, parse_problem
-from cxbridge.executive.planning import PlanningError, UnknownPlannerError
-from cxbridge.executive.planning.compile import conditions, effects
-from cxbridge.executive.planning.compile.grounding import ground
-from cxbridge.executive.planning.embedded import HEURISTICS, SEARCHES, PyperplanPlanner
-from tests.executive.planning.interpreter import World
+from cxbridge_planning import PlanningError, UnknownPlannerError
+from cxbridge_planning.compile import conditions, effects
+from cxbridge_planning.compile.grounding import ground
+from cxbridge_planning.engines.pyperplan import HEURISTICS, SEARCHES, PyperplanPlanner
+from planning_tests.interpreter import World
 
 HEAD = """(define (domain d) (:requirements :adl :typing)
   (:types cup box - thing place)
@@ -123,7 +123,7 @@ def test_conditional_effects_beyond_bounds(monkeypatch):
 
 
 def test_too_many_bound_actions(monkeypatch):
-    monkeypatch.setattr("cxbridge.executive.planning.compile.grounding.MAX_OPERATORS", 5)
+    monkeypatch.setattr("cxbridge_planning.compile.grounding.MAX_OPERATORS", 5)
     with pytest.raises(PlanningError, match="more than 5 ground actions"):
         solve(FETCH, problem("(full c1)", START))
 

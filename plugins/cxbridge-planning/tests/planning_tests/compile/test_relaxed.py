@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from cxbridge.executive.pddl import parse_domain, parse_problem
-from cxbridge.executive.planning import PlanningService, PlanRequest
-from cxbridge.executive.planning.compile.relaxed import unreachable_goal_lines
+from cxbridge_planning import PlanningService, PlanRequest
+from cxbridge_planning.compile.relaxed import unreachable_goal_lines
 
 DOMAIN = parse_domain("""(define (domain cups) (:requirements :adl :durative-actions :fluents)
   (:types cup place) (:predicates (at ?c - cup ?p - place) (way ?a ?b - place) (red ?c - cup) (lit)

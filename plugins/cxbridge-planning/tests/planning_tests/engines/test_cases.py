@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from cxbridge.cli.main import invoke
-from cxbridge.executive.planning.registry import make_planner
+from cxbridge_planning.registry import make_planner
 from tests.support import SHARED, needs_shared
 
 FOLDER_PREFIX = SHARED / "cases" / "files"

@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 from cxbridge.executive.pddl import parse_domain, parse_problem
-from cxbridge.executive.planning import PlanningService, PlanRequest, PlanStatus, UnknownPlannerError
-from cxbridge.executive.planning.registry import make_planner
-from cxbridge_planning.programs import PROGRAMS
-from tests.executive.planning.test_service import DOMAIN, ENDLESS, TWO_STEPS, eventually, status
+from cxbridge_planning import PlanningService, PlanRequest, PlanStatus, UnknownPlannerError
+from cxbridge_planning.engines.programs import PROGRAMS
+from cxbridge_planning.registry import make_planner
+from planning_tests.test_service import DOMAIN, ENDLESS, TWO_STEPS, eventually, status
 
 ROOMS = parse_domain("""(define (domain rooms) (:requirements :strips :typing :action-costs) (:types room)
   (:predicates (at ?r - room) (door ?a ?b - room)) (:functions (total-cost) - number)

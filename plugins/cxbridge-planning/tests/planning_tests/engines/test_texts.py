@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from cxbridge.executive.pddl import parse_domain, parse_problem
-from cxbridge.executive.planning.errors import PlanningError
-from cxbridge_planning.command import CommandPlanner
-from cxbridge_planning.texts import original_texts, plain_texts, rename_problem
+from cxbridge_planning.engines.command import CommandPlanner
+from cxbridge_planning.engines.texts import original_texts, plain_texts, rename_problem
+from cxbridge_planning.errors import PlanningError
 
 DOMAIN = """(define (domain yard) ; caf\u00e9
   (:TYPES pot bed -object) (:predicates (wet ?x - pot))

@@ -10,14 +10,14 @@ import pytest
 from msgspec.structs import replace
 
 from cxbridge.executive.pddl import Domain, Problem, parse_domain, parse_problem
-from cxbridge.executive.planning import PlanningError, PlanningService, PlanRequest, PlanStatus
-from cxbridge.executive.planning.needs import problem_needs
-from cxbridge.executive.planning.planner import PlannedAction
-from cxbridge.executive.planning.registry import make_planner
-from cxbridge_planning.texts import read_task
-from cxbridge_planning.unified import ENGINES, UnifiedPlanner, _avoid_spaces
-from tests.executive.planning.compile.test_grounding import FETCH, START, problem
-from tests.executive.planning.interpreter import World
+from cxbridge.history.plan_steps import PlannedAction
+from cxbridge_planning import PlanningError, PlanningService, PlanRequest, PlanStatus
+from cxbridge_planning.engines.texts import read_task
+from cxbridge_planning.engines.unified import ENGINES, UnifiedPlanner, _avoid_spaces
+from cxbridge_planning.needs import problem_needs
+from cxbridge_planning.registry import make_planner
+from planning_tests.compile.test_grounding import FETCH, START, problem
+from planning_tests.interpreter import World
 
 INSTALLED = [name for name in ENGINES if not UnifiedPlanner(name).not_installed]
 pytestmark = [
@@ -100,7 +100,7 @@ def test_the_engine_refuses_a_problem_that_it_cannot_read(monkeypatch):
     """The place is that of the user's text, though the common forms were tried, too."""
     domain = parse_domain(STRIPS, "rooms.pddl")
     task = parse_problem(ROOMS, domain, "x.pddl")
-    monkeypatch.setattr("cxbridge_planning.texts.format_domain", lambda _: "(define")
+    monkeypatch.setattr("cxbridge_planning.engines.texts.format_domain", lambda _: "(define")
     broken = replace(domain, text=STRIPS.replace(":action", ":acton"))
     with pytest.raises(PlanningError, match="cannot read the problem") as caught:
         UnifiedPlanner(INSTALLED[0]).solve(broken, task)
@@ -133,5 +133,5 @@ def test_an_engine_below_a_folder_with_a_blank(tmp_path, monkeypatch):
 
 
 def test_the_packages_of_an_engine_that_are_missing_are_named_at_once(monkeypatch):
-    monkeypatch.setattr("cxbridge_planning.unified.find_spec", lambda _module: None)
+    monkeypatch.setattr("cxbridge_planning.engines.unified.find_spec", lambda _module: None)
     assert UnifiedPlanner("aries").not_installed.endswith(" -m pip install unified-planning up-aries")

@@ -10,10 +10,10 @@ from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
 from cxbridge.events import Level
-from cxbridge.executive.planning.plugins import PddlPlanner, PddlRobotMemory, ProblemFiles
 from cxbridge.executive.robmem.embedded import EmbeddedStore
 from cxbridge.interfaces.registry import InterfaceRegistry
-from tests.support import needs_plugin
+from cxbridge_planning import PlanningService
+from cxbridge_planning.fawkes.plugins import PddlPlanner, PddlRobotMemory, ProblemFiles
 
 DOMAIN = """(define (domain d) (:requirements :strips :typing) (:types name text) (:constants HI BYE - text)
   (:predicates (said ?n - name ?t - text))
@@ -62,7 +62,7 @@ class World:
         files = ProblemFiles({"@CONFDIR@": str(self.folder)}, self.folder, **more)
         self.plugins = [
             PddlRobotMemory(self.board, self.bus, config, self.store, files),
-            PddlPlanner(self.board, self.bus.clock, self.bus, config, self.store, files),
+            PddlPlanner(self.board, self.bus.clock, self.bus, config, self.store, files, PlanningService()),
         ]
         self.generator = self.board.open_for_reading("PddlGenInterface", "pddl-gen")
         self.planner = self.board.open_for_reading("PddlPlannerInterface", "pddl-planner")
@@ -212,7 +212,6 @@ BAD_PROGRAMS = {
 }
 
 
-@needs_plugin("planning")
 @pytest.mark.parametrize("what", BAD_PROGRAMS)
 def test_a_planner_that_does_not_plan(world, monkeypatch, tmp_path, what):
     script, message = BAD_PROGRAMS[what]
@@ -236,7 +235,6 @@ def test_an_empty_goal_is_the_one_before(world):
     assert [step["name"] for step in world.plans()[0]["actions"]] == ["greet"]
 
 
-@needs_plugin("planning")
 def test_a_planner_that_is_not_installed_is_replaced(world, monkeypatch, tmp_path):
     monkeypatch.setenv("PATH", str(tmp_path))
     world.start("ff")

@@ -10,16 +10,15 @@ from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
 from cxbridge.events import Level, PlannerCall
 from cxbridge.executive.features.pddl_parser import PddlParserFeature
-from cxbridge.executive.features.planner import PlannerFeature
 from cxbridge.executive.host.environment import CORE_DIR
 from cxbridge.executive.host.values import FALSE, TRUE
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.executive.pddl.printer import format_term
-from cxbridge.executive.planning.needs import Need
-from cxbridge.executive.planning.registry import make_planner, planner_names
-from cxbridge.executive.planning.service import PlanningService
-from cxbridge.executive.planning.settings import PlannerSettings
-from tests.support import needs_plugin
+from cxbridge_planning.feature.planner import PlannerFeature
+from cxbridge_planning.needs import Need
+from cxbridge_planning.registry import make_planner, planner_names
+from cxbridge_planning.service.service import PlanningService
+from cxbridge_planning.settings import PlannerSettings
 
 DOMAIN = """(define (domain d) (:requirements :strips :typing) (:types cup place) (:constants home - place)
   (:predicates (at ?c - cup ?p - place) (never))
@@ -253,7 +252,6 @@ def bad_program(request, monkeypatch, tmp_path):
     return status, message
 
 
-@needs_plugin("planning")
 @pytest.mark.parametrize("bad_program", BAD_PROGRAMS, indirect=True)
 def test_a_planner_that_does_not_plan_fails_the_goal(bad_program, env, loop):
     status, message = bad_program
@@ -288,7 +286,6 @@ def endless(monkeypatch, tmp_path):
     put_ff(BAD_PROGRAMS["runs for ever"][0], monkeypatch, tmp_path)
 
 
-@needs_plugin("planning")
 def test_cancelling(endless, env, loop):
     assert env.call("planner-cancel", "plan-9") == FALSE
     env.call("planner-plan-with", "nil", "(at c1 shelf)", "ff", 60)
@@ -299,7 +296,6 @@ def test_cancelling(endless, env, loop):
     assert env.call("planner-cancel", "plan-1") == FALSE
 
 
-@needs_plugin("planning")
 def test_calls_are_told_to_the_bus(endless, manager, bus, env, loop):
     events: list[PlannerCall] = []
     bus.subscribe(events.append, PlannerCall)

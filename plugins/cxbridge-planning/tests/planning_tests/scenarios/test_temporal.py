@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
-from cxbridge.executive.planning.needs import Need
-from cxbridge.executive.planning.registry import make_planner, planner_names
 from cxbridge.run import RunOptions, run_scenario
+from cxbridge_planning.needs import Need
+from cxbridge_planning.registry import make_planner, planner_names
 from tests.support import ROOT
 
 SCENARIO = ROOT / "scenarios" / "temporal"

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from cxbridge.executive.pddl import parse_domain, parse_problem
-from cxbridge.executive.planning.planner import PlannedAction
-from cxbridge.executive.planning.validation.plan import check_plan
+from cxbridge.history.plan_steps import PlannedAction
+from cxbridge_planning.validation.plan import check_plan
 
 CUPS = parse_domain("""(define (domain cups) (:requirements :adl :fluents) (:types cup place)
   (:predicates (at ?c - cup ?p - place) (dirty ?c - cup) (open ?p - place))

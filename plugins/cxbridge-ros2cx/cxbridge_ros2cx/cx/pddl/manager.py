@@ -15,18 +15,18 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.closing import Closing
 from cxbridge.errors import CxbridgeError, PddlError, Ros2Error
-from cxbridge.executive.planning import PlanningService
-from cxbridge.executive.planning.planner import PlanStatus
-from cxbridge.executive.planning.service import PlanRequest
 from cxbridge.extras import install_command
 from cxbridge.rights import Right
+from cxbridge_planning import PlanningService
+from cxbridge_planning.planner import PlanStatus
+from cxbridge_planning.service.service import PlanRequest
 from cxbridge_ros2.actions import GoalHandler, GoalResponse, GoalServer, GoalStatus, ServedGoal
 from cxbridge_ros2cx.cx.pddl.problem import ManagedGoal, ManagedProblem
 
 if TYPE_CHECKING:
     from cxbridge.clock import Clock
     from cxbridge.events import Logger
-    from cxbridge.executive.planning.planner import PlannedAction
+    from cxbridge.history.plan_steps import PlannedAction
     from cxbridge_ros2.messages import Message
     from cxbridge_ros2.node import Node
 
