@@ -1,4 +1,4 @@
-"""Planners in processes of their own: several at once, too slow, given up, crashing, printing."""
+"""Planners in separate processes: several at once, too slow, cancelled, crashing, printing."""
 
 from __future__ import annotations
 

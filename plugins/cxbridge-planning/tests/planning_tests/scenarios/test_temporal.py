@@ -59,7 +59,7 @@ def test_who_takes_longer_than_planned_is_told_once(tmp_path):
 
 
 def test_an_action_that_does_not_start_in_time_is_told_once(tmp_path):
-    """The plan is suspended when the dishes are to be served, and goes on later."""
+    """The plan is suspended when the dishes are to be served, and continues later."""
     (tmp_path / "pause.clp").write_text("""
 (defrule pause
   ?plan <- (plan (suspended FALSE) (start-time $?start&~:(eq ?start (create$ 0 0))))

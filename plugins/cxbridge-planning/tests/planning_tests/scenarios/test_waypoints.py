@@ -22,7 +22,7 @@ WAYPOINTS = ["wp-init", *(f"wp{n}" for n in range(1, 7)), "wp-final"]
 
 
 class Drive:
-    """A run, and what was to be seen of it."""
+    """A run with its actions and poses."""
 
     def __init__(self, **options: Any) -> None:
         self.actions: list[PlanActionTransition] = []
