@@ -246,7 +246,7 @@ def put_ff(script, monkeypatch, folder):
 
 @pytest.fixture
 def bad_program(request, monkeypatch, tmp_path):
-    """Put a program `ff` on the PATH, before planners' processes begin; return the expected status and message."""
+    """Put a program `ff` on the PATH before planners begin; return the expected status and message."""
     script, status, message = BAD_PROGRAMS[request.param]
     put_ff(script, monkeypatch, tmp_path)
     return status, message
