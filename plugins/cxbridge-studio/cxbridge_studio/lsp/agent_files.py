@@ -71,7 +71,7 @@ def _find_host_files(paths: RunPaths) -> Iterator[Path]:
     for folder in _HOST_FOLDERS:
         yield from sorted((CORE_DIR / folder).glob("*.clp"))
     for module in dict.fromkeys(row.target.partition(":")[0] for row in FEATURES.rows if row.origin):
-        spec = find_spec(module)  # CLIPS files of a plug-in's feature are beside its module
+        spec = find_spec(module)  # the folder of a feature's module has its CLIPS files
         if spec is not None and spec.origin is not None:
             yield from sorted(Path(spec.origin).parent.glob("*.clp"))
     if paths.robot_memory is not None:
