@@ -88,6 +88,7 @@ def test_a_pytest_that_does_not_know_cxbridge_says_what_to_do(here, monkeypatch,
     assert "Traceback" not in done.stderr
 
 
+@needs_plugin("planning")
 def test_a_new_project_without_its_robot_says_how_to_run(here, capsys):
     invoke(["new", "my-robot"])
     assert invoke(["run", "my-robot/my-robot"]) == 2
@@ -114,6 +115,7 @@ def test_the_workflow_is_the_one_of_the_manual(here):
 
 
 @needs_fawkes
+@needs_plugin("studio")
 def test_an_agent_of_fawkes_stays_where_it_is(here, capsys):
     assert FAWKES_DIR is not None
     assert invoke(["new", "talker", "--from-fawkes", "test", "--fawkes-dir", str(FAWKES_DIR)]) == 0

@@ -7,7 +7,7 @@ import pytest
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
 from cxbridge.run.specs import check_spec, choose_spec
-from tests.support import FAWKES_DIR, ROOT, needs_fawkes
+from tests.support import FAWKES_DIR, ROOT, needs_fawkes, needs_plugin
 
 GOOD = """
 clips-executive:
@@ -88,7 +88,7 @@ def test_the_shipped_scenario_is_fine():
 
 
 @needs_fawkes
-@pytest.mark.parametrize("spec", ["test", "test-pddl"])
+@pytest.mark.parametrize("spec", ["test", pytest.param("test-pddl", marks=needs_plugin("planning"))])
 def test_fawkes_own_specs_are_fine(spec):
     assert FAWKES_DIR is not None
     assert check_spec(Configuration.load(FAWKES_DIR / "cfg"), spec) == []
