@@ -17,7 +17,7 @@ _DEVELOPERS = "dev"  # the extra for work on cxbridge, which no command suggests
 EXTRA_PURPOSES: Final[Mapping[str, str]] = {
     "test": "pytest, which the plug-in for tests needs; `make run` installs it",
     "planners": "temporal and other planners by unified-planning; the scenario `temporal`",
-    "mongodb": "a robot memory on MongoDB, and files of mongodump; a memory in this process needs no extra",
+    "mongodb": "a robot memory on MongoDB, and files of mongodump",
     "packed": "recordings that another program has packed with zstd or lz4; cxbridge itself uses neither",
     "all": "all plug-ins of this repository, `planners` and `test`",
     _DEVELOPERS: "everything that the tests and the manual need",

@@ -8,6 +8,7 @@ import socket
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from functools import cache
+from importlib.machinery import ModuleSpec
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, TypeVar
@@ -51,22 +52,49 @@ _ROBOTINO = os.environ.get("ROBOTINO_DIR", "")
 ROBOTINO_DIR = Path(_ROBOTINO) if _ROBOTINO else None
 """A checkout of the RCLL agent (fawkes-robotino), named by ROBOTINO_DIR; may be absent."""
 
-PLUGIN_NAMES = ("explore", "mcp", "planning", "protobuf", "rcll", "ros2", "ros2cx", "studio", "web")
+PLUGIN_NAMES = (
+    "explore",
+    "mcp",
+    "planning",
+    "protobuf",
+    "rcll",
+    "robot-memory",
+    "ros2",
+    "ros2cx",
+    "studio",
+    "web",
+)
 """The plug-ins of the repository."""
 
-_FOUND = (find_spec("cxbridge"), *(find_spec(f"cxbridge_{name}") for name in PLUGIN_NAMES))
+
+def _find_plugin(name: str) -> ModuleSpec | None:
+    return find_spec(f"cxbridge_{name}".replace("-", "_"))
+
+
+_FOUND = [find_spec("cxbridge"), *map(_find_plugin, PLUGIN_NAMES)]
 
 PACKAGES = tuple(Path(each.origin).parent for each in _FOUND if each is not None and each.origin)
 """The packages of cxbridge and of the plug-ins of this repository that are installed, wherever these are."""
 
-WHOLE = all(find_spec(f"cxbridge_{name}") for name in PLUGIN_NAMES)
+WHOLE = all(_FOUND)
 """Whether all plug-ins of the repository are installed."""
+
+
+_PLUGIN_OF_FEATURE = {"- name: robot_memory": "robot-memory"}
 
 
 def needs_plugin(name: str) -> pytest.MarkDecorator:
     """Mark a test that needs a plug-in of the repository, e.g. ``web``."""
-    absent = find_spec(f"cxbridge_{name}") is None
-    return pytest.mark.skipif(absent, reason=f"needs cxbridge-{name}, which is not installed")
+    return pytest.mark.skipif(
+        _find_plugin(name) is None, reason=f"needs cxbridge-{name}, which is not installed"
+    )
+
+
+def scenarios_of_installed_plugins() -> list[Path]:
+    """Return the folders of the shipped scenarios, except those whose plug-ins are not installed."""
+    files = sorted((ROOT / "scenarios").glob("*/scenario.yaml"))
+    absent = [feature for feature, name in _PLUGIN_OF_FEATURE.items() if _find_plugin(name) is None]
+    return [file.parent for file in files if not any(text in file.read_text() for text in absent)]
 
 
 needs_pymongo = pytest.mark.skipif(find_spec("pymongo") is None, reason="needs pymongo (the extra mongodb)")

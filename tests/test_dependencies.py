@@ -68,11 +68,18 @@ PLUGINS = {project["name"].removeprefix("cxbridge-") for project in PROJECTS[1:]
 LOCKED = {
     "dev.txt": {"cxbridge": "dev", "cxbridge-web": "foxglove", "cxbridge-ros2": "zenoh"}
     | {f"cxbridge-{name}": "" for name in PLUGINS - {"web", "ros2"}},
-    "run.txt": {"cxbridge": "test", "cxbridge-planning": "", "cxbridge-studio": "", "cxbridge-web": ""},
+    "run.txt": {
+        "cxbridge": "test",
+        "cxbridge-planning": "",
+        "cxbridge-robot-memory": "",
+        "cxbridge-studio": "",
+        "cxbridge-web": "",
+    },
     "container.txt": {
         "cxbridge": "packed",
         "cxbridge-planning": "",
         "cxbridge-protobuf": "",
+        "cxbridge-robot-memory": "",
         "cxbridge-studio": "",
         "cxbridge-web": "",
     },

@@ -62,12 +62,19 @@ def test_a_checkout_is_installed_with_its_extra(monkeypatch, tmp_path):
     ("extra", "package", "folders"),
     [
         ("explore", "cxbridge", [".[explore]", "plugins/cxbridge-explore", "plugins/cxbridge-studio"]),
-        ("planners", "cxbridge", [".[planners]", "plugins/cxbridge-planning[engines]"]),
+        (
+            "planners",
+            "cxbridge",
+            [".[planners]", "plugins/cxbridge-planning[engines]", "plugins/cxbridge-robot-memory"],
+        ),
         ("zenoh", "cxbridge-ros2", ["plugins/cxbridge-ros2[zenoh]"]),
         (
             "",
             "cxbridge-rcll",
-            [f"plugins/cxbridge-{name}" for name in ("rcll", "explore", "studio", "protobuf")],
+            [
+                f"plugins/cxbridge-{name}"
+                for name in ("rcll", "explore", "studio", "protobuf", "robot-memory")
+            ],
         ),
     ],
 )

@@ -150,6 +150,7 @@ SMOKE = {
     "cxbridge-planning": "plan --list",
     "cxbridge-protobuf": "run -q {protobuf}",
     "cxbridge-rcll": "game test-scenario --refbox-dir {here}",
+    "cxbridge-robot-memory": "run -q {memory}",
     "cxbridge-ros2": "doctor",
     "cxbridge-ros2cx": "doctor",
     "cxbridge-studio": "check test-scenario",
@@ -185,7 +186,7 @@ def test_each_wheel_works_with_what_it_declares(name, wheels, tmp_path):
     status, said = call(SMOKE[name])
     assert status == STATUS.get(name, 0), said
     _, version = call("--version")
-    installed = set(re.findall(r"cxbridge-\w+", version))
+    installed = set(re.findall(r"cxbridge-[\w-]+", version))
     assert installed == alone.closure([name])[0] - {"cxbridge"}
 
 

@@ -392,6 +392,8 @@ def test_each_name_of_a_plug_in_of_the_repository_is_known():
         (["trace", "repair", "RUN"], "cxbridge-studio"),
         (["run", "ROS2"], "cxbridge-ros2"),
         (["run", "PLANNER"], "cxbridge-planning"),
+        (["run", "MEMORY"], "cxbridge-robot-memory"),
+        (["run", "WAITING"], "cxbridge-robot-memory"),
         (["run", "BLACKBOARD"], "cxbridge-planning"),
         (["daemon", "start", "WEB"], "cxbridge-web"),
     ],
@@ -408,15 +410,17 @@ def test_what_belongs_to_an_absent_plug_in_names_its_package(
     for folder, text in ((ros2, "ros2: {interfaces: {a: b}}\n"), (web, "cxbridge: {web: {port: 1}}\n")):
         with (folder / "scenario.yaml").open("a") as file:
             file.write(text)
-    planner, board = (write_scenario(tmp_path / name, feature=name) for name in ("planner", "robot_memory"))
-    with_files = (board / "scenario.yaml").read_text().replace("[mini.clp,", "[mini.clp, pddl-init.clp,")
-    (board / "scenario.yaml").write_text(with_files)
+    planner, memory = (write_scenario(tmp_path / name, feature=name) for name in ("planner", "robot_memory"))
+    board, waiting = (write_scenario(tmp_path / name) for name in ("board", "waiting"))
+    for folder, name in ((board, "pddl-init.clp"), (waiting, "BATCH|robmem-wait-init.clp")):
+        with_file = (folder / "scenario.yaml").read_text().replace("[mini.clp,", f'[mini.clp, "{name}",')
+        (folder / "scenario.yaml").write_text(with_file)
     run = tmp_path / "run.txt"
     run.write_text("")
     places = {"SCENARIO": scenario, "ROS2": ros2, "WEB": web, "RUN": run}
-    places |= {"PLANNER": planner, "BLACKBOARD": board}
+    places |= {"PLANNER": planner, "BLACKBOARD": board, "MEMORY": memory, "WAITING": waiting}
     status = invoke([str(places.get(each, each)) for each in arguments])
-    assert status == (0 if arguments[-1] in ("ROS2", "BLACKBOARD") else 2)
+    assert status == (0 if arguments[-1] in ("ROS2", "WAITING") else 2)
     assert f"belongs to the plug-in {package}: " in capsys.readouterr().err
 
 

@@ -38,14 +38,6 @@ def _make_pddl_parser(context: Run) -> Feature:
 # The features below are imported when an agent requests them, which keeps the start of other agents fast.
 
 
-def _make_robot_memory(context: Run) -> Feature:
-    from cxbridge.executive.features.robot_memory import LIBRARY, RobotMemoryFeature  # noqa: PLC0415
-    from cxbridge.run.components.robot_memory import robot_memory  # noqa: PLC0415
-
-    library = context.paths.robot_memory or LIBRARY
-    return RobotMemoryFeature(robot_memory(context), library, context.paths.placeholders)
-
-
 def _make_tf(context: Run) -> Feature:
     from cxbridge.executive.features.tf import TfFeature  # noqa: PLC0415
 
@@ -76,7 +68,6 @@ FEATURES: Final[Table[Callable[[Run], Feature]]] = Table(
     Row("config", f"{__name__}:_make_config", early=always),
     Row("redefine-warning", f"{__name__}:_make_redefine_warning", early=always),
     Row("pddl-parser", f"{__name__}:_make_pddl_parser", early=always),
-    Row("robot_memory", f"{__name__}:_make_robot_memory"),
     Row("tf", f"{__name__}:_make_tf"),
     Row("navgraph", f"{__name__}:_make_navgraph"),
     Row("skill-board", f"{__name__}:_make_skill_board", configured("/skill-board")),

@@ -25,7 +25,6 @@ class RunPaths(Struct, frozen=True):
     :param interface_dirs: folders of interface definitions in search order.
     :param skill_dirs: folders of Lua skills in search order.
     :param substitutions: values of ``@BASEDIR@`` and other placeholders.
-    :param robot_memory: Fawkes' robot-memory.clp, if used.
     :param override_dirs: folders whose files hide files of the core with the same name.
     :param checkouts: the folders of ``--overlay`` and ``--fawkes-dir``.
     """
@@ -37,7 +36,6 @@ class RunPaths(Struct, frozen=True):
     interface_dirs: tuple[Path, ...]
     skill_dirs: tuple[Path, ...]
     substitutions: dict[str, str]
-    robot_memory: Path | None = None
     override_dirs: tuple[Path, ...] = ()
     checkouts: Checkouts = Checkouts()
 

@@ -52,7 +52,6 @@ _SHOWN_FOLDERS = 3  # limit of folders in a hint
 
 _FAWKES_LIBRARY = "src/plugins/clips/clips"
 _FAWKES_CX = "src/plugins/clips-executive/clips"
-_FAWKES_ROBOT_MEMORY = "src/plugins/clips-robot-memory/robot-memory.clp"
 _FAWKES_LUA = "src/lua"
 _SCENARIO_INTERFACES = "interfaces"  # subfolder of the scenario's folder
 
@@ -223,7 +222,7 @@ class Source:
         use_fawkes_core = (options.core or ("fawkes" if fawkes else "builtin")) == "fawkes"
         if use_fawkes_core and fawkes is None:
             raise CxbridgeError("--core fawkes needs a Fawkes checkout", hint="name it with --fawkes-dir")
-        cx, library, robot_memory = BUILTIN_CX, HOST_LIBRARY, None
+        cx, library = BUILTIN_CX, HOST_LIBRARY
         clips_dirs = [*options.clips_dirs]
         for text in config.get_strings("/clips-executive/clips-dirs", default=[]):
             clips_dirs += checkouts.expand(text, placeholders, folder)
@@ -241,7 +240,6 @@ class Source:
             skill_dirs.append(fawkes_folder(fawkes, _FAWKES_LUA))
             if use_fawkes_core:
                 cx, library = fawkes_cx, fawkes_folder(fawkes, _FAWKES_LIBRARY)
-                robot_memory = fawkes / _FAWKES_ROBOT_MEMORY
             else:
                 # Fawkes' own agents are in the folder of its core
                 clips_dirs.append(fawkes_cx)
@@ -253,7 +251,6 @@ class Source:
             interface_dirs=(*interface_dirs, shipped_dir("interfaces")),
             skill_dirs=(*skill_dirs, shipped_dir("luaskills")),
             substitutions={f"@{name}@": folder for name, folder in placeholders.items()},
-            robot_memory=robot_memory,
             checkouts=checkouts,
         )
 

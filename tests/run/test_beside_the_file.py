@@ -12,7 +12,6 @@ from cxbridge.daemon.daemon import Daemon
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.daemon.settings import DaemonSettings
 from cxbridge.events import LogLine
-from cxbridge.executive.robmem.settings import Settings
 from cxbridge.resources import shipped_dir
 
 SHIPPED = shipped_dir("scenarios")
@@ -20,17 +19,13 @@ WRITTEN = {
     "record/trace": "run.mcap",
     "record/log": "logs/run.log",
     "record/bblog": "bb/",
-    "robot-memory/file": "store.bson",
 }
 """Every setting that names a file or folder which a daemon writes."""
 
 
 def ours(written: dict[str, str]) -> str:
-    lines = ["cxbridge:", "  zmq: {endpoints: []}", "  fawkes: {enable: false}"]
-    for group in ("record", "robot-memory"):
-        lines.append(f"  {group}:")
-        mine = {key: name for key, name in written.items() if key.startswith(group)}
-        lines += [f"    {key.split('/')[1]}: {name}" for key, name in mine.items()]
+    lines = ["cxbridge:", "  zmq: {endpoints: []}", "  fawkes: {enable: false}", "  record:"]
+    lines += [f"    {key.split('/')[1]}: {name}" for key, name in written.items()]
     return "\n".join([*lines, ""])
 
 
@@ -40,7 +35,6 @@ def files(config: Configuration) -> dict[str, Path | None]:
         "record/trace": settings.trace,
         "record/log": settings.log,
         "record/bblog": settings.bblog,
-        "robot-memory/file": Settings.read(config).file,
     }
 
 

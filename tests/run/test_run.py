@@ -442,7 +442,8 @@ def test_a_run_imports_no_feature_that_its_agent_does_not_ask_for():
     assert "cxbridge.executive.features.pddl_parser" in modules
     unwanted = {
         "bson",
-        "cxbridge.executive.features.robot_memory",
+        "cxbridge_robot_memory.feature",
+        "cxbridge_robot_memory.memory",
         "cxbridge_planning.feature",
         "cxbridge_protobuf.feature",
         "cxbridge.blackboard.gateway",

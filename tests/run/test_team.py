@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import sqlite3
-from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -21,40 +19,6 @@ from tests.daemon.test_daemon import running
 from tests.run.mini import write_scenario
 
 TWO = "\ncxbridge: {agents: {ann: {}, ben: {}}}\n"
-
-MEMORY_AGENT = """
-(defrule begin
-  (executive-initialized)
-  (wm-fact (id "/config/agent/name") (value ?me))
-  (not (begun))
-  =>
-  (assert (begun) (goal (id G) (class MINI)))
-  (bind ?everything (bson-create))
-  (robmem-trigger-register "syncedrobmem.test" ?everything "shared")
-  (robmem-trigger-register "robmem.test" ?everything "own")
-  (bson-destroy ?everything)
-  (bind ?doc (bson-create))
-  (bson-append ?doc "by" ?me)
-  (robmem-upsert "robmem.test" ?doc (str-cat "{\\"_id\\": \\"" ?me "\\"}"))
-  (robmem-upsert "syncedrobmem.test" ?doc (str-cat "{\\"_id\\": \\"" ?me "\\"}"))
-  (bson-destroy ?doc))
-(defrule heard
-  ?event <- (robmem-trigger (name ?name) (ptr ?doc))
-  =>
-  (printout warn ?name " " (bson-get ?doc "fullDocument.by") crlf)
-  (bson-destroy ?doc)
-  (retract ?event))
-(defrule enough
-  (time $?)
-  ?goal <- (goal (id G) (mode FORMULATED))
-  =>
-  (modify ?goal (mode SELECTED)))
-(defrule over
-  (time $?)
-  ?goal <- (goal (id G) (mode SELECTED))
-  =>
-  (modify ?goal (mode RETRACTED) (outcome COMPLETED)))
-"""
 
 
 def write(folder: Path, more: str = TWO, **options: Any) -> Path:
@@ -105,19 +69,6 @@ cxbridge:
     told_people = result.summary().splitlines()
     assert told_people[:2] == ["ann", "  G (MINI): FAILED  [ACTION-FAILED]"]
     assert told_people[2:4] == ["ben", "  G (MINI): COMPLETED"]
-
-
-def test_the_distributed_databases_are_shared_the_others_are_not(tmp_path: Path) -> None:
-    more = "\ncxbridge: {agents: {ann: {}, ben: {}}, robot-memory: {file: memory.db}}\n"
-    result, lines = run(write(tmp_path, more, feature="robot_memory", agent=MEMORY_AGENT), skiller="none")
-    assert result.status == 0
-    heard = {(line.component, line.text) for line in lines if line.text.startswith(("shared", "own"))}
-    ann, ben = "CLIPS (ann)", "CLIPS (ben)"
-    assert {(ann, "own ann"), (ben, "own ben"), (ann, "shared ben"), (ben, "shared ben")} <= heard
-    assert not heard & {(ann, "own ben"), (ben, "own ann")}
-    for file, count in (("memory.db", 2), ("memory-ann.db", 1), ("memory-ben.db", 1)):
-        with closing(sqlite3.connect(tmp_path / file)) as database, database:
-            assert database.execute("SELECT count(*) FROM documents").fetchone() == (count,)
 
 
 def test_one_agent_alone(tmp_path: Path) -> None:
@@ -182,12 +133,10 @@ def test_an_agents_configuration_leaves_the_others_alone() -> None:
 
 
 def test_a_daemon_is_one_of_them(tmp_path: Path) -> None:
-    more = "\ncxbridge: {agents: {ann: {}, ben: {}}, robot-memory: {file: memory.db}}\n"
-    folder = write(tmp_path, more, feature="robot_memory")
+    folder = write(tmp_path)
     with running(config=folder, agent="ben", settings=(("fawkes/enable", False),)) as (daemon, _, _):
         assert daemon.config.get_str("/fawkes/agent/name") == "ben"
         assert daemon.spec == "mini"
-        assert (tmp_path / "memory.db").exists()
     with pytest.raises(ConfigError, match="several agents") as refused:
         Daemon(DaemonOptions(config=folder))
     assert "--agent" in str(refused.value)

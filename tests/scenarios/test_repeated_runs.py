@@ -10,11 +10,11 @@ from msgspec.structs import replace
 from cxbridge.events import Event, PlannerCall
 from cxbridge.run import RunOptions, run_scenario
 from cxbridge.trace.formats.registry import open_run
-from tests.support import ROOT, share
+from tests.support import ROOT, scenarios_of_installed_plugins, share
 
 SCENARIOS = {
-    path.parent.name: "name: planner" in path.read_text()
-    for path in sorted((ROOT / "scenarios").glob("*/scenario.yaml"))
+    folder.name: "name: planner" in (folder / "scenario.yaml").read_text()
+    for folder in scenarios_of_installed_plugins()
 }
 """The shipped scenarios, and whether a planner plans."""
 

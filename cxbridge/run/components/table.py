@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import combinations
 from typing import Any, Final
 
-from cxbridge.plugins import Row, Table, always, duplicate_error
+from cxbridge.plugins import Row, Table, duplicate_error
 from cxbridge.run.components.component import is_component
 from cxbridge.run.skillers import SkillerSettings, skiller_settings
 
@@ -44,13 +44,6 @@ COMPONENTS: Final[Table[type[Any]]] = Table(
         "skill-board",
         f"{_PACKAGE}.skill_board:SkillBoardComponent",
         lambda run: run.skill_board is not None,
-    ),
-    Row(
-        "robot-memory",
-        f"{_PACKAGE}.robot_memory:RobotMemoryComponent",
-        lambda run: bool(run.spec),
-        early=always,
-        in_replays=True,
     ),
     Row(EXECUTIVE, f"{_PACKAGE}.executive:ExecutiveComponent", lambda run: bool(run.spec)),
 )

@@ -1,5 +1,6 @@
 """The robot memory: documents in collections, change events, mutexes.
 
-:mod:`memory` is the entry point of applications, :mod:`store` the interface of stores. :mod:`embedded` is the
-store in this process, :mod:`mongodb` the store on MongoDB (extra ``mongodb``); docs/several-agents.md.
+:mod:`component` has the robot memory of a run, :mod:`feature` the functions for rules, :mod:`store` the
+interface of stores. :mod:`embedded` is the store in this process, :mod:`mongodb` the store on MongoDB (extra
+``mongodb``); docs/several-agents.md.
 """

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Any
 
-from cxbridge.executive.robmem.errors import DuplicateKeyError, QueryError
-from cxbridge.executive.robmem.query import compile_query, equalities, leaf_reader, parse_order, sort_key
-from cxbridge.executive.robmem.values import Document, Key, order_key, to_ms
+from cxbridge_robot_memory.errors import DuplicateKeyError, QueryError
+from cxbridge_robot_memory.query import compile_query, equalities, leaf_reader, parse_order, sort_key
+from cxbridge_robot_memory.values import Document, Key, order_key, to_ms
 
 # The maximum number of documents that a query scans: for few documents, a scan is faster than an index.
 _MAX_SCANNED = 32
@@ -79,14 +79,6 @@ class Collection:
 
     def __len__(self) -> int:
         return len(self._documents)
-
-    def all(self) -> Iterable[Document]:
-        """Return the stored documents, not copies."""
-        return self._documents.values()
-
-    def get(self, identity: Any) -> Document | None:
-        """Return the document with an ``_id``, or None."""
-        return self._documents.get(order_key(identity))
 
     def find(self, query: Mapping[str, Any]) -> Iterator[Document]:
         """Yield the matching stored documents. The collection must not change during the iteration.

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from functools import partial
 
-from cxbridge.executive.robmem.memory import RobotMemory
-from cxbridge.executive.robmem.settings import Settings
-from cxbridge.executive.robmem.store import Store
 from cxbridge.mainloop import Hook
 from cxbridge.run.agent import Run, RunBase
 from cxbridge.run.components.component import Component
-from cxbridge.run.specs import init_mentions
+from cxbridge_robot_memory.memory import RobotMemory
+from cxbridge_robot_memory.settings import Settings
+from cxbridge_robot_memory.store import Store
 
 
 def robot_memory(run: Run) -> RobotMemory:
@@ -29,8 +28,8 @@ def _make_memory(run: Run) -> RobotMemory:
 def _open_team_store(team: RunBase, agent: str, settings: Settings) -> Store:
     """Return an agent's robot memory: its own databases, and those that all agents of the team share."""
     # imported on use: most runs have no robot memory
-    from cxbridge.executive.robmem.embedded import EmbeddedStore  # noqa: PLC0415
-    from cxbridge.executive.robmem.split import SplitStore  # noqa: PLC0415
+    from cxbridge_robot_memory.embedded import EmbeddedStore  # noqa: PLC0415
+    from cxbridge_robot_memory.split import SplitStore  # noqa: PLC0415
 
     file = settings.file
     own_file = None if file is None else file.with_name(f"{file.stem}-{agent}{file.suffix}")
@@ -39,15 +38,15 @@ def _open_team_store(team: RunBase, agent: str, settings: Settings) -> Store:
 
 
 def _open_common_store(team: RunBase) -> Store:
-    from cxbridge.executive.robmem.embedded import EmbeddedStore  # noqa: PLC0415 - as above
+    from cxbridge_robot_memory.embedded import EmbeddedStore  # noqa: PLC0415 - as above
 
     return EmbeddedStore(team.clock, Settings.read(team.config).file)
 
 
 class RobotMemoryComponent(Component):
-    """Removes expired documents and writes the status of replica sets.
+    """Opens the robot memory for agents that wait for it before they request the feature.
 
-    :raises CxbridgeError: if the agent needs the robot memory at its start, and it cannot be opened.
+    :raises CxbridgeError: if the robot memory cannot be opened.
     """
 
     # before Hook.THINK: rules see the changes of other agents in the same cycle
@@ -58,12 +57,7 @@ class RobotMemoryComponent(Component):
 
     def __init__(self, run: Run) -> None:
         self._memory = robot_memory(run)
-        if init_mentions(run.config, run.spec, "robot_memory", "robmem-wait-init"):
-            self._memory.open()
+        self._memory.open()
 
     def loop(self) -> None:
         self._memory.loop()
-
-    @property
-    def is_quiet(self) -> bool:
-        return not self._memory.is_open

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 from types import ModuleType
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.executive.robmem.errors import QueryError, RobotMemoryError
-from cxbridge.executive.robmem.store import Store, split_name
-from cxbridge.extras import install_command
-from cxbridge.file_access import write_file
+from cxbridge.file_access import replaced_file, write_file
+from cxbridge_robot_memory.errors import QueryError, RobotMemoryError, mongodb_command
+from cxbridge_robot_memory.store import Store, split_name
 
 
 def dump_collection(store: Store, collection: str, folder: Path) -> Path:
@@ -26,10 +26,24 @@ def dump_collection(store: Store, collection: str, folder: Path) -> Path:
     )
     try:
         write_file(file.with_suffix(".metadata.json"), description)
-        write_file(file, data)
+        _write_durably(file, data)
     except CxbridgeError as error:
         raise RobotMemoryError(f"cannot dump {collection}: {error.message}", file=file) from None
     return file
+
+
+def _write_durably(file: Path, data: bytes) -> None:
+    """Write a file that survives a power failure: a rule may drop the collection after its dump."""
+    with replaced_file(file) as new_file, new_file.open("wb") as stream:
+        stream.write(data)
+        stream.flush()
+        os.fsync(stream.fileno())
+    if os.name == "posix":
+        folder = os.open(file.parent, os.O_RDONLY)  # the new name is an entry of the folder
+        try:
+            os.fsync(folder)
+        finally:
+            os.close(folder)
 
 
 def restore_collection(store: Store, collection: str, folder: Path, target: str = "") -> int:
@@ -57,12 +71,12 @@ def restore_collection(store: Store, collection: str, folder: Path, target: str 
 
 def _import_bsonvalues(file: Path) -> ModuleType:
     try:
-        from cxbridge.executive.robmem.mongodb import bsonvalues  # noqa: PLC0415  an optional dependency
+        from cxbridge_robot_memory.mongodb import bsonvalues  # noqa: PLC0415  an optional dependency
     except ModuleNotFoundError:
         raise RobotMemoryError(
             "files of mongodump require the package pymongo",
             file=file,
-            hint=install_command("mongodb"),
+            hint=mongodb_command(),
         ) from None
     return bsonvalues
 

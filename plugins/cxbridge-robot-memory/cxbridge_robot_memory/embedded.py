@@ -15,13 +15,13 @@ from pathlib import Path
 from typing import Any
 
 from cxbridge.clock import Clock
-from cxbridge.executive.robmem.collection import Collection, IndexSpec
-from cxbridge.executive.robmem.errors import QueryError
-from cxbridge.executive.robmem.journal import Journal
-from cxbridge.executive.robmem.query import Matcher, compile_query, parse_order, sort_documents
-from cxbridge.executive.robmem.store import ChangeCallback, ChangeEvent, Store, Watch, split_name
-from cxbridge.executive.robmem.update import Update, UpdateResult
-from cxbridge.executive.robmem.values import Document, ObjectId, Regex, Timestamp, copy, from_ms
+from cxbridge_robot_memory.collection import Collection, IndexSpec
+from cxbridge_robot_memory.errors import QueryError
+from cxbridge_robot_memory.journal import Journal
+from cxbridge_robot_memory.query import Matcher, compile_query, parse_order, sort_documents
+from cxbridge_robot_memory.store import ChangeCallback, ChangeEvent, Store, Watch, split_name
+from cxbridge_robot_memory.update import Update, UpdateResult
+from cxbridge_robot_memory.values import Document, ObjectId, Regex, Timestamp, copy, from_ms
 
 # the period of removing expired documents, as in MongoDB
 _SWEEP_US = 60_000_000

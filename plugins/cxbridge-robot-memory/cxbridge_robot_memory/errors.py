@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from cxbridge.errors import ExecutiveError
+from cxbridge.extras import install_command
 
 
 class RobotMemoryError(ExecutiveError):
@@ -19,3 +20,8 @@ class DuplicateKeyError(RobotMemoryError):
 
 class UnreachableError(RobotMemoryError):
     """The database is unreachable, perhaps temporarily."""
+
+
+def mongodb_command() -> str:
+    """Return the shell command that installs the packages for MongoDB."""
+    return install_command("mongodb", "cxbridge-robot-memory")

@@ -13,11 +13,11 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from cxbridge.executive.robmem.collection import IndexSpec
-from cxbridge.executive.robmem.errors import RobotMemoryError
-from cxbridge.executive.robmem.jsontext import parse, to_text
-from cxbridge.executive.robmem.store import split_name
-from cxbridge.executive.robmem.values import Document
+from cxbridge_robot_memory.collection import IndexSpec
+from cxbridge_robot_memory.errors import RobotMemoryError
+from cxbridge_robot_memory.jsontext import parse, to_text
+from cxbridge_robot_memory.store import split_name
+from cxbridge_robot_memory.values import Document
 
 _SCHEMA = """
 CREATE TABLE IF NOT EXISTS documents (

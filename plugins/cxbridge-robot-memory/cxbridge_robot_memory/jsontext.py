@@ -9,8 +9,8 @@ from collections.abc import Callable
 from datetime import UTC, datetime
 from typing import Any
 
-from cxbridge.executive.robmem.errors import QueryError
-from cxbridge.executive.robmem.values import Document, ObjectId, Regex, Timestamp, copy, from_ms, to_ms
+from cxbridge_robot_memory.errors import QueryError
+from cxbridge_robot_memory.values import Document, ObjectId, Regex, Timestamp, copy, from_ms, to_ms
 
 # keys of extended JSON for types that the embedded store does not support
 _MONGODB_ONLY = {

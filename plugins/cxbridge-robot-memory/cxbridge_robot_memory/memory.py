@@ -8,10 +8,9 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING
-
-from msgspec.structs import replace
 
 from cxbridge.blackboard import BlackBoard
 from cxbridge.clock import Clock
@@ -19,13 +18,12 @@ from cxbridge.closing import Closing
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
 from cxbridge.events import EventBus, Logger
-from cxbridge.executive.robmem.errors import RobotMemoryError
-from cxbridge.executive.robmem.settings import Settings
-from cxbridge.executive.robmem.status_writer import StatusWriter
-from cxbridge.extras import install_command
+from cxbridge_robot_memory.errors import RobotMemoryError, mongodb_command
+from cxbridge_robot_memory.settings import Settings
+from cxbridge_robot_memory.status_writer import StatusWriter
 
 if TYPE_CHECKING:
-    from cxbridge.executive.robmem.store import Store
+    from cxbridge_robot_memory.store import Store
 
 REPLICA_SET_INTERFACE = "MongoDBManagedReplicaSetInterface"
 
@@ -102,7 +100,7 @@ class RobotMemory(Closing):
         if settings.backend == "embedded":
             if self._make_embedded is not None:
                 return self._make_embedded(settings)
-            from cxbridge.executive.robmem.embedded import EmbeddedStore  # noqa: PLC0415
+            from cxbridge_robot_memory.embedded import EmbeddedStore  # noqa: PLC0415
 
             return EmbeddedStore(self.clock, settings.file)
         if self.clock.is_virtual:
@@ -111,11 +109,11 @@ class RobotMemory(Closing):
                 hint="its events arrive in real time: use --clock real",
             )
         try:
-            from cxbridge.executive.robmem.mongodb.store import MongoStore  # noqa: PLC0415
+            from cxbridge_robot_memory.mongodb.store import MongoStore  # noqa: PLC0415
         except ModuleNotFoundError:
             raise ConfigError(
                 "a robot memory on MongoDB requires the package pymongo",
-                hint=install_command("mongodb"),
+                hint=mongodb_command(),
             ) from None
 
         return MongoStore(
@@ -123,7 +121,7 @@ class RobotMemory(Closing):
         )
 
     def loop(self) -> None:
-        """Remove expired documents and update the interfaces. Called once per cycle of the main loop."""
+        """Remove expired documents and update the interfaces. To be called in each cycle of the main loop."""
         if self._store is not None:
             try:
                 self._store.remove_expired()

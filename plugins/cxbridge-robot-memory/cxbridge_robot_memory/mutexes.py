@@ -9,9 +9,9 @@ import socket
 from contextlib import suppress
 
 from cxbridge.clock import Clock
-from cxbridge.executive.robmem.errors import DuplicateKeyError
-from cxbridge.executive.robmem.store import Store
-from cxbridge.executive.robmem.values import from_ms
+from cxbridge_robot_memory.errors import DuplicateKeyError
+from cxbridge_robot_memory.store import Store
+from cxbridge_robot_memory.values import from_ms
 
 _OPENING_UPDATE = {"$set": {"locked": False}, "$unset": {"locked-by": True, "lock-time": True}}
 

@@ -12,9 +12,8 @@ from collections.abc import Callable, Iterator, Mapping
 from functools import lru_cache, partial
 from typing import Any
 
-from cxbridge.executive.robmem.errors import QueryError
-from cxbridge.executive.robmem.values import MISSING, NAN_KEY, Document, Key, Regex, order_key
-from cxbridge.extras import install_command
+from cxbridge_robot_memory.errors import QueryError, mongodb_command
+from cxbridge_robot_memory.values import MISSING, NAN_KEY, Document, Key, Regex, order_key
 
 Matcher = Callable[[Any], bool]
 """A test of a value or a document."""
@@ -40,7 +39,7 @@ def mongodb_needed_error(name: str) -> QueryError:
     """
     return QueryError(
         f"{name} needs MongoDB",
-        hint=f"/cxbridge/robot-memory/backend: mongodb, with {install_command('mongodb')}; "
+        hint=f"/cxbridge/robot-memory/backend: mongodb, with {mongodb_command()}; "
         "docs/evidence/robot-memory.md has the operators of the embedded store",
     )
 

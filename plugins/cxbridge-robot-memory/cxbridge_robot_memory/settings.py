@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-
-from msgspec import Struct
+from typing import ClassVar
 
 from cxbridge.config import Configuration
+from cxbridge.run.plugin_settings import PluginSettings
 
 BACKENDS = ("embedded", "mongodb")
 
@@ -17,7 +18,8 @@ _CLIENTS_KEY = "/plugins/mongodb/clients"
 _DEFAULT_SETS = ("robot-memory-distributed", "robot-memory-local")
 
 
-class Settings(Struct, frozen=True):
+@dataclass(frozen=True)
+class Settings(PluginSettings):
     """Settings of the robot memory.
 
     :param backend: ``embedded`` or ``mongodb``.
@@ -30,6 +32,9 @@ class Settings(Struct, frozen=True):
     :param mutex_collection: the collection of the mutexes.
     :param replica_sets: the ids of the interfaces about replica sets.
     """
+
+    KEYS: ClassVar[tuple[str, ...]] = ("robot-memory/backend", "robot-memory/file", "robot-memory/uri")
+    SECTION: ClassVar[str] = _CXBRIDGE_KEY
 
     backend: str = "embedded"
     file: Path | None = None

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from cxbridge.executive.robmem.store import ChangeCallback, Store, Watch, split_name
-from cxbridge.executive.robmem.values import Document
+from cxbridge_robot_memory.store import ChangeCallback, Store, Watch, split_name
+from cxbridge_robot_memory.values import Document
 
 
 class SplitStore(Store):

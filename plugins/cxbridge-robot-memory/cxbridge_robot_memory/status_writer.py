@@ -8,11 +8,11 @@ from __future__ import annotations
 import threading
 from typing import TYPE_CHECKING
 
-from cxbridge.executive.robmem.store import ReplicaSetStatus
 from cxbridge.interfaces.instance import Interface
+from cxbridge_robot_memory.store import ReplicaSetStatus
 
 if TYPE_CHECKING:
-    from cxbridge.executive.robmem.store import Store
+    from cxbridge_robot_memory.store import Store
 
 _PERIOD_S = 1.0
 _MAX_TEXT_LENGTH = 1023  # characters of the interface's field without its NUL

@@ -13,8 +13,8 @@ from typing import Any
 from msgspec import Struct
 
 from cxbridge.closing import Closing
-from cxbridge.executive.robmem.errors import QueryError
-from cxbridge.executive.robmem.values import Document
+from cxbridge_robot_memory.errors import QueryError
+from cxbridge_robot_memory.values import Document
 
 ChangeEvent = Document
 """An event of a change stream.

@@ -12,9 +12,9 @@ from datetime import datetime
 from itertools import pairwise
 from typing import Any, Final, NamedTuple
 
-from cxbridge.executive.robmem.errors import QueryError
-from cxbridge.executive.robmem.query import equalities, has_operators, mongodb_needed_error, split_path
-from cxbridge.executive.robmem.values import MISSING, Document, copy, is_identical
+from cxbridge_robot_memory.errors import QueryError
+from cxbridge_robot_memory.query import equalities, has_operators, mongodb_needed_error, split_path
+from cxbridge_robot_memory.values import MISSING, Document, copy, is_identical
 
 _OPERATORS: Final = frozenset({"$set", "$unset", "$inc", "$push", "$currentDate"})
 

@@ -13,7 +13,7 @@ from typing import Any
 
 from msgspec import Struct
 
-from cxbridge.executive.robmem.errors import QueryError
+from cxbridge_robot_memory.errors import QueryError
 
 Document = dict[str, Any]
 """A document of the robot memory: values by field."""

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from cxbridge.blackboard import BlackBoard, LocalBlackBoard
 from cxbridge.config import Configuration
+from cxbridge.events import EventBus
 from cxbridge.executive.feature import Feature
 from cxbridge.executive.features.blackboard import BlackBoardFeature
 from cxbridge.executive.features.config import ConfigFeature, RedefineWarningFeature
 from cxbridge.executive.features.navgraph import NavGraphFeature
 from cxbridge.executive.features.pddl_parser import PddlParserFeature
-from cxbridge.executive.features.robot_memory import RobotMemoryFeature
 from cxbridge.executive.features.tf import TfFeature
 from cxbridge.executive.manager import EnvironmentManager
-from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.space.navgraph import NavGraph
 from tests.executive.conftest import Log
@@ -42,6 +42,7 @@ a:
 
 HAS_PROTOBUF = find_spec("cxbridge_protobuf") is not None
 HAS_MOTOR_SWITCH = find_spec("cxbridge_rcll") is not None
+HAS_ROBOT_MEMORY = find_spec("cxbridge_robot_memory") is not None
 """Whether the plug-ins with features of Fawkes are installed: the tests of all features have these, too."""
 
 if HAS_PROTOBUF:
@@ -50,11 +51,12 @@ if HAS_PROTOBUF:
     __all__ = ["_fast_compiler"]
 
 
-def plugin_features(board: BlackBoard, *folders: Path) -> list[Feature]:
+def plugin_features(bus: EventBus, board: BlackBoard, *folders: Path, store: Any = None) -> list[Feature]:
     """Return the features of the installed plug-ins.
 
     :param board: the blackboard of the features.
     :param folders: of message definitions, besides those of the plug-in's tests.
+    :param store: the store of the robot memory, by default a new store.
     """
     features: list[Feature] = []
     if HAS_PROTOBUF:
@@ -66,6 +68,13 @@ def plugin_features(board: BlackBoard, *folders: Path) -> list[Feature]:
         from cxbridge_rcll.motor_switch import MotorSwitchFeature
 
         features.append(MotorSwitchFeature(board, "Robotino"))
+    if HAS_ROBOT_MEMORY:
+        from cxbridge_robot_memory.feature.feature import RobotMemoryFeature
+        from cxbridge_robot_memory.memory import RobotMemory
+
+        embedded = None if store is None else lambda _settings: store
+        memory = RobotMemory(Configuration(), bus.clock, bus, board, embedded=embedded)
+        features.append(RobotMemoryFeature(memory))
     return features
 
 
@@ -82,22 +91,14 @@ def log(bus):
 
 
 @pytest.fixture
-def memory(bus, board):
-    memory = RobotMemory(Configuration.from_text(CONFIG, "test.yaml"), bus.clock, bus, board)
-    yield memory
-    memory.close()
-
-
-@pytest.fixture
-def manager(bus, board, log, memory):
+def manager(bus, board, log):
     config = Configuration.from_text(CONFIG, "test.yaml")
     features = [
         BlackBoardFeature(board),
         ConfigFeature(config),
         PddlParserFeature(),
         RedefineWarningFeature(),
-        RobotMemoryFeature(memory),
-        *plugin_features(board),
+        *plugin_features(bus, board),
         TfFeature(board),
         NavGraphFeature(lambda: NavGraph("Empty")),
     ]

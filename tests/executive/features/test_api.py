@@ -7,7 +7,7 @@ import json
 import pytest
 
 from cxbridge.errors import ClipsError
-from tests.executive.features.conftest import HAS_MOTOR_SWITCH, HAS_PROTOBUF
+from tests.executive.features.conftest import HAS_MOTOR_SWITCH, HAS_PROTOBUF, HAS_ROBOT_MEMORY
 from tests.support import SHARED, needs_shared
 
 OURS = {
@@ -15,11 +15,11 @@ OURS = {
     "config",
     "redefine-warning",
     "pddl-parser",
-    "robot_memory",
     "tf",
     "navgraph",
     *(["protobuf"] if HAS_PROTOBUF else ()),
     *(["motor-switch"] if HAS_MOTOR_SWITCH else ()),
+    *(["robot_memory"] if HAS_ROBOT_MEMORY else ()),
 }
 VARIADIC = {"append$", "path-add"}
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 import json
 import re
 import socket
-import threading
 
 import pytest
 
@@ -22,18 +21,20 @@ from cxbridge.executive.features.blackboard import BlackBoardFeature
 from cxbridge.executive.features.config import ConfigFeature, RedefineWarningFeature
 from cxbridge.executive.features.navgraph import NavGraphFeature
 from cxbridge.executive.features.pddl_parser import PddlParserFeature
-from cxbridge.executive.features.robot_memory import RobotMemoryFeature
 from cxbridge.executive.features.tf import TfFeature
 from cxbridge.executive.host.environment import CORE_DIR
 from cxbridge.executive.manager import EnvironmentManager
-from cxbridge.executive.robmem.embedded import EmbeddedStore
-from cxbridge.executive.robmem.errors import UnreachableError
-from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.skiller.mapping import ActionSkillMapping
 from cxbridge.space.navgraph.graph import NavGraph, NavGraphEdge, NavGraphNode
 from cxbridge.space.tf import StampedTransform, Transform, TransformPublisher
-from tests.executive.features.conftest import CONFIG, HAS_MOTOR_SWITCH, HAS_PROTOBUF, plugin_features
+from tests.executive.features.conftest import (
+    CONFIG,
+    HAS_MOTOR_SWITCH,
+    HAS_PROTOBUF,
+    HAS_ROBOT_MEMORY,
+    plugin_features,
+)
 from tests.executive.features.function_rows import (
     BLACKBOARD,
     ENDS,
@@ -45,8 +46,13 @@ from tests.executive.features.function_rows import (
     TOO_MANY,
     Row,
 )
-from tests.executive.features.robmem_rows import ROBOT_MEMORY
 from tests.support import SHARED, free_port, needs_shared
+
+if HAS_ROBOT_MEMORY:
+    from robot_memory_tests.function_rows import ROBOT_MEMORY
+    from robot_memory_tests.moody import MoodyStore
+else:
+    ROBOT_MEMORY = {}
 
 ROWS: dict[str, Row] = {
     **HOST,
@@ -58,9 +64,7 @@ ROWS: dict[str, Row] = {
     **ROBOT_MEMORY,
 }
 
-FEATURES = ("blackboard", "robot_memory", "pddl-parser", "tf", "navgraph")
-
-WAIT = 30
+FEATURES = ("blackboard", "pddl-parser", "tf", "navgraph")
 
 ELSEWHERE = {"skill-call-ext"}
 """Of Fawkes' plug-in clips-agent, which is older than the executive and has an environment of its own."""
@@ -97,45 +101,6 @@ class Spare(Feature):
         """Give nothing."""
 
 
-class MoodyStore(EmbeddedStore):
-    """A store that answers, does not answer yet, or cannot be reached."""
-
-    def __init__(self, clock):
-        super().__init__(clock)
-        self.mood = ""
-        self.go = threading.Event()
-
-    def be(self, mood):
-        self.mood = mood
-        self.is_local = mood != "slow"
-
-    def _answer(self):
-        if self.mood == "away":
-            raise UnreachableError("nobody is at home")
-        if self.mood == "slow":
-            assert self.go.wait(WAIT)
-
-    def insert(self, *args, **options):
-        self._answer()
-        return super().insert(*args, **options)
-
-    def update(self, *args, **options):
-        self._answer()
-        return super().update(*args, **options)
-
-    def find_one_and_update(self, *args, **options):
-        self._answer()
-        return super().find_one_and_update(*args, **options)
-
-    def remove(self, *args, **options):
-        self._answer()
-        return super().remove(*args, **options)
-
-    def watch(self, *args, **options):
-        self._answer()
-        return super().watch(*args, **options)
-
-
 class World:
     """An executive with all features, and what they need."""
 
@@ -149,13 +114,12 @@ class World:
         config = Configuration.from_text(CONFIG, "test.yaml")
         self.folder = folder
         self.board = LocalBlackBoard(InterfaceRegistry([folder / "interfaces"]), bus.clock, bus)
-        self.store = MoodyStore(bus.clock)
-        self.memory = RobotMemory(config, bus.clock, bus, self.board, embedded=lambda _settings: self.store)
+        self.store = MoodyStore(bus.clock) if HAS_ROBOT_MEMORY else None
         graph = NavGraph("House")
         for name in ("hall", "kitchen"):
             graph.add_node(NavGraphNode(name, 0, 0))
         graph.add_edge(NavGraphEdge("hall", "kitchen"))
-        self.added = plugin_features(self.board, folder / "msgs")
+        self.added = plugin_features(bus, self.board, folder / "msgs", store=self.store)
         self.manager = EnvironmentManager(
             bus,
             [
@@ -163,7 +127,6 @@ class World:
                 ConfigFeature(config),
                 PddlParserFeature(),
                 RedefineWarningFeature(),
-                RobotMemoryFeature(self.memory),
                 *self.added,
                 TfFeature(self.board),
                 NavGraphFeature(lambda: graph),
@@ -200,14 +163,14 @@ class World:
         return self.env.call("probe")
 
     def close(self):
-        self.store.go.set()
-        self.store.be("")
+        if self.store is not None:
+            self.store.go.set()
+            self.store.be("")
         self.robot.close()
         for interface in self.open:
             interface.close()
         self.executive.finalize()
         self.manager.close()
-        self.memory.close()
         self.board.shutdown()
 
 
@@ -245,7 +208,8 @@ def test_a_call_that_does_not(world, log, name):
         with pytest.raises(ClipsError, match=re.escape(name)):
             world.env.build(f"(deffunction probe () ({name} {'1 ' * 12}))")
     else:
-        world.store.be(row.store)
+        if row.store:
+            world.store.be(row.store)
         if row.failure is ENDS:
             with pytest.raises(ClipsError):
                 world.call(row.bad)
@@ -262,7 +226,11 @@ def test_there_is_a_row_for_each_function():
     features = json.loads((SHARED / "compat" / "clips-functions.json").read_text())["features"]
     absent = {
         feature
-        for feature, is_present in (("protobuf", HAS_PROTOBUF), ("motor-switch", HAS_MOTOR_SWITCH))
+        for feature, is_present in (
+            ("protobuf", HAS_PROTOBUF),
+            ("motor-switch", HAS_MOTOR_SWITCH),
+            ("robot_memory", HAS_ROBOT_MEMORY),
+        )
         if not is_present
     }
     names = {

@@ -9,7 +9,7 @@ import pytest
 from cxbridge.run import RunOptions
 from cxbridge_studio.check.run import check
 from studio_tests.check.test_check import SPEC, agent
-from tests.support import ROOT
+from tests.support import ROOT, needs_plugin
 
 
 @pytest.mark.parametrize(
@@ -51,6 +51,7 @@ def test_right_files_beside_a_scenario(tmp_path):
     assert check(RunOptions(scenario=folder)) == []
 
 
+@needs_plugin("robot-memory")
 def test_the_world_of_a_scenario_with_several_agents(tmp_path):
     shutil.copytree(ROOT / "scenarios" / "two-agents", tmp_path, dirs_exist_ok=True)
     world = tmp_path / "world.yaml"

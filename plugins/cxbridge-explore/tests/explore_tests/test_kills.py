@@ -5,6 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from explore_tests.test_explore import explored
+from tests.support import needs_plugin
+
+pytestmark = needs_plugin("robot-memory")
 
 
 def killed(folder: Path, begin: float, end: float, back: float | None = None) -> Path:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from cxbridge.mainloop import Hook
 from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
-from cxbridge.run.components.robot_memory import robot_memory
 from cxbridge_planning.fawkes.plugins import PddlPlanner, PddlRobotMemory, ProblemFiles
 from cxbridge_planning.feature.base import service_maker
 from cxbridge_planning.settings import PlannerSettings
+from cxbridge_robot_memory.component import robot_memory
 
 
 class PlanningPlugins(Component):

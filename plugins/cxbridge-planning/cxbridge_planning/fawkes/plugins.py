@@ -19,13 +19,13 @@ from cxbridge.errors import CxbridgeError, PddlError
 from cxbridge.events import EventBus
 from cxbridge.executive.pddl import parse_domain, parse_problem
 from cxbridge.executive.pddl.decoding import read_text
-from cxbridge.executive.robmem.store import Store
 from cxbridge_planning.call_events import PlannerCallReporter
 from cxbridge_planning.fawkes.templates import ProblemTemplate
 from cxbridge_planning.planner import PlanResult, PlanStatus
 from cxbridge_planning.registry import AUTO, make_planner, planner_names
 from cxbridge_planning.service.service import PlanCall, PlanningService, PlanRequest
 from cxbridge_planning.settings import PlannerSettings
+from cxbridge_robot_memory.store import Store
 
 _GENERATOR_KEY: Final = "/plugins/pddl-robot-memory"
 _PLANNER_KEY: Final = "/plugins/pddl-planner"

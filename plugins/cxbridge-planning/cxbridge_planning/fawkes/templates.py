@@ -20,8 +20,8 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
-from cxbridge.executive.robmem.values import ObjectId
 from cxbridge_planning.errors import PlanningError
+from cxbridge_robot_memory.values import ObjectId
 
 FindDocuments = Callable[[dict[str, dict[str, Any]]], Mapping[str, list[dict[str, Any]]]]
 """Gets queries by section, and returns the documents that each query finds, by section."""

@@ -8,14 +8,14 @@ from pathlib import Path
 
 from cxbridge.errors import ClipsError, CxbridgeError
 from cxbridge.executive.feature import define_logged
-from cxbridge.executive.features.robmem_context import FAIL, SUCCESS, RobotMemoryContext
-from cxbridge.executive.features.robmem_handles import Cursor, Trigger, pointer_symbol
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, TRUE, ExternalAddress, Value
-from cxbridge.executive.robmem import jsontext
-from cxbridge.executive.robmem.dump import dump_collection, restore_collection
-from cxbridge.executive.robmem.errors import DuplicateKeyError, RobotMemoryError
-from cxbridge.executive.robmem.values import Document, copy
+from cxbridge_robot_memory import jsontext
+from cxbridge_robot_memory.dump import dump_collection, restore_collection
+from cxbridge_robot_memory.errors import DuplicateKeyError, RobotMemoryError
+from cxbridge_robot_memory.feature.context import FAIL, SUCCESS, RobotMemoryContext
+from cxbridge_robot_memory.feature.handles import Cursor, Trigger, pointer_symbol
+from cxbridge_robot_memory.values import Document, copy
 
 
 class CollectionFunctions:

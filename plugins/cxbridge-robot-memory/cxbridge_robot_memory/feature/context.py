@@ -9,12 +9,12 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from cxbridge.clock import split_us
 from cxbridge.errors import ClipsError
 from cxbridge.events import Logger
-from cxbridge.executive.features.robmem_handles import Handles
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import Symbol, Value
-from cxbridge.executive.robmem.errors import RobotMemoryError
-from cxbridge.executive.robmem.memory import RobotMemory
-from cxbridge.executive.robmem.store import ChangeEvent, Store
+from cxbridge_robot_memory.errors import RobotMemoryError
+from cxbridge_robot_memory.feature.handles import Handles
+from cxbridge_robot_memory.memory import RobotMemory
+from cxbridge_robot_memory.store import ChangeEvent, Store
 
 FAIL, OK, SUCCESS = Symbol("FAIL"), Symbol("OK"), Symbol("SUCCESS")
 """The outcomes of operations in facts."""

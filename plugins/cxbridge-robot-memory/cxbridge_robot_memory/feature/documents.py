@@ -9,12 +9,12 @@ from typing import Any
 from cxbridge.errors import ClipsError
 from cxbridge.events import Logger
 from cxbridge.executive.feature import define_logged
-from cxbridge.executive.features.robmem_handles import Handles
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, TRUE, ExternalAddress, Symbol, Value
-from cxbridge.executive.robmem import jsontext
-from cxbridge.executive.robmem.errors import QueryError, RobotMemoryError
-from cxbridge.executive.robmem.values import (
+from cxbridge_robot_memory import jsontext
+from cxbridge_robot_memory.errors import QueryError, RobotMemoryError
+from cxbridge_robot_memory.feature.handles import Handles
+from cxbridge_robot_memory.values import (
     MISSING,
     Document,
     ObjectId,

@@ -1,7 +1,7 @@
 """The feature ``robot_memory``: documents, collections, triggers and mutexes for rules.
 
-The functions for rules are in :mod:`.robmem_documents`, :mod:`.robmem_collections` and
-:mod:`.robmem_mutexes`. docs/several-agents.md lists the differences from Fawkes.
+The functions for rules are in :mod:`.documents`, :mod:`.collections` and :mod:`.mutexes`.
+docs/several-agents.md lists the differences from Fawkes.
 """
 
 from __future__ import annotations
@@ -12,13 +12,15 @@ from pathlib import Path
 from cxbridge.config import substitute_path
 from cxbridge.errors import ClipsError
 from cxbridge.executive.feature import Feature
-from cxbridge.executive.features.robmem_collections import CollectionFunctions
-from cxbridge.executive.features.robmem_context import RobotMemoryContext
-from cxbridge.executive.features.robmem_documents import DocumentFunctions
-from cxbridge.executive.features.robmem_handles import Trigger
-from cxbridge.executive.features.robmem_mutexes import MutexFunctions
 from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
-from cxbridge.executive.robmem.memory import RobotMemory
+from cxbridge.run.agent import Run
+from cxbridge_robot_memory.component import robot_memory
+from cxbridge_robot_memory.feature.collections import CollectionFunctions
+from cxbridge_robot_memory.feature.context import RobotMemoryContext
+from cxbridge_robot_memory.feature.documents import DocumentFunctions
+from cxbridge_robot_memory.feature.handles import Trigger
+from cxbridge_robot_memory.feature.mutexes import MutexFunctions
+from cxbridge_robot_memory.memory import RobotMemory
 
 LIBRARY = CORE_DIR / "cx" / "robot-memory.clp"
 """cxbridge's helper functions in CLIPS."""
@@ -27,6 +29,13 @@ LIBRARY = CORE_DIR / "cx" / "robot-memory.clp"
 _RELATIONS = (
     "(deffunction robmem-relations () (assert (mutex-op-feedback) (mutex-trigger-register-feedback)))"
 )
+
+
+def make_feature(run: Run) -> RobotMemoryFeature:
+    """Return the feature of a run. Fawkes' core needs Fawkes' helper functions."""
+    fawkes_library = run.paths.cx.parents[1] / "clips-robot-memory" / "robot-memory.clp"
+    library = fawkes_library if fawkes_library.is_file() else LIBRARY
+    return RobotMemoryFeature(robot_memory(run), library, run.paths.placeholders)
 
 
 class RobotMemoryFeature(Feature):
@@ -59,6 +68,7 @@ class RobotMemoryFeature(Feature):
 
     def before_run(self, env: ClipsEnvironment) -> None:
         """Assert the events and replies since the last run."""
+        self._memory.loop()  # there is no component if a rule requested the feature
         self._contexts[env.name].assert_queued_facts()
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:

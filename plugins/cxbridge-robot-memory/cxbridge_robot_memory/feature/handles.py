@@ -13,8 +13,8 @@ from typing import TypeVar
 from cxbridge.errors import ClipsError
 from cxbridge.events import Logger
 from cxbridge.executive.host.values import ExternalAddress, Symbol, Value, show
-from cxbridge.executive.robmem.store import Watch
-from cxbridge.executive.robmem.values import Document
+from cxbridge_robot_memory.store import Watch
+from cxbridge_robot_memory.values import Document
 
 T = TypeVar("T")
 

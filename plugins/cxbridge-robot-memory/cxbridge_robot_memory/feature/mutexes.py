@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-from cxbridge.executive.features.robmem_context import FAIL, OK, RobotMemoryContext
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, TRUE, Symbol, Value
-from cxbridge.executive.robmem.mutexes import Mutexes
+from cxbridge_robot_memory.feature.context import FAIL, OK, RobotMemoryContext
+from cxbridge_robot_memory.mutexes import Mutexes
 
 _FEEDBACK = "mutex-op-feedback"
 _EXPIRE = "expire-locks-async"

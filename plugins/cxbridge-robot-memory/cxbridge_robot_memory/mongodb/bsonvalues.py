@@ -10,8 +10,8 @@ from typing import Any
 import bson
 from bson.codec_options import CodecOptions
 
-from cxbridge.executive.robmem.errors import QueryError
-from cxbridge.executive.robmem.values import Document, ObjectId, Regex, Timestamp
+from cxbridge_robot_memory.errors import QueryError
+from cxbridge_robot_memory.values import Document, ObjectId, Regex, Timestamp
 
 CODEC: CodecOptions[Document] = CodecOptions(tz_aware=True, tzinfo=UTC)
 _OPTION_LETTERS = {re.IGNORECASE: "i", re.MULTILINE: "m", re.DOTALL: "s", re.VERBOSE: "x"}

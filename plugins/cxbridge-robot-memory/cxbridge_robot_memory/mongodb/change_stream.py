@@ -15,9 +15,9 @@ from pymongo.change_stream import CollectionChangeStream
 from pymongo.collection import Collection
 from pymongo.errors import OperationFailure, PyMongoError
 
-from cxbridge.executive.robmem.mongodb.bsonvalues import from_bson
-from cxbridge.executive.robmem.store import ChangeCallback, Watch
-from cxbridge.executive.robmem.values import Document
+from cxbridge_robot_memory.mongodb.bsonvalues import from_bson
+from cxbridge_robot_memory.store import ChangeCallback, Watch
+from cxbridge_robot_memory.values import Document
 
 _AWAIT_MS = 200  # milliseconds of one wait, between checks for the end of the watch
 _RETRY_S = 0.5  # seconds before a lost stream is opened again

@@ -16,17 +16,17 @@ from pymongo.collection import Collection
 
 from cxbridge.config.secrets import mask
 from cxbridge.errors import ConfigError
-from cxbridge.executive.robmem.errors import (
+from cxbridge_robot_memory.errors import (
     DuplicateKeyError,
     QueryError,
     RobotMemoryError,
     UnreachableError,
 )
-from cxbridge.executive.robmem.mongodb.bsonvalues import CODEC, from_bson, to_bson
-from cxbridge.executive.robmem.mongodb.change_stream import MongoWatch
-from cxbridge.executive.robmem.store import ChangeCallback, ReplicaSetStatus, Store, Watch, split_name
-from cxbridge.executive.robmem.update import to_operators
-from cxbridge.executive.robmem.values import Document
+from cxbridge_robot_memory.mongodb.bsonvalues import CODEC, from_bson, to_bson
+from cxbridge_robot_memory.mongodb.change_stream import MongoWatch
+from cxbridge_robot_memory.store import ChangeCallback, ReplicaSetStatus, Store, Watch, split_name
+from cxbridge_robot_memory.update import to_operators
+from cxbridge_robot_memory.values import Document
 
 Client = MongoClient[Document]
 

@@ -8,13 +8,19 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.clock import VirtualClock
-from cxbridge.executive.robmem.embedded import EmbeddedStore
-from cxbridge.executive.robmem.split import SplitStore
-from cxbridge.executive.robmem.store import Store
+from cxbridge.config import Configuration
+from cxbridge.events import EventBus
+from cxbridge_robot_memory.embedded import EmbeddedStore
+from cxbridge_robot_memory.memory import RobotMemory
+from cxbridge_robot_memory.split import SplitStore
+from cxbridge_robot_memory.store import Store
+from tests.executive.conftest import bus, log
+from tests.executive.features.conftest import board
 
 if TYPE_CHECKING:
-    from tests.executive.robmem.mongo_server import MongoServer
+    from robot_memory_tests.mongo_server import MongoServer
 
 REAL = os.environ.get("CXBRIDGE_TEST_MONGODB", "")
 """The URI of a real replica set; its database `robmem` is emptied by the tests."""
@@ -32,6 +38,16 @@ KINDS = [
 ]
 
 
+__all__ = ["board", "bus", "log"]  # fixtures
+
+
+@pytest.fixture
+def memory(bus: EventBus, board: LocalBlackBoard) -> Iterator[RobotMemory]:
+    memory = RobotMemory(Configuration(), bus.clock, bus, board)
+    yield memory
+    memory.close()
+
+
 @pytest.fixture
 def clock() -> VirtualClock:
     return VirtualClock()
@@ -41,7 +57,7 @@ def clock() -> VirtualClock:
 def server() -> Iterator[MongoServer]:
     """A server that speaks MongoDB's protocol."""
     pytest.importorskip("pymongo")
-    from tests.executive.robmem.mongo_server import MongoServer
+    from robot_memory_tests.mongo_server import MongoServer
 
     with MongoServer() as server:
         yield server
@@ -55,7 +71,7 @@ def store(request: pytest.FixtureRequest, clock: VirtualClock) -> Iterator[Store
         store = SplitStore(EmbeddedStore(clock), EmbeddedStore(clock), ["robmem_coordination"])
     else:
         pytest.importorskip("pymongo")
-        from cxbridge.executive.robmem.mongodb.store import MongoStore
+        from cxbridge_robot_memory.mongodb.store import MongoStore
 
         store = MongoStore(REAL if request.param == "mongodb" else request.getfixturevalue("server").uri)
         for name in store.collections():

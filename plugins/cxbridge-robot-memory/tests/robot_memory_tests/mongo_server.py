@@ -18,9 +18,9 @@ from typing import Any, Self
 import bson
 
 from cxbridge.clock import RealClock
-from cxbridge.executive.robmem.embedded import EmbeddedStore
-from cxbridge.executive.robmem.errors import DuplicateKeyError, QueryError
-from cxbridge.executive.robmem.mongodb.bsonvalues import CODEC, from_bson, to_bson
+from cxbridge_robot_memory.embedded import EmbeddedStore
+from cxbridge_robot_memory.errors import DuplicateKeyError, QueryError
+from cxbridge_robot_memory.mongodb.bsonvalues import CODEC, from_bson, to_bson
 
 Document = dict[str, Any]
 

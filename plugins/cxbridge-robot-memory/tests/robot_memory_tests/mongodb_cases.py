@@ -10,7 +10,7 @@ from __future__ import annotations
 from datetime import UTC, datetime
 from typing import Any
 
-from cxbridge.executive.robmem.values import ObjectId, Regex, Timestamp
+from cxbridge_robot_memory.values import ObjectId, Regex, Timestamp
 
 NOW = datetime(2026, 1, 2, 3, 4, 5, 678000, tzinfo=UTC)
 NAN = float("nan")

@@ -13,8 +13,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from cxbridge.clock import VirtualClock
-from cxbridge.executive.robmem.embedded import EmbeddedStore
-from cxbridge.executive.robmem.errors import QueryError
+from cxbridge_robot_memory.embedded import EmbeddedStore
+from cxbridge_robot_memory.errors import QueryError
 from tests.support import many
 
 mongomock = pytest.importorskip("mongomock")

@@ -15,14 +15,14 @@ from cxbridge.clock import MICROSECONDS, Clock, RealClock, VirtualClock, split_u
 from cxbridge.config import Configuration
 from cxbridge.events import EventBus, Level
 from cxbridge.executive.features.blackboard import BlackBoardFeature
-from cxbridge.executive.features.robot_memory import LIBRARY, RobotMemoryFeature
 from cxbridge.executive.host.environment import CORE_DIR
 from cxbridge.executive.host.values import Symbol, Value
 from cxbridge.executive.manager import HOST_LIBRARY, EnvironmentManager
-from cxbridge.executive.robmem.embedded import EmbeddedStore
-from cxbridge.executive.robmem.memory import RobotMemory
-from cxbridge.executive.robmem.store import Store
 from cxbridge.interfaces.registry import InterfaceRegistry
+from cxbridge_robot_memory.embedded import EmbeddedStore
+from cxbridge_robot_memory.feature.feature import LIBRARY, RobotMemoryFeature
+from cxbridge_robot_memory.memory import RobotMemory
+from cxbridge_robot_memory.store import Store
 from tests.executive.conftest import Log
 from tests.support import FAWKES_DIR, needs_fawkes, needs_pymongo
 
@@ -233,8 +233,8 @@ def test_the_trigger_ends_with_the_executive(world: World, robots: tuple[Robot, 
 @needs_pymongo
 @pytest.mark.parametrize("core", ["builtin", pytest.param("fawkes", marks=needs_fawkes)])
 def test_two_robots_and_a_database_between_them(core: str, tmp_path: Path) -> None:
-    from cxbridge.executive.robmem.mongodb.store import MongoStore
-    from tests.executive.robmem.mongo_server import MongoServer
+    from cxbridge_robot_memory.mongodb.store import MongoStore
+    from robot_memory_tests.mongo_server import MongoServer
 
     with MongoServer() as server:
         store = MongoStore(server.uri)

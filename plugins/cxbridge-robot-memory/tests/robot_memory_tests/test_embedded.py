@@ -14,10 +14,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cxbridge.clock import VirtualClock
-from cxbridge.executive.robmem.embedded import EmbeddedStore
-from cxbridge.executive.robmem.errors import RobotMemoryError
-from cxbridge.executive.robmem.query import compile_query
-from cxbridge.executive.robmem.values import Document
+from cxbridge_robot_memory.embedded import EmbeddedStore
+from cxbridge_robot_memory.errors import RobotMemoryError
+from cxbridge_robot_memory.query import compile_query
+from cxbridge_robot_memory.values import Document
 from tests.support import ROOT
 
 C = "robmem.test"
@@ -43,7 +43,7 @@ def test_a_file_survives(clock, tmp_path):
 WRITER = """
 import itertools, os, pathlib, sys, threading
 from cxbridge.clock import RealClock
-from cxbridge.executive.robmem.embedded import EmbeddedStore
+from cxbridge_robot_memory.embedded import EmbeddedStore
 store = EmbeddedStore(RealClock(), pathlib.Path(sys.argv[1]))
 def write(name):
     for number in itertools.count():
@@ -79,8 +79,8 @@ def test_what_was_acknowledged_survives_a_kill_at_any_time(clock, tmp_path, answ
 FULL = """
 import pathlib, resource, signal, sys
 from cxbridge.clock import RealClock
-from cxbridge.executive.robmem.embedded import EmbeddedStore
-from cxbridge.executive.robmem.errors import RobotMemoryError
+from cxbridge_robot_memory.embedded import EmbeddedStore
+from cxbridge_robot_memory.errors import RobotMemoryError
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 store = EmbeddedStore(RealClock(), pathlib.Path(sys.argv[1]))
 resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, resource.RLIM_INFINITY))

@@ -9,12 +9,12 @@ import pytest
 
 from cxbridge.config import Configuration
 from cxbridge.events import Level
-from cxbridge.executive.features.robmem_handles import Handles
-from cxbridge.executive.features.robot_memory import RobotMemoryFeature
 from cxbridge.executive.host.values import FALSE, TRUE, ExternalAddress, Symbol
 from cxbridge.executive.manager import EnvironmentManager
-from cxbridge.executive.robmem.embedded import EmbeddedStore
-from cxbridge.executive.robmem.memory import RobotMemory
+from cxbridge_robot_memory.embedded import EmbeddedStore
+from cxbridge_robot_memory.feature.feature import RobotMemoryFeature
+from cxbridge_robot_memory.feature.handles import Handles
+from cxbridge_robot_memory.memory import RobotMemory
 from tests.support import needs_pymongo
 
 C = "robmem.test"
@@ -242,6 +242,17 @@ def test_dumping_and_restoring(do, doc, log, memory, tmp_path):
 
 
 @needs_pymongo
+def test_a_dump_is_on_the_disk_before_the_rule_continues(do, doc, tmp_path, monkeypatch):
+    synced = []
+    monkeypatch.setattr(
+        "os.fsync", lambda number: synced.append(Path(f"/proc/self/fd/{number}").readlink().name)
+    )
+    do("robmem-insert", C, doc('{"_id": 1}'))
+    assert do("robmem-dump-collection", C, f"{tmp_path}/dump") == TRUE
+    assert synced == ["test.bson", "robmem"]
+
+
+@needs_pymongo
 def test_a_dump_that_is_none_destroys_nothing(do, doc, log, memory, tmp_path):
     do("robmem-insert", C, doc('{"_id": 1}'))
     assert do("robmem-restore-collection", C, f"{tmp_path}/nowhere", "") == FALSE
@@ -458,8 +469,8 @@ def test_one_operation_a_mutex_at_a_time(bus, board, tmp_path):
 
 @needs_pymongo
 def test_a_database_that_is_away(bus, board, tmp_path, log, monkeypatch):
-    from cxbridge.executive.robmem.mongodb import store as mongo
-    from tests.executive.robmem.mongo_server import MongoServer
+    from cxbridge_robot_memory.mongodb import store as mongo
+    from robot_memory_tests.mongo_server import MongoServer
 
     monkeypatch.setattr(mongo, "_SELECTION_MS", 200)
     with MongoServer() as gone:

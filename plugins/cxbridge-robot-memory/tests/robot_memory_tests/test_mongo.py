@@ -19,15 +19,15 @@ from cxbridge.clock import Clock, RealClock, VirtualClock
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
 from cxbridge.events import EventBus
-from cxbridge.executive.robmem.errors import UnreachableError
-from cxbridge.executive.robmem.memory import RobotMemory
-from cxbridge.executive.robmem.mongodb import store as mongo
-from cxbridge.executive.robmem.mongodb.store import MongoStore
-from cxbridge.executive.robmem.mutexes import Mutexes
-from cxbridge.executive.robmem.settings import Settings
 from cxbridge.interfaces.registry import InterfaceRegistry
-from tests.executive.robmem.mongo_server import MongoServer
-from tests.executive.robmem.test_store import Events
+from cxbridge_robot_memory.errors import UnreachableError
+from cxbridge_robot_memory.memory import RobotMemory
+from cxbridge_robot_memory.mongodb import store as mongo
+from cxbridge_robot_memory.mongodb.store import MongoStore
+from cxbridge_robot_memory.mutexes import Mutexes
+from cxbridge_robot_memory.settings import Settings
+from robot_memory_tests.mongo_server import MongoServer
+from robot_memory_tests.test_store import Events
 from tests.support import ROOT
 
 C = "robmem.test"
@@ -215,8 +215,8 @@ def test_the_interfaces_of_the_sets_follow_the_database(fast, tmp_path):
 HOLDER = """
 import sys, time
 from cxbridge.clock import RealClock
-from cxbridge.executive.robmem.mongodb.store import MongoStore
-from cxbridge.executive.robmem.mutexes import Mutexes
+from cxbridge_robot_memory.mongodb.store import MongoStore
+from cxbridge_robot_memory.mutexes import Mutexes
 mutexes = Mutexes(MongoStore(sys.argv[1]), "robmem_coordination.mutex", RealClock())
 print(mutexes.try_lock("m", "holder"), flush=True)
 while True:

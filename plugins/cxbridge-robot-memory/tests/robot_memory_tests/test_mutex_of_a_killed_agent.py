@@ -11,7 +11,7 @@ import pytest
 pytest.importorskip("pymongo", reason="needs pymongo")
 
 from cxbridge.run import RunOptions, run_scenario
-from tests.executive.robmem.mongo_server import MongoServer
+from robot_memory_tests.mongo_server import MongoServer
 from tests.programs import Started
 
 SCENARIO = """

@@ -8,12 +8,12 @@ from typing import Any
 import pytest
 
 from cxbridge.clock import VirtualClock
-from cxbridge.executive.robmem.embedded import EmbeddedStore
-from cxbridge.executive.robmem.errors import QueryError
-from cxbridge.executive.robmem.update import Update
-from cxbridge.executive.robmem.values import copy, is_identical
-from tests.executive.robmem import mongodb_cases as mongodb
-from tests.executive.robmem import mongodb_names as names
+from cxbridge_robot_memory.embedded import EmbeddedStore
+from cxbridge_robot_memory.errors import QueryError
+from cxbridge_robot_memory.update import Update
+from cxbridge_robot_memory.values import copy, is_identical
+from robot_memory_tests import mongodb_cases as mongodb
+from robot_memory_tests import mongodb_names as names
 
 C = "robmem.test"
 

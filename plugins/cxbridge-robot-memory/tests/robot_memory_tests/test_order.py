@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 
 from cxbridge.clock import VirtualClock
-from cxbridge.executive.robmem.embedded import EmbeddedStore
-from cxbridge.executive.robmem.errors import DuplicateKeyError, QueryError
-from cxbridge.executive.robmem.values import ObjectId, Regex, Timestamp, order_key
+from cxbridge_robot_memory.embedded import EmbeddedStore
+from cxbridge_robot_memory.errors import DuplicateKeyError, QueryError
+from cxbridge_robot_memory.values import ObjectId, Regex, Timestamp, order_key
 
 C = "robmem.test"
 NAN = float("nan")

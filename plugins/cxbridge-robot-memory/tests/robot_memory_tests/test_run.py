@@ -62,6 +62,15 @@ def test_a_run_hears_of_what_it_wrote_and_repeats(tmp_path):
     assert run(folder)[1] == lines
 
 
+def test_a_rule_requests_it(tmp_path):
+    request = """(defrule request (executive-initialized) => (ff-feature-request "robot_memory")
+      (path-load* "later.clp"))"""
+    write_scenario(tmp_path, agent=request)
+    (tmp_path / "later.clp").write_text(AGENT)
+    result, lines = run(tmp_path)
+    assert (result.status, len(lines)) == (0, 1)
+
+
 def test_with_a_file_the_next_run_finds_what_this_one_wrote(tmp_path):
     folder = scenario(tmp_path, FILE)
     assert run(folder)[0].status == 0

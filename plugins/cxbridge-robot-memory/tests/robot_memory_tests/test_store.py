@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from cxbridge.executive.robmem.errors import DuplicateKeyError, QueryError
-from cxbridge.executive.robmem.values import ObjectId, Regex, Timestamp
+from cxbridge_robot_memory.errors import DuplicateKeyError, QueryError
+from cxbridge_robot_memory.values import ObjectId, Regex, Timestamp
 
 C = "robmem.test"
 NOW = datetime(2026, 1, 2, 3, 4, 5, 678000, tzinfo=UTC)

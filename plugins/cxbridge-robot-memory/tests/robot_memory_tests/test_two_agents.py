@@ -16,14 +16,14 @@ from cxbridge.events import Event, GoalTransition, InterfaceWrite, LogLine, Rule
 from cxbridge.run import RunOptions, run_scenario
 from cxbridge.run.agent import Run, make_base
 from cxbridge.run.agents import agent_names
-from cxbridge.run.components.robot_memory import robot_memory
 from cxbridge.run.team import Team
 from cxbridge.trace.formats.registry import open_run
+from cxbridge_robot_memory.component import robot_memory
 from tests.forked import Forked, nursery
 from tests.support import ROOT
 
 if TYPE_CHECKING:
-    from tests.executive.robmem.mongo_server import MongoServer
+    from robot_memory_tests.mongo_server import MongoServer
 
 SCENARIO = ROOT / "scenarios" / "two-agents"
 ROOMS = ("kitchen", "bath", "hall", "study")
@@ -156,7 +156,7 @@ def test_who_loses_his_lock_stops_and_what_he_left_is_done_later(tmp_path: Path)
 def mongo_server(port: int = 0, before: MongoServer | None = None) -> MongoServer:
     """Start a server that speaks MongoDB's protocol."""
     pytest.importorskip("pymongo", reason="needs pymongo")
-    from tests.executive.robmem.mongo_server import MongoServer
+    from robot_memory_tests.mongo_server import MongoServer
 
     return MongoServer(port, before)
 
@@ -219,7 +219,7 @@ def test_kill_9_of_an_agent_that_holds_a_mutex(tmp_path: Path, work: str) -> Non
 def fast(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nobody waits long for a server that is away."""
     pytest.importorskip("pymongo", reason="needs pymongo")
-    from cxbridge.executive.robmem.mongodb import store as mongo
+    from cxbridge_robot_memory.mongodb import store as mongo
 
     monkeypatch.setattr(mongo, "_SELECTION_MS", 300)
     monkeypatch.setattr(mongo, "_PAUSE_S", 0.1)

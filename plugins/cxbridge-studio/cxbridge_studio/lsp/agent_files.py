@@ -74,7 +74,5 @@ def _find_host_files(paths: RunPaths) -> Iterator[Path]:
         spec = find_spec(module)  # the folder of a feature's module has its CLIPS files
         if spec is not None and spec.origin is not None:
             yield from sorted(Path(spec.origin).parent.glob("*.clp"))
-    if paths.robot_memory is not None:
-        yield paths.robot_memory
-    else:
-        yield CORE_DIR / "cx" / "robot-memory.clp"
+    fawkes_file = paths.cx.parents[1] / "clips-robot-memory" / "robot-memory.clp"
+    yield fawkes_file if fawkes_file.is_file() else CORE_DIR / "cx" / "robot-memory.clp"

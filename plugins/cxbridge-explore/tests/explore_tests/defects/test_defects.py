@@ -11,9 +11,15 @@ import pytest
 from cxbridge_explore.counterexample import write_counterexample
 from explore_tests.defects.seeded import DEFECTS, Defect, runs
 from explore_tests.pytest_files import pytest_of
-from tests.support import many, share
+from tests.support import ROOT, many, scenarios_of_installed_plugins, share
 
-EACH = pytest.mark.parametrize("defect", share(DEFECTS, 1), ids=lambda each: each.name.replace(" ", "-"))
+SHIPPED = ROOT / "scenarios"
+INSTALLED = [
+    defect
+    for defect in DEFECTS
+    if defect.folder.parent != SHIPPED or defect.folder in scenarios_of_installed_plugins()
+]
+EACH = pytest.mark.parametrize("defect", share(INSTALLED, 1), ids=lambda each: each.name.replace(" ", "-"))
 
 
 @EACH

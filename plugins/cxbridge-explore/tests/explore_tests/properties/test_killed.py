@@ -19,8 +19,9 @@ from cxbridge_explore.worldmodel.model import DecisionTimes, Kill, WorldModel
 from cxbridge_explore.worlds.points import ChoicePoint
 from explore_tests.worlds.test_kinds import CALM
 from tests.run.mini import write_scenario
-from tests.support import ROOT
+from tests.support import ROOT, needs_plugin
 
+pytestmark = needs_plugin("robot-memory")
 OPTIONS = RunOptions(scenario=ROOT / "scenarios" / "two-agents", skiller="none", timeout=120.0)
 
 

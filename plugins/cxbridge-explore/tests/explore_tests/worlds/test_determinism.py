@@ -7,14 +7,14 @@ import os
 import subprocess
 import sys
 
-from tests.support import ROOT, share
+from tests.support import ROOT, scenarios_of_installed_plugins, share
 
 SEED = 11
 SEARCHING = {"temporal"}
 """Their planner, Aries, searches with several threads: which of the best plans it finds depends on them."""
 
 SCENARIOS = share(
-    sorted({folder.parent.name for folder in (ROOT / "scenarios").glob("*/scenario.yaml")} - SEARCHING),
+    sorted({folder.name for folder in scenarios_of_installed_plugins()} - SEARCHING),
     3,
 )
 PLAY = """

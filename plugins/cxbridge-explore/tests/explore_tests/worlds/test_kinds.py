@@ -30,7 +30,7 @@ from cxbridge_explore.worlds.points import (
     read_path,
 )
 from cxbridge_explore.worlds.run import WorldResult, WorldRun
-from tests.support import ROOT
+from tests.support import ROOT, needs_plugin
 
 CALM = SkillModel(SkillPattern("*"), failures=())
 
@@ -180,6 +180,7 @@ def test_a_skiller_vanishes_at_a_time():
 KILLS = WorldModel(default_skill=CALM, kills=(Kill("robot1", times=DecisionTimes(1.0, 1.0, 5.0)),))
 
 
+@needs_plugin("robot-memory")
 def test_an_agent_that_is_killed_does_nothing_more_and_the_other_takes_over():
     result, events = play("two-agents", Taking(ChoiceKind.KILL, "killed", 2), KILLS)
     assert result.is_over
@@ -190,6 +191,7 @@ def test_an_agent_that_is_killed_does_nothing_more_and_the_other_takes_over():
     assert ("robot2", 'mop{room="kitchen"}') in skills(events, "S_FINAL")
 
 
+@needs_plugin("robot-memory")
 def test_an_agent_that_is_killed_may_come_back():
     world = WorldModel(
         default_skill=CALM,
@@ -217,6 +219,7 @@ def test_a_plan_comes_late():
     assert late.seconds == pytest.approx(usual.seconds + 3.0, abs=0.1)
 
 
+@needs_plugin("robot-memory")
 def test_agents_take_their_turns_in_another_order():
     world = WorldModel(default_skill=CALM, order=DecisionTimes(100.0, 0.0, 1.0))
     result, events = play("two-agents", Taking(ChoiceKind.ORDER, "robot2, robot1"), world)

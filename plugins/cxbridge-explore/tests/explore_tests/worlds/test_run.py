@@ -19,7 +19,7 @@ from cxbridge_explore.worlds.points import (
     read_path,
 )
 from cxbridge_explore.worlds.run import WorldResult, WorldRun, read_scenario_world
-from tests.support import ROOT
+from tests.support import ROOT, needs_plugin
 
 OPTIONS = RunOptions(scenario=ROOT / "scenarios" / "test-scenario", skiller="none")
 
@@ -71,6 +71,7 @@ def test_calls_on_the_skill_board_are_choices():
     assert len(other.choices) > len(usual.choices), "the move is tried again"
 
 
+@needs_plugin("robot-memory")
 def test_several_agents_are_in_one_world():
     with WorldRun(scenario("two-agents"), UsualChooser()) as run:
         result = run.play()

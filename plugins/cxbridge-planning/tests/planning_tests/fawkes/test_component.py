@@ -7,7 +7,7 @@ from typing import Any
 from cxbridge.daemon.daemon import Daemon
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.run.components.manager import State
-from cxbridge.run.components.robot_memory import robot_memory
+from cxbridge_robot_memory.component import robot_memory
 from planning_tests.fawkes.test_plugins import CONFIG, DOMAIN, TEMPLATE
 from tests.run.mini import write_scenario
 from tests.run.test_components import SILENT, components

@@ -10,10 +10,10 @@ from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
 from cxbridge.events import Level
-from cxbridge.executive.robmem.embedded import EmbeddedStore
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge_planning import PlanningService
 from cxbridge_planning.fawkes.plugins import PddlPlanner, PddlRobotMemory, ProblemFiles
+from cxbridge_robot_memory.embedded import EmbeddedStore
 
 DOMAIN = """(define (domain d) (:requirements :strips :typing) (:types name text) (:constants HI BYE - text)
   (:predicates (said ?n - name ?t - text))

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from cxbridge.executive.robmem.values import ObjectId
 from cxbridge_planning import PlanningError
 from cxbridge_planning.fawkes.templates import ProblemTemplate
+from cxbridge_robot_memory.values import ObjectId
 from tests.support import SHARED, needs_shared
 
 DOCUMENTS = {

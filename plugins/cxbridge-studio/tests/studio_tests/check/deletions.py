@@ -16,9 +16,9 @@ from cxbridge.run import RunOptions
 from cxbridge_studio.agent.top_level import TopLevelList, open_lists, top_level_lists
 from cxbridge_studio.agent.unclosed import find_unclosed_lists
 from cxbridge_studio.check.agent import Agent, find_agent_names
-from tests.support import ROOT
+from tests.support import scenarios_of_installed_plugins
 
-SCENARIOS = sorted(path.parent for path in (ROOT / "scenarios").glob("*/scenario.yaml"))
+SCENARIOS = scenarios_of_installed_plugins()
 
 
 @dataclass(frozen=True)

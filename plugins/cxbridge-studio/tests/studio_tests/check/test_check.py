@@ -16,10 +16,10 @@ from cxbridge_studio.agent import sub_types
 from cxbridge_studio.check.formats import FORMATS, format_text
 from cxbridge_studio.check.run import check
 from tests.run import mini
-from tests.support import ROOT, share
+from tests.support import needs_plugin, scenarios_of_installed_plugins, share
 
 TREES = (BUILTIN_CX / "goal-tree.clp").read_text()
-SCENARIOS = sorted(path.parent.name for path in (ROOT / "scenarios").glob("*/scenario.yaml"))
+SCENARIOS = [folder.name for folder in scenarios_of_installed_plugins()]
 
 SPEC = """\
 clips-executive:
@@ -171,6 +171,7 @@ def test_a_function_that_is_defined_later_is_named(tmp_path):
     assert one.hint == "later.clp defines it, and is loaded later: load it earlier"
 
 
+@needs_plugin("robot-memory")
 def test_a_function_of_a_feature_that_nobody_requests_is_named(tmp_path):
     (one,) = check(RunOptions(scenario=agent(tmp_path, "(defrule r (thing) => (robmem-query a b))")))
     assert one.code.name == "CX204"

@@ -12,7 +12,7 @@ from cxbridge.events import GoalTransition, PlanActionTransition
 from cxbridge.trace.formats.registry import open_run
 from studio_tests.dap.conftest import GOALS, SCENARIO, line_of
 from tests.forked import nursery
-from tests.support import ROOT
+from tests.support import ROOT, needs_plugin
 
 GOES_ON = line_of(GOALS, "(defrule talk-root-goes-on")
 BIND = line_of(GOALS, "(bind ?modes")
@@ -327,6 +327,7 @@ def test_without_debugging(client):
     assert not any(each.get("event") == "stopped" for each in client.log)
 
 
+@needs_plugin("robot-memory")
 def test_several_agents_are_threads(client):
     client.launch(scenario="two-agents")
     client.break_on("goal:*:FORMULATED")

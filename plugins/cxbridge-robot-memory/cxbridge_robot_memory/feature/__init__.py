@@ -1,0 +1,1 @@
+"""The feature ``robot_memory``: functions for rules."""
