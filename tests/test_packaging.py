@@ -150,7 +150,7 @@ SMOKE = {
     "cxbridge-planning": "plan --list",
     "cxbridge-protobuf": "run -q {protobuf}",
     "cxbridge-rcll": "game test-scenario --refbox-dir {here}",
-    "cxbridge-robot-memory": "run -q {memory}",
+    "cxbridge-robot-memory": "run -q two-agents",
     "cxbridge-ros2": "doctor",
     "cxbridge-ros2cx": "doctor",
     "cxbridge-studio": "check test-scenario",

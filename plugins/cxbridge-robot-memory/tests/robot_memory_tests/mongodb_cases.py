@@ -159,7 +159,7 @@ BAD_QUERIES: list[tuple[Any, str]] = [
 # --- updates ----------------------------------------------------------------------------------------------
 
 UPDATE_CASES: dict[str, list[tuple[dict[str, Any], dict[str, Any], Any]]] = {
-    # operator: document, update, the document after it; a text is what the refusal names
+    # operator: document, update, the document after it; a text is the name in the refusal
     "$set": [
         ({"a": 1}, {"$set": {"b": 2}}, {"a": 1, "b": 2}),
         ({}, {"$set": {"b": 2, "a": 1}}, {"a": 1, "b": 2}),
@@ -212,7 +212,7 @@ UPDATE_CASES: dict[str, list[tuple[dict[str, Any], dict[str, Any], Any]]] = {
 }
 
 UPSERTS: list[tuple[dict[str, Any], dict[str, Any], Any]] = [
-    # query, update, the document without its _id; a text is what the refusal names
+    # query, update, the document without its _id; a text is the name in the refusal
     ({"x": 1}, {"$set": {"a": 1}}, {"x": 1, "a": 1}),
     ({"x": {"$in": [1]}}, {"$set": {"a": 1}}, {"x": 1, "a": 1}),
     ({"x": {"$in": [Regex("x")]}}, {"$set": {"a": 1}}, {"a": 1}),

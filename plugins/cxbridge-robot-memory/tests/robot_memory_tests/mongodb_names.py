@@ -1,4 +1,4 @@
-"""The names of all operators of MongoDB's manual: each does what it documents, or is refused by its name."""
+"""The names of all operators of MongoDB's manual: each works as documented, or is refused by its name."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ $maxDistance $minDistance $polygon $uniqueDocs $within $all $elemMatch $size $bi
 $bitsAnyClear $bitsAnySet $comment $rand $natural $sampleRate $meta $slice $search $language
 $caseSensitive $diacriticSensitive $encStrContains $encStrEndsWith $encStrNormalizedEq $encStrStartsWith
 """)
-"""What a query can ask a field, or stands in such an operand."""
+"""The operators of fields, and the parts of their operands."""
 
 TOP_QUERY_OPERATORS = _names("""
 $and $or $nor $expr $jsonSchema $text $where $comment $sampleRate $rand
 """)
-"""What stands beside the fields of a query."""
+"""The operators next to the fields of a query."""
 
 UPDATE_OPERATORS = _names("""
 $currentDate $inc $min $max $mul $rename $set $setOnInsert $unset $addToSet $pop $pull $push $pullAll

@@ -1,4 +1,4 @@
-"""The embedded store beside mongomock, an independent implementation with defects of its own.
+"""The embedded store compared with mongomock, an independent implementation with other defects.
 
 Generated documents, queries and updates keep clear of :data:`KNOWN_QUERIES` and :data:`KNOWN_UPDATES`: there
 mongomock 4.3 differs from what MongoDB documents.
@@ -34,7 +34,7 @@ KNOWN_QUERIES = [
 ]
 
 KNOWN_UPDATES: list[tuple[dict[str, Any], dict[str, Any], dict[str, Any] | None]] = [
-    # document, update, what the manual has it become; None: it is refused
+    # document, update, the result in the manual; None: it is refused
     ({"a": 1}, {"$set": {"a.b": 1}}, None),
     ({}, {"$set": {"b": 1, "a": 1}}, {"a": 1, "b": 1}),
     ({"a": 1}, {"$set": {"a": 2}, "$inc": {"a": 1}}, None),

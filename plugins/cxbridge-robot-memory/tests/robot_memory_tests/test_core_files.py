@@ -286,7 +286,7 @@ def test_the_actions_that_lock(world: World, robots: tuple[Robot, Robot]) -> Non
     assert state(first, 1) == "EXECUTION-SUCCEEDED"
     action(second, 1, "lock", "m")
     world.loops()
-    assert state(second, 1) in ("EXECUTION-FAILED", "FAILED")  # the domain goes on with it
+    assert state(second, 1) in ("EXECUTION-FAILED", "FAILED")  # the domain continues with it
     action(first, 2, "unlock", "m")
     world.loops()
     assert state(first, 2) == "EXECUTION-SUCCEEDED"

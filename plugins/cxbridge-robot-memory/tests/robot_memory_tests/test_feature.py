@@ -462,7 +462,7 @@ def test_one_operation_a_mutex_at_a_time(bus, board, tmp_path):
     loop(env, manager)
     assert ordered(env, "mutex-op-feedback") == [("try-lock-async", "FAIL", "m")]
     store.go.set()
-    manager.close()  # waits for what is under way
+    manager.close()  # waits for the running operations
     assert {document["_id"] for document in store.find(MUTEXES, {"locked": True})} == {"m", "other"}
     memory.close()
 

@@ -36,7 +36,7 @@ M = "robmem_coordination.mutex"
 
 @pytest.fixture
 def fast(monkeypatch):
-    """Nobody waits long for a server that is away."""
+    """Fail early when a server is away."""
     monkeypatch.setattr(mongo, "_SELECTION_MS", 300)
     monkeypatch.setattr(mongo, "_PAUSE_S", 0.1)
 
@@ -70,7 +70,7 @@ def test_a_database_goes_away_and_comes_back(fast):
     with pytest.raises(UnreachableError):
         store.insert(C, {"_id": 2})
     until(lambda: warnings)
-    first.store.insert(C, {"_id": 3})  # somebody else's, while we hear nothing
+    first.store.insert(C, {"_id": 3})  # of another robot, during the outage
     with MongoServer(first.port, first) as second:
         comes_back(store)
         store.insert(C, {"_id": 4})

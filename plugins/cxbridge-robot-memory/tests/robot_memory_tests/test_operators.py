@@ -38,7 +38,7 @@ def embedded() -> EmbeddedStore:
 @pytest.mark.parametrize(("_name", "document", "asked", "expected"), cases(mongodb.QUERY_CASES), ids=brief)
 @pytest.mark.parametrize("others", [0, 40])
 def test_a_query_finds_what_mongodb_documents(embedded, _name, document, asked, expected, others):
-    for number in range(others):  # so many that equal values are looked up
+    for number in range(others):  # enough documents for a look-up of equal values
         embedded.insert(C, {"_id": number, "other": number})
     embedded.insert(C, {"_id": "it", **document})
     query = asked["query"] if isinstance(asked, dict) and "query" in asked else {"a": asked}

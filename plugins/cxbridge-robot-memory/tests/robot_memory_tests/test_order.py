@@ -1,4 +1,4 @@
-"""The order of values, sorting, what indexes see, and what a document can hold."""
+"""The order of values, sorting, the values in indexes, and the values in documents."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ def test_an_order_through_an_array_is_refused():
 # --- indexes ----------------------------------------------------------------------------------------------
 
 UNIQUE = [
-    # keys, two documents, whether they may be beside each other
+    # keys, two documents, whether they may be in the same collection
     ({"a": 1}, {"a": 1}, {"a": 1.0}, False),
     ({"a": 1}, {"a": 1}, {"a": "1"}, True),
     ({"a": 1}, {}, {}, False),
@@ -183,11 +183,11 @@ def test_of_several_times_the_first_counts():
     assert [each["_id"] for each in store.find(C)] == [2]
 
 
-# --- what a document can hold -----------------------------------------------------------------------------
+# --- the values in documents ------------------------------------------------------------------------------
 
 
 def nested(levels):
-    """Return a document with so many levels of documents and arrays below it."""
+    """Return a document with a number of levels of documents and arrays below it."""
     value: object = 1
     for number in range(levels):
         value = [value] if number % 2 else {"x": value}

@@ -25,7 +25,7 @@ def ids(found):
 
 
 class Events:
-    """What a watch tells."""
+    """The events of a watch."""
 
     def __init__(self, store, query=None, collection=C):
         self._here = threading.Condition()

@@ -81,7 +81,7 @@ def ends(happened: list[Entry]) -> Counter[str]:
 
 
 def check_once(happened: list[Entry], cut_off: str = "") -> None:
-    """Check that all was done and nothing twice; what was cut off by a death was begun once more."""
+    """Check that each work was done once; a work that a death cut off was begun once more."""
     assert ends(happened) == Counter(WORK)
     begun = Counter(entry.work for entry in happened if entry.what == "begins" and entry.work != "fill")
     assert begun == Counter([*WORK, *([cut_off] if cut_off in WORK else [])])
@@ -162,7 +162,7 @@ def mongo_server(port: int = 0, before: MongoServer | None = None) -> MongoServe
 
 
 def start(stack: ExitStack, agent: str, config: Path) -> Forked:
-    """Start an agent in a process of its own."""
+    """Start an agent in a separate process."""
     options = f"--agent {agent} --clock real --timeout {WAIT_S}".split()
     process, *streams = nursery().begin(["run", "-q", str(SCENARIO), "--config", str(config), *options])
     for stream in streams:
@@ -199,7 +199,7 @@ def test_kill_9_of_an_agent_that_holds_a_mutex(tmp_path: Path, work: str) -> Non
             assert heir.wait(WAIT_S) == 0
         happened = entries(world)
         check_once(happened, cut_off=last.work if last.what == "begins" else "")
-        # who died had a room, and the tap while it filled its tank: nobody else before that had expired
+        # who died had a room, and the tap while it filled its tank: no other agent before both had expired
         (room,) = (name.removeprefix("resource-") for name in locks if name != "tap")
         if (last.what, last.work) == ("begins", "fill"):
             assert "tap" in locks
@@ -217,7 +217,7 @@ def test_kill_9_of_an_agent_that_holds_a_mutex(tmp_path: Path, work: str) -> Non
 
 @pytest.fixture
 def fast(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nobody waits long for a server that is away."""
+    """Fail early when a server is away."""
     pytest.importorskip("pymongo", reason="needs pymongo")
     from cxbridge_robot_memory.mongodb import store as mongo
 
@@ -266,9 +266,9 @@ def test_a_database_that_is_away_at_the_start(tmp_path: Path) -> None:
 
 @pytest.mark.usefixtures("fast")
 def test_a_database_that_goes_away_in_a_run_and_comes_back(tmp_path: Path) -> None:
-    """What was done meanwhile is reported when it is back; nothing that had ended is done again."""
+    """The works of the outage are reported after it; no work that had ended is done again."""
     server = mongo_server()
-    # nobody else takes the lock that it loses: it waits until that has expired
+    # no other agent takes the lost lock: it waits until the lock has expired
     config, world = overlay(tmp_path, server.uri, QUICK)
     with Alone(config) as robot:
         robot.until(lambda: "robot1 ends mop kitchen" in robot.lines)
