@@ -39,8 +39,8 @@ export function form(selector, done, ...children) {
 }
 
 /** The button of a form that changes something, with the reason why it is disabled. */
-export const changeTools = (app, text, ...more) =>
-  el("div.tools", app.gate(submit(text)), more, app.whyNot && el("span.dim.small", app.whyNot));
+export const changeTools = (app, text) =>
+  el("div.tools", app.gate(submit(text)), app.whyNot && el("span.dim.small", app.whyNot));
 
 /** Names and values below each other; pairs without value are left out. */
 export const pairs = (entries) =>

@@ -17,24 +17,21 @@ window.addEventListener("error", (event) => app.toast("Error of the page: " + ev
 
 /**
  * Load the views: each is one file in views/, which the server lists. A file that exports `tab` is a tab at
- * "#/FILE"; one that exports `parts` has addresses within a tab of another file. One that cannot be loaded is
- * left out.
- * @returns tabs in their order: {name, title, formerly, module}; parts: a Map of "tab/part" to modules
+ * "#/FILE". A file that cannot be loaded is left out.
+ * @returns {{name, title, formerly, module}[]} the tabs in their order
  */
 async function loadViews() {
-  const tabs = [],
-    parts = new Map();
+  const tabs = [];
   const load = async (name) => {
     const module = await import("cx/views/" + name + ".js"),
-      { tab, parts: own = [] } = module;
+      { tab } = module;
     if (tab) tabs.push({ order: 1000, ...tab, name, formerly: [tab.formerly || []].flat(), module });
-    for (const part of own) parts.set(part, module);
   };
   const failed = (name) => (error) =>
     app.toast("The view " + name + " cannot be shown: " + error.message, true);
   await Promise.all(NAMES.map((name) => load(name).catch(failed(name))));
   tabs.sort((a, b) => a.order - b.order || (a.name < b.name ? -1 : 1));
-  return { tabs, parts };
+  return tabs;
 }
 
 function navigation(tabs) {
@@ -52,7 +49,7 @@ function navigation(tabs) {
   };
 }
 
-function router({ tabs, parts }) {
+function router(tabs) {
   const mark = navigation(tabs);
   let current = null;
 
@@ -71,7 +68,7 @@ function router({ tabs, parts }) {
   }
   function route() {
     if (location.hash && !location.hash.startsWith("#/")) return; // the skip link
-    if (app.runs && !app.recording) return; // it is read, or cannot be read
+    if (app.runs && !app.recording) return; // the recording is still being read, or is unreadable
     const { path, parts: words, query } = parseAddress(location.hash),
       [name, ...rest] = words,
       found = tabs.find((tab) => tab.name === name),
@@ -80,7 +77,7 @@ function router({ tabs, parts }) {
     else if (!found && moved) location.replace(location.hash.replace("#/" + name, "#/" + moved.name));
     else if (!found) show("", "Not found", path, [], () => openNotFound(main, path, tabs));
     if (!found) return;
-    const module = parts.get(name + "/" + rest[0]) || found.module;
+    const { module } = found;
     app.selection.read(query);
     if (!current || current.of !== module)
       show(name, found.title, module, module.kinds, () => module.open(main, app));
@@ -107,7 +104,7 @@ async function openDocument({ kind, name }) {
 async function start() {
   if (SITE.inside?.kind) return openDocument(SITE.inside);
   const views = await loadViews(),
-    names = views.tabs.map(({ name, title }) => [name, title]);
+    names = views.map(({ name, title }) => [name, title]);
   header(app, palette(app, names));
   scrubber(app);
   dropZone(app);

@@ -8,6 +8,9 @@ export const isUnnamed = ({ kind, goal, mode }) => kind === "goal" && goal === "
 export const fields = (text = "") =>
   [...text.slice(1, -1).matchAll(/"([^"]*)"|[^\s"]+/g)].map(([word, string]) => string ?? word);
 
+/** The name of the skill in a skill string. */
+export const skillOf = (text) => /^[^{(\s]*/.exec(text)[0];
+
 /** How many elements of an ordered list come before the first that does not meet a condition. */
 export function countWhile(list, meets) {
   let low = 0,

@@ -1,9 +1,8 @@
 // Search over everything: Ctrl-K, words, arrows, Enter.
 import { factsPath, get, part } from "cx/api.js";
 import { button, el, refill, textInput } from "cx/dom.js";
-import { MAIN_ENV } from "cx/names.js";
+import { MAIN_ENV, skillOf } from "cx/names.js";
 import { goalText } from "cx/outcome.js";
-import { parseCall } from "cx/skills/parameters.js";
 
 const MOST = 60,
   MOST_OF_GROUP = 12,
@@ -133,7 +132,7 @@ export function* entries(app, views, { rules = [], interfaces = [], skills = [],
   const fired = [...model.firings.keys()].map((key) => key.slice(key.indexOf(" ") + 1));
   for (const name of new Set([...rules.map((rule) => rule.name), ...fired]))
     yield entry("Rule", name, "clips/rules/" + part(name));
-  const called = model.calls.flatMap(({ text }) => parseCall(text)?.skill ?? []);
+  const called = model.calls.map(({ text }) => skillOf(text));
   for (const name of new Set([...skills.map((skill) => skill.name), ...called]))
     yield entry("Skill", name, "skills/" + part(name));
   for (const uid of new Set([

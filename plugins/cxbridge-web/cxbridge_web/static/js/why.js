@@ -1,7 +1,6 @@
 // Why a goal came to its outcome or what it waits for, why a rule has not fired, and the story of a run: the
 // answers of `cxbridge why` as lists of reasons, with links.
 import { get, part } from "cx/api.js";
-import { highlighted } from "cx/clips/source.js";
 import { button, el, link, note, refill, secondsText } from "cx/dom.js";
 import { linked } from "cx/links.js";
 import { MAIN_ENV } from "cx/names.js";
@@ -101,7 +100,7 @@ function elements({ elements: list, failing }) {
     return el.li(
       { class: isFailing ? "failing" : "" },
       el.i({ class: "dot outcome o-" + outcome, "aria-label": word }, icon),
-      el("code.source", highlighted(text)),
+      el("code.source", text),
       el(
         "span.dim.small.n",
         [alone && matches(alone) + " alone", joined && matches(joined) + " with those before"]

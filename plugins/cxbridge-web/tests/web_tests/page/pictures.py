@@ -118,7 +118,6 @@ SHOTS: Final[Mapping[str, Shot]] = {
     "search": Shot("goals?goal=", _search),
     "skills": Shot("skills/move"),
     "blackboard": Shot("blackboard/SkillerInterface%3A%3Arobot1"),
-    "graph": Shot("blackboard/graph"),
     "clips": Shot("clips/rules/robots-choose", _why),
     "facts": Shot("clips/facts"),
     "not-found": Shot("nowhere"),

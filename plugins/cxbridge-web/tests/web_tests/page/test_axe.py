@@ -18,7 +18,6 @@ ADDRESSES = (
     "timeline/goal/A",
     "goals/A",
     "goals?goal=",
-    "blackboard/graph",
     "clips/rules/open-door",
     "skills/move",
     "nowhere",
@@ -96,7 +95,6 @@ def test_axe_finds_nothing_serious(browser, site, daemon, axe, size):
         "clips-executive/plans": [],
         "clips/executive/facts": [fact_model(7, "(door (open FALSE))")],
         "cxbridge/navgraphs": [GRAPH],
-        "blackboard/graph": {"dotgraph": 'digraph x { graph [rankdir=LR]; "A::a" -> { b c }; }'},
         "cxbridge/rules": [{"name": "open-door", "module": "MAIN", "agenda": 1, "firings": 3}],
         "cxbridge/constructs": [
             {

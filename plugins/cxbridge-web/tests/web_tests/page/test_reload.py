@@ -12,8 +12,8 @@ FIRED = ".detail >> text=/fired [0-9]+/"
 
 
 def names(tab):
-    """The states that are drawn."""
-    return tab.locator("svg.graph .node text").all_text_contents()
+    """Return the shown states."""
+    return tab.locator("#machine th[scope=row]").all_text_contents()
 
 
 def test_the_graph_of_the_last_skill_is_there_after_a_reload(tab):
@@ -24,13 +24,12 @@ def test_the_graph_of_the_last_skill_is_there_after_a_reload(tab):
         tab.fill("#skill-string", "wait{seconds=0.3}")
         tab.keyboard.press("Enter")
         tab.wait_for_selector("#skill-now >> text=FINAL")
-        tab.wait_for_selector("svg.graph .node text")
         tab.wait_for_selector("h3 >> text=of the last skill")
         before = sorted(names(tab))
         for _ in range(3):
             tab.reload()
             tab.wait_for_selector("[role=option] >> text=say")
-            tab.wait_for_selector("h3 >> text=State graph of the last skill")
+            tab.wait_for_selector("h3 >> text=States of the last skill")
             wait_for(tab, lambda: sorted(names(tab)) == before)
 
 
@@ -44,7 +43,7 @@ def test_a_page_that_is_opened_late_shows_the_graph_of_a_skill_that_nobody_saw(t
         client.get("/api/skiller/skills/moveto")
         assert client.get("/api/skiller/skills/active").json["graph"] == first
         tab.goto(f"{client.url}/#/skills")
-        tab.wait_for_selector("svg.graph .node text")
+        tab.wait_for_selector("#machine tr")
         assert "WAIT" in " ".join(names(tab)).upper()
 
 

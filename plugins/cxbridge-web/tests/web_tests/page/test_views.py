@@ -174,62 +174,25 @@ def test_ten_thousand_facts_follow_the_events_and_are_found(tab, site, daemon):
 
 
 @pytest.mark.smoke
-def test_facts_are_asserted_changed_and_retracted(tab, site, daemon):
-    daemon.answers["clips/executive/facts"] = [fact_model(7, "(door (open FALSE))")]
-    tab.goto(f"{site.url}#/clips")
-    tab.fill("#new-fact", "(door (open TRUE))")
-    tab.keyboard.press("Enter")
-    tab.wait_for_selector("text=Asserted f-4711")
-    tab.click("text=f-7")
-    tab.get_by_label("open", exact=True).fill("MAYBE")
-    tab.click("#edit-fact >> text=Change")
-    tab.wait_for_selector("text=f-7 is now f-4711")
-    tab.click("#edit-fact >> text=Retract")
-    tab.wait_for_selector("text=Retracted f-7")
-    sent = [each for each in daemon.asked if each[0] != "GET"]
-    assert sent == [
-        ("POST", "cxbridge/facts", {"fact": "(door (open TRUE))", "env": "executive"}),
-        ("PATCH", "cxbridge/facts/7?env=executive", {"slots": {"open": "MAYBE"}}),
-        ("DELETE", "cxbridge/facts/7?env=executive", None),
-    ]
-
-
-def test_a_fact_without_slots_is_asserted_before_the_old_one_goes(tab, site, daemon):
-    daemon.answers["clips/executive/facts"] = [fact_model(7, "(colour red green)")]
-    tab.goto(f"{site.url}#/clips")
-    tab.click("text=f-7")
-    tab.fill("#edit-fact textarea", "(colour blue)")
-    tab.click("#edit-fact >> text=Change")
-    tab.wait_for_selector("text=f-7 is now f-4711")
-    assert [each[:2] for each in daemon.asked if each[0] != "GET"] == [
-        ("POST", "cxbridge/facts"),
-        ("DELETE", "cxbridge/facts/7?env=executive"),
-    ]
-
-
-@pytest.mark.smoke
-def test_a_refusal_is_shown_and_what_was_typed_stays(tab, site, daemon):
-    daemon.refusal = "there is no deftemplate 'dor'"
-    tab.goto(f"{site.url}#/clips")
-    tab.fill("#new-fact", "(dor)")
-    tab.click("#assert button")
-    tab.wait_for_selector(".toast.bad >> text=no deftemplate")
-    assert tab.input_value("#new-fact") == "(dor)"
+def test_a_refusal_is_shown_and_the_typed_text_stays(tab, site, daemon):
+    daemon.refusal = "there is no skill 'dor'"
+    tab.goto(f"{site.url}#/skills")
+    tab.fill("#skill-string", "dor{}")
+    tab.click("#call >> text=Call")
+    tab.wait_for_selector(".toast.bad >> text=no skill")
+    assert tab.input_value("#skill-string") == "dor{}"
 
 
 @pytest.mark.smoke
 def test_rules_say_why(tab, site, daemon):
     daemon.answers |= {
         "cxbridge/rules": [{"name": "goal-expand", "file": "goal.clp", "line": 12, "agenda": 2}],
-        "cxbridge/agenda": [{"rule": "goal-expand", "salience": 5, "basis": "f-1,f-2"}],
         "cxbridge/why": {"data": {"where": "a test", "verdict": "pattern 2 has no fact"}},
     }  # fmt: skip
     tab.goto(f"{site.url}#/clips/rules")
     tab.click("text=goal-expand")
     tab.click("#why-rule")
     tab.wait_for_selector("#why-text >> text=pattern 2 has no fact")
-    tab.click("nav.tabs >> text=Agenda")
-    tab.wait_for_selector("text=f-1,f-2")
 
 
 def test_a_row_drawn_again_between_press_and_release_is_chosen(tab, site, daemon):
@@ -266,10 +229,11 @@ def test_a_skill_is_drawn_called_and_stopped(tab, site, daemon):
         },
     }
     tab.goto(f"{site.url}#/skills")
-    tab.wait_for_selector("svg.graph .node.active text")
-    assert tab.locator("svg.graph .node").count() == 4
-    assert tab.locator("svg.graph .edge").count() == 4
-    assert 'SPEAK to FAILED: a "quoted" reason' in tab.locator("ul.hear-only").text_content()
+    tab.wait_for_selector("#machine tr[aria-current=step]:has-text('SPEAK')")
+    states = tab.locator("#machine tbody tr").all_inner_texts()
+    assert [text.split("\t")[0] for text in states] == ["START", "▶ SPEAK", "✓ FINAL", "✗ FAILED"]
+    assert tab.locator("#machine .taken").all_inner_texts() == ["1: ready → SPEAK"]
+    assert 'a "quoted" reason → FAILED' in states[1]
     tab.fill("#skill-string", 'say{text="x"}')
     tab.keyboard.press("Enter")
     wait_for(tab, lambda: ("POST", "skiller/call", {"skill_string": 'say{text="x"}'}) in daemon.asked)
@@ -420,13 +384,9 @@ def test_goals_and_facts_of_another_environment(tab, site, daemon):
 @pytest.mark.smoke
 def test_without_remote_control_nothing_can_be_pressed_and_the_reason_is_there(tab, site, daemon):
     daemon.remote_control = False
-    daemon.answers |= {
-        "clips/executive/facts": [fact_model(7, "(door (open FALSE))")],
-    }
-    tab.goto(f"{site.url}#/clips/facts")
+    tab.goto(f"{site.url}#/skills")
     tab.wait_for_selector("#read-only >> text=remote-control is off")
-    tab.click("text=f-7")
-    for name in ("Pause", "Retract", "Change", "Assert"):
+    for name in ("Pause", "Stop", "Call"):
         button = tab.get_by_role("button", name=name, exact=True)
         assert button.is_disabled(), name
         assert "remote-control is off" in button.get_attribute("title"), name

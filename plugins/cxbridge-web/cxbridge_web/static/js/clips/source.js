@@ -1,36 +1,10 @@
-// The text of CLIPS constructs: of a daemon as it answers, of a recording as its attached files have them;
-// shown with colours.
+// The text of CLIPS constructs: of a daemon by its API, of a recording by its attached files.
 import { get, part } from "cx/api.js";
-import { el } from "cx/dom.js";
 
-const TOKEN = /;[^\n]*|"(?:\\.|[^"\\])*"|\$?\?[\w-]*|\?\*[\w-]+\*|[()]|[^\s()";]+|\s+/gs;
-const KEYWORD =
-  /^(def\w+|not|and|or|exists|forall|logical|test|declare|if|then|else|while|do|bind|modify|assert|retract|duplicate|printout|return|loop-for-count|progn\$|(delayed-)?do-for-(all-facts|fact)|any-factp|(multi)?slot|default|type|salience)$/;
-const KINDS = [
-  ["comment", /^;/],
-  ["string", /^"/],
-  ["variable", /^(\$?\?|\?\*)/],
-  ["number", /^[+-]?\d+(\.\d+)?$/],
-  ["arrow", /^(=>|<-)$/],
-];
-const HEADS = [
-  ["keyword", KEYWORD],
-  ["head", /^[\w-]+$/],
-];
-
-/** CLIPS text as nodes with colours; all of the text is there. */
-export function highlighted(text) {
-  let isHead = false;
-  return [...text.matchAll(TOKEN)].map(([token]) => {
-    if (/^\s/.test(token)) return token;
-    const [kind] = [...KINDS, ...(isHead ? HEADS : [])].find(([, shape]) => shape.test(token)) || [];
-    isHead = token === "(";
-    return kind ? el.span({ class: "s-" + kind }, token) : token;
-  });
-}
+const TOKEN = /;[^\n]*|"(?:\\.|[^"\\])*"|[()]|[^()";]+/gs;
 
 /** The constructs of a file: {construct, name, line, text}. */
-export function constructsOf(text) {
+function constructsOf(text) {
   const found = [];
   let depth = 0,
     begin = 0,

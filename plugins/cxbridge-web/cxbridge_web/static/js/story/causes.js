@@ -1,6 +1,7 @@
 // Causes of failures and waits in the events: from a goal down to the sub-goal, the action and the skill call
 // behind the goal. `why` of the server knows more (rules, facts): js/why.js.
 import { forestOfGoals } from "cx/forest.js";
+import { skillOf } from "cx/names.js";
 import { isOpen, OUTCOMES } from "cx/outcome.js";
 import { pathTo } from "cx/timeline/host.js";
 import { ofLastAttempt } from "cx/timeline/history.js";
@@ -106,7 +107,6 @@ export function overcome(history) {
   );
 }
 
-const skillOf = ({ text }) => /^[^{(\s]*/.exec(text)[0];
 /**
  * The calls that run for much longer than each call of their skill before.
  * @param now microseconds
@@ -116,11 +116,11 @@ export function lateCalls(history, now) {
   const open = history.calls.filter(({ end }) => !end),
     longest = new Map(); // skill -> microseconds
   for (const call of open.length ? history.calls : []) {
-    const skill = skillOf(call),
+    const skill = skillOf(call.text),
       took = call.end ? call.end.time - call.begin.time : 0;
     longest.set(skill, Math.max(longest.get(skill) || 0, took));
   }
-  const found = open.map((call) => [call, longest.get(skillOf(call))]),
+  const found = open.map((call) => [call, longest.get(skillOf(call.text))]),
     isLate = ([{ begin }, before]) => before && now - begin.time > Math.max(LATE_US, before * LATE_FACTOR);
   return new Map(found.filter(isLate));
 }

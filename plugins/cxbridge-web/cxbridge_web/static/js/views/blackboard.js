@@ -1,20 +1,7 @@
 // Interfaces: their writers and readers, their values as they change, and messages to send.
 import { get, idPath, part } from "cx/api.js";
 import { messageForm, sentMessages } from "cx/blackboard/messages.js";
-import {
-  backLink,
-  button,
-  clockText,
-  dim,
-  el,
-  none,
-  note,
-  pairs,
-  plural,
-  redraw,
-  refill,
-  tabs,
-} from "cx/dom.js";
+import { backLink, button, clockText, dim, el, none, note, pairs, plural, redraw, refill } from "cx/dom.js";
 import { fieldNames } from "cx/plot/names.js";
 import { plot } from "cx/plot/store.js";
 import { goTo, ListPanel } from "cx/scaffold.js";
@@ -23,13 +10,6 @@ export const tab = { title: "Blackboard", order: 50 };
 export const kinds = ["interface"];
 const SOON_MS = 1000,
   LIST_MS = 5000;
-const TABS = [
-  ["#/blackboard", "Interfaces"],
-  ["#/blackboard/graph", "Graph"],
-  ["#/blackboard/transforms", "Transforms"],
-];
-export const blackboardTabs = (current) => tabs("Parts of the blackboard", TABS, current);
-
 const readersOf = ({ readers }) => (readers.length ? ", " + plural(readers.length, "reader") : "");
 const interfaceRow = (item) => [
   el(
@@ -68,7 +48,6 @@ export function open(root, app) {
     {
       title: "Blackboard",
       find: "Search interfaces",
-      above: el.div(blackboardTabs("#/blackboard")),
       detail: el("div.detail", head, values, formPlace, sent),
       row: {
         key: (item) => item.uid,

@@ -1,17 +1,8 @@
-// CLIPS: facts, rules and agenda of an environment; why a rule has not fired; asserting, changing and
-// retracting.
-import { factsPath, get, part, post } from "cx/api.js";
-import { templateOwners } from "cx/clips/source.js";
-import { factForm, ruleDetail } from "cx/clips/details.js";
-import {
-  agendaItems,
-  factItems,
-  factsOverview,
-  ruleItems,
-  rulesOfRecording,
-  rulesOverview,
-} from "cx/clips/lists.js";
-import { capital, button, checkbox, dim, el, form, none, refill, submit, tabs, textInput } from "cx/dom.js";
+// CLIPS: facts and rules of an environment; why a fact is there, why a rule has not fired.
+import { factsPath, get, part } from "cx/api.js";
+import { factItems, ruleItems, rulesOfRecording } from "cx/clips/lists.js";
+import { constructText, templateOwners } from "cx/clips/source.js";
+import { button, capital, dim, el, none, note, redraw, refill, tabs } from "cx/dom.js";
 import { envSelect } from "cx/env.js";
 import { ListPanel } from "cx/scaffold.js";
 import { whyBox } from "cx/why.js";
@@ -20,34 +11,23 @@ export const tab = { title: "CLIPS", order: 60 };
 export const kinds = ["fact", "rule"];
 const SOON_MS = 1000,
   NARROW = 760; // pixels: there details take the place of the list
-const NAMES = ["facts", "rules", "agenda", "environments"],
-  TABS = NAMES.map((key) => ["#/clips/" + key, capital(key)]);
-export const clipsTabs = (current) => tabs("Parts of CLIPS", TABS, "#/clips/" + current);
-
-/** Texts of empty lists: of a daemon, and of a recording. */
-const NOTHING = {
-  facts: ["No facts", "", "They are in recordings of --trace-level facts."],
-  rules: ["No rules", "", ""],
-  agenda: ["The agenda is empty", "No rule waits to fire: each loop ends so.", "A recording has none."],
-};
+const NAMES = ["facts", "rules"],
+  TABS = NAMES.map((key) => ["#/clips/" + key, capital(key)]),
+  HINTS = {
+    facts: "They are in recordings of --trace-level facts.",
+    rules: "A recording without attached files shows the rules that have fired.",
+  };
 
 export function open(root, app) {
   let tab = "",
     rules = [],
-    agenda = [],
-    chosen = "",
-    owners = { core: new Set(), own: new Set(), of: "" },
-    onlyFired = false,
-    awaited = null, // the index of a chosen fact that has not come yet
-    shownRule = null;
+    chosen = "", // f-INDEX or r-NAME
+    owners = { core: new Set(), own: new Set(), of: "" };
   const bar = el.div(),
-    tools = el("div.tools.below"),
     detail = el("div.detail");
   const envs = envSelect(app, () => {
-    chosen = "";
     rules = [];
-    agenda = [];
-    drawDetail(null);
+    choose("");
     renew();
     draw();
   });
@@ -56,16 +36,14 @@ export function open(root, app) {
       title: "CLIPS",
       find: "Search CLIPS",
       before: envs,
-      above: [bar, tools],
+      above: bar,
       detail,
       row: {
         key: (item) => item.key,
         sign: (item) => item.sign,
         draw: (item) => item.draw(),
-        select: (item, how) => {
-          chosen = item.key;
-          awaited = null;
-          if (how !== "key" || root.clientWidth > NARROW) drawDetail(item);
+        select: ({ key }, how) => {
+          if (how !== "key" || root.clientWidth > NARROW) choose(key);
         },
       },
     },
@@ -76,34 +54,27 @@ export function open(root, app) {
   root.append(page.split);
 
   const facts = () => app.model.factsOf(app.env);
-  const reading = (read) => page.reader(read, SOON_MS);
   const readers = {
-    facts: reading(async () => {
+    facts: page.reader(async () => {
       const of = app.env;
       await app.live.update(
         () => get(factsPath(of)),
         (found) => app.live.factsAre(of, found),
       );
-    }),
-    rules: reading(async () => {
+    }, SOON_MS),
+    rules: page.reader(async () => {
       rules = await get("cxbridge/rules?env=" + part(app.env));
-      if (!chosen || tab !== "rules") return;
-      list.mark(chosen, true);
-      if (!detail.querySelector("#rule-source")) drawDetail({ rule: { name: chosen.slice(2) } });
-    }),
-    agenda: reading(async () => {
-      agenda = await get("cxbridge/agenda?env=" + part(app.env));
-    }),
+    }, SOON_MS),
   };
   const renew = () => app.recording || readers[tab]();
-  /** Which deftemplates are the CX core's: facts of the agent come before those. */
+  /** Read whose the deftemplates are: facts of the agent come before those of the CX core. */
   const readOwners = life.reader(async () => {
     const { env } = app;
     owners = { ...(await templateOwners(app, env)), of: env };
     draw();
   }, SOON_MS);
 
-  /** The daemon counts the firings of a live run: all pages show the same. */
+  /** How often a rule fired; the daemon counts for live runs, so that all pages show the same number. */
   const firings = (rule) =>
     (app.recording ? app.model.firings.get(app.env + " " + rule.name) : rule.firings) || 0;
   const allRules = () => (app.recording ? rulesOfRecording(app) : rules);
@@ -112,151 +83,87 @@ export function open(root, app) {
       if (owners.of !== app.env) readOwners();
       return factItems(facts().values(), owners, matches);
     },
-    rules: () => ruleItems(allRules(), firings, matches, onlyFired),
-    agenda: () => agendaItems(agenda, matches),
+    rules: () => ruleItems(allRules(), firings, matches),
   };
   function draw() {
     const found = items[tab](),
-      all = { facts: facts().size, rules: rules.length || found.length, agenda: agenda.length }[tab],
-      [text, live, recorded] = NOTHING[tab];
-    page.show(found, all, text, app.recording ? recorded : live);
-    updateRule();
+      all = tab === "facts" ? facts().size : allRules().length;
+    page.show(found, all, "No " + tab, app.recording ? HINTS[tab] : "");
     envs.renew();
-    if (!chosen && found.length && detail.querySelector(".empty")) drawOverview(); // which says that the list is empty
-    overview();
+    drawDetail();
   }
 
-  const assertion = textInput({
-    id: "new-fact",
-    "aria-label": "fact to assert",
-    placeholder: "(my-fact (slot value))",
-  });
-  async function assert() {
-    const fact = assertion.value.trim();
-    if (!fact) return assertion.focus();
-    const done = await app.attempt(async () => {
-      const answer = await post("cxbridge/facts", { fact, env: app.env });
-      app.toast("Asserted f-" + answer.index);
-    });
-    if (!done) return null;
-    assertion.value = "";
-    return readers.facts();
+  function choose(key) {
+    chosen = key;
+    list.mark(key, true);
+    drawDetail();
   }
-  const filterRules = (on) => {
-    onlyFired = on;
-    draw();
-  };
-  const toolsOf = {
-    facts: () => form("#assert.grow-form", assert, assertion, app.gate(submit("Assert"))),
-    rules: () => checkbox("only those that fired or wait", onlyFired, filterRules),
-    agenda: () => button("Read again", readers.agenda),
-  };
-
-  /** The chosen fact has another index now, or is gone; the form of a new index follows with its fact. */
-  function changed(before, index) {
-    readers.facts();
-    if (chosen !== "f-" + before) return; // another one was chosen meanwhile
-    awaited = index;
-    chosen = index === null ? "" : "f-" + index;
-    list.mark(chosen);
-    if (index === null) drawDetail(null);
-    else follow();
+  function drawDetail() {
+    const name = chosen.slice(2),
+      fact = tab === "facts" && facts().get(Number(name)),
+      rule = tab === "rules" && allRules().find((each) => each.name === name);
+    page.showsDetail(chosen);
+    if (!chosen) redraw(detail, tab, () => none("Choose a " + tab.slice(0, -1)));
+    else if (fact) redraw(detail, fact, () => factDetail(fact));
+    else if (rule) redraw(detail, [app.env, rule.name], () => ruleDetail(rule));
+    else redraw(detail, chosen, () => [head(chosen), note("There is no such " + tab.slice(0, -1) + " now.")]);
+    if (rule) drawPlace(rule);
   }
-  function follow() {
-    const fact = awaited !== null && facts().get(awaited);
-    if (!fact) return;
-    awaited = null;
-    drawDetail({ fact });
+  function head(title, ...more) {
+    const leave = button("←", () => choose(""), { class: "back quiet", "aria-label": "back" });
+    return el("div.detail-head", leave, el.h2(title), more);
   }
-
-  const overview = life.reader(async () => {
-    if (!chosen && !detail.contains(document.activeElement)) drawOverview();
-  }, SOON_MS);
-  function chooseTemplate(template) {
-    page.find.value = "(" + template;
-    page.wanted = page.find.value.toLowerCase();
-    draw();
+  const whyOf = (kind, name) =>
+    whyBox(app, kind, name, app.env, { button: { id: "why-" + kind }, box: { id: "why-text" } });
+  function factDetail({ index, template, text }) {
+    const why = whyOf("fact", "f-" + index);
+    return [head("f-" + index, dim(template), why.button), why.box, el.pre(text)];
   }
-  const drawOverview = () =>
-    refill(
-      detail,
-      tab === "facts"
-        ? factsOverview([...facts().values()], owners, chooseTemplate, app.mayChange)
-        : rulesOverview(allRules(), firings),
-    );
-  function updateRule() {
-    const known = shownRule && allRules().find((each) => each.name === shownRule.name);
-    if (known) shownRule.update(known, firings(known));
+  function ruleDetail({ name }) {
+    const why = whyOf("rule", name),
+      source = el("div#rule-source"),
+      show = (found) =>
+        refill(
+          source,
+          found
+            ? [
+                el.h3("Source ", dim(found.file + ":" + found.line)),
+                el("pre.source", { tabindex: "0", "aria-label": "source of " + name }, found.text),
+              ]
+            : note("No file that can be read has this rule."),
+        );
+    // the list of rules shows the error of the same request
+    constructText(app, app.env, "defrule", name).then(show, () => {});
+    return [head(name, why.button), note(el("span#rule-place")), why.box, source];
   }
-  function leave() {
-    chosen = "";
-    list.mark("");
-    drawDetail(null);
-  }
-  function drawDetail(item) {
-    shownRule = null;
-    page.showsDetail(item);
-    const back = button("←", leave, { class: "back quiet", "aria-label": "back" });
-    if (!item) drawOverview();
-    else if (item.fact) drawFact(item.fact, back);
-    else drawRule(item.rule, back);
-  }
-  function drawFact(fact, back) {
-    const about = { button: { id: "why-fact" }, box: { id: "why-text" } },
-      name = "f-" + fact.index,
-      why = whyBox(app, "fact", name, app.env, about);
-    refill(
-      detail,
-      el("div.detail-head", back, el.h2(name), dim(fact.template), why.button),
-      why.box,
-      app.recording ? el.pre(fact.text) : factForm(app, app.env, fact, (index) => changed(fact.index, index)),
-    );
-  }
-  function drawRule(rule, back) {
-    const found = rules.find((each) => each.name === rule.name),
-      known = found || rule;
-    if (!found && tab === "rules" && rules.length && !app.recording)
-      return refill(detail, none("There is no rule " + rule.name));
-    shownRule = { name: rule.name, ...ruleDetail(app, known, firings(known), back) };
-    return refill(detail, shownRule.nodes);
+  function drawPlace(rule) {
+    const fired = firings(rule),
+      words = [rule.module, rule.core && "CX core", rule.salience && "salience " + rule.salience];
+    document.getElementById("rule-place").textContent = [...words, "fired " + fired + "×"]
+      .filter(Boolean)
+      .join(" · ");
   }
 
-  const slow = life.reader(async () => tab === "facts" || renew(), SOON_MS);
-  const soon = life.paced(
-    () => {
-      if (tab !== "facts") return;
-      draw();
-      follow();
-    },
-    () => facts().size,
-  );
+  const slow = life.reader(async () => renew(), SOON_MS);
+  const soon = life.paced(draw, () => facts().size);
   life.add(
     app.model.onChange((topics) => {
-      if (topics.has("facts")) soon();
-      if (!topics.has("rules") || tab === "facts") return;
-      if (tab === "rules") draw();
-      slow();
+      if (topics.has(tab)) soon();
+      if (topics.has("rules") && tab === "rules") slow();
     }),
     app.onRenew(renew),
   );
   return {
     go([name = "facts", which = ""]) {
       if (name !== tab) {
-        tab = Object.hasOwn(readers, name) ? name : "facts";
+        tab = NAMES.includes(name) ? name : "facts";
         chosen = page.problem = "";
         list.box.scrollTop = 0;
-        refill(bar, clipsTabs(tab));
-        refill(tools, (!app.recording || tab === "rules") && toolsOf[tab]());
-        drawDetail(null);
+        refill(bar, tabs("Parts of CLIPS", TABS, "#/clips/" + tab));
         if (!app.stream.isWaiting || app.connection === "lost") renew();
       }
       draw();
-      if (!which || tab === "agenda") return;
-      chosen = tab === "rules" ? "r-" + which : which;
-      list.mark(chosen, true);
-      if (tab === "rules") drawDetail({ rule: { name: which } });
-      else awaited = Number(which.slice(2));
-      follow();
+      if (which) choose(tab === "rules" ? "r-" + which : which);
     },
     close: life.close,
   };

@@ -1,37 +1,21 @@
-// Skills: the running skill and its state graph; calls.
+// Skills: the present skill of a Skiller with its states, the calls, a call by a skill string.
 import { get, part, post, remove } from "cx/api.js";
+import { backLink, button, choice, dim, el, form, pairs, redraw, submit, textInput } from "cx/dom.js";
+import { skillOf } from "cx/names.js";
+import { skillBadge } from "cx/outcome.js";
+import { goTo, ListPanel } from "cx/scaffold.js";
+import { statesOf, stateTable } from "cx/skills/machine.js";
 import {
   callList,
   callsOf,
-  controllerName,
   DEBUG,
   EXECUTOR,
   executorsOf,
-  executorTable,
   knownSkills,
-  noSkills,
   readStatus,
   skillerState,
   STATUS,
 } from "cx/skills/skiller.js";
-import {
-  capital,
-  backLink,
-  button,
-  choice,
-  el,
-  form,
-  link,
-  none,
-  pairs,
-  redraw,
-  submit,
-  textInput,
-} from "cx/dom.js";
-import { drawGraph } from "cx/graph/draw.js";
-import { skillBadge } from "cx/outcome.js";
-import { goTo, ListPanel } from "cx/scaffold.js";
-import { mappedSkills, parametersOf, skillForm } from "cx/skills/parameters.js";
 import { nameOfLane } from "cx/timeline/board.js";
 
 export const tab = { title: "Skills", order: 30 };
@@ -41,25 +25,20 @@ const SOON_MS = 500,
   SLOW_MS = 1000;
 const USUAL = "Skiller";
 let typed = "",
-  chosenSkiller = ""; // stay when another view was open
+  chosenSkiller = ""; // both outlive the view
 
 export function open(root, app) {
   let names = [],
     chosen = "",
     active = null,
-    shown = null,
     skillers = [],
-    showsGraphs = true,
+    hasDebug = true, // the Skiller has a SkillerDebugInterface
     looked = "",
-    boardRead = [],
-    mapped = new Map(),
-    controller = { of: "", name: "" };
+    executorsRead = [];
   const ask = (path) => path + (skiller() === USUAL ? "" : "?skiller=" + part(skiller()));
   const now = el("div#skill-now.now", { role: "status" }),
-    graph = el("div#graph.graph-place"),
+    machine = el("div#machine"),
     history = el("div#calls"),
-    board = el.div(),
-    formOf = el.div(),
     held = el("p#held.dim.small", { hidden: true });
   const input = textInput({
     name: "skill",
@@ -75,18 +54,15 @@ export function open(root, app) {
   const callButton = submit("Call"),
     stop = () => app.attempt(() => remove(ask("skiller/skills/active")), "The Skiller was asked to stop"),
     stopButton = button("Stop", stop, { id: "stop-skill" });
-  async function submitted() {
+  async function call() {
     const text = input.value.trim();
     if (!text) return input.focus();
     callButton.disabled = true;
-    await call(text);
-    return (callButton.disabled = false);
-  }
-  async function call(text) {
     await app.attempt(() => post(ask("skiller/call"), { skill_string: text }), "Called: " + text);
     readActive();
+    return (callButton.disabled = false);
   }
-  const callForm = form("#call.call", submitted, input, callButton, stopButton, held);
+  const callForm = form("#call.call", call, input, callButton, stopButton, held);
   const select = choice({ "aria-label": "Skiller", id: "skiller" }, (id) => {
     chosenSkiller = id;
     change();
@@ -98,11 +74,15 @@ export function open(root, app) {
       title: "Skills",
       find: "Search skills",
       before: select,
-      detail: el("div.detail", back, now, formOf, callForm, board, graph, history),
+      detail: el("div.detail", back, now, callForm, machine, history),
       row: {
         key: (item) => item.name,
-        sign: (item) => item.who,
-        draw: ({ name, who }) => [el("span.main-text", name), who ? el("span.dim.small", who) : null],
+        sign: (item) => item.who + item.status,
+        draw: ({ name, who, status }) => [
+          el("span.main-text", name),
+          who ? el("span.dim.small", who) : null,
+          status ? skillBadge(status) : null,
+        ],
         select: (item) => goTo("#/skills/" + part(item.name)),
       },
     },
@@ -111,7 +91,7 @@ export function open(root, app) {
   page.split.classList.add("detail-first");
   root.append(page.split);
 
-  /** The Skiller that is looked at: the chosen one, else the one that had the last call. */
+  /** The chosen Skiller, else the Skiller with the last call. */
   function skiller() {
     const all = ids();
     if (all.includes(chosenSkiller)) return chosenSkiller;
@@ -123,18 +103,17 @@ export function open(root, app) {
     const uids = [...app.model.interfaces.keys()].filter((uid) => uid.startsWith(STATUS)),
       lanes = app.model.calls.map((each) => each.lane),
       all = [...new Set([...uids.map((uid) => uid.slice(STATUS.length)), ...lanes])].sort();
-    // Of several agents: AGENT/ID is the same, with its interface
+    // with several agents, AGENT/ID is the same Skiller with its interface
     return all.filter((id) => !all.some((other) => other.endsWith("/" + id)));
   }
-  /** Another Skiller is chosen. */
+  /** Show another Skiller. */
   function change() {
     looked = skiller();
     names = [];
-    active = shown = null;
+    active = null;
     page.problem = "";
     for (const each of [now, history]) redraw(each);
     renew();
-    drawNames();
     draw();
   }
   function drawChoice() {
@@ -151,21 +130,20 @@ export function open(root, app) {
     const found = await get("blackboard/interfaces"),
       idsOf = (type) => found.filter((each) => each.type + "::" === type && each.writer).map(({ id }) => id);
     skillers = idsOf(STATUS).sort();
-    showsGraphs = !skillers.length || idsOf(DEBUG).includes(skiller());
+    hasDebug = !skillers.length || idsOf(DEBUG).includes(skiller());
     if (found.some((each) => each.type === EXECUTOR))
-      boardRead = await get("cxbridge/interfaces?type=" + EXECUTOR);
+      executorsRead = await get("cxbridge/interfaces?type=" + EXECUTOR);
     drawChoice();
   }
   const { life } = page;
   const readNames = page.reader(async () => {
     await readSkillers();
-    mapped = mappedSkills((await get("config").catch(() => ({}))).config);
-    names = showsGraphs ? (await get(ask("skiller/skills"))).map((each) => each.name) : [];
+    names = hasDebug ? (await get(ask("skiller/skills"))).map((each) => each.name) : [];
   }, SLOW_MS);
   const readActive = life.reader(
     async () => {
       const of = skiller(),
-        answer = showsGraphs ? await get(ask("skiller/skills/active")) : await readStatus(of);
+        answer = hasDebug ? await get(ask("skiller/skills/active")) : await readStatus(of);
       if (of !== skiller()) return;
       active = answer;
       draw();
@@ -177,42 +155,29 @@ export function open(root, app) {
       draw();
     },
   );
-  const readChosen = life.reader(
-    async () => {
-      const name = chosen,
-        answer = name && (await get(ask("skiller/skills/" + part(name))));
-      if (!name || name !== chosen) return;
-      shown = answer;
-      draw();
-    },
-    SOON_MS,
-    (error) => app.toast(error.message, true),
-  );
   function renew() {
     if (app.recording) return;
     readNames();
     readActive();
   }
 
-  /** The executors of the Skiller that is looked at: its name is that of the agent, or of the executor itself. */
-  const executors = () =>
-    executorsOf(app.model, boardRead).filter((each) => [each.agent, each.id].includes(nameOfLane(skiller())));
-  const known = () => knownSkills(names, executors(), app.recording ? callsOf(app.model, skiller()) : []);
-  let drawnNames = "";
   function drawNames() {
-    const all = known(),
-      nothing = noSkills({
-        isRecording: Boolean(app.recording),
-        hasCalls: callsOf(app.model, skiller()).length > 0,
-        skiller: skiller(),
-        showsGraphs,
-        hasGraph: Boolean(graph.querySelector("svg")),
-      });
-    drawnNames = JSON.stringify(all);
+    const calls = callsOf(app.model, skiller()),
+      // the executors of a Skiller's skill board have the name of its agent, or its own name
+      executors = executorsOf(app.model, executorsRead).filter(({ agent, id }) =>
+        [agent, id].includes(nameOfLane(skiller())),
+      ),
+      all = knownSkills(names, executors, calls),
+      hint = app.recording
+        ? "A recording shows the skills that were called up to its moment."
+        : hasDebug
+          ? "The Skiller knows none, or there is no Skiller."
+          : skiller() + " has no SkillerDebugInterface, which lists skills. It can be called.";
     page.show(
       all.filter((each) => page.matches(each.name)),
       all.length,
-      ...nothing,
+      "No skills",
+      hint,
     );
     page.counter.textContent = all.length ? String(all.length) : "";
   }
@@ -221,68 +186,29 @@ export function open(root, app) {
     drawChoice();
     const value = skillerState(app.model, skiller(), app.recording ? null : active),
       isRunning = String(value.status).endsWith("RUNNING"),
-      isHeld = Boolean(value.controller) && !app.recording; // a Skiller heeds its controller only
-    nameController(value.controller);
+      isHeld = Boolean(value.controller) && !app.recording; // a Skiller obeys its controller only
     app.gate(stopButton, isHeld || !isRunning);
     app.gate(callButton, isHeld);
     held.hidden = app.mayChange && !isHeld;
-    const holder = capital(controller.name || "another client");
     held.textContent =
-      app.whyNot || holder + " controls this Skiller: calls are refused until it releases it.";
+      app.whyNot ||
+      "The executive or another client controls this Skiller: calls are refused until it releases it.";
     callForm.hidden = Boolean(app.recording);
-    redraw(now, [value, controller.name], () => [
+    redraw(now, value, () => [
       el("div.now-line", skillBadge(value.status), el("code.big", value.text || "no skill called yet")),
-      pairs([
-        ["error", value.error],
-        ["controlled by", value.controller && (controller.name || "…")],
-      ]),
+      pairs([["error", value.error]]),
     ]);
-    drawMachine(chosen ? chosenGraph() : value.graph, isRunning);
-    const calls = callsOf(app.model, skiller());
-    redraw(history, calls, () => [el.h3("Calls"), callList(calls, app.recording ? null : again)]);
-    drawBoard(isHeld);
+    drawMachine(value.graph, isRunning);
+    const calls = callsOf(app.model, skiller(), chosen);
+    redraw(history, [chosen, calls], () => [el.h3(chosen ? "Calls of " + chosen : "Calls"), callList(calls)]);
+    drawNames();
   }
-  function again(text) {
-    type(text);
-    input.focus();
-  }
-  const chosenGraph = () => (shown && (shown.name === chosen || shown.graph) ? shown.graph : "");
-  function drawMachine(drawing, isRunning) {
-    const title = chosen
-        ? "Skill " + chosen
-        : "State graph" + (drawing && !isRunning ? " of the last skill" : ""),
-      nothing = chosen
-        ? ["No graph of this skill"]
-        : ["No state graph yet", "It is drawn here when a skill runs."];
-    redraw(graph, [title, drawing], () => [
-      el.h3(title, " ", chosen ? link("#/skills", "show the active one") : null),
-      drawing ? drawGraph(drawing, title) : none(...nothing),
-    ]);
-    const mayCome = app.recording ? app.model.interfaces.has(DEBUG + skiller()) : showsGraphs;
-    graph.hidden = !drawing && !chosen && !mayCome;
-  }
-  async function nameController(serial) {
-    const of = skiller() + " " + serial;
-    if (of === controller.of) return;
-    controller = { of, name: "" };
-    const name = await controllerName(app, skiller(), serial);
-    if (controller.of !== of) return;
-    controller.name = name;
-    draw();
-  }
-  function drawBoard(isHeld) {
-    const all = executorsOf(app.model, boardRead),
-      isForm = chosen && !app.recording;
-    redraw(board, all, () => (all.length ? executorTable(all) : ""));
-    if (JSON.stringify(known()) !== drawnNames) drawNames();
-    redraw(formOf, isForm && [chosen, mapped.size, skiller(), isHeld, app.whyNot], () =>
-      isForm
-        ? [
-            el.h3("Call " + chosen),
-            skillForm(app, chosen, parametersOf(chosen, mapped, app.model.calls), call, isHeld),
-          ]
-        : "",
-    );
+  function drawMachine(graph, isRunning) {
+    redraw(machine, [graph, isRunning], () => {
+      const states = statesOf(graph);
+      if (!states.size) return [];
+      return [el.h3("States", isRunning ? "" : dim(" of the last skill")), stateTable(states)];
+    });
   }
   life.add(
     app.model.onChange((topics) => {
@@ -294,14 +220,13 @@ export function open(root, app) {
   );
   looked = skiller();
   if (!app.stream.isWaiting) renew();
-  drawNames();
   draw();
   return {
     go([name = ""]) {
       chosen = name;
-      shown = null;
+      const [last] = callsOf(app.model, skiller(), name);
+      if (name && skillOf(typed) !== name) type(last?.text ?? name + "{}");
       page.list.mark(name, true);
-      if (name && !app.recording) readChosen();
       draw();
     },
     close: life.close,
