@@ -1,4 +1,4 @@
-"""Rules, constructs and agenda of CLIPS environments, and explanations of a run."""
+"""Rules and constructs of CLIPS environments, and explanations of a run."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from cxbridge_web.constructs import Construct
 from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Query
 from cxbridge_web.fawkes.slots import DEFAULT_ENVIRONMENT, find_environment
 from cxbridge_web.models import Model
-from cxbridge_web.paging import ListPart, matches
-from cxbridge_web.rules import Activation, Rule, list_activations, list_rules
+from cxbridge_web.paging import matches
+from cxbridge_web.rules import Rule, list_rules
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
@@ -46,12 +46,6 @@ def _find_environment(call: ApiCall) -> ClipsEnvironment:
     """
     name = call.query.get("env") or DEFAULT_ENVIRONMENT
     return find_environment(call, name, 503 if name == DEFAULT_ENVIRONMENT else 404)
-
-
-def _list_activations(call: ApiCall) -> ListPart:
-    env = _find_environment(call)
-    with env.lock:
-        return list_activations(env, call.query.get("rule", ""), call.window)
 
 
 def _copy_rules(call: ApiCall) -> tuple[str, list[Rule], tuple[str, ...]]:
@@ -112,7 +106,7 @@ def _explain(call: ApiCall) -> Answer:
 
 
 def endpoints(state: ServerState) -> Sequence[Endpoint]:
-    """Return the endpoints for rules, constructs, agenda and explanations."""
+    """Return the endpoints for rules, constructs and explanations."""
     return (
         Endpoint(
             method="GET",
@@ -138,16 +132,6 @@ def endpoints(state: ServerState) -> Sequence[Endpoint]:
                 Query("text", "Whether to include the texts of the constructs.", bool),
             ),
             finish=partial(_describe_constructs, state),
-            errors=_ENVIRONMENT_ERRORS,
-        ),
-        Endpoint(
-            method="GET",
-            path="/cxbridge/agenda",
-            handler=_list_activations,
-            summary="The activations, in the order of firing.",
-            reply=list[Activation],
-            is_paged=True,
-            query=(_ENVIRONMENT_QUERY, Query("rule", "A pattern of the names of the rules.")),
             errors=_ENVIRONMENT_ERRORS,
         ),
         Endpoint(

@@ -82,7 +82,10 @@ def test_features_watches_and_log_levels(there, tmp_path):
     )
     assert client.ask("POST", f"{PATH}/lab/load", {"file": str(speaks)}).json["diagnostics"] == []
     assert client.ask("POST", "/api/cxbridge/facts", {"fact": "(speak)", "env": "lab"}).status == 200
-    client.until("/api/cxbridge/agenda?env=lab", lambda rows: not rows and "a loud" in lines)
+    client.until(
+        "/api/cxbridge/rules?env=lab&name=lab-speak",
+        lambda rules: rules[0]["agenda"] == 0 and "a loud" in lines,
+    )
     assert "a quiet" not in lines
     for path, body, message in (
         ("features", {"feature": "nope"}, "there is no CLIPS feature"),

@@ -1,4 +1,4 @@
-// The state that views share: the model and the source of its events, the selection, the daemon's status.
+// The state that views share: the model with its event stream, the selection, the daemon's status.
 import SITE from "shared/site.js";
 import { get, post, throttled } from "cx/api.js";
 import { countFrom, el } from "cx/dom.js";
@@ -10,20 +10,20 @@ import { Past } from "cx/recording/run.js";
 import { Selection } from "cx/selection.js";
 import { Stream } from "cx/stream.js";
 
-// events of these kinds come whichever view is open
+// kinds of events for every view
 const ALWAYS = ["goal", "plan-action", "skill", "log", "message"];
 const STATUS_MS = 2000,
   GOALS_MS = 30000,
   SOON_MS = 1000,
-  LATE_MS = 6000; // the shown clock continues for so long without a status
+  LATE_MS = 6000; // how long the clock runs on without a status
 
 class App extends EventTarget {
   selection = new Selection(this);
-  runs = SITE.runs; // of a server that has recordings only; null: there is a daemon, or a run
-  hasNoRun = false; // none of them could be opened
+  runs = SITE.runs; // the recordings of `cxbridge view`; null: the page of a daemon or a run
+  hasNoRun = false; // no recording could be opened
   live = new Model(() => this.readGoals());
   past = new Past();
-  moment = ""; // how the view that is open shows a chosen moment of the live run
+  moment = ""; // how the open view shows a chosen moment of a live run: see toMoment()
   model = this.live;
   recording = null;
   status = null;
@@ -41,11 +41,11 @@ class App extends EventTarget {
     restarted: () => {
       this.live.clear();
       this.past.clear();
-      this.toast("Another process of the daemon answers: what the one before told is forgotten");
+      this.toast("The daemon was restarted: the page starts with its new run");
     },
-    caughtUp: () => this.readGoals(), // a list that was read meanwhile is older than some events
+    caughtUp: () => this.readGoals(), // events of the meantime are newer than a list that was read
     dropped: ({ count }) => {
-      this.toast(count + " events were missed; the views are read again");
+      this.toast(count + " events were missed: the page reads the views again");
       this.renew();
     },
   });
@@ -92,7 +92,7 @@ class App extends EventTarget {
     if (this.runs) return;
     this.stream.follow([...ALWAYS, ...this.kept, ...kinds]);
   }
-  /** Follow these kinds of events whichever view is open: the series of a plot have no gaps. */
+  /** Follow these kinds of events in every view, so that plotted series have no gaps. */
   keep(kinds) {
     this.kept = kinds;
     this.wants(this.wanted);
@@ -105,17 +105,21 @@ class App extends EventTarget {
     this.notify();
   }
 
-  /** Find the reason of a lost connection: a refused stream has none, a request has. */
+  /** Find out why the connection was lost: unlike a refused stream, a refused request has a reason. */
   async ask() {
     const words = ({ status, message }) =>
-      status === 401 ? "It wants another token: load the page again to give it." : status ? message : "";
+      status === 401
+        ? "The daemon wants another token: load the page again and enter it."
+        : status
+          ? message
+          : "";
     const reason = await get("cxbridge/status").then(() => "", words);
     if (reason === this.lostBecause) return;
     this.lostBecause = reason;
     this.notify();
   }
 
-  /** Read all again after a connection was made: events may be lost. */
+  /** Read all lists again: events may be lost before a new connection. */
   renew() {
     this.readStatus();
     this.readGoals();
@@ -127,7 +131,7 @@ class App extends EventTarget {
     return () => this.renewals.delete(call);
   }
 
-  /** Wait for the status, from which times count; at most for SOON_MS. */
+  /** Wait at most SOON_MS for the status, which has the origin of times. */
   async firstStatus() {
     const patience = new Promise((done) => {
       setTimeout(done, SOON_MS);
@@ -169,13 +173,13 @@ class App extends EventTarget {
     for (const listener of [...this.listeners]) listener();
   }
 
-  /** Where the run began, microseconds; null: that is not known yet. */
+  /** The begin of the run, microseconds; null: unknown. */
   get zero() {
     if (this.recording && !this.recording.isPast) return this.recording.begin;
     return this.status ? this.status.started_us : null;
   }
 
-  /** The moment that is looked at: of the recording, or of the daemon; microseconds. */
+  /** The shown moment of the recording, or the daemon's clock; microseconds. */
   get now() {
     const { time } = this.model;
     if (this.recording || !this.status) return time;
@@ -184,9 +188,9 @@ class App extends EventTarget {
       runs = this.status.clock === "real" && !stands && since < LATE_MS;
     return Math.max(time, this.status.now_us + (runs ? since * 1000 : 0));
   }
-  /** The reason why controls are disabled; "": they are enabled. */
+  /** Why controls are disabled; "": they are enabled. */
   get whyNot() {
-    if (this.recording) return this.recording.isPast ? "This is the past" : "This is a recording";
+    if (this.recording) return this.recording.isPast ? "This moment is past" : "This is a recording";
     if (this.runs) return "There is no daemon";
     if (this.connection === "lost") return "The daemon does not answer";
     const isOff = this.status?.remote_control === false;
@@ -201,19 +205,19 @@ class App extends EventTarget {
   }
   /**
    * Select a goal (its key in the model), an action, a skill, a moment (microseconds, null: now), an
-   * environment; names that are not given keep their values. An event `select` follows.
+   * environment; other names keep their values. Dispatches an event `select`.
    */
   select(given) {
     this.selection.merge(given);
   }
-  /** The environment that was chosen; "": none was. */
+  /** The chosen environment; "": none. */
   get chosenEnv() {
     return this.selection.value.env;
   }
   set chosenEnv(env) {
     this.select({ env });
   }
-  /** The environment that is looked at: the chosen one, else the executive's own. */
+  /** The shown environment: the chosen environment, else the executive's. */
   get env() {
     const { environments } = this;
     if (environments.includes(this.chosenEnv)) return this.chosenEnv;
@@ -221,8 +225,8 @@ class App extends EventTarget {
   }
 
   /**
-   * Keep a control disabled, with the reason as its title, while the daemon refuses changes.
-   * @param also whether the control is disabled for another reason
+   * Disable a control, with the reason as its title, while the daemon refuses changes.
+   * @param also whether to disable the control in any case
    */
   gate(node, also = false) {
     const { whyNot } = this;
@@ -244,15 +248,16 @@ class App extends EventTarget {
         if (this.recording === recording) this.select({ time: recording.time });
       });
     } else this.select({ time: null });
-    this.selection.write(); // the view is opened with what the address says
+    this.selection.write(); // the view reads the address when it opens
     countFrom(this.zero);
     this.notify();
     this.reopen();
   }
 
   /**
-   * A view opens while a moment of the live run is selected. Views show that moment themselves ("own"), show
-   * a recording of the past ("past"), or show the present (undefined).
+   * Show the selected moment of a live run in a view that opens.
+   * @param ability "own": the view draws the moment; "past": the view shows a recording of the past;
+   * undefined: the view shows the present
    */
   toMoment(ability) {
     if (this.recording && this.recording.isPast && ability !== "past") {

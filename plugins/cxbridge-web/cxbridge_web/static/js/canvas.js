@@ -89,23 +89,16 @@ export class Canvas {
     this.paint(context, width, height, palette());
   }
 
-  /** The drawing as a picture, with lines of text above it. Returns a promise of a blob. */
-  picture(lines = []) {
-    const { width, height } = this,
-      density = 2,
-      above = lines.length * 18 + (lines.length ? 10 : 0),
-      copy = el.canvas({ width: width * density, height: (height + above) * density }),
+  /** Return a promise of the drawing as a PNG. */
+  picture() {
+    const density = 2,
+      copy = el.canvas({ width: this.width * density, height: this.height * density }),
       context = copy.getContext("2d"),
-      { back, text } = palette();
+      colours = palette();
     context.scale(density, density);
-    fillBox(context, back, 0, 0, width, height + above);
+    fillBox(context, colours.back, 0, 0, this.width, this.height);
     context.font = FONT;
-    lines.forEach((line, at) => {
-      context.fillStyle = line.colour || text;
-      context.fillText(line.text, 10, 18 * (at + 1), width - 20);
-    });
-    context.translate(0, above);
-    this.paint(context, width, height, palette());
+    this.paint(context, this.width, this.height, colours);
     return new Promise((done) => {
       copy.toBlob(done, "image/png");
     });

@@ -1,10 +1,10 @@
-// State of the daemon, its clock, pause and resume.
+// The header: state and clock of the daemon, pause and resume, links.
 import { button, clockText, el, switchTimes } from "cx/dom.js";
 import { stateBadge } from "cx/outcome.js";
 import { chooseFile } from "cx/recording/open.js";
 import { themeSwitch } from "cx/theme.js";
 
-/** Copy the address of what is shown: it has the run, the view, the selection and the moment. */
+/** Copy the address, which holds the run, the view, the selection and the moment. */
 async function copyLink(app) {
   app.selection.write();
   try {
@@ -15,7 +15,7 @@ async function copyLink(app) {
   }
 }
 
-/** The state of what is looked at, in one word. */
+/** The state of the daemon or the recording, in a word. */
 function stateOf({ recording, runs, hasNoRun, connection, status }) {
   if (recording) return recording.isPast ? "PAST" : "RECORDING";
   if (runs) return hasNoRun ? "NO RUN" : "READING";
@@ -30,7 +30,7 @@ const troublesOf = ({ components }) =>
     .map((each) => each.name + ": " + each.state + (each.reason ? ", " + each.reason : ""))
     .join("\n");
 
-/** @param search the button that opens the search over everything */
+/** @param search the button of the search over everything */
 export function header(app, search) {
   const head = document.getElementById("head"),
     paused = () => app.status && (app.status.stopped || app.status.state === "PAUSED"),
@@ -97,10 +97,10 @@ export function header(app, search) {
     readOnly.title = app.whyNot;
     open.hidden = Boolean(recording) && !app.runs;
     lost.hidden = app.connection !== "lost" || Boolean(recording);
-    const since = app.live.time ? clockText(app.live.time) : "before";
+    const since = app.live.time ? clockText(app.live.time) : "earlier";
     lost.textContent = status?.result
-      ? "The program of this run has ended. What is shown is the end of the run."
-      : `The connection to the daemon is lost. What is shown is from ${since}. ` +
+      ? "The program of this run has ended. The page shows the end of the run."
+      : `The connection to the daemon is lost. The page shows the state of ${since}. ` +
         (app.lostBecause || "Trying again …");
     document.body.classList.toggle("stale", !lost.hidden);
     tick();

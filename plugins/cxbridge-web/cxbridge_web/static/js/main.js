@@ -1,4 +1,4 @@
-// Routes, header and keys.
+// The start of the page: views, routes, header, keys.
 import SITE from "shared/site.js";
 import NAMES from "shared/views.js";
 import { app } from "cx/app.js";

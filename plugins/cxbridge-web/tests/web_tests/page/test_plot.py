@@ -1,16 +1,15 @@
-"""The tab Plot: series of any value, live and recorded, zoom, the shared moment, CSV and PNG."""
+"""The tab Plot: series of any value, live and recorded, zoom, the shared moment."""
 
 from __future__ import annotations
 
 import json
 import re
-from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
 import pytest
 
-from web_tests.page.conftest import PHONE, in_both, is_firefox, wait_for
+from web_tests.page.conftest import PHONE, in_both, wait_for
 from web_tests.page.fake import START_US, fact_model, goal_event
 
 POSE = "Position3DInterface::Pose"
@@ -169,27 +168,15 @@ def test_the_pointer_tells_values_wheel_zooms_and_drag_pans(tab, site, daemon):
     assert at(0.1) == low
 
 
-def test_what_is_seen_is_saved_as_csv_and_png(tab, site, daemon):
-    if is_firefox(tab):
-        pytest.skip("playwright hears nothing of Firefox when a page saves what it made itself")
-    odd = 'T::say "a, b"'
-    values = [write(1, 1.5), write(2, 2.5), write(2, 0, frame='a "b"', uid=odd)]
-    daemon.files["run.json"] = lines(*values)
-    tab.goto(f"{site.url}?run=files/run.json{address(f'{POSE}.translation[0]', f'{odd}.frame')}")
-    tab.wait_for_selector("#state >> text=RECORDING")
-    wait_for(tab, lambda: len(values_of(tab)) == 2)
-    with tab.expect_download() as download:
-        tab.click("#plot-csv")
-    rows = Path(download.value.path()).read_text(encoding="utf-8").splitlines()
-    assert rows == [
-        f'time_us,{POSE}.translation[0],"T::say ""a, b"".frame"',
-        f"{START_US + 1_000_000},1.5,",
-        f'{START_US + 2_000_000},2.5,"a ""b"""',
-    ]
-    with tab.expect_download() as download:
-        tab.click("#plot-png")
-    assert Path(download.value.path()).read_bytes().startswith(b"\x89PNG\r\n")
-    assert download.value.suggested_filename == "plot.png"
+def test_a_zoom_keeps_the_newest_moment_and_a_pan_leaves_it(tab, site, daemon):
+    tab.goto(site.url + address("loop"))
+    follow = tab.get_by_role("button", name="Follow")
+    tab.wait_for_selector("#plot-legend tr >> nth=1")
+    tab.locator(".chart").focus()
+    tab.keyboard.press("+")
+    wait_for(tab, lambda: follow.get_attribute("aria-pressed") == "true")
+    tab.keyboard.press("Shift+ArrowLeft")
+    wait_for(tab, lambda: follow.get_attribute("aria-pressed") == "false")
 
 
 def test_a_hundred_thousand_points_are_drawn_as_few_and_no_peak_is_lost(tab, site):

@@ -398,7 +398,7 @@ def test_a_token_that_is_no_longer_the_right_one_is_told(tab, site, daemon):
     site.stop()
     daemon.locked = True
     site.start()
-    tab.wait_for_selector("#lost >> text=It wants another token")
+    tab.wait_for_selector("#lost >> text=The daemon wants another token")
 
 
 def test_number_keys_change_the_view_and_help_tells_of_them(tab, site):

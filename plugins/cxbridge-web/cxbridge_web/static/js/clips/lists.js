@@ -1,10 +1,10 @@
-// The rows of the lists of CLIPS: facts and rules.
+// The rows of the lists of facts and rules.
 import { recordedRules } from "cx/clips/source.js";
 import { el } from "cx/dom.js";
 
 const small = (text) => el("span.dim.small.wide-only", text);
 
-/** The order of facts by the owner of their deftemplate, of templateOwners(): the agent's come first. */
+/** The rank of a fact by the owner of its deftemplate: 0 the agent, 1 no deftemplate, 2 the CX core. */
 const rankOf = ({ core, own }, template) => (own.has(template) ? 0 : core.has(template) ? 2 : 1);
 
 function factText({ template, text }) {
@@ -13,8 +13,8 @@ function factText({ template, text }) {
 }
 
 /**
- * @param owners of templateOwners()
- * @param matches whether a text is searched
+ * @param owners see templateOwners()
+ * @param matches whether the search finds a text
  */
 export function factItems(facts, owners, matches) {
   const groups = [[], [], []];

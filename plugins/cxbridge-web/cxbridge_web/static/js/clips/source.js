@@ -37,7 +37,7 @@ function recorded(recording, env) {
   return known.get(env);
 }
 
-/** One construct: {construct, name, file, line, core, text}; null: it is in no file that can be read. */
+/** A construct: {construct, name, file, line, core, text}; null: no readable file has it. */
 export async function constructText(app, env, construct, name) {
   const found = app.recording
     ? recorded(app.recording, env)
@@ -47,7 +47,7 @@ export async function constructText(app, env, construct, name) {
   return found.findLast((each) => each.construct === construct && each.name === name) || null;
 }
 
-/** Whose deftemplates are: {core, own}, Sets of names. Facts without a deftemplate are in neither. */
+/** The deftemplates of the CX core and of the agent: {core, own}, Sets of names. */
 export async function templateOwners(app, env) {
   const found = app.recording
     ? recorded(app.recording, env)

@@ -1,11 +1,11 @@
-// Facts as CLIPS prints them, taken apart: (template (slot value ...) ...), or (template value ...).
+// Parses facts as CLIPS prints them: (template (slot value ...) ...), or (template value ...).
 import { bare } from "cx/names.js";
 
 const TOKEN = /"(?:\\.|[^"\\])*"|[()]|[^\s()"]+/gs;
 
 /**
- * @returns {template, slots: Map name -> text}; slots is null of a fact without; null when the text is cut
- * off
+ * @returns {template, slots: Map name -> text}, slots null for a fact without slots; null for a truncated
+ * text
  */
 export function parseFact(text) {
   const tokens = text.match(TOKEN) || [];
@@ -44,7 +44,7 @@ function slotsBy(facts) {
   return (template) => found.get(template) || [];
 }
 
-// what the API calls values: slots with one value, slots with several, and numbers and truths
+// the names and types of the API: single values, lists, numbers and booleans
 const named = (names, get) => Object.fromEntries(names.map((name) => [name, get(name)]));
 const GOAL = ["id", "class", "type", "sub-type", "parent", "mode", "outcome", "message", "priority"],
   GOAL_LISTS = ["error", "meta", "required-resources", "acquired-resources"];
@@ -79,7 +79,7 @@ function planOf({ first }, actions) {
   };
 }
 
-/** @param templates of the facts that become a list, and of those that belong to them */
+/** @param templates deftemplate of the listed facts, and deftemplate of their parts */
 function modelOf(templates, of) {
   const make = (facts) => {
     const [own, parts = []] = templates.map(slotsBy(facts));
@@ -87,7 +87,7 @@ function modelOf(templates, of) {
   };
   return { templates, make };
 }
-/** Facts -> what the API tells of the executive's own environment. */
+/** Makers of the API's lists from the facts of an environment; the API has only those of the executive's. */
 export const MODELS = {
   goals: modelOf(["goal", "plan"], goalOf),
   plans: modelOf(["plan", "plan-action"], planOf),

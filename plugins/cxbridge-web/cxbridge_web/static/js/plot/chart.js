@@ -1,4 +1,4 @@
-// A line chart over time on a canvas: several series, an axis for each group of them, zoom and pan.
+// A line chart over time on a canvas: several series, an axis for each unit, zoom and pan.
 import { Canvas, dashOf, dot, drawingKeys, fillBox, gestures, ink, line, niceStep } from "cx/canvas.js";
 import { el } from "cx/dom.js";
 import { decimate, numberText } from "cx/plot/series.js";
@@ -16,9 +16,10 @@ const AXIS = 58,
 
 export class Chart {
   /**
-   * @param handlers.moved() a user zoomed or panned; handlers.cursor(time) the pointer is there, null:
-   * nowhere; handlers.pick(time) that moment was chosen; handlers.all() show everything
-   * @param timeText(time, step) a time on the axis, whose marks are `step` apart; microseconds
+   * @param handlers.moved() after a pan; handlers.zoomed() after a zoom; handlers.cursor(time) at each move
+   * of the pointer, null: the pointer left; handlers.pick(time) for a chosen moment; handlers.all() shows the
+   * whole run
+   * @param timeText(time, step) the text of a time on the axis, with `step` between its marks; microseconds
    */
   constructor(handlers, timeText) {
     Object.assign(this, { handlers, timeText, series: [], from: 0, to: 1, zero: 0, end: 0 });
@@ -95,9 +96,9 @@ export class Chart {
     const span = Math.max(SHORTEST_US, this.span / factor),
       share = (around - this.from) / this.span;
     this.look(around - share * span, around + (1 - share) * span);
-    this.handlers.moved();
+    this.handlers.zoomed();
   }
-  /** A key moves the cursor, or all that is seen. */
+  /** Move the cursor, or pan. */
   step(way, isAll) {
     const step = way * this.span * KEY_STEP,
       before = this.cursor ?? this.moment ?? (this.from + this.to) / 2;
@@ -105,7 +106,7 @@ export class Chart {
     else this.point(Math.min(this.to, Math.max(this.from, before + step)));
   }
 
-  /** Series with one unit share an axis; axes that do not fit beside the chart are left out. */
+  /** Place an axis for each unit; axes without room beside the chart are left out. */
   layAxes(width) {
     const keyOf = ({ words, name, source }) => (words ? name : source.axis),
       groups = Map.groupBy(this.series, keyOf);
@@ -128,7 +129,7 @@ export class Chart {
     this.left = Math.max(left, AXIS);
     this.right = right + RIGHT;
   }
-  /** The values at the ends of an axis: some room beside the least and the greatest. */
+  /** The values at the ends of an axis: the range of its series, and a margin. */
   rangeOf(series, words) {
     const ranges = series.map((each) => each.range(this.from, this.to)).filter(Boolean);
     let low = words ? 0 : Math.min(...ranges.map((range) => range[0])),
@@ -191,7 +192,7 @@ export class Chart {
     if (axis.x === null) return;
     const x = axis.isLeft ? this.left - axis.x - 6 : right + axis.x + 6,
       step = axis.words ? 1 : niceStep(axis.high - axis.low, (bottom - TOP) / 46),
-      isAlone = axis.series.length === 1 && this.axes.length > 1; // then the axis has the colour of its series
+      isAlone = axis.series.length === 1 && this.axes.length > 1; // the colour tells the axes apart
     Object.assign(context, { textAlign: axis.isLeft ? "right" : "left", textBaseline: "middle" });
     for (let value = Math.ceil(axis.low / step) * step; value <= axis.high; value += step) {
       const y = this.yOf(axis, value, bottom),

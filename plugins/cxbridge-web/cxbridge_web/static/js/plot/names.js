@@ -1,4 +1,4 @@
-// Names of values that can be plotted: `Type::id.field[2]`, `env:template{slot=value}.slot[1]`, `loop`.
+// Names of plotted values: `Type::id.field[2]`, `env:template{slot=value}.slot[1]`, `loop`.
 import { parseFact, valuesOf } from "cx/clips/text.js";
 
 const FIELD = /^([A-Za-z_]\w*)::(.+)\.([A-Za-z_]\w*)(?:\[(\d+)\])?$/s;
@@ -22,7 +22,7 @@ function ofField([, type, id, field, index]) {
   };
 }
 
-/** Slots and the values that they must have; null: that is no list of conditions. */
+/** Pairs of slots and wanted values; null: the text is no list of conditions. */
 function conditions(text = "") {
   const parts = text.split(",").filter((part) => part.trim()),
     pairs = parts.map((part) => /^([^=]+)=(.*)$/s.exec(part));
@@ -58,9 +58,9 @@ const LOOP_TIME = {
 };
 
 /**
- * @param usualEnv environment of facts whose name has none
- * @returns the value's name (in full), label, about, kind, axis, sample(event) -> value or undefined; null
- * for a text that is no name
+ * @param usualEnv the environment for a name without environment
+ * @returns {name (in full), label, about, kind, axis, sample(event) -> value or undefined}; null for a text
+ * that is no name
  */
 export function parseName(text, usualEnv) {
   const name = text.trim(),
@@ -71,7 +71,7 @@ export function parseName(text, usualEnv) {
   return slot && ofSlot(slot, usualEnv);
 }
 
-/** The names of a field: one, or those of its elements. */
+/** The name of a field, or the names of the elements of an array. */
 export function fieldNames(uid, field, value) {
   const name = uid + "." + field;
   if (!Array.isArray(value)) return [name];

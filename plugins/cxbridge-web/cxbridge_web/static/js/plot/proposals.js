@@ -34,7 +34,7 @@ export async function choices(app) {
 }
 
 const MOST = 8,
-  COUNTED = /(^|[.:])(msgid|time|timestamp|progress_id|visibility_history|rotation)(\[|$)/; // they only count, or say nothing alone
+  COUNTED = /(^|[.:])(msgid|time|timestamp|progress_id|visibility_history|rotation)(\[|$)/; // counters, and parts of a value
 const isNumber = (value) => value !== "" && Number.isFinite(Number(value));
 
 export class Proposals {

@@ -1,4 +1,4 @@
-// The samples of one series. Text becomes levels: one for each word, in the order in which they came.
+// The samples of a series. Texts become levels, numbered in the order of their first samples.
 import { countWhile } from "cx/names.js";
 
 const FIRST_ROOM = 1024,
@@ -21,7 +21,7 @@ export class Series {
     Object.assign(this, { source, most, count: 0, words: null, last: undefined });
     this.times = new Float64Array(FIRST_ROOM);
     this.values = new Float64Array(FIRST_ROOM);
-    this.number = 0; // which colour it has
+    this.number = 0; // of the colour
   }
 
   get name() {
@@ -39,7 +39,7 @@ export class Series {
   }
 
   push(time, value) {
-    if (this.count && time < this.times[this.count - 1]) return; // a clock that was set back
+    if (this.count && time < this.times[this.count - 1]) return; // the clock was set back
     let number = this.words ? undefined : numberOf(value);
     if (number === undefined) {
       this.words ??= [];
@@ -72,7 +72,7 @@ export class Series {
     return countWhile(this.times.subarray(0, this.count), (each) => each <= time);
   }
 
-  /** The number of the sample that holds at a time; -1 before the first. */
+  /** The number of the last sample up to a time; -1 before the first sample. */
   at(time) {
     return this.after(time) - 1;
   }
@@ -84,7 +84,7 @@ export class Series {
     return this.words ? this.words[value] : numberText(value);
   }
 
-  /** Least and greatest value from one time to another, with those that hold at both; null: there is none. */
+  /** The least and the greatest value between two times, including the values at both; null without values. */
   range(from, to) {
     let least = Infinity,
       greatest = -Infinity;
@@ -106,10 +106,10 @@ export function numberText(value) {
 }
 
 /**
- * The points of a line that is `columns` wide: of each column the first, the least, the greatest and the
- * last, so that no peak is lost.
+ * Select points of a line of `columns` pixels: the first, least, greatest and last of each column, so that no
+ * peak is lost.
  * @param place(time) the column of a time, as a number
- * @param point(number) called with the numbers of the samples to draw, in their order
+ * @param point(number) gets the numbers of the selected samples in ascending order
  */
 export function decimate({ times, values }, from, to, columns, place, point) {
   if (to - from <= 4 * columns) {
@@ -143,22 +143,4 @@ export function decimate({ times, values }, from, to, columns, place, point) {
     }
   }
   flush(to - 1);
-}
-
-const quoted = (text) => (/[",\r\n]/.test(text) ? '"' + text.replaceAll('"', '""') + '"' : text);
-
-/** @returns the table from one time to another, as text; what has no sample at a time is empty there */
-export function csv(series, from, to) {
-  const rows = new Map(); // time -> cells
-  for (const [column, each] of series.entries())
-    for (let at = Math.max(0, each.at(from)); at < each.after(to); at++) {
-      const time = each.times[at],
-        value = each.values[at];
-      if (!rows.has(time)) rows.set(time, Array(series.length).fill(""));
-      rows.get(time)[column] = Number.isNaN(value) ? "" : quoted(each.words?.[value] ?? String(value));
-    }
-  const lines = [...rows].sort(([a], [b]) => a - b).map(([time, cells]) => [time, ...cells]);
-  return [["time_us", ...series.map(({ name }) => quoted(name))], ...lines]
-    .map((cells) => cells.join(",") + "\r\n")
-    .join("");
 }

@@ -1,4 +1,4 @@
-// The plotted series, live and of the open recording, as long as the page is open.
+// The plotted series of the live run and of the open recording; they outlive the view.
 import { factsPath, get, idPath, part } from "cx/api.js";
 import { parseName } from "cx/plot/names.js";
 import { Series } from "cx/plot/series.js";
@@ -15,7 +15,7 @@ class PlotStore extends Store {
   get names() {
     return [...this.live.keys()];
   }
-  /** The series that are shown: of the recording, if one is open. */
+  /** The series of the open recording, else of the live run. */
   get series() {
     const { recording } = this.app;
     return recording ? this.names.map((name) => this.ofRecording(recording, name)) : [...this.live.values()];
@@ -68,7 +68,7 @@ class PlotStore extends Store {
     this.notify();
   }
 
-  /** Read the present value: an event comes only with the next change. */
+  /** Read the present value: the next event comes with the next change. */
   async begin(series) {
     const { kind, type, id, env, template, uid } = series.source,
       now = this.app.status?.now_us || this.app.live.time,
@@ -82,7 +82,7 @@ class PlotStore extends Store {
           sample({ env, template, asserted: true, text: fact.formatted });
       this.notify();
     } catch {
-      // the interface or the template does not exist yet: its first event begins the line
+      // the interface or the template does not exist yet: the line begins with its first event
     }
   }
 }
@@ -90,7 +90,7 @@ export const plotsOf = (app) => PlotStore.of(app);
 
 export const plotAddress = (names) => "#/plot" + names.map((name) => "/" + part(name)).join("");
 
-/** Add fields where they are shown, and go to the plot. */
+/** Add series to the plot, and go to the plot. */
 export function plot(app, names) {
   const store = plotsOf(app),
     [refused] = names.map((name) => store.add(name)).filter(Boolean);

@@ -1,5 +1,5 @@
-// Causes of failures and waits in the events: from a goal down to the sub-goal, the action and the skill call
-// behind the goal. `why` of the server knows more (rules, facts): js/why.js.
+// Causes of failures and waits in the events: from a goal down to its sub-goal, action and skill call. The
+// server's `why` also knows rules and facts: js/why.js.
 import { forestOfGoals } from "cx/forest.js";
 import { skillOf } from "cx/names.js";
 import { isOpen, OUTCOMES } from "cx/outcome.js";
@@ -9,7 +9,7 @@ import { outcomeAt, timesOf } from "cx/timeline/spans.js";
 
 const DEEPEST = 50,
   LATE_FACTOR = 2, // of the longest time before
-  LATE_US = 5e6; // nothing shorter is late
+  LATE_US = 5e6; // shorter calls are not late
 
 const forests = new WeakMap(); // history -> its roots, the goals below each goal, and their shape
 
@@ -35,7 +35,7 @@ export const errorOf = (goal) =>
 
 const endOf = (item, history) => (timesOf(item, history).end || history.end).step;
 
-/** The item with an outcome that ended last, or, of open items, that began first. */
+/** Of the items with an outcome, the open item that began first, else the item that ended last. */
 function oneOf(items, outcome, history) {
   const found = items.filter((each) => outcomeAt(each) === outcome);
   return isOpen(outcome) ? found[0] : found.sort((a, b) => endOf(a, history) - endOf(b, history)).at(-1);
@@ -99,7 +99,7 @@ export function failureOf(history) {
   return failed ? causes(failed, history).at(-1).item : null;
 }
 
-/** Goals that failed below a goal that did not: the run went on without them. */
+/** Failed goals below a goal that did not fail: the run recovered. */
 export function overcome(history) {
   const isBad = (goal) => goal && outcomeAt(goal) === "failed";
   return [...history.goals.values()].filter(
@@ -108,9 +108,9 @@ export function overcome(history) {
 }
 
 /**
- * The calls that run for much longer than each call of their skill before.
+ * The running calls that last much longer than all earlier calls of their skill.
  * @param now microseconds
- * @returns a Map: call -> the longest time before
+ * @returns a Map: call -> the longest earlier duration
  */
 export function lateCalls(history, now) {
   const open = history.calls.filter(({ end }) => !end),

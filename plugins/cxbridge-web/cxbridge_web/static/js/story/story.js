@@ -1,5 +1,5 @@
-// The story of a run, beside the timeline while nothing is chosen: its outcome, the goals that were wanted,
-// what the robots do now, and what went wrong and why.
+// The story of a run, beside the timeline while no goal is chosen: outcome, wanted goals, present skills,
+// failures and their reasons.
 import { part } from "cx/api.js";
 import { capital, dim, durationText, el, link, listSection, none, plural, timeOfDay } from "cx/dom.js";
 import { linked } from "cx/links.js";
@@ -11,19 +11,19 @@ import { ask, causeList } from "cx/why.js";
 
 const MOST = 6,
   ASK_MS = 3000,
-  STILL_US = 5e6; // without a transition for so long a run stands still
+  STILL_US = 5e6; // a run without transitions for this time stands still
 const RANK = { failed: 0, running: 1, formulated: 2, rejected: 3, completed: 4, retracted: 5 };
 
 export class Story {
   constructor(host) {
     this.host = host;
-    this.answers = []; // of the server to why: {env, wrong, unknown}, one for each agent
+    this.answers = []; // the server's answers to why, {env, wrong, unknown} of each agent
     this.asked = "";
     this.askedAt = -Infinity;
     this.tellsAll = false;
   }
 
-  /** Whether the run is over, as a recording is. */
+  /** Whether the run is over; a recording always is. */
   get isOver() {
     const { app, isLive } = this.host;
     return !isLive || Boolean(app.status?.result);
@@ -33,13 +33,13 @@ export class Story {
     return history.steps > 0 && this.host.now().time - history.stepTimes.at(-1) > STILL_US;
   }
 
-  /** Changes when the story has to be drawn again. */
+  /** The story is drawn again when this value changes. */
   sign() {
     const { history, isLive } = this.host;
     return [history.revision, this.answers, isLive ? Math.floor(this.host.now().time / 1e6) : 0];
   }
 
-  /** Ask the server why, when other goals have failed or the run stands still, and not too often. */
+  /** Ask the server why after further failures or a standstill, at most once in ASK_MS. */
   async ask(bad, later) {
     const { app } = this.host,
       wanted = JSON.stringify([bad.map(({ key }) => key), this.isStill]);
@@ -49,7 +49,7 @@ export class Story {
     const answerOf = async (env) => ({ env, ...(await ask(app, "run", "", env)) }),
       envs = new Set(bad.map(({ env }) => env)),
       answers = await Promise.allSettled([...envs].map(answerOf));
-    // where no server explains the run, the causes in the events remain
+    // without a server, the causes in the events remain
     this.answers = answers.flatMap(({ value }) => value ?? []);
     if (this.answers.length) later();
   }
@@ -86,7 +86,7 @@ export class Story {
     const { history, app } = this.host,
       { isOver } = this,
       worst = waiting.length || !roots.length ? "running" : outcomeAt(roots[0]),
-      // as the clock counts; but the goals of a daemon may begin hours after its start
+      // a daemon may run for hours before its first goal
       zero = isOver || worst === "running" ? app.zero : null,
       begin = zero ?? history.begin ?? now.time,
       last = history.stepTimes.at(-1) ?? begin,
@@ -97,7 +97,7 @@ export class Story {
     else if (worst === "running")
       text = isOver ? "It ran for " + lasted(history.time) : "Running for " + lasted(now.time);
     else text += (worst === "completed" ? " in " : " after ") + lasted(last);
-    // an agent that waits for its first goal to be selected may be at rest
+    // an agent whose goals are not selected may be at rest
     const isBad = isOver || waiting.some((goal) => outcomeAt(goal) === "running"),
       tone = stands ? (isBad ? "failed" : "formulated") : worst,
       reason =
@@ -140,7 +140,7 @@ export class Story {
     ];
   }
 
-  /** The deepest reason in answers of the server; with the sentence above it when only that one names the subject. */
+  /** The deepest reason in the server's answers; @param withSubject whether to prepend a missing subject */
   rootCause(answers, { withSubject = false } = {}) {
     const texts = [];
     let cause = answers.flatMap(({ wrong }) => wrong).find(({ because }) => because.length);
@@ -204,7 +204,7 @@ export class Story {
   }
 }
 
-/** The way from an item to the first cause, a line each. @param namesAgent whether the agent is told */
+/** The causes of an item as a list. @param namesAgent whether the first line names the agent */
 export function chain(host, item, history, namesAgent = false) {
   const word = isOpen(outcomeAt(item)) ? "waits for " : "because ";
   return el(

@@ -1,20 +1,20 @@
-// The messages between the masters and the executors of a skill board, as beginnings, progress and ends of
-// calls. cxbridge/history/exchange.py and board_executions.py read recordings in the same way.
+// Reads the messages between the masters and the executors of a skill board as begin, progress and end of
+// calls, as cxbridge/history/exchange.py does.
 const BOARD = "SkillBoardInterface::",
   EXECUTOR = "SkillExecutorInterface::";
 
-/** The lane of an executor's calls in the history: of several agents each has a blackboard of its own. */
+/** The lane of an executor's calls in the history. With several agents, each has a separate blackboard. */
 export const laneOf = (agent, executor) => "board " + agent + "/" + executor;
-/** The executor whose lane it is, with its agent; of a Skiller its id. */
+/** The executor of a lane, with its agent; the id of a Skiller. */
 export const nameOfLane = (lane) => lane.replace(/^board \/?/, "");
 
-/** The agent and the id of an interface; of several agents each has a blackboard of its own: AGENT/ID. */
+/** The agent and the id of an interface; with several agents, its name ends with AGENT/ID. */
 export function agentAndId(uid) {
   const [, agent = "", id] = /::(?:(.*)\/)?([^/]*)$/s.exec(uid);
   return [agent, id];
 }
 
-/** The ticket of a message: a board, one of its lives, a master's number. Null for a message about no skill. */
+/** The ticket of a message: board, epoch, number of the master. Null for a message about no skill. */
 function ticketOf({ uid, values }) {
   const [agent] = agentAndId(uid),
     named = (agent ? agent + "/" : "") + (values.board || ""),
@@ -37,11 +37,11 @@ function words(parameters) {
 
 export class BoardMessages {
   constructor() {
-    this.asked = new Map(); // what each master wants, in words
-    this.early = new Map(); // between processes an answer may come before its question
+    this.asked = new Map(); // ticket -> the request in words
+    this.early = new Map(); // ticket -> replies that came before their request, from another process
   }
 
-  /** The news in a message: a list of {type, agent, executor, request, text, progress, status, succeeded}. */
+  /** The changes in a message: a list of {type, agent, executor, request, text, progress, status, succeeded}. */
   read(event) {
     const ticket = event.outcome === "refused" ? null : ticketOf(event);
     if (ticket === null) return [];

@@ -1,4 +1,4 @@
-// The bar or the mark of the timeline below the pointer, in words; and the box with these words.
+// The bar or mark of the timeline below the pointer, and the box that describes it.
 import { durationText, el, refill } from "cx/dom.js";
 import { OUTCOMES } from "cx/outcome.js";
 import { AXIS, MARKS, axisText } from "cx/timeline/paint.js";
@@ -10,7 +10,7 @@ const within = (span, value, { axis }, now, slack) =>
   span.from[axis] - slack <= value && (span.to || now)[axis] + slack >= value;
 
 /**
- * @param scene as the painter has it
+ * @param scene see Painter
  * @param x, y pixels within the canvas
  * @returns {{mark} | {row, item, span} | {row} | null}
  */

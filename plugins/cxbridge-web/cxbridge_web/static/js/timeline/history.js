@@ -15,7 +15,7 @@ const SKILLER = "SkillerInterface::",
 /** A moment: microseconds, and how many transitions there were up to then. */
 const pointAt = (time, step) => ({ time, step });
 
-/** Append a change; of very many the first and the latest stay. */
+/** Append a change; of more than MOST_CHANGES the first and the latest stay. */
 function append(changes, change) {
   changes.push(change);
   if (changes.length > MOST_CHANGES) changes.splice(1, 1);
@@ -27,7 +27,7 @@ export const lastUpTo = (list, step, stepOf = (each) => each.step) =>
 /** The last goal or action that began at or before a step. */
 const lifeAt = (lives, step) => lastUpTo(lives, step, ({ changes }) => changes[0]?.step ?? Infinity);
 
-/** Those of a goal's actions or sub-goals that belong to its present attempt: a goal may be tried again. */
+/** The actions or sub-goals of the goal's present attempt: a goal may be tried again. */
 export function ofLastAttempt({ changes }, items, step = Infinity) {
   const past = changes.slice(
       0,
@@ -40,7 +40,7 @@ export function ofLastAttempt({ changes }, items, step = Infinity) {
   return items.filter((item) => lastUpTo(item.changes, step)?.step >= since);
 }
 
-/** The oldest of a list make room. */
+/** Drop the oldest entries of a full list. */
 function limit(list, most) {
   if (list.length > most) list.splice(0, most / 20);
 }
@@ -59,28 +59,28 @@ export class History {
   clear() {
     this.goals = new Map();
     this.actions = new Map();
-    this.actionLives = new Map(); // goal, plan and id -> the plan-actions that had them, in order
-    this.lives = new Map(); // goalKey -> the goals that had this id, in order
+    this.actionLives = new Map(); // goal, plan and id -> the plan-actions with them, in order
+    this.lives = new Map(); // goalKey -> the goals with this id, in order
     this.ofSkillers = [];
-    this.ofBoard = []; // the same executions, as a skill board's executors tell them
+    this.ofBoard = []; // calls in the messages of skill boards
     this.planners = [];
     this.errors = []; // log lines of level error
     this.begin = null;
     this.time = 0;
     this.steps = 0;
-    this.revision = (this.revision || 0) + 1; // something changed
-    this.shape = (this.shape || 0) + 1; // there are other rows
+    this.revision = (this.revision || 0) + 1; // counts changes
+    this.shape = (this.shape || 0) + 1; // counts changes of the rows
     this.nextCall = 0;
     this.lastCalls = new Map();
-    this.skillers = new Map(); // what their interfaces hold
+    this.skillers = new Map(); // id -> values of the interface
     this.executors = new Map();
-    this.seen = new Set(); // lanes of Skillers that an executive reads
+    this.seen = new Set(); // lanes with events of an executive
     this.board = new BoardMessages();
     this.planning = new Map();
     this.stepTimes = []; // the time of each step
   }
 
-  /** The skill calls, in order: a Skiller that is served by a skill board tells its calls, too. */
+  /** The skill calls, in order. Calls of a skill board are also calls of its Skillers. */
   get calls() {
     const { ofSkillers, ofBoard } = this;
     return ofSkillers.length && (this.seen.size || !ofBoard.length) ? ofSkillers : ofBoard;
@@ -90,7 +90,7 @@ export class History {
     return pointAt(this.time, this.steps);
   }
 
-  /** Whether a goal or a skill call is not over yet. */
+  /** Whether a goal or a skill call is open. */
   get goesOn() {
     if (this.askedAt !== this.revision) {
       this.askedAt = this.revision;
@@ -110,7 +110,7 @@ export class History {
     this.revision += 1;
   }
 
-  /** A transition happened. Returns its moment. */
+  /** Count a transition, and return its moment. */
   step() {
     this.steps += 1;
     this.stepTimes.push(this.time);
@@ -121,7 +121,7 @@ export class History {
     return countWhile(this.stepTimes, (each) => each <= time);
   }
 
-  /** The key of the goal that has an id, after a step: an id that is used again has several goals. */
+  /** The key of the goal with an id at a step: several goals may use an id one after the other. */
   keyOf(env, id, step = Infinity) {
     const key = goalKey(env, id),
       known = this.lives.get(key);
@@ -144,7 +144,7 @@ export class History {
       this.shape += 1;
       if (this.goals.size > MOST_GOALS) this.forget();
     }
-    // the id of the parent may be used again: the goal stays below the one that there was
+    // a later goal may use the parent's id: the goal stays below its first parent
     if (goal.above !== event.parent) {
       goal.above = event.parent;
       goal.parent = bare(event.parent || "") ? this.keyOf(event.env, event.parent) : "";
@@ -158,7 +158,7 @@ export class History {
     else if (error) last.error = error;
   }
 
-  /** The oldest goals that are over make room. */
+  /** Drop the oldest retracted goals. */
   forget() {
     for (const [key, goal] of this.goals) {
       if (goal.changes.at(-1).mode !== "RETRACTED") continue;
@@ -177,8 +177,8 @@ export class History {
   }
 
   /**
-   * Take a goal from the API: its events from before the page was opened are missing.
-   * @returns an event in place of the missed events; null when the goal is known
+   * Add a goal of the API's list whose events are missing.
+   * @returns an event in place of the missing events; null for a known goal
    */
   goalIs({ name, env, cls, subType, parent, mode, outcome, error }, time) {
     const known = this.goals.get(this.keyOf(env, name)),
@@ -192,7 +192,7 @@ export class History {
     return event;
   }
 
-  /** The plan-action that has these ids, after a step: a goal that is tried again may give them to another one. */
+  /** The plan-action with these ids at a step: a second attempt of the goal may use the ids again. */
   actionAt(goal, plan, id, step = Infinity) {
     return lifeAt(this.actionLives.get(goal + "\n" + plan + " " + id) || [], step);
   }
@@ -222,7 +222,7 @@ export class History {
     }
     append(action.changes, { ...this.step(), state: event.state });
     if (!event.call) return;
-    // message numbers are used again: a call from before the action was sent is not its call
+    // message numbers are used again: a call before the action's request belongs to another action
     const since = action.changes.findLast(({ state }) => NOT_SENT.has(state))?.step ?? 0,
       sentAs = event.skiller + "\n" + event.call,
       isOf = (call) => call.sentAs === sentAs && call.begin.step >= since && (!call.env || call.env === env);
@@ -230,8 +230,8 @@ export class History {
   }
 
   /**
-   * A skill call belongs to an action: the executive says so.
-   * @param guessed the recording does not say it: cxbridge/history/linking.py has found it the most likely
+   * Link a skill call to its action.
+   * @param guessed whether the link is a guess of cxbridge/history/linking.py, for lack of a record
    */
   link(action, call, guessed = false) {
     if (!action || !call || call.action) return;
@@ -241,7 +241,7 @@ export class History {
     this.revision += 1;
   }
 
-  /** Link what the server has guessed: rows of environment, goal, plan, action; Skiller, text, message, begin. */
+  /** Add guessed links: rows of environment, goal, plan, action; Skiller, text, message, begin. */
   linkGuessed(rows) {
     for (const [env, goal, plan, id, skiller, text, msgid, begin] of rows) {
       const lives = this.lives.get(goalKey(env, goal)) || [{ key: goalKey(env, goal) }],
@@ -269,8 +269,8 @@ export class History {
   }
 
   /**
-   * Take the state of a Skiller, from its interface or as the executive has read it: one call has one
-   * message. A `lane`, such as a Skiller, runs one skill at a time.
+   * Apply the state of a Skiller, of its interface or of an executive's event. Each call has a message number.
+   * A `lane`, such as a Skiller, runs one skill at a time.
    */
   skillIs({ skiller, skill_string: text, msgid, status, env = "", lane, request }, error = "") {
     const last = this.lastCalls.get(lane),
@@ -278,7 +278,7 @@ export class History {
       outcome = skillOutcome(status),
       isRunning = outcome === "running";
     if (!last && !isRunning) {
-      // the interface of a Skiller still holds the call of a run before
+      // the interface still holds a call of an earlier run
       this.lastCalls.set(lane, { text, msgid, end: this.end });
       return;
     }
@@ -317,7 +317,7 @@ export class History {
     this.robotIs(this.skillers, id, held);
     const lane = this.laneOfSkiller(id),
       last = this.lastCalls.get(lane);
-    // the executive reads the interface a loop later, and the plan-actions follow: its time counts
+    // the executive reads the interface a loop later, before its plan-actions change: use the executive's time
     if (!this.seen.has(lane)) this.skillIs({ ...held, skiller, env, lane }, held.error);
     else if (last?.end?.time === this.time && skillOutcome(last.status) === "failed")
       last.error ||= held.error;
@@ -330,7 +330,7 @@ export class History {
     const lanes = [...this.lastCalls.keys()];
     return this.lastCalls.has(id) ? id : lanes.find((lane) => lane.endsWith("/" + id)) || id;
   }
-  /** The lanes of the robots: those with calls, and those that have not been called. */
+  /** The lanes of the robots with their calls, including robots without calls. */
   get lanes() {
     const { calls } = this,
       lanes = new Map(Map.groupBy(calls, (call) => call.lane)),

@@ -1,5 +1,5 @@
-// The page as the timeline, the details and the story see it: the run, the chosen moment, addresses. What is
-// chosen is a path, the parts of an address: goal/KEY/action/PLAN ID/skill/NUMBER.
+// The page for the timeline, the details and the story: the run, the chosen moment, addresses. A path names a
+// goal, action or skill call by the parts of its address: goal/KEY/action/PLAN ID/skill/NUMBER.
 import { part } from "cx/api.js";
 import { zeroOfTimes } from "cx/dom.js";
 
@@ -37,7 +37,7 @@ export function resolve(path, history) {
   };
 }
 
-/** Where the timeline shows a path. */
+/** The address of a path in the timeline. */
 export const timelineAddress = (path) => ["#/timeline", ...partsOf(path).map(part)].join("/");
 
 /**
@@ -47,26 +47,26 @@ export const timelineAddress = (path) => ["#/timeline", ...partsOf(path).map(par
  */
 
 export class PageHost {
-  /** @param app the page @param show draws the view again @param href the address of a path, see pathOf */
+  /** @param show draws the view again @param href(path) the address of a path */
   constructor(app, show, href = timelineAddress) {
     Object.assign(this, { app, show, href });
-    this.at = null; // of what happens now: the chosen moment
+    this.at = null; // the chosen moment of a live run
     this.isLive = !app.recording;
   }
   get history() {
     return this.app.model.history;
   }
-  /** Microseconds from which times count; null: the time of day is shown. */
+  /** The origin of times, microseconds; null: times are times of day. */
   get zero() {
     return zeroOfTimes();
   }
-  /** Where the run ends at present. @returns {Moment} */
+  /** The end of the run, or now. @returns {Moment} */
   now() {
     return this.isLive
       ? { time: Math.max(this.app.now, this.history.time), step: this.history.steps }
       : this.history.end;
   }
-  /** The chosen moment; null: none, or now. @returns {Moment | null} */
+  /** The chosen moment; null: now. @returns {Moment | null} */
   cursor() {
     return this.isLive ? this.at : { time: this.app.recording.time, step: this.app.model.step };
   }
@@ -75,7 +75,7 @@ export class PageHost {
     this.app.select({ time: point && point.time });
     this.show();
   }
-  /** The moment was chosen elsewhere; null: now. */
+  /** Take a moment that another view chose; null: now. */
   momentIs(time) {
     if (this.isLive) this.at = time === null ? null : { time, step: this.history.stepsUpTo(time) };
   }

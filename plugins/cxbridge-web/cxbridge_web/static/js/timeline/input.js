@@ -1,7 +1,7 @@
 // Wheel, pointer, touch and keys of the timeline.
 import { gestures } from "cx/canvas.js";
 
-const STEP = 0.15; // of the width: how far a key pans
+const STEP = 0.15; // a key pans by this part of the width
 
 export function pointerInput(surface, component) {
   const { window } = component;
@@ -25,7 +25,7 @@ export function pointerInput(surface, component) {
   surface.addEventListener("dblclick", ({ offsetX }) => component.zoomAt(offsetX));
 }
 
-/** Keys of the component, besides those with which the tree of names is walked. */
+/** The keys of the timeline; the tree of names has further keys. */
 export function keyInput(box, component) {
   const { window } = component,
     zoom = (factor) => window.zoom(factor, component.cursorX),

@@ -1,5 +1,5 @@
 // Errors: log lines of level error, and skill calls that failed.
-const known = new WeakMap(); // history -> its marks, and of which revision they are
+const known = new WeakMap(); // history -> its marks, and their revision
 
 /** @returns {{time: number, step: number, component: string, text: string}[]} in order */
 export function marksOf(history) {

@@ -1,18 +1,18 @@
-// The whole run in a strip: how many goals ran when, where something failed, and the stretch that is seen,
-// which can be dragged, and resized at its ends.
+// The whole run in a strip: the number of running goals over time, failures, and a frame around the visible
+// part, which users drag and resize.
 import { Canvas, fillBox, gestures, ink } from "cx/canvas.js";
 import { el } from "cx/dom.js";
 import { spansOf } from "cx/timeline/spans.js";
 
 const HIGH = 34,
-  END = 8; // pixels in which an end can be taken
+  END = 8; // pixels around an end of the frame
 
 export class Overview {
   /** @param component the timeline: {window, rows, history, now, marks} */
   constructor(component) {
     this.component = component;
     this.canvas = new Canvas((...rest) => this.paint(...rest), { class: "tl-overview" });
-    this.picture = el.canvas(); // what does not change when the window moves
+    this.picture = el.canvas(); // the strip without the frame
     this.sign = "";
     const { node } = this.canvas,
       { window } = component;
@@ -44,7 +44,7 @@ export class Overview {
     return Math.abs(x - this.xOf(value)) < END;
   }
 
-  /** Take the frame, or one of its ends; beside the frame it comes to the pointer. */
+  /** Begin a drag of the frame or of its end; a press beside the frame moves it to the pointer. */
   grab(x) {
     const { window } = this.component,
       begin = this.valueAt(x),
@@ -61,7 +61,7 @@ export class Overview {
     };
   }
 
-  /** How many goals ran in each pixel's time, and in which something failed. */
+  /** Count the running goals of each pixel, and mark the pixels with failures. */
   count(width) {
     const { history, now, window, rows } = this.component,
       size = Math.ceil(width) + 1,

@@ -1,4 +1,4 @@
-// Draws rows, the axis and marks onto a canvas: only the seen ones, and one of those on the same pixel.
+// Draws rows, axis and marks onto a canvas: of those on the same pixel only the first.
 import { fillBox, ink, line } from "cx/canvas.js";
 import { clockText, durationText, pad } from "cx/dom.js";
 import { countWhile } from "cx/names.js";
@@ -6,15 +6,15 @@ import { spansOf, stacked } from "cx/timeline/spans.js";
 import { ticks } from "cx/timeline/window.js";
 
 export const AXIS = 24; // pixels: the axis
-export const MARKS = 18; // and the lane of errors below it
+export const MARKS = 18; // the lane of errors below the axis
 const FONT = "11px system-ui, sans-serif",
   LETTER = 6.1,
-  LEAST = 4; // no bar is narrower
+  LEAST = 4; // width of the narrowest bar
 
 const isLoud = (outcome) => outcome === "failed";
 const lastError = (goal) => (goal.changes.findLast(({ error }) => error) || { error: "" }).error;
 
-/** The text at a value of the axis. `zero`: where a recording begins; null: the time of day. */
+/** The text at a value of the axis. `zero`: the origin of times; null: times are times of day. */
 export function axisText(value, step, unit, zero) {
   if (unit === 1) return "#" + Math.round(value);
   if (zero === null) return clockText(value, step >= 1 ? 0 : step >= 0.001 ? 3 : 6);
@@ -34,7 +34,7 @@ const cutTo = (text, room) => {
 export class Painter {
   /**
    * @param context of a canvas
-   * @param scene what is drawn: {window, history, palette, now, zero, high, selected, chosen, late}
+   * @param scene {window, history, palette, now, zero, high, selected, chosen, late}
    */
   constructor(context, scene) {
     this.context = context;
@@ -46,7 +46,7 @@ export class Painter {
     this.context.fillText(text, x, y);
   }
 
-  /** Left and right of a span in pixels; null: it is out of sight. */
+  /** The left and right end of a span in pixels; null for an invisible span. */
   edges({ from, to }) {
     const { window } = this,
       left = window.place(from),
@@ -55,7 +55,7 @@ export class Painter {
       ? null
       : [Math.max(left, -20), Math.min(right, window.width + 20)];
   }
-  /** The spans of an item that are in sight, with their edges. */
+  /** The visible spans of an item, with their edges. */
   *spans(item) {
     const spans = spansOf(item, this.history).filter(({ part }) => part !== "tail");
     for (const [at, span] of spans.entries()) {
@@ -63,7 +63,7 @@ export class Painter {
       if (edges) yield { span, edges, until: this.until(spans[at + 1]?.from) };
     }
   }
-  /** Where the room behind a bar ends: at the begin of the next one. */
+  /** The end of the room behind a bar: the begin of the next bar. */
   until(point) {
     return point ? this.window.place(point) : this.window.width;
   }
@@ -79,7 +79,7 @@ export class Painter {
     else this.life(row.item, y);
   }
 
-  /** A goal whose parts have rows of their own: a line. */
+  /** Draw a goal whose parts have rows as a line. */
   summary(goal, y) {
     for (const { span, edges } of this.spans(goal)) {
       const [left, right] = edges,
@@ -90,7 +90,7 @@ export class Painter {
     }
   }
 
-  /** A goal with its actions within its bar, or an action. */
+  /** Draw a goal with its actions in its bar, or an action. */
   life(item, y) {
     for (const { span, edges, until } of this.spans(item)) {
       const hasActions = item.kind === "goal" && item.actions.length;
@@ -100,7 +100,7 @@ export class Painter {
       else this.bar(item, span.outcome, edges, y, this.textOf(item, span), until);
     }
   }
-  /** The actions that ran within a span of their goal; those at the same time below each other. */
+  /** Draw the actions within a span of their goal, parallel actions below each other. */
   actions(actions, whole, y, until) {
     const spans = stacked(actions, whole, this.history);
     for (const [at, { item, span, lane, lanes }] of spans.entries()) {
@@ -127,7 +127,7 @@ export class Painter {
     fillBox(this.context, colour, left, y + this.high / 2 - 0.5, right - left, 1, 0.6);
   }
 
-  /** The calls of a robot, in the order of their beginnings. */
+  /** Draw the calls of a robot. @param calls ordered by their begin */
   robot(calls, y) {
     let drawn = -Infinity;
     for (let at = firstSeen(calls, this.window); at < calls.length; at++) {
@@ -141,7 +141,7 @@ export class Painter {
     }
   }
 
-  /** A bar with its text in it, or, of a narrow one that matters, behind it. */
+  /** Draw a bar with its text; the text of a narrow failed bar stands behind the bar. */
   bar(item, outcome, [left, right], y, text, freeUntil, lane = 0, lanes = 1) {
     const { context, high, late, palette } = this,
       look = palette.outcomes[outcome],
@@ -167,7 +167,7 @@ export class Painter {
       this.text(cutTo(words, behind - 12), palette.loud, left + width + 5, middle);
   }
 
-  /** The axis, with lines through the rows below it. */
+  /** Draw the axis, and its lines through the rows. */
   axis(bottom) {
     const { context, window, palette } = this,
       { step, unit } = ticks(window),
@@ -182,7 +182,7 @@ export class Painter {
     }
   }
 
-  /** Errors: a triangle each, as many as there are pixels. */
+  /** Draw a triangle for each error, at most one in three pixels. */
   errors(marks) {
     const { context, window, palette } = this,
       { fill, ink: colour } = palette.outcomes.failed;
@@ -214,6 +214,6 @@ export class Painter {
 
 const dayBegin = (time) => new Date(time / 1000).setHours(0, 0, 0, 0) * 1000;
 
-/** The first that may be seen: the one before the first that begins within the window. */
+/** The number of the last item before the window, which may reach into the window. */
 const firstSeen = (list, window, pointOf = (each) => each.begin) =>
   Math.max(0, countWhile(list, (each) => pointOf(each)[window.axis] < window.from) - 1);

@@ -1,14 +1,14 @@
-// Rows of the timeline: robots, then the trees of goals with their plan-actions; folds and filters; the names
-// beside the lanes, as they are read, and as screen readers say them.
+// The rows of the timeline: robots, then the trees of goals with their plan-actions; folds and filters; the
+// names of rows, also for screen readers.
 import { dim, durationText, el } from "cx/dom.js";
 import { forestOfGoals } from "cx/forest.js";
 import { NAMES, OUTCOMES } from "cx/outcome.js";
 import { nameOfLane } from "cx/timeline/board.js";
 import { outcomeAt, spansOf, timesOf } from "cx/timeline/spans.js";
 
-const known = new WeakMap(); // history -> what its folds are: they stay when another view was open
+const known = new WeakMap(); // history -> its folds, which outlive the view
 
-/** The names of robots by their lanes: the lane itself where two robots have one name. */
+/** The names of robots by their lanes; robots with equal names have their lanes as names. */
 export function robotNames(lanes) {
   const names = new Map([...lanes].map(([lane, [call]]) => [lane, call?.skiller ?? nameOfLane(lane)])),
     all = [...names.values()],
@@ -23,22 +23,22 @@ export function robotNames(lanes) {
  * @property {"group" | "robot" | "goal" | "action"} kind
  * @property {object} item the goal or action; the calls of a robot
  * @property {number} depth
- * @property {boolean | null} open null: nothing is below it
- * @property {boolean} isSummary a goal whose parts have rows; else the actions are within the bar of the goal
+ * @property {boolean | null} open null: a row without rows below it
+ * @property {boolean} isSummary whether the parts of the goal have rows; else its bar contains its actions
  */
 
 /** The rows of a history: folds, and filters by outcome, words and time. */
 export class Rows {
   constructor(history) {
     this.history = history;
-    this.folds = new Map(); // key -> open or not, where a user said so
+    this.folds = new Map(); // key -> open or not, by the user
     this.wanted = "";
     this.outcomes = new Set(); // empty: all
-    this.inSight = null; // a TimeWindow: only rows with a bar in it
+    this.inSight = null; // a TimeWindow: only goals with a bar in the window
     this.env = "";
-    this.opensAll = null; // whether all is open; null: what has sub-goals
+    this.opensAll = null; // whether all rows are open; null: only goals with sub-goals
   }
-  /** The rows of a history without filters, folded as they were left. */
+  /** The rows of a history without filters, with the folds of the last view. */
   static of(history) {
     const { folds = new Map(), opensAll = null } = known.get(history) || {},
       rows = Object.assign(new Rows(history), { folds, opensAll });
@@ -62,7 +62,7 @@ export class Rows {
     return this.env ? all.filter((goal) => goal.env === this.env) : all;
   }
 
-  /** How many goals there are of each outcome. */
+  /** The number of goals of each outcome. */
   counts() {
     const counts = Object.fromEntries(NAMES.map((name) => [name, 0]));
     for (const goal of this.goals) counts[outcomeAt(goal)] += 1;
@@ -96,7 +96,7 @@ export class Rows {
     return planners.length ? [{ key: "planners", kind: "robot", name: "planners", item: planners }] : [];
   }
 
-  /** @returns {Row[]} what is shown, in order */
+  /** @returns {Row[]} */
   list() {
     const group = (key, name, lanes) => {
       const open = this.isOpen(key, true),
@@ -116,7 +116,7 @@ export class Rows {
     const rows = [],
       { goals, filters } = this,
       { parents, children, roots } = forestOfGoals(goals),
-      // with a filter, those that fit stand with the goals above them
+      // a filter keeps the goals above a match
       shown = filters ? this.withAncestors(goals, parents) : null,
       hasEnvs = new Set(goals.map(({ env }) => env)).size > 1;
     const stack = [...roots].reverse().map((goal) => [goal, 0]);
@@ -155,7 +155,7 @@ export class Rows {
     return shown;
   }
 
-  /** Open what is above a goal, so that it has a row. */
+  /** Open the goals above a goal, so that it has a row. */
   reveal(item) {
     let goal = this.history.goals.get(item.parent);
     for (let levels = 0; goal && levels < 1000; levels++) {
@@ -166,10 +166,10 @@ export class Rows {
 }
 
 const SHORT = 14,
-  TAIL = 6; // characters of a name that are always seen: they tell goals of a class apart
+  TAIL = 6; // characters at the end of a name that stay visible: they tell goals of a class apart
 const isLife = ({ kind }) => kind === "goal" || kind === "action";
 
-/** Changes when a row has to be drawn again. @param step the moment */
+/** The row is drawn again when this value changes. @param step the moment */
 export function signOf(row, step) {
   if (!isLife(row)) return row.depth + " " + row.open + " " + row.item.length;
   const { changes, cls } = row.item;
@@ -203,7 +203,7 @@ function spoken({ kind, item }, history, outcome) {
   const { ran } = timesOf(item, history),
     parts = [
       kind === "goal" ? "goal " + item.id : "action " + item.id + " " + item.text,
-      outcome ? OUTCOMES[outcome].word : "not there yet",
+      outcome ? OUTCOMES[outcome].word : "not formulated yet",
       ran === null ? "" : "ran " + durationText(ran),
       kind === "goal" ? item.changes.at(-1).error : "",
     ];

@@ -1,13 +1,13 @@
-// Bars: the stretches of a goal's, a plan-action's or a skill call's life, with their outcomes.
+// Bars: the spans of a goal, a plan-action or a skill call, with their outcomes.
 import { actionOutcome, goalOutcome, skillOutcome } from "cx/outcome.js";
 import { lastUpTo } from "cx/timeline/history.js";
 
 /**
  * @typedef {object} Span
  * @property {{time: number, step: number}} from
- * @property {{time: number, step: number} | null} to null: it goes on
+ * @property {{time: number, step: number} | null} to null: an open span
  * @property {string} outcome see outcome.js
- * @property {"wait" | "run" | "tail"} part waiting to run; running; over, but still there
+ * @property {"wait" | "run" | "tail"} part before, during and after the run
  */
 
 const GOAL_PARTS = { RETRACTED: "gone", FINISHED: "tail", EVALUATED: "tail", DISPATCHED: "run" },
@@ -16,8 +16,8 @@ const goalPart = ({ mode }) => GOAL_PARTS[mode] || "wait",
   actionPart = ({ state }) => ACTION_PARTS[state] || "run";
 
 /**
- * Changes joined while they mean the same part. A goal that was dispatched runs until it is finished: between
- * its sub-goals it may be in other modes. Only when it is formulated again it waits again.
+ * Join successive changes of the same part. A dispatched goal runs until it is finished, whatever its modes
+ * between sub-goals are; it waits again when it is formulated again.
  */
 function joined(changes, partOf) {
   const parts = [];
@@ -44,14 +44,14 @@ function goalSpans(goal) {
     if (part === "run") return { from, to, part, outcome: ended || (next ? "retracted" : "running") };
     if (next?.part !== "tail")
       return { from, to, part, outcome: next?.part === "gone" ? ended : "formulated" };
-    // never dispatched: from when it was selected, if ever, it ran into its outcome
+    // a goal that was never dispatched runs from its selection to its outcome
     const began = changes[1] || to,
       wait = began === from ? [] : [{ from, to: began, part, outcome: "formulated" }];
     return [...wait, { from: began, to, part: "run", outcome: ended }];
   });
 }
 
-/** @param gone when its goal was retracted, null: it is there */
+/** @param gone the retraction of the goal; null: none */
 function actionSpans(action, gone) {
   const spans = [],
     parts = joined(action.changes, actionPart);
@@ -72,7 +72,7 @@ function actionSpans(action, gone) {
   return spans;
 }
 
-const known = new WeakMap(); // item -> its spans, and of which state they are
+const known = new WeakMap(); // item -> its spans, and the sign of their state
 const plannerOutcome = ({ end, status }) => (!end ? "running" : status === "found" ? "completed" : "failed");
 
 /** @returns {Span[]} in order */
@@ -94,7 +94,7 @@ export function spansOf(item, history) {
 }
 
 /**
- * The runs of a goal's actions within a span of the goal: in lanes, so that none covers another.
+ * The runs of actions within a span of their goal, in lanes without overlaps.
  * @returns {{item: object, span: Span, lane: number, lanes: number}[]} in the order of their beginnings
  */
 export function stacked(actions, whole, history) {
@@ -123,7 +123,7 @@ export function outcomeAt(item, step = Infinity) {
   return item.kind === "goal" ? goalOutcome(change) : actionOutcome(change.state);
 }
 
-/** The begin, start and end of an item, and for how long it waited and ran; null for times that have not come. */
+/** The begin, start and end of an item, its time of waiting and of running; null for future times. */
 export function timesOf(item, history) {
   const runs = spansOf(item, history).filter(({ part }) => part === "run"),
     begin = item.begin || item.changes[0],

@@ -1,5 +1,4 @@
-// The timeline: goals, plan-actions, skill calls and errors over time. The page and reports show this
-// component.
+// The timeline: goals, plan-actions, skill calls and errors over time.
 import { Canvas, fillBox } from "cx/canvas.js";
 import { Detail } from "cx/detail.js";
 import { el, none, refill } from "cx/dom.js";
@@ -22,7 +21,7 @@ const LIVE_MS = 50,
   LATE_MS = 500;
 
 export class Timeline {
-  /** @param host see host.js @param tools further elements of the bar */
+  /** @param host see host.js @param tools further elements of the toolbar */
   constructor(host, tools = []) {
     this.host = host;
     this.path = {};
@@ -69,7 +68,7 @@ export class Timeline {
     this.box.timeline = this; // for scripts that drive the page
   }
 
-  // -- what is shown
+  // -- scene
 
   get history() {
     return this.host.history;
@@ -83,7 +82,7 @@ export class Timeline {
   range(axis) {
     const { history } = this,
       begin = history.begin ?? this.now.time,
-      // when all is over, the picture does not go on to shrink
+      // the picture of a finished run stops shrinking
       isOver = this.host.isLive && history.steps > 0 && !history.goesOn,
       end = isOver ? history.stepTimes.at(-1) : this.now.time;
     if (axis === "step") return { from: 0, to: Math.max(1, history.steps) };
@@ -103,7 +102,7 @@ export class Timeline {
   get marks() {
     return marksOf(this.history);
   }
-  /** The skill calls that run for much longer than those before: looked for twice a second. */
+  /** The late skill calls, searched twice a second. */
   get late() {
     const at = performance.now();
     if (!this.lateAt || at - this.lateAt > LATE_MS) {
@@ -162,7 +161,7 @@ export class Timeline {
     this.namesOf = namesOf;
     this.paint(context, width, height, palette);
     if (isListDirty) {
-      this.later(); // of thousands of rows all of it would be a long task
+      this.later(); // in a further frame: thousands of rows would take too long
       return;
     }
     this.overview.draw();
@@ -201,15 +200,15 @@ export class Timeline {
     const isEmpty = !this.list.items.length,
       hint = this.host.isLive ? "They appear here as soon as the executive formulates them." : "",
       texts = this.rows.filters
-        ? ["No goal matches", "Other outcomes, or another search?"]
+        ? ["No goal matches", "Choose other outcomes, or change the search."]
         : ["No goals yet", hint];
     this.empty.hidden = !isEmpty;
     if (isEmpty) refill(this.empty, none(...texts));
   }
 
-  // -- what is chosen
+  // -- selection
 
-  /** An address was gone to. */
+  /** Show the path of an address. */
   show(path) {
     this.path = path;
     const { action, goal, call, item } = resolve(path, this.history);
@@ -221,13 +220,13 @@ export class Timeline {
     const hasRow = action && this.items.some(({ key }) => key === action.key);
     this.list.selected = hasRow ? action.key : goal ? goal.key : call ? "robot " + call.lane : "";
   }
-  /** Let a run that is over begin with the row of its first failure in sight. */
+  /** Scroll to the row of the first failure of a finished run. */
   revealFailure() {
     const failure = failureOf(this.history),
       key = failure && (pathTo(failure).goal || "");
     this.revealed = this.items.findIndex((row) => row.key === key);
   }
-  /** The values of the axis between which an item is. */
+  /** The begin and end of an item, as values of the axis. */
   rangeOf(item) {
     const { begin, end } = timesOf(item, this.history);
     return [begin, end || this.now].map((point) => point[this.window.axis]);
@@ -236,7 +235,7 @@ export class Timeline {
     const [from, to] = this.rangeOf(item);
     if (to < this.window.from || from > this.window.to) this.window.show(from, to);
   }
-  /** A row of the tree was walked to, or opened. */
+  /** Choose the row of the tree that a user walked to or opened. */
   choose({ kind, item }, how) {
     if (kind === "goal" || kind === "action") this.host.go(pathTo(item), how === "key");
     else this.later();
@@ -246,7 +245,7 @@ export class Timeline {
     this.host.go(skill ? { goal, action } : action ? { goal } : {});
   }
 
-  // -- what input.js calls
+  // -- input
 
   isAxis(y) {
     return y < AXIS;
@@ -266,7 +265,7 @@ export class Timeline {
     this.list.box.scrollTop += pixels;
   }
   clickAt(x, y) {
-    // the first click of two may have opened the panel: the second one means the same bar, wherever it is now
+    // the first click of a double click may move the bars: the second click is for the same bar
     if (performance.now() - this.clickedAt < DOUBLE_MS) return;
     this.clickedAt = performance.now();
     const { mark, item = null } = findAt(this.scene, x, y) || {};

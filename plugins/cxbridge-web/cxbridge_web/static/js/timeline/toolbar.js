@@ -1,4 +1,4 @@
-// Above the timeline: outcomes, which are the legend and a filter; search, folds, axis, zoom.
+// The toolbar of the timeline: outcomes as legend and filter; search, folds, axis, zoom.
 import { button, checkbox, el, plural, search } from "cx/dom.js";
 import { NAMES, OUTCOMES } from "cx/outcome.js";
 
@@ -6,7 +6,7 @@ const tool = (text, call, title, attributes = {}) =>
   button(text, call, { title, "aria-label": /\w/.test(text) ? null : title.split(" (")[0], ...attributes });
 const group = (label, attributes, ...children) =>
   el.span({ role: "group", "aria-label": label, ...attributes }, ...children);
-/** Give a node a text unless it has it: screen readers would say it again. */
+/** Change the text of a node; screen readers would repeat an unchanged text. */
 function tell(node, text) {
   if (node.textContent !== text) node.textContent = text;
 }
@@ -17,11 +17,11 @@ export class Toolbar {
     const { window, rows } = timeline;
     this.chips = NAMES.map((name) => this.chip(name));
     this.count = el("span.dim.count", { role: "status" });
-    this.now = tool("Follow", () => timeline.toNow(), "go to the newest moment, and follow it (n)", {
+    this.now = tool("Follow", () => timeline.toNow(), "go to the newest moment and follow it (n)", {
       class: "tl-now",
       hidden: !timeline.host.isLive,
     });
-    this.error = tool("Next error", () => timeline.toError(1), "e; the one before: E");
+    this.error = tool("Next error", () => timeline.toError(1), "next error (e); previous error (E)");
     const relist = () => timeline.relist();
     const fold = (text, title, open) =>
       tool(text, () => relist(rows.foldAll(open)), title, { class: "quiet" });
@@ -37,10 +37,10 @@ export class Toolbar {
       "div.tools",
       more,
       find,
-      checkbox("in view", false, show, { title: "only goals that are there in the time that is seen" }),
+      checkbox("in view", false, show, { title: "only goals within the visible time" }),
       group("Folds", {}, fold("▸", "close all", false), fold("▾", "open all", true)),
       checkbox("steps", false, (on) => window.use(on ? "step" : "time"), {
-        title: "each transition is as wide as any other",
+        title: "each transition has the same width",
       }),
       this.error,
       group(
@@ -64,7 +64,11 @@ export class Toolbar {
       if (!rows.outcomes.delete(name)) rows.outcomes.add(name);
       this.timeline.relist();
     };
-    const about = { class: "outcome o-" + name, "aria-pressed": "false", title: "only what is " + word },
+    const about = {
+        class: "outcome o-" + name,
+        "aria-pressed": "false",
+        title: "only goals that are " + word,
+      },
       chip = button([el.i({ "aria-hidden": "true" }, icon), word + " ", number], press, about);
     return Object.assign(chip, { number, outcome: name });
   }
@@ -72,7 +76,7 @@ export class Toolbar {
   draw() {
     const { history, rows, window, host, list, marks } = this.timeline;
     if (host.isLive) this.drawNow(window.follows);
-    // counting takes a while, zooming changes nothing of it
+    // counting takes long, and zooming does not change the counts
     if (this.drawn === list.items && this.revision === history.revision) return;
     this.drawn = list.items;
     this.revision = history.revision;

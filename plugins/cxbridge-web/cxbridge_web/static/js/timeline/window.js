@@ -1,24 +1,24 @@
-// The stretch of time that is seen: zoom, pan, fit, and following the newest moment.
-const MOST_ZOOM = { time: 200, step: 4 }; // microseconds, steps: no closer
+// The visible part of the run: zoom, pan, fit, and following the newest moment.
+const MOST_ZOOM = { time: 200, step: 4 }; // the smallest visible part: microseconds, steps
 const MARGIN = 0.02;
 
 export class TimeWindow {
-  /** @param range() the whole: {from, to} in the unit of the axis */
+  /** @param range() the range of the run: {from, to} in the unit of the axis */
   constructor(range) {
     this.range = range;
-    this.axis = "time"; // or "step": each transition is as wide as any other
+    this.axis = "time"; // or "step": each transition has the same width
     this.from = 0;
     this.to = 1;
     this.width = 600; // pixels
     this.follows = false;
-    this.fits = true; // all is seen, and goes on to be when there is more
+    this.fits = true; // the whole run is visible, and stays visible while it grows
     this.listeners = new Set();
   }
 
   get span() {
     return this.to - this.from;
   }
-  /** Pixel of a value, of a moment ({time, step}); and the value of a pixel. */
+  /** The pixel of a value and of a moment {time, step}; the value of a pixel. */
   x(value) {
     return ((value - this.from) / this.span) * this.width;
   }
@@ -39,7 +39,7 @@ export class TimeWindow {
     const whole = this.whole(),
       most = (whole.to - whole.from) * 1.5,
       span = Math.min(Math.max(to - from, MOST_ZOOM[this.axis]), Math.max(most, MOST_ZOOM[this.axis]));
-    // half of the picture may be empty, not more
+    // at most half of the picture is empty
     const begin = Math.min(Math.max(from, whole.from - span / 2), whole.to - span / 2);
     if (!keepsFit) this.fits = false;
     if (!keepsFollowing) this.follows = false;
@@ -49,7 +49,7 @@ export class TimeWindow {
     for (const listener of this.listeners) listener();
   }
 
-  /** Show a factor more or less around a pixel. */
+  /** Scale the visible part by a factor around a pixel. */
   zoom(factor, x = this.width / 2) {
     const at = this.follows ? this.to : this.value(x),
       span = Math.min(Math.max(this.span * factor, MOST_ZOOM[this.axis]), 1e15),
@@ -65,12 +65,12 @@ export class TimeWindow {
     this.set(from, to, { keepsFit: true, keepsFollowing: true });
     this.fits = true;
   }
-  /** Show a stretch with some room beside it. */
+  /** Show a range with a margin. */
   show(from, to) {
     const room = Math.max((to - from) * 0.15, this.axis === "time" ? 500 : 1);
     this.set(from - room, to + room);
   }
-  /** Bring a value into sight. */
+  /** Make a value visible. */
   reveal(value) {
     if (value >= this.from && value <= this.to) return;
     this.set(value - this.span / 2, value + this.span / 2);
@@ -80,7 +80,7 @@ export class TimeWindow {
     this.follows = true;
     this.advance();
   }
-  /** The run has grown. */
+  /** Follow a run that has grown. */
   advance() {
     if (this.fits) this.fit();
     else if (this.follows) {
@@ -96,7 +96,7 @@ export class TimeWindow {
   }
 }
 
-/** Where marks of the axis stand, and how far apart: a round number. */
+/** The step between the marks of the axis, a round number, and its unit. */
 export function ticks(window) {
   const unit = window.axis === "time" ? 1e6 : 1,
     rough = (window.span / unit) * Math.min(0.5, 105 / window.width),

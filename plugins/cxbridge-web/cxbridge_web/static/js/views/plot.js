@@ -1,10 +1,10 @@
-// Values over time: fields of interfaces, slots of facts, the time that loops take.
-import { dashOf, palette, save } from "cx/canvas.js";
-import { button, choice, clockText, dataTable, el, form, none, panel, redraw } from "cx/dom.js";
+// Values over time: fields of interfaces, slots of facts, durations of loops.
+import { dashOf } from "cx/canvas.js";
+import { button, clockText, dataTable, el, form, none, panel, redraw } from "cx/dom.js";
 import { refill, submit, textInput, zeroOfTimes } from "cx/dom.js";
 import { Chart } from "cx/plot/chart.js";
 import { choices, Proposals } from "cx/plot/proposals.js";
-import { csv, numberText } from "cx/plot/series.js";
+import { numberText } from "cx/plot/series.js";
 import { HINT } from "cx/plot/names.js";
 import { plotAddress, plotsOf } from "cx/plot/store.js";
 import { Lifetime } from "cx/scaffold.js";
@@ -12,18 +12,12 @@ import { Lifetime } from "cx/scaffold.js";
 export const tab = { title: "Plot", order: 55 };
 export const moment = "own";
 export const kinds = ["interface", "loop"];
-const WINDOWS = [
-  [10e6, "10 s"],
-  [60e6, "1 min"],
-  [600e6, "10 min"],
-  [0, "all"],
-];
 const TICK_MS = 200;
 const MOST_SHOWN = 60; // completions at a time
-let windowUs = 60e6; // stays when another view was open
+let spanUs = 60e6; // the followed stretch of time; outlives the view
 
 const timeText = (time, step) => clockText(time, step >= 1e6 ? 0 : step >= 1e3 ? 3 : 6);
-/** A piece of the line, in its colour and pattern. */
+/** A sample of the line's colour and pattern. */
 function keyOf(number) {
   const dashed = dashOf(number).length ? " dashed" : "";
   return el.span({ class: "plot-key series-" + (number + 1) + dashed, "aria-hidden": "true" });
@@ -37,9 +31,12 @@ export function open(root, app) {
   const chart = new Chart(
     {
       moved() {
-        if (app.recording || !follows) return;
         follows = false;
         drawTools();
+      },
+      zoomed() {
+        if (follows) spanUs = chart.span;
+        soon();
       },
       cursor: () => drawValues(),
       pick: (time) => app.select({ time: Math.round(time) }),
@@ -58,14 +55,7 @@ export function open(root, app) {
     }),
     empty = el.div({ hidden: true }),
     legend = el("div#plot-legend.plot-legend"),
-    tools = el("div.tools"),
-    windowChoice = { id: "plot-window", "aria-label": "how much of the past is shown" };
-  const followBox = choice(windowChoice, (us) => {
-    windowUs = Number(us);
-    follows = true;
-    draw();
-  });
-  followBox.offer(WINDOWS, windowUs);
+    tools = el("div.tools");
   const adding = form("#plot-add.call.plot-add", add, input, submit("Add"), list);
   root.append(panel("Plot", [tools], el("div.plot-body", adding, empty, chart.box, legend)));
 
@@ -76,7 +66,7 @@ export function open(root, app) {
     offer();
     return readdress();
   }
-  /** The names that have all words of what was typed: a browser's own list wants the begin. */
+  /** Offer the names that have all typed words; the browser's own completion only compares the beginning. */
   function offer() {
     const words = input.value.toLowerCase().split(/\s+/).filter(Boolean),
       fitting = names.filter((name) => words.every((word) => name.toLowerCase().includes(word)));
@@ -117,28 +107,13 @@ export function open(root, app) {
     draw();
   }
   function drawTools() {
-    const disabled = !store.names.length;
     refill(
       tools,
-      !app.recording && [button("Follow", follow, { "aria-pressed": String(follows) }), followBox],
+      !app.recording && button("Follow", follow, { "aria-pressed": String(follows) }),
       button("−", () => chart.zoom(1 / 1.5), { "aria-label": "zoom out" }),
       button("+", () => chart.zoom(1.5), { "aria-label": "zoom in" }),
       button("All", showAll, { title: "show everything (0)" }),
-      button("CSV", exportCsv, { disabled, id: "plot-csv" }),
-      button("PNG", exportPng, { disabled, id: "plot-png" }),
     );
-  }
-  function exportCsv() {
-    const text = csv(store.series, chart.from, chart.to);
-    save(new Blob([text], { type: "text/csv" }), "plot.csv");
-  }
-  async function exportPng() {
-    const { series } = palette(),
-      lines = store.series.map(({ source: { label, about }, number }) => ({
-        text: label + "  " + about,
-        colour: series[number],
-      }));
-    save(await chart.canvas.picture(lines), "plot.png");
   }
 
   function draw() {
@@ -150,7 +125,7 @@ export function open(root, app) {
     chart.end = end();
     chart.zero = zeroOfTimes() ?? 0;
     chart.mark(app.recording ? app.recording.time : app.selection.value.time);
-    if (!app.recording && follows) chart.look(windowUs ? chart.end - windowUs : begin(), chart.end);
+    if (!app.recording && follows) chart.look(chart.end - spanUs, chart.end);
     drawTools();
     drawLegend();
     drawValues();
@@ -175,7 +150,7 @@ export function open(root, app) {
       none(
         "Nothing is plotted yet",
         best.length
-          ? "These values changed most. Or type a name above."
+          ? "These values changed most. You can also type a name above."
           : "Type the name of a value above, or press “plot” next to a field in Blackboard.",
       ),
       best.length > 0 && dataTable({ id: "proposals" }, heads, best.map(row), [1, 2, 3]),

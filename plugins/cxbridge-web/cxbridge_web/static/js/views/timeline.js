@@ -1,4 +1,4 @@
-// The timeline of what happens now, or of the recording that is looked at.
+// The timeline of the live run, or of the open recording.
 import { envSelect } from "cx/env.js";
 import { Lifetime } from "cx/scaffold.js";
 import { PageHost, pathOf } from "cx/timeline/host.js";
