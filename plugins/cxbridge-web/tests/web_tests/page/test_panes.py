@@ -173,7 +173,7 @@ def test_facts_of_the_agent_come_before_those_of_the_core(tab, site, daemon):
         tab,
         lambda: [each in text for each, text in zip(order, rows.all_inner_texts())] == [True] * 3,  # noqa: B905
     )
-    tab.wait_for_selector("[role=option]:has-text('goal') >> text=core")
+    tab.wait_for_selector("[role=option]:has-text('goal') >> text=core", state="attached")  # hidden here
     tab.goto(f"{site.url}#/clips/facts/f-1")
     tab.wait_for_selector(".detail h2:text-is('f-1')")
 
@@ -194,7 +194,7 @@ def test_skills_of_a_skill_board_have_their_executors_and_the_chosen_skill_is_ty
     }
     tab.goto(f"{site.url}#/skills")
     tab.wait_for_selector("[role=option]:has-text('jump') >> text=robot1-legs")
-    daemon.tell(skill_event('move{to="lab"}', "S_FAILED"))
+    daemon.tell(*(skill_event('move{to="lab"}', status) for status in ("S_RUNNING", "S_FAILED")))
     tab.wait_for_selector("[role=option]:has-text('move') >> text=FAILED")
     tab.click("[role=option] >> text=move")
     wait_for(tab, lambda: tab.input_value("#skill-string") == 'move{to="lab"}')

@@ -25,7 +25,7 @@ export function factItems(facts, owners, matches) {
     if (!matches(key + " " + fact.text)) continue;
     groups[rank].push({
       key,
-      sign: fact.text,
+      sign: rank + fact.text,
       fact,
       rowClass: isCore ? "of-core" : "",
       draw: () => [
