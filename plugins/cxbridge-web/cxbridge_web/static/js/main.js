@@ -82,7 +82,7 @@ function router(tabs) {
     if (!current || current.of !== module)
       show(name, found.title, module, module.kinds, () => module.open(main, app));
     current.view.go(rest);
-    app.selection.read(query); // an action belongs to the goal that the path names
+    app.selection.read(query); // the path has named the goal of the action
     app.selection.write();
   }
   app.reopen = () => {

@@ -1,35 +1,35 @@
-// How states look. Outcomes of goals, plan-actions and skill calls are six words; each has a hue and an icon
-// of its own, so that none rests on colour alone; css/outcomes.css has the hues. cxbridge/history/outcome.py
-// has the words, the icons, and which state has which outcome.
+// The look of states. Goals, plan-actions and skill calls have six outcomes, each with an icon and a colour:
+// css/outcomes.css has the colours; cxbridge/history/outcome.py the words, the icons and the outcome of each
+// state.
 import { badge } from "cx/dom.js";
 
 const { kinds, ended, goal, action, skill } = cx.outcomes;
-/** By outcome: the word that readers see, and the icon. */
+/** By outcome: the shown word, and the icon. */
 export const OUTCOMES = kinds;
 export const NAMES = Object.keys(OUTCOMES);
 
-// a recording may hold any word, such as the names of properties that each object has
+// a recording may contain any word, also the name of a property of every object
 const find = (table, name, other) => (Object.hasOwn(table, name) ? table[name] : other);
 
 /** Whether a goal in this mode has an outcome. */
 export const hasEnded = (mode) => ended.includes(mode);
 
-/** Of a goal: it has an outcome from FINISHED on. @param {{mode: string, outcome: string}} goal */
+/** The outcome of a goal. @param {{mode: string, outcome: string}} goal */
 export function goalOutcome({ mode, outcome }) {
   if (hasEnded(mode)) return find(goal, outcome, "retracted");
   return mode === "DISPATCHED" ? "running" : "formulated";
 }
 
-/** Of a plan-action, by its state; effects that are waited for are part of running it. */
+/** The outcome of a plan-action; an action that waits for its effects is running. */
 export const actionOutcome = (state) => find(action, state, "running");
 
-/** Of a skill call, by its status, with or without Fawkes' `S_`. */
+/** The outcome of a skill call by its status, with or without Fawkes' `S_`. */
 export const skillOutcome = (status) =>
   find(skill, status, find(skill, "S_" + String(status).toUpperCase(), "formulated"));
 
 export const isOpen = (outcome) => outcome === "formulated" || outcome === "running";
 
-/** An outcome as an element: its icon and its word (or another text) on its hue. */
+/** An element with the icon and the word (or another text) of an outcome, in its colour. */
 export const outcomeBadge = (outcome, text = OUTCOMES[outcome].word) =>
   cx.el(
     "span",
@@ -63,7 +63,7 @@ const DAEMON = {
   LOST: ["failed", "✗"],
   CONNECTING: ["chosen", "◔"],
 };
-/** @param result of a run that is over: {status, word}, null without */
+/** @param result {status, word} of a finished run; null for a running one */
 export function stateBadge(state, result = null) {
   if (!result) return badge(...(DAEMON[state] || OTHER), state);
   return badge(...(result.status ? ["failed", "✗"] : ["done", "✓"]), state + ": " + result.word);

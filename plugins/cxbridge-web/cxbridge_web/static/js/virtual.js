@@ -94,7 +94,7 @@ export class VirtualList {
     const tree = this.open !== null,
       icon = item.open === null ? "" : item.open ? "▾" : "▸";
     const node = el.div({
-      class: ["row", chosen && "selected", item.rowClass].filter(Boolean).join(" "),
+      class: ["row", chosen && "selected"].filter(Boolean).join(" "),
       id: this.name + "-" + at,
       role: tree ? "treeitem" : "option",
       "aria-posinset": at + 1,

@@ -27,7 +27,6 @@ export function factItems(facts, owners, matches) {
       key,
       sign: rank + fact.text,
       fact,
-      rowClass: isCore ? "of-core" : "",
       draw: () => [
         el("span.dim.n.index", key),
         el("code.main-text", factText(fact)),

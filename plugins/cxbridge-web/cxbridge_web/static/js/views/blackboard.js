@@ -1,4 +1,4 @@
-// Interfaces: their writers and readers, their values as they change, and messages to send.
+// Interfaces: writers, readers, values as they change, and messages to send.
 import { get, idPath, part } from "cx/api.js";
 import { messageForm, sentMessages } from "cx/blackboard/messages.js";
 import { backLink, button, clockText, dim, el, none, note, pairs, plural, redraw, refill } from "cx/dom.js";
@@ -22,7 +22,7 @@ const interfaceRow = (item) => [
   ),
   item.writes ? el("span.dim.small.n", item.writes + "×") : null,
 ];
-/** An interface of which a recording has values only. */
+/** An interface of a recording, which has only values. */
 function recordedInterface(uid) {
   const [type, id] = uid.split(/::(.*)/s);
   return { uid, type, id, writer: "", readers: [], known: false, fields: [], message_types: [] };
@@ -106,7 +106,7 @@ export function open(root, app) {
       ? none("There is no " + chosen)
       : none(
           "Choose an interface",
-          "Its values are shown here as they change; messages can be sent to its writer.",
+          "You see its values as they change, and can send messages to its writer.",
         );
   const headOf = (of) => [
     el("div.detail-head", backLink("#/blackboard", "interfaces"), el.h2(of.id), dim(of.type)),
@@ -135,7 +135,7 @@ export function open(root, app) {
   function valuesTable(now) {
     const { fields } = info() || { fields: null },
       types = new Map(fields?.map(({ name, type, is_array: many }) => [name, type + (many ? "[]" : "")])),
-      missing = fields && !fields.length ? "It has no fields." : "No values yet.";
+      missing = fields && !fields.length ? "The interface has no fields." : "No values yet.";
     cells.clear();
     const rows = Object.keys(now).map((name) => {
       cells.set(name, el("td.value"));
