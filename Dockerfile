@@ -7,7 +7,7 @@ COPY . .
 # exactly the packages of requirements/, each by its hash
 RUN python -m venv /opt/build \
  && /opt/build/bin/pip install --no-cache-dir --disable-pip-version-check --require-hashes -r requirements/build.txt \
- && for each in . plugins/cxbridge-planning plugins/cxbridge-protobuf plugins/cxbridge-robot-memory plugins/cxbridge-studio plugins/cxbridge-web; do \
+ && for each in . plugins/cxbridge-fawkes plugins/cxbridge-planning plugins/cxbridge-protobuf plugins/cxbridge-robot-memory plugins/cxbridge-studio plugins/cxbridge-web; do \
       (cd "$each" && /opt/build/bin/python -m hatchling build -t wheel -d /wheel) || exit 1; done \
  && python -m venv /opt/cxbridge \
  && /opt/cxbridge/bin/pip install --no-cache-dir --disable-pip-version-check --require-hashes -r requirements/container.txt \

@@ -27,10 +27,10 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from cxbridge.blackboard import Listener, LocalBlackBoard
-from cxbridge.blackboard.fawkesnet.client import FawkesBlackBoard
-from cxbridge.blackboard.fawkesnet.server import FawkesServer
 from cxbridge.clock import RealClock
 from cxbridge.interfaces import default_registry
+from cxbridge_fawkes.network.client import FawkesBlackBoard
+from cxbridge_fawkes.network.server import FawkesServer
 
 BLOCK = 64
 HEAD = 28  # bytes of a data message before its block

@@ -25,11 +25,11 @@ from cxbridge.interfaces.registry import default_registry
 from cxbridge.trace.compare.model import Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.base import RunWriter
-from cxbridge.trace.formats.bblogger.writer import BBLoggerWriter
 from cxbridge.trace.formats.fawkes_log import FawkesLogWriter
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.recorder import Recorder
+from cxbridge_fawkes.bblogger.writer import BBLoggerWriter
 
 MODES = (
     "FORMULATED",

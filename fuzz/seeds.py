@@ -54,8 +54,11 @@ def zmq_seeds() -> Iterator[bytes]:
 
 def fawkesnet_seeds() -> Iterator[bytes]:
     """Yield each kind of frame with payloads of the sizes that occur, and two that are wrong."""
-    from cxbridge.blackboard.fawkesnet.messages import blackboard as bb  # noqa: PLC0415
-    from tests.blackboard.fawkesnet.samples import SAMPLES  # noqa: PLC0415 - not where tests are absent
+    from cxbridge_fawkes.network.messages import blackboard as bb  # noqa: PLC0415
+    from tests.support import TEST_FOLDERS  # noqa: PLC0415 - not where tests are absent
+
+    sys.path += TEST_FOLDERS
+    from fawkes_tests.network.samples import SAMPLES  # noqa: PLC0415
 
     for message in SAMPLES.values():
         yield b"\0" + message.to_bytes()

@@ -9,13 +9,13 @@ import math
 from collections.abc import Callable, Iterator
 from typing import Final
 
-from cxbridge.blackboard.fawkesnet.errors import FrameTooLongError, MalformedMessageError
-from cxbridge.blackboard.fawkesnet.messages import codec as fawkes
-from cxbridge.blackboard.fawkesnet.messages.codec import Message, limit_to_client, limit_to_server
-from cxbridge.blackboard.fawkesnet.messages.configuration import ConfigList, ConfigMessage
-from cxbridge.blackboard.fawkesnet.messages.frames import HEADER, FawkesFrame, FrameDecoder, Limit
 from cxbridge.blackboard.kit.errors import ProtocolError
 from cxbridge.blackboard.zmq.wire import frames
+from cxbridge_fawkes.network.errors import FrameTooLongError, MalformedMessageError
+from cxbridge_fawkes.network.messages import codec as fawkes
+from cxbridge_fawkes.network.messages.codec import Message, limit_to_client, limit_to_server
+from cxbridge_fawkes.network.messages.configuration import ConfigList, ConfigMessage
+from cxbridge_fawkes.network.messages.frames import HEADER, FawkesFrame, FrameDecoder, Limit
 from fuzz.sessions import zmq_sessions
 from fuzz.skills import skill_strings
 

@@ -18,15 +18,14 @@ from typing import Any
 
 from cxbridge.blackboard import BlackBoard, LocalBlackBoard
 from cxbridge.blackboard.exclusive_control import skip_stale_ids
-from cxbridge.blackboard.fawkesnet.server import FawkesServer
-from cxbridge.blackboard.gateway import Gateway
 from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.blackboard.zmq.server import ZmqBlackBoardServer
 from cxbridge.clock import RealClock
 from cxbridge.events import EventBus
 from cxbridge.interfaces import InterfaceRegistry
+from tests.fawkes import TRANSPORT, fawkes_server
 
-TRANSPORTS = ("local", "zmq", "fawkes", "gateway")
+TRANSPORTS = ("local", "zmq", *TRANSPORT, *(("gateway",) if TRANSPORT else ()))
 LIMIT_KIB = 1024
 BATCH = 1000
 
@@ -47,10 +46,12 @@ def reach(board: LocalBlackBoard, transport: str) -> Iterator[BlackBoard]:
         if transport == "zmq":
             yield connect(stack.enter_context(ZmqBlackBoardServer(board, [f"ipc://{folder}/b"])).endpoints[0])
             return
-        robot = connect(f"fawkes://127.0.0.1:{stack.enter_context(FawkesServer(board, port=0)).port}")
+        robot = connect(f"fawkes://127.0.0.1:{stack.enter_context(fawkes_server(board)).port}")
         if transport == "fawkes":
             yield robot
             return
+        from cxbridge_fawkes.gateway import Gateway
+
         middle = stack.enter_context(LocalBlackBoard(InterfaceRegistry(), clock))
         gateway = stack.enter_context(Gateway(robot, middle, ["SkillerInterface"]))
         gateway.start()

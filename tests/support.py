@@ -54,6 +54,7 @@ ROBOTINO_DIR = Path(_ROBOTINO) if _ROBOTINO else None
 
 PLUGIN_NAMES = (
     "explore",
+    "fawkes",
     "mcp",
     "planning",
     "protobuf",

@@ -179,7 +179,6 @@ def test_only_one_module_compares_names():
 # -- the tests themselves
 
 SLOW_ON_PURPOSE = {
-    "run/comings_and_goings.py",  # a robot that stands still
     "trace/test_recorder.py",  # a writer that takes its time
 }
 

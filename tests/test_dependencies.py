@@ -70,6 +70,7 @@ LOCKED = {
     | {f"cxbridge-{name}": "" for name in PLUGINS - {"web", "ros2"}},
     "run.txt": {
         "cxbridge": "test",
+        "cxbridge-fawkes": "",
         "cxbridge-planning": "",
         "cxbridge-robot-memory": "",
         "cxbridge-studio": "",

@@ -146,6 +146,7 @@ def wheels(tmp_path_factory):
 SMOKE = {
     "cxbridge": "run -q test-scenario",
     "cxbridge-explore": "explore test-scenario --faults 0",
+    "cxbridge-fawkes": "gateway --help",
     "cxbridge-mcp": "mcp --help",
     "cxbridge-planning": "plan --list",
     "cxbridge-protobuf": "run -q {protobuf}",

@@ -369,7 +369,9 @@ def names_of(plugin):
                 yield from names_of_operations(resolve_name(row.target).OPERATIONS)
             elif hook == "FORMATS":
                 yield from (copy.name for copy in getattr(resolve_name(row.target), "COPIES", ()))
-            if hook == "SETTINGS":
+            elif hook == "TRANSPORTS":
+                yield f"{row.name}://"
+            if hook == "SETTINGS" and resolve_name(row.target).in_runs:
                 yield resolve_name(row.target).SECTION
 
 
@@ -388,7 +390,7 @@ def test_each_name_of_a_plug_in_of_the_repository_is_known():
         (["view", "run.mcap"], "cxbridge-web"),
         (["run", "SCENARIO", "--clock", "ros2"], "cxbridge-ros2"),
         (["trace", "convert", "RUN", "out.mcap", "--to", "rosbag"], "cxbridge-ros2"),
-        (["trace", "convert", "RUN", "out.csv", "--to", "csv"], "cxbridge-studio"),
+        (["trace", "convert", "RUN", "out.csv", "--to", "csv"], "cxbridge-fawkes"),
         (["trace", "repair", "RUN"], "cxbridge-studio"),
         (["run", "ROS2"], "cxbridge-ros2"),
         (["run", "PLANNER"], "cxbridge-planning"),
@@ -396,6 +398,15 @@ def test_each_name_of_a_plug_in_of_the_repository_is_known():
         (["run", "WAITING"], "cxbridge-robot-memory"),
         (["run", "BLACKBOARD"], "cxbridge-planning"),
         (["daemon", "start", "WEB"], "cxbridge-web"),
+        (["bb", "list", "--connect", "fawkes://robot"], "cxbridge-fawkes"),
+        (["gateway", "fawkes://robot", "local:"], "cxbridge-fawkes"),
+        (["daemon", "SCENARIO", "--fawkes-port", "0"], "cxbridge-fawkes"),
+        (["daemon", "start", "FAWKES"], "cxbridge-fawkes"),
+        (["run", "SCENARIO", "--skiller", "fawkes://robot"], "cxbridge-fawkes"),
+        (["run", "SCENARIO", "--bblog", "NEW"], "cxbridge-fawkes"),
+        (["trace", "info", "LOG"], "cxbridge-fawkes"),
+        (["trace", "info", "LOGS"], "cxbridge-fawkes"),
+        (["trace", "record", "-i", "*", "-o", "NEW", "--connect", "local:"], "cxbridge-fawkes"),
     ],
 )
 def test_what_belongs_to_an_absent_plug_in_names_its_package(
@@ -405,23 +416,36 @@ def test_what_belongs_to_an_absent_plug_in_names_its_package(
     for module in [name for name in sys.modules if name.startswith("cxbridge.cli.commands")]:
         monkeypatch.delitem(sys.modules, module)
     monkeypatch.setattr("cxbridge.run.agent.installed_plugins", tuple)
-    scenario = write_scenario(tmp_path / "s")
-    ros2, web = (write_scenario(tmp_path / name) for name in ("ros2", "web"))
-    for folder, text in ((ros2, "ros2: {interfaces: {a: b}}\n"), (web, "cxbridge: {web: {port: 1}}\n")):
-        with (folder / "scenario.yaml").open("a") as file:
+    sections = {
+        "ROS2": "ros2: {interfaces: {a: b}}\n",
+        "WEB": "cxbridge: {web: {port: 1}}\n",
+        "FAWKES": "cxbridge: {fawkes: {port: 1}}\n",
+    }
+    places = {name: write_scenario(tmp_path / name) for name in ("SCENARIO", *sections)}
+    for name, text in sections.items():
+        with (places[name] / "scenario.yaml").open("a") as file:
             file.write(text)
-    planner, memory = (write_scenario(tmp_path / name, feature=name) for name in ("planner", "robot_memory"))
-    board, waiting = (write_scenario(tmp_path / name) for name in ("board", "waiting"))
-    for folder, name in ((board, "pddl-init.clp"), (waiting, "BATCH|robmem-wait-init.clp")):
-        with_file = (folder / "scenario.yaml").read_text().replace("[mini.clp,", f'[mini.clp, "{name}",')
-        (folder / "scenario.yaml").write_text(with_file)
-    run = tmp_path / "run.txt"
-    run.write_text("")
-    places = {"SCENARIO": scenario, "ROS2": ros2, "WEB": web, "RUN": run}
-    places |= {"PLANNER": planner, "BLACKBOARD": board, "MEMORY": memory, "WAITING": waiting}
+    places |= {"RUN": tmp_path / "run.txt", "LOGS": tmp_path / "logs", "LOG": tmp_path / "logs" / "a.log"}
+    places |= {"NEW": tmp_path / "new"}
+    places["RUN"].write_text("")
+    places["LOGS"].mkdir()
+    places["LOG"].write_bytes(b"\xff\xbb\xff\xbb\0\0\0\x01")
+    for name, feature in (("PLANNER", "planner"), ("MEMORY", "robot_memory")):
+        places[name] = write_scenario(tmp_path / name, feature=feature)
+    for name, file_name in (("BLACKBOARD", "pddl-init.clp"), ("WAITING", "BATCH|robmem-wait-init.clp")):
+        places[name] = write_scenario(tmp_path / name)
+        file = places[name] / "scenario.yaml"
+        file.write_text(file.read_text().replace("[mini.clp,", f'[mini.clp, "{file_name}",'))
     status = invoke([str(places.get(each, each)) for each in arguments])
     assert status == (0 if arguments[-1] in ("ROS2", "WAITING") else 2)
     assert f"belongs to the plug-in {package}: " in capsys.readouterr().err
+
+
+def test_a_server_of_an_absent_plug_in_may_be_off(monkeypatch):
+    monkeypatch.setattr(plugins, "installed_plugins", tuple)
+    with running(settings=(("fawkes/enable", False), ("zmq/endpoints", []))) as (_, _lines, outcome):
+        assert outcome == []
+    assert outcome == [0]
 
 
 def test_a_request_that_belongs_to_an_absent_plug_in_names_its_package(monkeypatch):

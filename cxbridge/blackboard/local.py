@@ -1,8 +1,7 @@
 """The blackboard of this process, with one memory for each interface.
 
-The instances of all threads share the memory of their interface. The servers of
-:mod:`~cxbridge.blackboard.zmq` and :mod:`~cxbridge.blackboard.fawkesnet` publish the blackboard to other
-processes.
+The instances of all threads share the memory of their interface. The servers of the transports publish the
+blackboard to other processes.
 """
 
 from __future__ import annotations

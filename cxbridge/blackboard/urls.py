@@ -1,4 +1,4 @@
-"""Opening of blackboards by URL: a local blackboard, a daemon's over ZeroMQ, or Fawkes' over TCP.
+"""Opening of blackboards by URL: a local blackboard, or a daemon's over ZeroMQ.
 
 The scheme of the URL selects a row of :data:`TRANSPORTS`, to which plug-ins add transports.
 """
@@ -11,7 +11,7 @@ from cxbridge.blackboard.base import BlackBoard, Registry
 from cxbridge.blackboard.kit.transport import BadUrlError, Transport
 from cxbridge.clock import Clock
 from cxbridge.events import EventBus
-from cxbridge.plugins import Row, Table
+from cxbridge.plugins import Row, Table, package_hint
 
 __all__ = ["TRANSPORTS", "BadUrlError", "find_transport", "open_blackboard"]
 
@@ -30,7 +30,6 @@ TRANSPORTS: Final[Table[type[Transport]]] = Table(
     Row("tcp", _ZMQ),
     Row("ipc", _ZMQ),
     Row("inproc", _ZMQ),
-    Row("fawkes", "cxbridge.blackboard.fawkesnet.transport:FawkesTransport"),
 )
 """The transports by URL scheme."""
 
@@ -46,7 +45,8 @@ def find_transport(url: str) -> Transport:
     if not colon or row is None:
         prefixes = ", ".join("local:" if row.name == "local" else f"{row.name}://" for row in TRANSPORTS.rows)
         raise BadUrlError(
-            f"'{url}' is not a blackboard's URL", hint=f"a URL must start with one of {prefixes}"
+            f"'{url}' is not a blackboard's URL",
+            hint=package_hint(f"{scheme}://") or f"a URL must start with one of {prefixes}",
         )
     return TRANSPORTS.load_target(row)()
 
@@ -56,7 +56,7 @@ def open_blackboard(
 ) -> BlackBoard:
     """Return the blackboard at ``url``, connected.
 
-    :param url: ``local:``, ``tcp://host:port``, ``ipc://path``, ``inproc://name`` or ``fawkes://host:port``,
+    :param url: ``local:``, ``tcp://host:port``, ``ipc://path``, ``inproc://name``, or a URL of a plug-in,
         optionally with the query that the transport's ``read_query`` defines.
     :param registry: returns the classes of types that are named by a string.
     :param bus: gets log lines.

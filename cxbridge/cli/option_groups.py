@@ -54,7 +54,6 @@ OVERRIDES: Final[Mapping[str, Any]] = {
     "ConfigurationOptions.overlay": {"flags": ("--config",)},
     "ServerOptions.endpoints": {"metavar": "URL"},
     "ServerOptions.insecure": {"flags": ("--insecure",)},
-    "ServerOptions.fawkes_allow": {"metavar": "ADDRESS"},
     "PartOptions.skiller": _SKILLER,
     "PartOptions.speech": _SPEECH,
     "RecordOptions.patterns": _GLOBS,

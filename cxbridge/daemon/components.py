@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from cxbridge.daemon.daemon import Daemon
 from cxbridge.run.components.component import Component
 from cxbridge.run.recording import RecorderComponent
@@ -34,11 +36,9 @@ class DaemonRecorder(RecorderComponent):
         """Return the switch by which ``ffbblog enable`` and ``disable`` control bblogger files."""
         if daemon.settings.bblog is None or not daemon.settings.rights.control:
             return None
-        from cxbridge.trace.formats.bblogger.writer import BBLoggerWriter  # noqa: PLC0415 - slow to import
-
         return RecordingSwitch(
             daemon.board,
-            lambda enabled: self.recorder.enable(enabled, BBLoggerWriter),
+            partial(self.recorder.enable, only_switchable=True),
             daemon.bus.logger("BBLogger"),
         )
 

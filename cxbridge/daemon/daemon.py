@@ -39,7 +39,6 @@ from cxbridge.run.watchdog import Stall, Stalls
 
 if TYPE_CHECKING:
     from cxbridge.daemon.operations.operation import OperationContext
-    from cxbridge.daemon.plugins import DaemonPlugins
     from cxbridge.run.plugin_settings import PluginSettings
 
 COMPONENT = "Daemon"
@@ -74,8 +73,6 @@ class Daemon(Run):
         self._notifier = Notifier()
         self.node: ExecutiveNode | None = None
         """The executive for clients, None without one."""
-        self.plugins: DaemonPlugins | None = None
-        """The components for Fawkes' plugin tool, None without a server for it."""
         super().__init__(make_run_options(options, base.config, settings), base)
         self.stalls = Stalls(
             self.loop,
@@ -192,7 +189,7 @@ class Daemon(Run):
 
     def _run_loop(self) -> None:
         """Report readiness and run the main loop."""
-        self._update_state()
+        self.update_state()
         self._notifier.report_ready(f"serving at {', '.join(self.endpoints) or 'nowhere'}")
         self.log.info("Ready")
         self.loop.run(lambda: bool(self.lifecycle.failure))
@@ -216,8 +213,6 @@ class Daemon(Run):
         self._notifier.report_stopping()
         self.log.info("Stopping")
         self._state = "STOPPING"
-        if self.plugins is not None:
-            self.plugins.close()
         self._publish()
         self.lifecycle.shutdown()
         self.log.info("Stopped")
@@ -244,15 +239,13 @@ class Daemon(Run):
         """Process commands, and check the components once a second."""
         while (command := self.status.next_command()) is not None:
             self._process_command(*command)
-        if self.plugins is not None and self.plugins.poll():
-            self._update_state()
         self._requests.process_next()
         now_us = self.clock.now_us()
         if now_us >= self._next_watch_us:
             self._next_watch_us = now_us + _WATCH_US
             self.lifecycle.watch()
             self._notifier.report_alive()
-            self._update_state()
+            self.update_state()
 
     def _process_command(self, verb: str, msgid: int) -> None:
         rights = self.settings.rights
@@ -263,7 +256,7 @@ class Daemon(Run):
         self.status.acknowledge(0)
         self.carry_out(verb)
         self.status.acknowledge(msgid)
-        self._update_state()
+        self.update_state()
 
     def carry_out(self, verb: str) -> None:
         """Process a command of a client, between two steps of the main loop.
@@ -283,7 +276,7 @@ class Daemon(Run):
             getattr(self.lifecycle, verb)()
         if verb == "resume":
             self._requests.resume()
-        self._update_state()
+        self.update_state()
 
     @property
     def state(self) -> str:
@@ -308,17 +301,15 @@ class Daemon(Run):
         try:
             self.lifecycle.change_one(name, transition)
         finally:
-            self._update_state()
+            self.update_state()
 
-    def _update_state(self) -> None:
+    def update_state(self) -> None:
         """Compute and publish the state of the daemon."""
         states = {status.state for status in self.lifecycle.status()}
         if self.lifecycle.paused:
             self._state = "PAUSED"
         else:
             self._state = "RUNNING" if states <= {State.ACTIVE} else "DEGRADED"
-        if self.plugins is not None:
-            self.plugins.notify_watchers()
         self._publish()
 
     def _publish(self) -> None:

@@ -17,10 +17,6 @@ _SETTINGS = {
     "insecure": "zmq/insecure",
     "secret_key": "zmq/secret-key",
     "clients": "zmq/clients",
-    "fawkes": "fawkes/enable",
-    "fawkes_host": "fawkes/host",
-    "fawkes_port": "fawkes/port",
-    "fawkes_allow": "fawkes/allow",
     "core": "core",
     "skiller": "skiller",
     "executive": "executive",
@@ -68,23 +64,6 @@ class ServerOptions:
     ] = None
     secret_key: Annotated[Path | None, Meta(description="CURVE key file of the daemon.")] = None
     clients: Annotated[Path | None, Meta(description="Folder with the clients' public keys.")] = None
-    fawkes: Annotated[
-        bool | None,
-        Meta(description="Serve Fawkes' tools, such as ffbblog and ffconfig; on by default."),
-    ] = None
-    fawkes_host: Annotated[
-        str | None, Meta(description="Serve Fawkes' tools at this address; 127.0.0.1 by default.")
-    ] = None
-    fawkes_port: Annotated[
-        int | None,
-        Meta(
-            description="Serve Fawkes' tools on this port; 1910 by default, 0: any free port.", ge=0, le=65535
-        ),
-    ] = None
-    fawkes_allow: Annotated[
-        tuple[str, ...],
-        Meta(description="Admit Fawkes' tools of this address or network. Repeatable."),
-    ] = ()
 
 
 @dataclass(frozen=True, kw_only=True)

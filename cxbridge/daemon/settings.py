@@ -9,7 +9,7 @@ from pathlib import Path
 
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
-from cxbridge.listening import LOOPBACK, is_loopback, is_private_endpoint
+from cxbridge.listening import is_private_endpoint
 from cxbridge.mainloop import STALL_S
 from cxbridge.plugins import package_hint
 from cxbridge.resources import DAEMON_URL
@@ -23,16 +23,10 @@ from cxbridge.suggestions import did_you_mean
 TREE = "/cxbridge"
 """The path of the settings."""
 
-DEFAULT_FAWKES_PORT = 1910  # the port of Fawkes itself, so that its tools find the daemon without options
-
 KEYS = (
     "clock",
     "core",
     "executive",
-    "fawkes/allow",
-    "fawkes/enable",
-    "fawkes/host",
-    "fawkes/port",
     "on-failure",
     "record/bblog",
     "record/files",
@@ -53,18 +47,6 @@ KEYS = (
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class FawkesSettings:
-    """The settings of the server for Fawkes' tools.
-
-    :param allow: addresses and networks that may connect, in addition to loopback.
-    """
-
-    host: str
-    port: int
-    allow: tuple[str, ...]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class DaemonSettings:
     """The settings of a daemon.
 
@@ -76,7 +58,6 @@ class DaemonSettings:
     :param insecure: whether endpoints that other machines reach may lack CURVE keys.
     :param secret_key: the CURVE key file of the daemon; requires ``clients``.
     :param clients: the folder with the public keys of allowed clients.
-    :param fawkes: the server for Fawkes' tools; None without this server.
     :param sections: the settings of plug-ins by the names of their rows in the table SETTINGS.
     :param on_failure: the reaction to the failure of a component.
     :param rights: the rights of clients.
@@ -96,7 +77,6 @@ class DaemonSettings:
     insecure: bool
     secret_key: Path | None
     clients: Path | None
-    fawkes: FawkesSettings | None
     sections: Mapping[str, PluginSettings]
     on_failure: Policy
     rights: Rights
@@ -124,15 +104,9 @@ class DaemonSettings:
         def read_flag(name: str, default: bool) -> bool:
             return config.get_bool(f"{TREE}/{name}", default=default)
 
-        fawkes = FawkesSettings(
-            host=read_text("fawkes/host", LOOPBACK),
-            port=config.get_uint(f"{TREE}/fawkes/port", default=DEFAULT_FAWKES_PORT),
-            allow=tuple(config.get_strings(f"{TREE}/fawkes/allow", default=[])),
-        )
         endpoints = tuple(config.get_strings(f"{TREE}/zmq/endpoints", default=[DAEMON_URL]))
-        has_fawkes = read_flag("fawkes/enable", True)
         # clients of other machines may only run programs if the configuration says so
-        is_local = (not has_fawkes or is_loopback(fawkes.host)) and all(map(is_private_endpoint, endpoints))
+        is_local = all(map(is_private_endpoint, endpoints))
         skiller = _read_choice(config, "skiller", SKILLERS, "lua", accepts_url=True)
         sections = plugin_settings(config, of_daemon=True)
         rights = read_rights(config, skiller, sections.values(), local=is_local)
@@ -145,7 +119,6 @@ class DaemonSettings:
             insecure=read_flag("zmq/insecure", False),
             secret_key=read_file("zmq/secret-key"),
             clients=read_file("zmq/clients"),
-            fawkes=fawkes if has_fawkes else None,
             sections=sections,
             on_failure=Policy(_read_choice(config, "on-failure", ("continue", "stop"), "stop")),
             rights=rights,
@@ -216,8 +189,11 @@ def _refuse_unknown(config: Configuration) -> None:
     for value in config.search(TREE):
         name = value.path.removeprefix(f"{TREE}/")
         if name not in keys and not name.startswith("agents/"):
+            section, _, key = name.partition("/")
+            hint = package_hint(section)
+            if hint and key == "enable" and value.text == "false":
+                continue  # a server of an absent plug-in that is off
             raise value.error(
                 f"{value.path} is not a setting of a daemon",
-                hint=package_hint(name.partition("/")[0])
-                or did_you_mean(name, keys, f"known: {', '.join(sorted(keys))}"),
+                hint=hint or did_you_mean(name, keys, f"known: {', '.join(sorted(keys))}"),
             )

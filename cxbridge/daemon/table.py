@@ -25,13 +25,8 @@ def _has_endpoints(context: _DaemonContext) -> bool:
     return bool(context.settings.endpoints)
 
 
-def _serves_fawkes(context: _DaemonContext) -> bool:
-    return context.settings.fawkes is not None
-
-
 DAEMON_COMPONENTS: Final = (
     Row("blackboard", f"{_PACKAGE}.components:BlackBoardComponent"),
     Row("recorder", f"{_PACKAGE}.components:DaemonRecorder", _is_recording),
     Row("zmq", f"{_PACKAGE}.servers:ZmqComponent", _has_endpoints),
-    Row("fawkes", f"{_PACKAGE}.servers:FawkesComponent", _serves_fawkes),
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from pkgutil import resolve_name
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.event_kinds import RecordLevel
@@ -16,6 +16,7 @@ from cxbridge.run.components.component import Component
 from cxbridge.run.options import RunOptions
 from cxbridge.trace.formats.base import RecordedRun, RunWriter
 from cxbridge.trace.formats.files import rename_previous
+from cxbridge.trace.formats.registry import FORMAT_MODULES
 from cxbridge.trace.recorder import Recorder
 from cxbridge.trace.sourcing import emit_configuration
 
@@ -23,13 +24,6 @@ if TYPE_CHECKING:
     from cxbridge.run.agent import Run
     from cxbridge.run.team import Team
 
-
-_OPENERS: Final = {
-    "mcap": "cxbridge.trace.formats.mcap.writer:open_recording",
-    "fawkes-log": "cxbridge.trace.formats.fawkes_log:open_recording",
-    "bblogger": "cxbridge.trace.formats.bblogger.writer:open_recording",
-}
-"""The function of each format that opens a file for a recording; a run imports only those of its files."""
 
 DAEMON = "daemon"
 """The scenario name in bblogger files of a daemon without an executive."""
@@ -114,12 +108,13 @@ def start_recording(
 def open_writers(files: Iterable[tuple[str, Path]], run: RecordedRun) -> list[RunWriter]:
     """Open files for the recording of a run, each with the name of its format; all, or none.
 
-    :raises CxbridgeError: if a file cannot be written.
+    :raises CxbridgeError: if a file cannot be written, or no installed package has a format.
     """
     writers: list[RunWriter] = []
     try:
         for name, path in files:
-            open_recording: Callable[[Path, RecordedRun], RunWriter] = resolve_name(_OPENERS[name])
+            module = FORMAT_MODULES.load_target(FORMAT_MODULES.find(name))
+            open_recording: Callable[[Path, RecordedRun], RunWriter] = resolve_name(module.RECORDING)
             writers.append(open_recording(path, run))
     except CxbridgeError:
         for writer in writers:

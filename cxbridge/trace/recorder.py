@@ -62,13 +62,13 @@ class Recorder(Closing):
             self._flush_due = now + _FLUSH_INTERVAL_S
             self.flush()
 
-    def enable(self, enabled: bool, kind: type[RunWriter] = RunWriter) -> None:
+    def enable(self, enabled: bool, *, only_switchable: bool = False) -> None:
         """Pause or continue recording; during a pause the files are complete.
 
-        :param kind: the class of the affected writers.
+        :param only_switchable: whether writers that are not switchable continue.
         """
         for output in self._outputs:
-            if isinstance(output.writer, kind):
+            if output.writer.is_switchable or not only_switchable:
                 output.enable(enabled)
 
     def close(self) -> None:

@@ -3,23 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, ExitStack, contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.clock import VirtualClock
 from cxbridge.events import EventBus
 from tests.blackboard.contract import BoardPair
-from tests.blackboard.contract.events import CallersThreadContract, RegistrationContract
-from tests.blackboard.contract.observers import ObserversContract
+from tests.blackboard.contract.events import CallersThreadContract
 from tests.blackboard.contract.suite import CONTRACTS, ContractEntry, contract_tests
-from tests.blackboard.fawkesnet.differences import (
-    WireDataContract,
-    WireEventsContract,
-    WireMessagesContract,
-    WireOpeningContract,
-)
-from tests.blackboard.fawkesnet.pairs import SettledInstances, make_pair
 from tests.blackboard.samples import SampleRegistry
 from tests.blackboard.zmq.support import bench
 from tests.blackboard.zmq.threads import watched_sockets
@@ -46,27 +38,10 @@ def zmq_pairs(transport: str) -> Callable[[Path], AbstractContextManager[BoardPa
     return pairs
 
 
-def fawkes_pairs(near: bool, far: bool) -> Callable[[Path], AbstractContextManager[BoardPair]]:
-    """Two clients of a server, or one and the served board itself."""
-
-    @contextmanager
-    def pairs(_: Path) -> Iterator[BoardPair]:
-        with ExitStack() as stack:
-            yield make_pair(stack, near_is_remote=near, far_is_remote=far)
-
-    return pairs
-
-
-WIRE = (WireDataContract, WireMessagesContract, RegistrationContract, WireEventsContract)
 ENTRIES = (
     ContractEntry("Local", local_pair, (*CONTRACTS, CallersThreadContract)),
     ContractEntry("ZmqInproc", zmq_pairs("inproc")),
     ContractEntry("ZmqIpc", zmq_pairs("ipc")),
     ContractEntry("ZmqTcp", zmq_pairs("tcp")),
-    ContractEntry(
-        "Fawkes", fawkes_pairs(True, True), (WireOpeningContract, *WIRE, ObserversContract), SettledInstances
-    ),
-    ContractEntry("FawkesRemoteReader", fawkes_pairs(True, False), WIRE, SettledInstances),
-    ContractEntry("FawkesRemoteWriter", fawkes_pairs(False, True), WIRE, SettledInstances),
 )
 globals().update(contract_tests(*ENTRIES))

@@ -32,6 +32,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.trace.formats.files import open_exclusively
 from cxbridge.trace.formats.registry import open_run
+from tests.fawkes import NO_SERVER
 
 SIGNALS = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
 INTERRUPTED = 130
@@ -91,7 +92,7 @@ PROGRAMS = {
     ),
     "daemon": Program(
         (
-            *("daemon", "test-scenario", "--endpoint", "ipc://{here}/bb", "--fawkes-port", "0"),
+            *("daemon", "test-scenario", "--endpoint", "ipc://{here}/bb", *NO_SERVER),
             *("--trace", "{here}/out/t.mcap", "--log", "{here}/out/t.log", "--bblog", "{here}/out/bb"),
         ),
         frozenset({0}),
@@ -276,7 +277,7 @@ def blackboards(folder: Path) -> Iterator[list[str]]:
     urls = [f"ipc://{folder}/{name}" for name in ("left", "right")]
     try:
         for url in urls:
-            command = ("daemon", "--endpoint", url, "--no-fawkes", "--skiller")
+            command = ("daemon", "--endpoint", url, *NO_SERVER, "--skiller")
             skiller = "simulator" if url is urls[0] else "none"
             log = Path(url.removeprefix("ipc://") + ".log")  # no pipe: nobody reads it later
             with log.open("w") as errors:

@@ -41,7 +41,7 @@ def offered(line, **environment):
             ("cxbridge doc", ["doctor"]),
             ("cxbridge trace transi", ["transitions"]),
             ("cxbridge daemon pau", ["pause"]),  # start is what is meant where nothing is named
-            ("cxbridge daemon --fawkes-p", ["--fawkes-port"]),
+            ("cxbridge daemon --secret-k", ["--secret-key"]),
         ],
         3,
     ),

@@ -12,6 +12,8 @@ from cxbridge.cli.main import invoke
 from cxbridge.daemon.board import DaemonBoard
 from cxbridge.run.components.manager import ComponentStatus, State
 from tests.cli.boards import SharedBoard
+from tests.fawkes import NO_SERVER
+from tests.support import needs_plugin
 
 
 class Obey(Listener):
@@ -91,8 +93,12 @@ def test_a_daemon_that_does_not_answer_is_status_3(status, monkeypatch, capsys):
         (["start", "/nowhere"], "there is no such scenario"),
         (["--skiller", "butler"], "/cxbridge/skiller cannot be 'butler'"),
         (["--clock", "virtual"], "virtual clock"),
-        (["--endpoint", "tcp://0.0.0.0:*", "--no-fawkes", "--skiller", "none"], "CURVE keys"),
-        (["--fawkes-host", "0.0.0.0", "--fawkes-port", "0", "--skiller", "none"], "0.0.0.0"),
+        (["--endpoint", "tcp://0.0.0.0:*", *NO_SERVER, "--skiller", "none"], "CURVE keys"),
+        pytest.param(
+            ["--fawkes-host", "0.0.0.0", "--fawkes-port", "0", "--skiller", "none"],
+            "0.0.0.0",
+            marks=needs_plugin("fawkes"),
+        ),
         (["--nonsense"], "nonsense"),
     ],
 )

@@ -20,6 +20,7 @@ from cxbridge.interrupt import Interrupt
 from cxbridge.mainloop import MainLoop
 from tests.cli import stops
 from tests.daemon.test_daemon import WAIT_S, start
+from tests.fawkes import NO_SERVER
 from tests.programs import Started
 from tests.run.mini import write_scenario
 from tests.support import SEED, many, needs_plugin, share
@@ -34,7 +35,7 @@ def boards():
         for url, skiller in zip(urls, ("simulator", "none"), strict=True):
             log = folder / f"{skiller}.log"
             with log.open("w") as errors:  # no pipe: nobody reads it later
-                more = ("--endpoint", url, "--no-fawkes", "--skiller", skiller)
+                more = ("--endpoint", url, *NO_SERVER, "--skiller", skiller)
                 process = stack.enter_context(Started("daemon", *more, stderr=errors))
             while "Daemon: Ready" not in log.read_text():
                 assert process.poll() is None, log.read_text()

@@ -9,7 +9,6 @@ from importlib.util import find_spec
 import pytest
 
 from cxbridge.blackboard import LocalBlackBoard
-from cxbridge.blackboard.fawkesnet.server import FawkesServer
 from cxbridge.blackboard.zmq.server import ZmqBlackBoardServer
 from cxbridge.cli.main import invoke
 from cxbridge.clock import RealClock
@@ -17,6 +16,7 @@ from cxbridge.interfaces import InterfaceRegistry, SkillerInterface
 from cxbridge.skiller.simulation.estimators import StaticEstimator
 from cxbridge.skiller.simulation.simulator import SkillerSimulator
 from tests.cli.boards import WAIT_S, Looping, silent_bus
+from tests.fawkes import TRANSPORT, fawkes_server
 
 
 @pytest.fixture
@@ -27,10 +27,10 @@ def board():
     assert not set(threading.enumerate()) - before
 
 
-@pytest.fixture(params=["ipc", "tcp", "fawkes"])
+@pytest.fixture(params=["ipc", "tcp", *TRANSPORT])
 def url(request, board, tmp_path):
     if request.param == "fawkes":
-        with FawkesServer(board, port=0) as fawkes:
+        with fawkes_server(board) as fawkes:
             yield f"fawkes://127.0.0.1:{fawkes.port}"
     else:
         endpoint = f"ipc://{tmp_path}/bb" if request.param == "ipc" else "tcp://127.0.0.1:*"
@@ -86,7 +86,7 @@ def test_messages_and_skills(board, url, skiller, capsys):
 
 
 def test_nobody_there_is_one_message_and_status_2(tmp_path, capsys):
-    assert invoke(["bb", "list", "--connect", "fawkes://127.0.0.1:1"]) == 2
+    assert invoke(["bb", "list", "--connect", f"ipc://{tmp_path}/bb"]) == 2
     error = capsys.readouterr().err
     assert error.startswith("cxbridge: error: ")
     assert "Traceback" not in error

@@ -15,11 +15,6 @@ import pytest
 
 from cxbridge.blackboard import BlackBoard
 from cxbridge.blackboard.errors import BlackBoardError
-from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
-from cxbridge.blackboard.fawkesnet.messages import configuration as config_messages
-from cxbridge.blackboard.fawkesnet.messages import logger as log_messages
-from cxbridge.blackboard.fawkesnet.messages import plugins as plugin_messages
-from cxbridge.blackboard.fawkesnet.messages.blackboard import BoardKind
 from cxbridge.blackboard.kit.errors import RemoteRefusalError
 from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.blackboard.zmq.wire.frames import ClientFrame
@@ -32,8 +27,8 @@ from cxbridge.executive.host.facts.constants import constant_values, parse_const
 from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.interfaces.registry import default_registry
 from cxbridge.rights import FRAME_RIGHTS, MESSAGE_RIGHTS, Right, Rights, right_of_message
-from tests.blackboard.fawkesnet.raw import raw_client
 from tests.daemon.test_daemon import WAIT_S, running, settings
+from tests.fawkes import ANY_PORT
 from tests.run.mini import write_scenario
 from tests.support import needs_plugin
 
@@ -152,20 +147,6 @@ def test_every_verb_has_its_right():
 
 def test_every_frame_of_a_client_is_in_the_table():
     assert {kind.__name__.lower() for kind in get_args(ClientFrame)} == set(FRAME_RIGHTS["zmq"])
-    of_server = {"INTERFACE_LIST", "OPEN_SUCCESS", "OPEN_FAILURE", "WRITE"} | {
-        kind.name for kind in BoardKind if BoardKind.READER_ADDED <= kind <= BoardKind.INTERFACE_DESTROYED
-    }
-    assert {kind.name for kind in BoardKind} - of_server == set(FRAME_RIGHTS["fawkes-blackboard"])
-    answers = ("LOADED", "FAILED", "UNLOADED")
-    plugins = {
-        kind.name
-        for kind in plugin_messages.PluginKind
-        if not kind.name.endswith((*answers, "AVAIL_LIST", "LOADED_LIST"))
-    } | {"LIST_LOADED"}
-    assert plugins == set(FRAME_RIGHTS["fawkes-plugins"])
-    config = {kind.name for kind in config_messages.ConfigKind if kind < 30 or kind >= 50}
-    assert config == set(FRAME_RIGHTS["fawkes-configuration"])
-    assert {kind.name for kind in log_messages.LogKind} - {"LOGMESSAGE"} == set(FRAME_RIGHTS["fawkes-logger"])
 
 
 def test_every_message_on_the_blackboard_needs_a_right():
@@ -202,11 +183,6 @@ def test_what_is_in_no_table_is_refused():
         ("cxbridge: {zmq: {endpoints: ['tcp://robot:1911', 'ipc:///tmp/x']}}", False),
         ("cxbridge: {zmq: {endpoints: ['ipc:///tmp/x', 'tcp://[::1]:1911']}}", True),
         ("cxbridge: {zmq: {endpoints: ['tcp://*:1911']}}", False),
-        ("cxbridge: {fawkes: {host: 192.168.0.1}}", False),
-        ("cxbridge: {fawkes: {host: '::'}}", False),
-        ("cxbridge: {fawkes: {host: robot}}", False),
-        ("cxbridge: {fawkes: {host: 192.168.0.1, enable: false}}", True),
-        ("cxbridge: {remote-programs: true, fawkes: {host: 192.168.0.1}}", True),
         pytest.param("cxbridge: {web: {port: 0}}", True, marks=needs_plugin("web")),
         ("cxbridge: {zmq: {endpoints: ['ipc://@x'], insecure: true}}", False),
         pytest.param(
@@ -279,7 +255,7 @@ def served(tmp_path: Path, **given: bool) -> Iterator[tuple[Any, list[str], Path
     config = write_scenario(tmp_path / "mini", agent=TALKATIVE)
     ways: Any = (
         ("zmq/endpoints", [f"ipc://{tmp_path}/bb"]),
-        ("fawkes/port", 0),
+        *ANY_PORT,
         *((("web/enable", True), ("web/port", 0)) if HAS_WEB else ()),
         *((name.replace("_", "-"), value) for name, value in given.items()),
     )
@@ -363,50 +339,6 @@ def test_without_control_nothing_changes_on_any_way(tmp_path):
         assert not marker.exists()
 
 
-def test_without_control_a_frame_of_fawkes_protocol_changes_nothing(tmp_path):
-    """With a bare socket: the client that we have would be too polite."""
-    with served(tmp_path, remote_control=False) as (daemon, _lines, _marker):
-        port = int(next(url for url in daemon.endpoints if url.startswith("fawkes")).rpartition(":")[2])
-        registry = InterfaceRegistry()
-        with raw_client(port) as client:
-            daemon_class = registry.get("DaemonInterface")
-            for kind, interface_id in (("TestInterface", "mine"), ("DaemonInterface", "other")):
-                hash_ = registry.get(kind).SCHEMA.hash
-                answer = client.ask(bb.Open(kind, interface_id, hash_, writing=True))
-                assert isinstance(answer, bb.OpenFailure)
-            opened = client.ask(
-                bb.Open("DaemonInterface", "cxbridge", daemon_class.SCHEMA.hash, writing=False)
-            )
-            assert isinstance(opened, bb.OpenSuccess)
-            for number, name in enumerate(COMMANDS, 1):
-                message = daemon_class.MESSAGES[name]()
-                client.send(
-                    bb.WireMessage(
-                        opened.serial, opened.serial, name, number, 0, message.to_bytes()
-                    ).to_bytes()
-                )
-            client.send(bb.Data(opened.serial, opened.block, changed=True).to_bytes())
-            set_ = config_messages.ConfigMessage(
-                config_messages.ConfigKind.SET_STRING, "/clips-executive/spec", ("evil",)
-            )
-            client.send(set_.to_bytes())
-            assert next_of(client, config_messages.ConfigMessage).kind == config_messages.ConfigKind.INV_VALUE
-            unload = plugin_messages.PluginMessage(plugin_messages.PluginKind.UNLOAD, "executive")
-            client.send(unload.to_bytes())
-            refused = next_of(client, plugin_messages.PluginMessage)
-            assert refused.kind is plugin_messages.PluginKind.UNLOAD_FAILED
-        assert daemon.state == "RUNNING"
-        assert daemon.config.get_str("/clips-executive/spec") == "mini"
-        assert [info.id for info in daemon.board.list("DaemonInterface", "*")] == ["cxbridge"]
-
-
-def next_of(client: Any, kind: type) -> Any:
-    """The next message of a type."""
-    while not isinstance(message := client.message(), kind):
-        pass
-    return message
-
-
 ATTACKS = (
     "(x (system M))",
     "(x =(system M))",
@@ -469,12 +401,6 @@ def test_without_programs_no_text_of_a_client_is_evaluated(tmp_path):
             assert request(
                 way, "assert", WAIT_S, env="executive", fact='(battery (level 1) (cells a "b" -2.5))'
             )
-        port = int(next(url for url in daemon.endpoints if url.startswith("fawkes")).rpartition(":")[2])
-        with raw_client(port) as client:
-            path = "/clips-executive/specs/mini/init/stage-3/0/files"
-            kind = config_messages.ConfigKind.SET_STRING
-            client.send(config_messages.ConfigMessage(kind, path, (str(marker),)).to_bytes())
-            assert next_of(client, config_messages.ConfigMessage).kind == config_messages.ConfigKind.INV_VALUE
         assert not marker.exists()
 
 

@@ -40,7 +40,7 @@ WAYS = {
 """The protocols of each component. A component without any lets nobody in by itself."""
 
 LISTENS = {
-    "cxbridge.blackboard.fawkesnet.server": "allowed_peers.resolve_listen_address",
+    "cxbridge_fawkes.network.server": "allowed_peers.resolve_listen_address",
     "cxbridge.blackboard.zmq.client.receiving": "inproc: within the process",
     "cxbridge.blackboard.zmq.server.server": "security.check_endpoint",
     "cxbridge.blackboard.zmq.wire.sockets": "security.check_endpoint, in the server",

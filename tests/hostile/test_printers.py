@@ -24,7 +24,6 @@ import typer
 from msgspec.structs import replace
 
 from cxbridge.blackboard import LocalBlackBoard
-from cxbridge.blackboard.fawkesnet.components.logger import NetworkLogger
 from cxbridge.blackboard.zmq import ZmqBlackBoardServer
 from cxbridge.cli.main import app
 from cxbridge.clock import RealClock
@@ -495,6 +494,8 @@ def test_fawkes_viewers_get_no_escape_sequence() -> None:
     class Viewer:
         def send(self, frame: bytes) -> None:
             sent.append(frame)
+
+    from cxbridge_fawkes.network.components.logger import NetworkLogger
 
     bus = EventBus(RealClock())
     logger = NetworkLogger(bus)

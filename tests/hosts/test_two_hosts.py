@@ -15,6 +15,7 @@ import pytest
 
 from cxbridge.blackboard.zmq.keyfiles import create_keys
 from cxbridge.cli.main import invoke
+from tests.fawkes import NO_SERVER
 from tests.hosts.namespaces import Host, Program, two_hosts
 from tests.support import ROOT, SHARED
 
@@ -98,7 +99,7 @@ def evening(hosts, keys, tmp_path_factory) -> Evening:
 @contextmanager
 def serving(host: Host, keys: Path, folder: Path) -> Iterator[tuple[Program, str]]:
     """Run a daemon with keys on a host; yield it and its URL when it says, as to systemd, that it serves."""
-    arguments = ("--no-fawkes", "--endpoint", f"tcp://{host.address}:*")
+    arguments = (*NO_SERVER, "--endpoint", f"tcp://{host.address}:*")
     own = ("--secret-key", keys / "robot.key_secret", "--clients", keys / "clients")
     env = {"NOTIFY_SOCKET": str(folder / "notify")}
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listener:
@@ -137,7 +138,7 @@ def test_the_daemon_served_and_stopped(evening):
 
 
 def test_a_port_for_others_is_not_opened_without_keys(hosts, tmp_path):
-    arguments = ("--no-fawkes", "--skiller", "none", "--endpoint", f"tcp://{hosts[0].address}:*")
+    arguments = (*NO_SERVER, "--skiller", "none", "--endpoint", f"tcp://{hosts[0].address}:*")
     with hosts[0].cxbridge("daemon", *arguments, log=tmp_path / "daemon.txt") as daemon:
         assert daemon.end(PATIENCE_S) == 2
     assert "could be reached from beyond this machine" in daemon.output

@@ -446,7 +446,7 @@ def test_a_run_imports_no_feature_that_its_agent_does_not_ask_for():
         "cxbridge_robot_memory.memory",
         "cxbridge_planning.feature",
         "cxbridge_protobuf.feature",
-        "cxbridge.blackboard.gateway",
+        "cxbridge_fawkes.gateway",
         "cxbridge.skiller.board",
         "google.protobuf",
         "pymongo",

@@ -17,7 +17,7 @@ from cxbridge.events import InterfaceWrite
 from cxbridge.interfaces import SwitchInterface
 from cxbridge.trace.formats.registry import open_run
 from tests.programs import Started
-from tests.run.test_run_bblog import check_as_fawkes_does
+from tests.support import needs_plugin
 from tests.trace.boards import REMOTE, WAIT_S, Site, until
 
 Enable, Disable = (SwitchInterface.MESSAGES[f"{name}SwitchMessage"] for name in ("Enable", "Disable"))
@@ -57,8 +57,11 @@ def write(writer, *numbers):
         writer.write()
 
 
+@needs_plugin("fawkes")
 @pytest.mark.parametrize("transport", REMOTE)
 def test_files_of_both_formats_have_every_write(transport, tmp_path):
+    from fawkes_tests.bblogger.test_run_bblog import check_as_fawkes_does
+
     outputs = (tmp_path / "logs", tmp_path / "deep" / "run.mcap")
     with Site(transport, tmp_path) as site:
         writer = site.board.open_for_writing(SwitchInterface, "s")
@@ -76,8 +79,11 @@ def test_files_of_both_formats_have_every_write(transport, tmp_path):
     assert (report.skipped, report.gaps, report.errors) == (0, [], [])
 
 
+@needs_plugin("fawkes")
 @pytest.mark.parametrize("transport", REMOTE)
 def test_the_switch_pauses_it_and_the_files_are_whole_meanwhile(transport, tmp_path):
+    from fawkes_tests.bblogger.test_run_bblog import check_as_fawkes_does
+
     with Site(transport, tmp_path) as site:
         writer = site.board.open_for_writing(SwitchInterface, "s")
         beside = site.connect()
@@ -98,6 +104,7 @@ def test_the_switch_pauses_it_and_the_files_are_whole_meanwhile(transport, tmp_p
     assert found[0].writes == {"SwitchInterface::s": 2}
 
 
+@needs_plugin("fawkes")
 def test_where_somebody_has_a_switch_it_goes_without(tmp_path):
     with Site("ipc", tmp_path) as site:
         site.board.open_for_writing(SwitchInterface, "BBLogger", owner="other")
@@ -117,6 +124,7 @@ def test_it_ends_by_itself(tmp_path):
     assert open_run(tmp_path / "a.mcap").metadata()["skipped"] == "0"
 
 
+@needs_plugin("fawkes")
 def test_when_nothing_can_be_written_any_more_it_ends(tmp_path):
     with Site("ipc", tmp_path) as site:
         writer = site.board.open_for_writing(SwitchInterface, "s")
@@ -159,8 +167,11 @@ def test_an_output_that_cannot_be_written_is_one_message(name, tmp_path, capsys)
     assert (tmp_path / "file").read_text() == "mine"
 
 
+@needs_plugin("fawkes")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_signals_end_it_with_whole_files(number, tmp_path):
+    from fawkes_tests.bblogger.test_run_bblog import check_as_fawkes_does
+
     with Site("ipc", tmp_path) as site:
         writer = site.board.open_for_writing(SwitchInterface, "s")
         arguments = [

@@ -21,12 +21,11 @@ from cxbridge.errors import CxbridgeError, TraceError
 from cxbridge.events import BlockWrite
 from cxbridge.interfaces import InterfaceRegistry, SwitchInterface
 from cxbridge.trace.formats.base import Attachment
-from cxbridge.trace.formats.bblogger.writer import BBLoggerWriter
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.replay.blocks import BlockMaker
 from cxbridge.trace.replay.player import ReplayPlayer
 from tests.programs import Started
-from tests.support import SHARED, needs_shared
+from tests.support import SHARED, needs_plugin, needs_shared
 from tests.trace.boards import REMOTE, WAIT_S, Site, until
 from tests.trace.replay.samples import BEGIN_US, UID, Ear, begin, record, write
 
@@ -80,6 +79,8 @@ def site_with_ear(transport, folder):
 
 def bblogger_folder(folder):
     """A recording of two writes as bblogger writes it."""
+    from cxbridge_fawkes.bblogger.writer import BBLoggerWriter
+
     path = folder / "logs"
     schema = InterfaceRegistry().schema("SwitchInterface")
     with BBLoggerWriter(path, "test", start_us=BEGIN_US) as writer:
@@ -91,7 +92,7 @@ def bblogger_folder(folder):
 
 
 @pytest.mark.parametrize("transport", REMOTE)
-@pytest.mark.parametrize("kind", ["mcap", "bblogger"])
+@pytest.mark.parametrize("kind", ["mcap", pytest.param("bblogger", marks=needs_plugin("fawkes"))])
 def test_a_recording_comes_to_its_end(transport, kind, tmp_path):
     run = (
         record(tmp_path / "r.mcap", write(1, 1), write(2, 2)) if kind == "mcap" else bblogger_folder(tmp_path)
@@ -104,6 +105,7 @@ def test_a_recording_comes_to_its_end(transport, kind, tmp_path):
 
 
 @needs_shared
+@needs_plugin("fawkes")
 @pytest.mark.parametrize("transport", ["ipc", "fawkes"])
 def test_a_folder_that_fawkes_wrote_is_played(transport: str, tmp_path: Path) -> None:
     told: list[Any] = []

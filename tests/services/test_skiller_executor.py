@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from cxbridge.blackboard import LocalBlackBoard
-from cxbridge.blackboard.fawkesnet.server import FawkesServer
+from cxbridge.blackboard.zmq import ZmqBlackBoardServer
 from cxbridge.clock import RealClock
 from cxbridge.daemon.services.skiller_executor import TalkExecutor
 from cxbridge.errors import CxbridgeError
@@ -26,13 +26,13 @@ OVERLAY = ROOT / "plugins" / "cxbridge-ros2cx" / "cxbridge_ros2cx" / "overlays" 
 
 
 @pytest.fixture
-def robot():
-    """The URL of a Skiller behind Fawkes' protocol."""
+def robot(tmp_path):
+    """The URL of a Skiller on another blackboard."""
     with LocalBlackBoard(InterfaceRegistry(), RealClock()) as board:
         estimators = [StaticEstimator(seconds=0.05)]
         simulated = Looping(lambda: SkillerSimulator(board, RealClock(), EventBus(RealClock()), estimators))
-        with simulated, FawkesServer(board, port=0) as server:
-            yield f"fawkes://127.0.0.1:{server.port}"
+        with simulated, ZmqBlackBoardServer(board, [f"ipc://{tmp_path}/robot"]) as server:
+            yield server.endpoints[0]
 
 
 @pytest.fixture

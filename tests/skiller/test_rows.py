@@ -10,8 +10,7 @@ from uuid import UUID
 import pytest
 
 from cxbridge.blackboard import EventKind, Listener
-from cxbridge.blackboard.fawkesnet.client import FawkesBlackBoard
-from cxbridge.blackboard.fawkesnet.server import FawkesServer
+from cxbridge.blackboard.zmq import ZmqBlackBoard, ZmqBlackBoardServer
 from cxbridge.clock import RealClock
 from cxbridge.config import Configuration
 from cxbridge.events import Level
@@ -124,15 +123,15 @@ def test_stop_by_another_gets_a_debug_line(rig: Rig, remote: bool, who: str):
     assert rig.status == "S_RUNNING"
 
 
-def test_control_ends_when_the_controllers_connection_does(rig: Rig):
+def test_control_ends_when_the_controllers_connection_does(rig: Rig, tmp_path: Path):
     gone = threading.Event()
 
     class Watch(Listener):
         def reader_removed(self, interface: Any, serial: UUID) -> None:
             gone.set()
 
-    with FawkesServer(rig.board, port=0) as server:
-        client = FawkesBlackBoard(f"fawkes://127.0.0.1:{server.port}", InterfaceRegistry(), RealClock())
+    with ZmqBlackBoardServer(rig.board, [f"ipc://{tmp_path}/board"]) as server:
+        client = ZmqBlackBoard(server.endpoints[0], InterfaceRegistry(), RealClock())
         controller: Any = client.open_for_reading("SkillerInterface", "Skiller", owner="remote")
         arrived = threading.Event()
 

@@ -5,17 +5,17 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 from cxbridge.blackboard import BlackBoard, LocalBlackBoard
-from cxbridge.blackboard.fawkesnet.server import FawkesServer
 from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.blackboard.zmq.server import ZmqBlackBoardServer
 from cxbridge.clock import RealClock
 from cxbridge.events import EventBus
 from cxbridge.interfaces import InterfaceRegistry
+from tests.fawkes import TRANSPORT, fawkes_server
 
-REMOTE = ("inproc", "ipc", "tcp", "fawkes")
+REMOTE = ("inproc", "ipc", "tcp", *TRANSPORT)
 TRANSPORTS = ("local", *REMOTE)
 WAIT_S = 20
 
@@ -36,11 +36,11 @@ class Site:
         """Begin, or come back with an empty blackboard."""
         clock = RealClock()
         self.board = LocalBlackBoard(self.registry, clock, EventBus(clock))
-        self._server: FawkesServer | ZmqBlackBoardServer | None = None
+        self._server: Any = None
         if self.transport == "fawkes":
-            self._server = server = FawkesServer(self.board, port=self._port)
-            server.start()
-            self._port = server.port
+            self._server = fawkes_server(self.board, self._port)
+            self._server.start()
+            self._port = self._server.port
             self.url = f"fawkes://127.0.0.1:{self._port}"
         elif self.transport != "local":
             self._server = ZmqBlackBoardServer(self.board, [self.url], heartbeat=0.2)

@@ -1,1 +1,1 @@
-"""Common parts of the transports in `zmq` and `fawkesnet`, and of transports of plug-ins."""
+"""Common parts of the transport in `zmq` and of transports of plug-ins."""

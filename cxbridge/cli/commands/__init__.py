@@ -7,7 +7,7 @@ of commands.
 from typing import Final
 
 HELP_SECTIONS: Final = {
-    "Run": ("new", "run", "daemon", "gateway"),
+    "Run": ("new", "run", "daemon"),
     "Explore": (),
     "Look": (),
     "Record and compare": ("trace",),

@@ -27,7 +27,7 @@ class Component:
     """Whether the component works while a daemon is paused or reset."""
 
     description: ClassVar[str] = ""
-    """One line for ``ffplugin``."""
+    """One line about the component, for lists."""
 
     def __init__(self, run: Any) -> None: ...
 

@@ -5,11 +5,14 @@ from __future__ import annotations
 from itertools import combinations
 from typing import Any, Final
 
-from cxbridge.plugins import Row, Table, duplicate_error
+from cxbridge.plugins import PluginError, Row, Table, duplicate_error, package_hint
 from cxbridge.run.components.component import is_component
 from cxbridge.run.skillers import SkillerSettings, skiller_settings
 
 EXECUTIVE: Final = "executive"
+REMOTE_SKILLER: Final = "remote-skiller"
+"""The component of a plug-in that mirrors the Skiller of another blackboard."""
+
 _PACKAGE = "cxbridge.run.components"
 
 
@@ -33,11 +36,6 @@ COMPONENTS: Final[Table[type[Any]]] = Table(
     "COMPONENTS",
     is_component,
     "a subclass of cxbridge.run.components.component.Component",
-    Row(
-        "skiller",
-        f"{_PACKAGE}.remote_skiller:RemoteSkillerComponent",
-        lambda run: run.options.has_remote_skiller,
-    ),
     Row("speech", f"{_PACKAGE}.skillers:Speech", _speaks),  # before the skills that open its interface
     Row("skiller", f"{_PACKAGE}.skillers:Skillers", lambda run: bool(local_skillers(run))),
     Row(
@@ -62,6 +60,10 @@ def needed_components(run: Any, *daemon: Row, replayed: bool = False) -> list[Ro
         row for row in COMPONENTS.rows if row is not executive and (not replayed or row.in_replays)
     ]
     rows = [row for row in (*before_executive, executive) if row.needed(run)]
+    if run.options.has_remote_skiller and REMOTE_SKILLER not in [row.name for row in COMPONENTS.rows]:
+        raise PluginError(
+            f"the Skiller at {run.options.skiller} cannot be used", hint=package_hint(REMOTE_SKILLER)
+        )
     rows.sort(key=lambda row: not row.early(run))  # stable: the order of the table otherwise
     needed = [*(row for row in daemon if row.needed(run)), *rows]
     for first, second in combinations(needed, 2):

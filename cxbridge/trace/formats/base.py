@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from heapq import merge
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import IO, Any, ClassVar, Final
 
@@ -116,33 +115,26 @@ class Run(ABC):
         """Yield lines for ``trace info`` that are specific to the format."""
         return iter(())
 
+    def find_damage(self) -> tuple[list[str], Callable[[Path], object]] | None:
+        """Return the repairs of the file as texts, and a function that writes the repaired file to a path.
+
+        None for a format whose files ``trace repair`` mends by itself.
+
+        :raises TraceError: if the file cannot be read, or cannot be repaired.
+        """
+        return None
+
     def note(self, text: str) -> None:
         """Add a note for the user unless the note exists; at most `MAX_NOTES` are kept."""
         if len(self.notes) <= MAX_NOTES and text not in self.notes:
             self.notes.append(text if len(self.notes) < MAX_NOTES else "and more of this kind")
 
 
-class FolderRun(Run):
-    """A folder with a file per interface, whose events are merged by time."""
-
-    @abstractmethod
-    def file_runs(self) -> Sequence[Run]:
-        """Return the files as runs, by name.
-
-        :raises TraceError: if none can be read.
-        """
-
-    def __iter__(self) -> Iterator[Event]:
-        runs = self.file_runs()
-        # at equal times, the events of the file with the first name are first
-        yield from merge(*runs, key=lambda event: event.time_us)
-        for run in runs:
-            for note in run.notes:
-                self.note(f"{run.path.name}: {note}")
-
-
 class RunWriter(Closing):
     """Writes the events of a run to a file; a context manager that closes it."""
+
+    is_switchable: ClassVar[bool] = False
+    """Whether the switch of a daemon, ``SwitchInterface::BBLogger``, pauses the writer."""
 
     @abstractmethod
     def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:

@@ -288,4 +288,5 @@ FORMATS = (
         reader=f"{__name__}:FawkesLog",
     ),
 )
+RECORDING = f"{__name__}:open_recording"
 COPIES = (CopyFormat("fawkes-log", rank=20, writer=f"{__name__}:open_copy"),)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 import sys
 import time
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager, suppress
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import BinaryIO
 
@@ -15,24 +15,6 @@ from cxbridge.errors import TraceError
 # far above the size of any fact, far below the memory of any machine
 MAX_LINE = 4 * 1024 * 1024
 """The maximal number of bytes of a line, or of an entry of several lines."""
-
-
-def files_with_start(
-    folder: Path, pattern: str, size: int, starts_well: Callable[[bytes], bool]
-) -> list[Path]:
-    """Return the files in a folder that start as the files of a format, by name; empty if there is no folder.
-
-    :param size: the number of bytes that ``starts_well`` needs.
-    :param starts_well: returns whether these first bytes are those of the format.
-    """
-    files = []
-    for path in sorted(folder.glob(pattern)) if folder.is_dir() else ():
-        with suppress(OSError):  # an unreadable file is not part of the recording
-            if path.is_file():
-                with path.open("rb") as file:
-                    if starts_well(file.read(size)):
-                        files.append(path)
-    return files
 
 
 def reading(path: Path) -> AbstractContextManager[None]:

@@ -1,7 +1,9 @@
 """The formats of recorded runs, and opening of a run by its content.
 
 A module or package of this folder, or of a plug-in's table, is a format if it has ``FORMATS``, a tuple of
-:class:`.base.Format`, or ``COPIES``, a tuple of :class:`.base.CopyFormat`.
+:class:`.base.Format`, or ``COPIES``, a tuple of :class:`.base.CopyFormat`. The format of a module with
+``RECORDING``, ``module:function``, is written by runs: the function opens a path for a
+:class:`.base.RecordedRun`.
 """
 
 from __future__ import annotations
@@ -18,9 +20,11 @@ from typing import Any, Final
 import cxbridge.trace.formats
 from cxbridge.errors import TraceError
 from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.plugins import Row, Table, is_module, make_module_rows
+from cxbridge.plugins import Row, Table, is_module, make_module_rows, package_hint
 from cxbridge.trace.formats.base import HEAD_SIZE, CopyFormat, Format, Run
 from cxbridge.trace.formats.files import reading
+
+_SIGNATURE_SIZE: Final = 8  # bytes; known_plugins.json has those of files of plug-ins, as hexadecimal digits
 
 FORMAT_MODULES: Final[Table[ModuleType]] = Table(
     "FORMATS",
@@ -52,7 +56,7 @@ def _load_entries(rows: tuple[Row, ...], table: str) -> tuple[Any, ...]:
 def open_run(path: str | Path, registry: InterfaceRegistry | None = None) -> Run:
     """Open a recorded run of any format.
 
-    :param path: a file, or a folder of bblogger files.
+    :param path: a file, or a folder of the files of a format.
     :param registry: the interface types; None: the shipped ones.
     :raises TraceError: if ``path`` does not exist or is not a recorded run.
     """
@@ -68,9 +72,17 @@ def open_run(path: str | Path, registry: InterfaceRegistry | None = None) -> Run
     raise TraceError(
         "not a recorded run" if head or path.is_dir() else "the file is empty",
         file=path,
-        hint="expected an mcap file, a text log of Fawkes, a transitions text, bblogger files, or, with "
-        "plug-ins, CLIPS' watch items as text and bags of ROS 2",
+        hint=_package_hint(path, head)
+        or "expected an mcap file, a text log of Fawkes, a transitions text, or, with plug-ins, bblogger "
+        "files, CLIPS' watch items as text and bags of ROS 2",
     )
+
+
+def _package_hint(path: Path, head: bytes) -> str:
+    """Return a hint to the absent package that reads files with these first bytes, or such a folder."""
+    if path.is_dir() and (logs := sorted(path.glob("*.log"))):
+        head = _read_head(logs[0])
+    return package_hint(f"a file that begins with {head[:_SIGNATURE_SIZE].hex()}")
 
 
 def _read_head(path: Path) -> bytes:

@@ -11,12 +11,11 @@ from collections import deque
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from cxbridge.blackboard.fawkesnet.components.plugins import FawkesPlugin
 from cxbridge.errors import CxbridgeError
 from cxbridge.run.components.manager import ComponentManager, LifecycleError, State
 
 if TYPE_CHECKING:
-    from cxbridge.blackboard.fawkesnet.components.plugins import PluginManager
+    from cxbridge_fawkes.network.components.plugins import PluginManager
 
 REPLY_TIMEOUT_S = 30.0
 """The time limit of loading or unloading in seconds: an executive loads all files of an agent."""
@@ -56,9 +55,9 @@ class DaemonPlugins:
         self.watchers: PluginManager | None = None
         """Notifies the connected tools of loaded and unloaded plugins."""
 
-    def list_available(self) -> Sequence[FawkesPlugin]:
-        """Return the components that can be loaded and unloaded."""
-        return [FawkesPlugin(node.name, node.description) for node in self._manager.nodes if not node.steady]
+    def list_available(self) -> list[tuple[str, str]]:
+        """Return name and description of the components that can be loaded and unloaded."""
+        return [(node.name, node.description) for node in self._manager.nodes if not node.steady]
 
     def list_loaded(self) -> Sequence[str]:
         """Return the names of the active components in the order of the start."""

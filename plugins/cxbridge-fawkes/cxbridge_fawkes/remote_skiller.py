@@ -11,6 +11,7 @@ from cxbridge.errors import SkillerError
 from cxbridge.events import EventBus
 from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
+from cxbridge_fawkes.gateway import Gateway
 
 MIRRORED_TYPES = ("SkillerInterface", "SkillerDebugInterface")
 """The types of the mirrored interfaces."""
@@ -47,8 +48,6 @@ class RemoteSkiller:
         *,
         patience_s: float = PATIENCE_S,
     ) -> None:
-        from cxbridge.blackboard.gateway import Gateway  # noqa: PLC0415 - start-up time is a feature
-
         self.url = url
         self._was_there = False
         self._loss_reason = ""

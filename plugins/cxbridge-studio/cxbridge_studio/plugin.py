@@ -14,10 +14,7 @@ COMPONENTS = (
         lambda context: bool(context.spec) and context.has_clients,
     ),
 )
-FORMATS = (
-    Row("clips-watch", "cxbridge_studio.formats.clips_watch"),
-    Row("csv", "cxbridge_studio.formats.csv"),
-)
+FORMATS = (Row("clips-watch", "cxbridge_studio.formats.clips_watch"),)
 EXPLAINERS = (Row("studio", "cxbridge_studio.explainer"),)
 OPTIONS = (Row("break", "cxbridge_studio.options:BreakOptions"),)
 OPERATIONS = (

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
+from tests.fawkes import NO_SERVER
 from tests.mistakes.table.mistake import DAEMON, Mistake, mistake
 
 MISTAKES: Final[tuple[Mistake, ...]] = (
@@ -64,7 +65,7 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
     Mistake(
         "the endpoint is not an address",
         "tcp//:1911",
-        command=("daemon", "--no-executive", "--no-fawkes", "--endpoint", "tcp//:1911"),
+        command=("daemon", "--no-executive", *NO_SERVER, "--endpoint", "tcp//:1911"),
     ),
     Mistake("the configuration is not there", "agnet", command=("daemon", "agnet")),
     Mistake("a word is not a policy", "--on-failure|on-failure", command=(*DAEMON, "--on-failure", "go on")),

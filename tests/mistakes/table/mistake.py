@@ -6,6 +6,8 @@ from typing import Final
 
 from msgspec import Struct
 
+from tests.fawkes import NO_SERVER
+
 RUN: Final = ("run", "agent", "--skill-dir", "agent/skills", "--interface-dir", "agent")
 DAEMON: Final = (
     "daemon",
@@ -14,7 +16,7 @@ DAEMON: Final = (
     "agent/skills",
     "--interface-dir",
     "agent",
-    "--no-fawkes",
+    *NO_SERVER,
     "--endpoint",
     "ipc://agent/daemon.socket",
 )

@@ -12,13 +12,13 @@ from pathlib import Path
 import pytest
 
 from cxbridge.blackboard import LocalBlackBoard
-from cxbridge.blackboard.fawkesnet.server import FawkesServer
 from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.blackboard.zmq import ZmqBlackBoard, ZmqBlackBoardServer
 from cxbridge.clock import RealClock
 from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.skiller.board.master import Master, Timeouts
 from cxbridge.skiller.board.protocol import MasterState
+from tests.fawkes import TRANSPORT, fawkes_server
 from tests.forked import nursery
 from tests.skiller.board.rig import Rig, call, states
 
@@ -65,14 +65,14 @@ def client(server: ZmqBlackBoardServer) -> ZmqBlackBoard:
     return ZmqBlackBoard(server.endpoints[0], InterfaceRegistry(), RealClock())
 
 
-@pytest.fixture(params=["board here", "board in a client", "executors over Fawkes' protocol"])
+@pytest.fixture(params=["board here", "board in a client", *TRANSPORT])
 def rigs(request: pytest.FixtureRequest, server: ZmqBlackBoardServer) -> Iterator[tuple[RealRig, RealRig]]:
     """A rig for the board, and one for executors in another client."""
     with ExitStack() as stack:
         here = RealRig(client(server) if "a client" in request.param else server.board, RealClock())
         stack.callback(here.close)
-        if "Fawkes" in request.param:
-            fawkes = stack.enter_context(FawkesServer(server.board, port=0))
+        if request.param == "fawkes":
+            fawkes = stack.enter_context(fawkes_server(server.board))
             url = f"fawkes://127.0.0.1:{fawkes.port}"
             board = open_blackboard(url, InterfaceRegistry(), RealClock())
         else:

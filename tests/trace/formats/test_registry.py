@@ -149,7 +149,7 @@ def test_a_reader_is_imported_when_a_file_needs_it(tmp_path: Path) -> None:
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     readers = {
         "cxbridge.trace.formats.mcap.reader",
-        "cxbridge.trace.formats.bblogger.reader",
-        "cxbridge_studio.formats.csv.writer",
+        "cxbridge_fawkes.bblogger.reader",
+        "cxbridge_fawkes.csv.writer",
     }
     assert readers & set(done.stdout.split()) == set()

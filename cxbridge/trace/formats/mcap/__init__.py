@@ -13,4 +13,5 @@ FORMATS = (
         reader="cxbridge.trace.formats.mcap.reader:McapRun",
     ),
 )
+RECORDING = "cxbridge.trace.formats.mcap.writer:open_recording"
 COPIES = (CopyFormat("mcap", rank=10, writer="cxbridge.trace.formats.mcap.writer:open_copy"),)

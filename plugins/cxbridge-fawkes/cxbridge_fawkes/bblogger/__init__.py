@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from cxbridge.trace.formats.base import Format
-from cxbridge.trace.formats.bblogger.header import is_bblogger_start, log_files
+from cxbridge_fawkes.bblogger.header import is_bblogger_start, log_files
 
 FORMATS = (
     Format(
         "bblogger",
         rank=20,
         recognises=lambda _, head: is_bblogger_start(head),
-        reader="cxbridge.trace.formats.bblogger.reader:BBLoggerFile",
+        reader="cxbridge_fawkes.bblogger.reader:BBLoggerFile",
     ),
     Format(
         "bblogger",
         rank=30,
         recognises=lambda path, _: bool(log_files(path)),
-        reader="cxbridge.trace.formats.bblogger.reader:BBLoggerFolder",
+        reader="cxbridge_fawkes.bblogger.reader:BBLoggerFolder",
     ),
 )
+RECORDING = f"{__name__}.writer:open_recording"

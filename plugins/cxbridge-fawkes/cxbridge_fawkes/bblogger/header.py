@@ -19,7 +19,7 @@ from cxbridge.interfaces.known_hashes import accepts_hash
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.interfaces.schema import InterfaceSchema
 from cxbridge.trace.formats.blocks import decode_padded_text
-from cxbridge.trace.formats.files import files_with_start
+from cxbridge_fawkes.folders import files_with_start
 
 MAGIC: Final = b"\xff\xbb\xff\xbb"
 """The first bytes of all files."""

@@ -7,26 +7,32 @@ time of a write is the time stamp within the block.
 
 from __future__ import annotations
 
+import shutil
 import struct
 import time
-from collections.abc import Iterator, Mapping
-from functools import cached_property
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cached_property, partial
+from heapq import merge
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError, TraceError
 from cxbridge.events import Event, InterfaceWrite
 from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.trace.formats.base import FolderRun, Run
-from cxbridge.trace.formats.bblogger.header import (
+from cxbridge.trace.formats.base import Run
+from cxbridge.trace.formats.blocks import STAMP_SIZE, BlockDecoder, write_events
+from cxbridge.trace.formats.files import reading
+from cxbridge_fawkes.bblogger.header import (
+    COUNT_OFFSET,
     ENTRY_HEADER_SIZE,
+    FLAG_OFFSET,
     HEADER_SIZE,
     Header,
     log_files,
+    pack_count,
     read_header,
 )
-from cxbridge.trace.formats.blocks import STAMP_SIZE, BlockDecoder, write_events
-from cxbridge.trace.formats.files import reading
 
 RAW_FIELD = "block"
 """The only field of a write of an unknown interface: its block as hexadecimal digits, without time stamp."""
@@ -35,6 +41,7 @@ _ENTRY = struct.Struct("<II")
 _STAMP = struct.Struct("<qq")
 _MAX_READ_SIZE = 1 << 18  # in bytes
 _MAX_US = (1 << 63) // 1000  # the maximum of mcap, which counts nanoseconds
+_COUNT_MASK = 0xFFFFFFFF  # the count of a header has 32 bits and wraps, as in ffbblog
 _MIN_ASCTIME_S = 1_000_000_000  # on 2001-09-09: Fawkes prints earlier times as two numbers
 
 
@@ -140,6 +147,25 @@ class BBLoggerFile(Run):
             "start time": format_start(header.start_us),
         }
 
+    def find_damage(self) -> tuple[list[str], Callable[[Path], object]]:
+        """Return the repairs of byte order flag, end and count, in the words of ``ffbblog repair``."""
+        header, size = self._read_header_and_size()
+        actions, patches = [], []
+        if header.says_big_endian:
+            actions.append("FIXING: header says big endian, but the data are little endian, setting")
+            patches.append((FLAG_OFFSET, bytes([header.flag ^ 0x01])))
+        count, extra = divmod(size - HEADER_SIZE, header.entry_size)
+        if extra:
+            actions.append(f"FIXING: errorneous bytes at end of file, truncating by {extra} b")
+        if header.count != count:
+            actions.append(
+                f"FIXING: header has {header.count} data items, but expecting {count}, setting"
+                if header.count
+                else f"FIXING: header of file {self.path} has 0 data items, setting to {count}."
+            )
+            patches.append((COUNT_OFFSET, pack_count(count & _COUNT_MASK)))
+        return actions, partial(_copy_patched_start, self.path, size - extra, patches)
+
     def description(self) -> Iterator[str]:
         """Yield the lines of ``ffbblog info``, with a note on a wrong byte order."""
         header, size = self._read_header_and_size()
@@ -155,10 +181,32 @@ class BBLoggerFile(Run):
             yield "            (but the data are little endian; 'trace repair' mends the header)"
 
 
-class BBLoggerFolder(FolderRun):
+def _copy_patched_start(source: Path, size: int, patches: Sequence[tuple[int, bytes]], target: Path) -> None:
+    """Copy the start of a file.
+
+    :param size: the number of bytes to copy.
+    :param patches: offsets with the bytes that replace those of the source.
+    """
+    shutil.copyfile(source, target)
+    with target.open("r+b") as file:
+        file.truncate(size)
+        for offset, data in patches:
+            file.seek(offset)
+            file.write(data)
+
+
+class BBLoggerFolder(Run):
     """A folder of bblogger files, merged by time; unreadable files are left out with a note."""
 
     format = "bblogger"
+
+    def __iter__(self) -> Iterator[Event]:
+        runs = self.file_runs()
+        # at equal times, the events of the file with the first name are first
+        yield from merge(*runs, key=lambda event: event.time_us)
+        for run in runs:
+            for note in run.notes:
+                self.note(f"{run.path.name}: {note}")
 
     def file_runs(self) -> list[BBLoggerFile]:
         """Return the readable files by name.

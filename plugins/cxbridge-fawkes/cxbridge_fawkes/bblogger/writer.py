@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import ClassVar
 
 from cxbridge.errors import TraceError
 from cxbridge.event_kinds import RecordLevel
@@ -15,7 +16,8 @@ from cxbridge.events import BlockWrite, Event
 from cxbridge.interfaces.known_hashes import hash_for_wire
 from cxbridge.interfaces.registry import default_registry
 from cxbridge.trace.formats.base import RecordedRun, RunWriter
-from cxbridge.trace.formats.bblogger.header import (
+from cxbridge.trace.formats.files import writing
+from cxbridge_fawkes.bblogger.header import (
     COUNT_OFFSET,
     HEADER_SIZE,
     file_name,
@@ -25,7 +27,6 @@ from cxbridge.trace.formats.bblogger.header import (
     pack_entry,
     pack_header,
 )
-from cxbridge.trace.formats.files import writing
 
 
 class BBLoggerWriter(RunWriter):
@@ -42,6 +43,8 @@ class BBLoggerWriter(RunWriter):
         Fawkes.
     :raises TraceError: if files cannot be created in the folder.
     """
+
+    is_switchable: ClassVar[bool] = True
 
     def __init__(self, folder: str | Path, scenario: str, *, start_us: int, utc: bool = False) -> None:
         self.folder = Path(folder)

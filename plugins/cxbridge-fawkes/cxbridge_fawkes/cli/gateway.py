@@ -44,7 +44,7 @@ def gateway(
 
     Example: cxbridge gateway fawkes://robot tcp://127.0.0.1:1911 -i 'Position3DInterface::*'
     """
-    from cxbridge.daemon.services.gateway import run_gateway
+    from cxbridge_fawkes.gateway.service import run_gateway
 
     run_gateway((left, right), interface, interface_dirs=interface_dir or (), console=console.log(info=True))
     return 0

@@ -11,7 +11,7 @@ from typing import Final, NoReturn
 from cxbridge.errors import TraceError
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.trace.formats.base import CopyFormat, Format
-from cxbridge.trace.formats.files import files_with_start
+from cxbridge_fawkes.folders import files_with_start
 
 TITLE: Final = "# Time relative to beginning (in sec)"
 """The title of the first column, with which each file starts."""

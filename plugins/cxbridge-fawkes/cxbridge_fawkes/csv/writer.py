@@ -17,11 +17,11 @@ from cxbridge.interfaces.fieldtypes import TYPES
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.interfaces.schema import InterfaceSchema
 from cxbridge.trace.formats.base import Run, RunWriter
-from cxbridge.trace.formats.bblogger.header import file_name
-from cxbridge.trace.formats.bblogger.reader import BBLoggerFile, BBLoggerFolder
 from cxbridge.trace.formats.blocks import BlockDecoder
 from cxbridge.trace.formats.files import writing
-from cxbridge_studio.formats.csv import TITLE
+from cxbridge_fawkes.bblogger.header import file_name
+from cxbridge_fawkes.bblogger.reader import BBLoggerFile, BBLoggerFolder
+from cxbridge_fawkes.csv import TITLE
 
 # As in ffbblog, this text stands for a number that is not an item of an enum.
 _UNKNOWN_ITEM: Final = "UNKNOWN"

@@ -7,7 +7,7 @@
         ...
 """
 
-from cxbridge.blackboard.gateway.gateway import Gateway, MirrorInfo
 from cxbridge.blackboard.patterns import Pattern
+from cxbridge_fawkes.gateway.gateway import Gateway, MirrorInfo
 
 __all__ = ["Gateway", "MirrorInfo", "Pattern"]

@@ -17,11 +17,11 @@ from math import inf
 from typing import Final
 
 from cxbridge.blackboard import BlackBoard, InterfaceInfo, Observer
-from cxbridge.blackboard.gateway.mirror import MAX_PROXIES, InterfaceMirror, MirrorHooks
 from cxbridge.blackboard.patterns import Pattern
 from cxbridge.closing import Closing
 from cxbridge.errors import BlackBoardError, CxbridgeError
 from cxbridge.events import EventBus, Logger
+from cxbridge_fawkes.gateway.mirror import MAX_PROXIES, InterfaceMirror, MirrorHooks
 
 COMPONENT: Final = "Gateway"
 """The gateway's log component."""

@@ -23,10 +23,10 @@ from cxbridge.blackboard.exclusive_control import (
     skip_stale_ids,
     write_final_block,
 )
-from cxbridge.blackboard.gateway.translation import StateTranslator
 from cxbridge.errors import BlackBoardError
 from cxbridge.interfaces.instance import STAMP, Interface
 from cxbridge.interfaces.message import Message
+from cxbridge_fawkes.gateway.translation import StateTranslator
 
 OWNER: Final = "gateway"
 """The owner of a gateway's instances."""
@@ -111,7 +111,7 @@ class InterfaceMirror(Listener):
     :param hooks: the callbacks to the gateway.
     :param orphans: serials of closed proxies of earlier mirrors. A writer that was disconnected may have
         missed their end, and show an orphan as its controller.
-    :param hide_past: see :class:`~cxbridge.blackboard.gateway.gateway.Gateway`.
+    :param hide_past: see :class:`~cxbridge_fawkes.gateway.gateway.Gateway`.
     :raises CxbridgeError: if the interface cannot be opened on both boards, or its layouts differ.
     """
 

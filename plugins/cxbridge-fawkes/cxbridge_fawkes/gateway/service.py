@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from cxbridge.blackboard.gateway import Gateway
-from cxbridge.blackboard.gateway.gateway import COMPONENT
 from cxbridge.blackboard.patterns import Pattern
 from cxbridge.daemon.services.service import ReadyCallback, Service, do_nothing
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Sink
 from cxbridge.interfaces.registry import InterfaceRegistry
+from cxbridge_fawkes.gateway import Gateway
+from cxbridge_fawkes.gateway.gateway import COMPONENT
 
 
 def run_gateway(

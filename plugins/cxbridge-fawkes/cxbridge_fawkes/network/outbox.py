@@ -14,7 +14,7 @@ from collections import deque
 from dataclasses import dataclass
 from typing import Final
 
-from cxbridge.blackboard.fawkesnet.messages.blackboard import data_frame_size, pack_data_frame
+from cxbridge_fawkes.network.messages.blackboard import data_frame_size, pack_data_frame
 
 # about 3,000 updates of a SkillerInterface, so that a client that only pauses misses no update
 CONFLATE_FROM: Final = 4 * 1024 * 1024

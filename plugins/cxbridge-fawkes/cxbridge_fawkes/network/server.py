@@ -16,22 +16,22 @@ from typing import Final
 
 from cxbridge.blackboard.base import BlackBoard
 from cxbridge.blackboard.errors import NoWriterError
-from cxbridge.blackboard.fawkesnet.allowed_peers import AllowedPeers, resolve_listen_address
-from cxbridge.blackboard.fawkesnet.components.blackboard import BlackBoardNetworkHandler
-from cxbridge.blackboard.fawkesnet.messages.frames import FawkesFrame
-from cxbridge.blackboard.fawkesnet.session import FawkesSession, NetworkHandler
-from cxbridge.blackboard.fawkesnet.sockets import (
-    DEFAULT_PORT,
-    GONE_TIMEOUT_S,
-    acknowledge_at_once,
-    configure_socket,
-)
 from cxbridge.blackboard.kit.complaints import Complaints
 from cxbridge.blackboard.kit.errors import ProtocolError
 from cxbridge.blackboard.kit.server import BoardServer
 from cxbridge.errors import BlackBoardError, CxbridgeError
 from cxbridge.events import EventBus
 from cxbridge.rights import ALL_RIGHTS, Rights
+from cxbridge_fawkes.network.allowed_peers import AllowedPeers, resolve_listen_address
+from cxbridge_fawkes.network.components.blackboard import BlackBoardNetworkHandler
+from cxbridge_fawkes.network.messages.frames import FawkesFrame
+from cxbridge_fawkes.network.session import FawkesSession, NetworkHandler
+from cxbridge_fawkes.network.sockets import (
+    DEFAULT_PORT,
+    GONE_TIMEOUT_S,
+    acknowledge_at_once,
+    configure_socket,
+)
 
 SERVER_COMPONENT: Final = "FawkesNetworkServer"
 """The component of the server's log lines."""

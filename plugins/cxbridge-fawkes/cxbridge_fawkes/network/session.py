@@ -13,9 +13,9 @@ import time
 from abc import ABC, abstractmethod
 from typing import ClassVar, Final, Protocol
 
-from cxbridge.blackboard.fawkesnet.messages.codec import ALWAYS_ALLOWED, limit_to_server
-from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame, FrameDecoder
-from cxbridge.blackboard.fawkesnet.outbox import MAX_QUEUED_BYTES, Outbox
+from cxbridge_fawkes.network.messages.codec import ALWAYS_ALLOWED, limit_to_server
+from cxbridge_fawkes.network.messages.frames import ComponentId, FawkesFrame, FrameDecoder
+from cxbridge_fawkes.network.outbox import MAX_QUEUED_BYTES, Outbox
 
 
 class FawkesNetworkHub(Protocol):

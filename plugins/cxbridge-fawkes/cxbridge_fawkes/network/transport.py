@@ -7,11 +7,11 @@ from typing import Any, ClassVar, Final
 from urllib.parse import parse_qsl
 
 from cxbridge.blackboard.base import Registry
-from cxbridge.blackboard.fawkesnet.client import FawkesBlackBoard
 from cxbridge.blackboard.kit.transport import Transport
 from cxbridge.clock import Clock
 from cxbridge.errors import BlackBoardError
 from cxbridge.events import EventBus
+from cxbridge_fawkes.network.client import FawkesBlackBoard
 
 # a timeout of 0 could never succeed; a silence of 0 turns probes of the server off
 _MIN_S: Final = {"timeout": 0.01, "silence": 0.0}
@@ -30,7 +30,7 @@ class FawkesTransport(Transport):
     ) -> FawkesBlackBoard:
         """Connect to the network server of Fawkes.
 
-        :param options: see :func:`cxbridge.blackboard.fawkesnet.open_fawkes`.
+        :param options: see :class:`cxbridge_fawkes.network.client.FawkesBlackBoard`.
         """
         return FawkesBlackBoard(url, registry, clock, bus, **options)
 

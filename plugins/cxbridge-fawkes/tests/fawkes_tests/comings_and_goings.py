@@ -11,17 +11,17 @@ from pathlib import Path
 from typing import Any
 
 from cxbridge.blackboard import LocalBlackBoard
-from cxbridge.blackboard.fawkesnet.server import FawkesServer
 from cxbridge.blackboard.zmq.server import ZmqBlackBoardServer
 from cxbridge.clock import RealClock
 from cxbridge.daemon.daemon import Daemon
 from cxbridge.daemon.options import DaemonOptions
-from cxbridge.daemon.services.gateway import run_gateway
 from cxbridge.events import EventBus
 from cxbridge.interfaces import InterfaceRegistry, SkillerInterface
 from cxbridge.run import RunOptions, run_scenario
 from cxbridge.skiller.simulation.estimators import StaticEstimator
 from cxbridge.skiller.simulation.simulator import SkillerSimulator
+from cxbridge_fawkes.gateway.service import run_gateway
+from cxbridge_fawkes.network.server import FawkesServer
 from tests.run.mini import write_scenario
 
 WAIT_S = 8

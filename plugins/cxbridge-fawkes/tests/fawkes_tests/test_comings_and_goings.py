@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from cxbridge.run.result import COMPLETED, FAULT
-from tests.run.comings_and_goings import TIMEOUT_S, Client, Robot, until
+from fawkes_tests.comings_and_goings import TIMEOUT_S, Client, Robot, until
 from tests.support import FULL, share
 
 STATES = ("asked", "sent", "running", "ended")

@@ -7,12 +7,12 @@ from typing import Any
 
 import pytest
 
-from cxbridge.blackboard.fawkesnet.components.plugins import PluginManager
 from cxbridge.clock import VirtualClock
-from cxbridge.daemon.plugins import DaemonPlugins
 from cxbridge.events import EventBus
 from cxbridge.run.components.component import Component
 from cxbridge.run.components.manager import ComponentManager, LifecycleError, ManagedNode, State
+from cxbridge_fawkes.daemon_plugins import DaemonPlugins
+from cxbridge_fawkes.network.components.plugins import PluginManager
 
 WAIT_S = 20
 
@@ -67,7 +67,7 @@ class Ask(threading.Thread):
 
 def test_those_that_serve_clients_are_no_plugins(manager):
     plugins = DaemonPlugins(manager, may_change=True)
-    assert [plugin.name for plugin in plugins.list_available()] == ["skiller", "executive"]
+    assert [name for name, _ in plugins.list_available()] == ["skiller", "executive"]
     assert plugins.list_loaded() == ["skiller", "executive"]
 
 
@@ -89,7 +89,7 @@ def test_what_is_not_there_cannot_be_changed(manager, name):
 
 
 def test_a_request_that_was_given_up_is_not_carried_out_later(manager, monkeypatch):
-    monkeypatch.setattr("cxbridge.daemon.plugins.REPLY_TIMEOUT_S", 0)
+    monkeypatch.setattr("cxbridge_fawkes.daemon_plugins.REPLY_TIMEOUT_S", 0)
     plugins = DaemonPlugins(manager, may_change=True)
     with pytest.raises(LifecycleError, match="skiller: no answer"):
         plugins.unload("skiller")

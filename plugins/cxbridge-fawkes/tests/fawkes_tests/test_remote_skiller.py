@@ -9,19 +9,19 @@ from contextlib import ExitStack
 import pytest
 
 from cxbridge.blackboard import Listener, LocalBlackBoard
-from cxbridge.blackboard.fawkesnet.server import FawkesServer
 from cxbridge.blackboard.zmq.server import ZmqBlackBoardServer
 from cxbridge.clock import RealClock
-from cxbridge.daemon.services.gateway import run_gateway
 from cxbridge.errors import CxbridgeError, SkillerError
 from cxbridge.events import EventBus
 from cxbridge.interfaces import InterfaceRegistry, SkillerInterface
 from cxbridge.run import RunOptions, run_scenario
-from cxbridge.run.components.remote_skiller import RemoteSkiller
 from cxbridge.run.result import FAULT
 from cxbridge.skiller.simulation.estimators import StaticEstimator
 from cxbridge.skiller.simulation.simulator import SkillerSimulator
-from tests.blackboard.fawkesnet.programs import Child
+from cxbridge_fawkes.gateway.service import run_gateway
+from cxbridge_fawkes.network.server import FawkesServer
+from cxbridge_fawkes.remote_skiller import RemoteSkiller
+from fawkes_tests.network.programs import Child
 from tests.cli.boards import WAIT_S, Looping
 from tests.run.mini import write_scenario
 

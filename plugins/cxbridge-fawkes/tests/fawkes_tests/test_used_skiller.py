@@ -17,16 +17,16 @@ from uuid import uuid4
 import pytest
 
 from cxbridge.blackboard import EventKind, Listener, LocalBlackBoard
-from cxbridge.blackboard.fawkesnet.server import FawkesServer
-from cxbridge.blackboard.gateway import Gateway
 from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.blackboard.zmq.server import ZmqBlackBoardServer
 from cxbridge.clock import RealClock
 from cxbridge.events import EventBus
 from cxbridge.interfaces import InterfaceRegistry, SkillerInterface
 from cxbridge.run import RunOptions, run_scenario
-from cxbridge.run.components.remote_skiller import RemoteSkiller
 from cxbridge.skiller.calls import CallOutcome, SkillerCall
+from cxbridge_fawkes.gateway import Gateway
+from cxbridge_fawkes.network.server import FawkesServer
+from cxbridge_fawkes.remote_skiller import RemoteSkiller
 from tests.cli.boards import WAIT_S
 from tests.run.mini import write_scenario
 from tests.run.used_skiller import OTHERS_SKILL, STATES, UsedSkiller

@@ -14,7 +14,6 @@ import pytest
 
 pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
-from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
 from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.clock import RealClock
 from cxbridge.daemon.daemon import Daemon
@@ -36,7 +35,6 @@ from cxbridge_ros2.qos import PROFILES
 from cxbridge_ros2.transports.dds import DdsNode
 from ros2_tests.experts.agents import AGENT, FAST
 from ros2_tests.experts.test_services import named
-from tests.blackboard.fawkesnet.raw import raw_client
 from tests.daemon.test_daemon import running
 from tests.daemon.test_rights import rest
 from tests.support import needs_plugin, share
@@ -295,6 +293,9 @@ def check_messages_as_topics(ask: Asking, highest: Right) -> None:
 
 def check_skill_strings(ask: Asking, highest: Right, folder: Path) -> None:
     """Skill strings are programs over ZeroMQ, Fawkes' port and REST, too."""
+    from cxbridge_fawkes.network.messages import blackboard as bb
+    from fawkes_tests.network.raw import raw_client
+
     may = highest is Right.PROGRAMS
     registry = InterfaceRegistry()
     with ExitStack() as stack:

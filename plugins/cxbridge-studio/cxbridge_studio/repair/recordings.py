@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import shutil
 import stat
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -17,13 +17,10 @@ from pathlib import Path
 from cxbridge.errors import TraceError
 from cxbridge.file_access import replaced_file
 from cxbridge.trace.formats.base import Run
-from cxbridge.trace.formats.bblogger.header import COUNT_OFFSET, FLAG_OFFSET, HEADER_SIZE, Header, pack_count
-from cxbridge.trace.formats.bblogger.reader import BBLoggerFile
 from cxbridge.trace.formats.files import reading, writing
 from cxbridge.trace.formats.registry import open_run
 
 _SEARCH_SIZE = 1 << 16  # the bytes that are searched at once for the last line feed
-_COUNT_MASK = 0xFFFFFFFF  # the count of a header has 32 bits and wraps, as in ffbblog
 
 
 @dataclass(frozen=True)
@@ -71,8 +68,8 @@ def examine(path: Path) -> Repair:
     :raises TraceError: if the file is not a recorded run, cannot be read, or cannot be repaired.
     """
     run = open_run(path)
-    if isinstance(run, BBLoggerFile):
-        return _examine_bblogger(run)
+    if (found := run.find_damage()) is not None:
+        return Repair(path, run.format, *found)
     if path.is_dir():
         raise TraceError("this is a folder", file=path, hint="repair its files")
     if run.format == "mcap":
@@ -108,60 +105,24 @@ def recordings_in(folder: Path) -> Iterator[Path]:
             yield path
 
 
-def _examine_bblogger(run: BBLoggerFile) -> Repair:
-    """Return the repair of a bblogger file: of its byte order flag, end and count."""
-    header = run.header
-    size = _read_file_size(run.path)
-    actions = []
-    patches = []
-    if header.says_big_endian:
-        actions.append("FIXING: header says big endian, but the data are little endian, setting")
-        patches.append((FLAG_OFFSET, bytes([header.flag ^ 0x01])))
-    count, extra = divmod(size - HEADER_SIZE, header.entry_size)
-    actions += _describe_truncation(extra)
-    if header.count != count:
-        actions.append(_describe_wrong_count(run.path, header, count))
-        patches.append((COUNT_OFFSET, pack_count(count & _COUNT_MASK)))
-    write = partial(_copy_patched_start, run.path, size - extra, patches)
-    return Repair(run.path, run.format, actions, write)
-
-
-def _copy_patched_start(source: Path, size: int, patches: Sequence[tuple[int, bytes]], target: Path) -> None:
-    """Copy the start of a file.
-
-    :param size: the number of bytes to copy.
-    :param patches: offsets with the bytes that replace those of the source.
-    """
-    shutil.copyfile(source, target)
-    with target.open("r+b") as file:
-        file.truncate(size)
-        for offset, data in patches:
-            file.seek(offset)
-            file.write(data)
-
-
-def _describe_truncation(extra: int) -> list[str]:
-    """Return the removal of bytes at the end, in the words and the spelling of ``ffbblog repair``."""
-    return [f"FIXING: errorneous bytes at end of file, truncating by {extra} b"] if extra else []
-
-
-def _describe_wrong_count(path: Path, header: Header, count: int) -> str:
-    if header.count == 0:
-        return f"FIXING: header of file {path} has 0 data items, setting to {count}."
-    return f"FIXING: header has {header.count} data items, but expecting {count}, setting"
-
-
 def _examine_text(run: Run) -> Repair:
     """Return the repair of a text, which removes an incomplete last line.
 
     :raises TraceError: if no line is complete.
     """
-    size = _read_file_size(run.path)
+    with reading(run.path):
+        size = run.path.stat().st_size
     end = _find_end_of_lines(run.path, size)
-    actions = _describe_truncation(size - end)
+    actions = [f"FIXING: errorneous bytes at end of file, truncating by {size - end} b"] if end < size else []
     if not end and size:
         raise TraceError("no line of it is complete", file=run.path)
-    return Repair(run.path, run.format, actions, partial(_copy_patched_start, run.path, end, []))
+    return Repair(run.path, run.format, actions, partial(_copy_start, run.path, end))
+
+
+def _copy_start(source: Path, size: int, target: Path) -> None:
+    """Copy the first bytes of a file."""
+    shutil.copyfile(source, target)
+    os.truncate(target, size)
 
 
 def _find_end_of_lines(path: Path, size: int) -> int:
@@ -176,11 +137,6 @@ def _find_end_of_lines(path: Path, size: int) -> int:
                 return start + line_feed + 1
             end = start
     return 0
-
-
-def _read_file_size(path: Path) -> int:
-    with reading(path):
-        return path.stat().st_size
 
 
 def _find_unused_backup_path(path: Path) -> Path:

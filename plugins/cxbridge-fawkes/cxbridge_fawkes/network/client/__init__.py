@@ -5,6 +5,6 @@ handles frames (:mod:`.receiver`) and ends with its connection; the dispatcher, 
 thread of :mod:`.reconnecting`, which handles a lost or silent connection.
 """
 
-from cxbridge.blackboard.fawkesnet.client.board import FawkesBlackBoard
+from cxbridge_fawkes.network.client.board import FawkesBlackBoard
 
 __all__ = ["FawkesBlackBoard"]

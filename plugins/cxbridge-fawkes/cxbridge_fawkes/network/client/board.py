@@ -15,21 +15,6 @@ from cxbridge.blackboard.errors import (
     BlackBoardGoneError,
     ForeignInstanceError,
 )
-from cxbridge.blackboard.fawkesnet.client.connection import FawkesConnection
-from cxbridge.blackboard.fawkesnet.client.endings import InterfaceEndings
-from cxbridge.blackboard.fawkesnet.client.opener import Opener
-from cxbridge.blackboard.fawkesnet.client.port import UNKNOWN_SERIAL, PublicationEmitter, RemotePort
-from cxbridge.blackboard.fawkesnet.client.receiver import FrameReceiver
-from cxbridge.blackboard.fawkesnet.client.reconnecting import Reconnector
-from cxbridge.blackboard.fawkesnet.client.requests import EMPTY_LIST_REQUEST, RequestSender
-from cxbridge.blackboard.fawkesnet.messages.blackboard import (
-    BoardKind,
-    Close,
-    InterfaceEvent,
-    OpenSuccess,
-    pack_data_frame,
-)
-from cxbridge.blackboard.fawkesnet.sockets import parse_url
 from cxbridge.blackboard.info import InterfaceInfo
 from cxbridge.blackboard.kit.board import RemoteBlackBoard
 from cxbridge.blackboard.kit.dispatcher import Dispatcher
@@ -37,6 +22,21 @@ from cxbridge.blackboard.listeners import EventKind, ListenerTable, membership_k
 from cxbridge.clock import Clock
 from cxbridge.events import EventBus
 from cxbridge.interfaces.instance import Interface
+from cxbridge_fawkes.network.client.connection import FawkesConnection
+from cxbridge_fawkes.network.client.endings import InterfaceEndings
+from cxbridge_fawkes.network.client.opener import Opener
+from cxbridge_fawkes.network.client.port import UNKNOWN_SERIAL, PublicationEmitter, RemotePort
+from cxbridge_fawkes.network.client.receiver import FrameReceiver
+from cxbridge_fawkes.network.client.reconnecting import Reconnector
+from cxbridge_fawkes.network.client.requests import EMPTY_LIST_REQUEST, RequestSender
+from cxbridge_fawkes.network.messages.blackboard import (
+    BoardKind,
+    Close,
+    InterfaceEvent,
+    OpenSuccess,
+    pack_data_frame,
+)
+from cxbridge_fawkes.network.sockets import parse_url
 
 DEFAULT_TIMEOUT_S: Final = 5.0
 """The seconds for connecting and for replies."""

@@ -13,11 +13,11 @@ import time
 from collections.abc import Callable
 from typing import Final
 
-from cxbridge.blackboard.fawkesnet.errors import ConnectionLostError, UnreachableError
-from cxbridge.blackboard.fawkesnet.messages.codec import limit_to_client
-from cxbridge.blackboard.fawkesnet.messages.frames import FawkesFrame, FrameDecoder
-from cxbridge.blackboard.fawkesnet.sockets import acknowledge_at_once, configure_socket
 from cxbridge.blackboard.kit.errors import ProtocolError
+from cxbridge_fawkes.network.errors import ConnectionLostError, UnreachableError
+from cxbridge_fawkes.network.messages.codec import limit_to_client
+from cxbridge_fawkes.network.messages.frames import FawkesFrame, FrameDecoder
+from cxbridge_fawkes.network.sockets import acknowledge_at_once, configure_socket
 
 _READ_BYTES: Final = 256 * 1024  # the maximal size of one read
 

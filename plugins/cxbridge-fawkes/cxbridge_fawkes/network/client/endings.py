@@ -11,8 +11,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Final
 
-from cxbridge.blackboard.fawkesnet.messages.blackboard import ID_SIZE, TYPE_SIZE
-from cxbridge.blackboard.fawkesnet.messages.fields import pack_text, unpack_text
+from cxbridge_fawkes.network.messages.blackboard import ID_SIZE, TYPE_SIZE
+from cxbridge_fawkes.network.messages.fields import pack_text, unpack_text
 
 Call = Callable[[], None]
 

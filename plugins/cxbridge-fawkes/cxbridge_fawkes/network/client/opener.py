@@ -16,14 +16,14 @@ from cxbridge.blackboard.errors import (
     VersionMismatchError,
     WriterActiveError,
 )
-from cxbridge.blackboard.fawkesnet.client.port import anonymous_owners
-from cxbridge.blackboard.fawkesnet.client.requests import Reply, RequestSender
-from cxbridge.blackboard.fawkesnet.hashes import RemoteHashes, local_hash
-from cxbridge.blackboard.fawkesnet.messages.blackboard import Close, Open, OpenError, OpenFailure, OpenSuccess
 from cxbridge.blackboard.info import InterfaceInfo
 from cxbridge.blackboard.kit.errors import RemoteRefusalError
 from cxbridge.blackboard.names import matches
 from cxbridge.interfaces.schema import InterfaceSchema
+from cxbridge_fawkes.network.client.port import anonymous_owners
+from cxbridge_fawkes.network.client.requests import Reply, RequestSender
+from cxbridge_fawkes.network.hashes import RemoteHashes, local_hash
+from cxbridge_fawkes.network.messages.blackboard import Close, Open, OpenError, OpenFailure, OpenSuccess
 
 
 class Opener:

@@ -13,8 +13,6 @@ from uuid import UUID
 
 from cxbridge.blackboard.base import BlackBoard, OpenRequest
 from cxbridge.blackboard.errors import BlackBoardError
-from cxbridge.blackboard.fawkesnet.client.requests import RequestSender
-from cxbridge.blackboard.fawkesnet.messages.blackboard import OpenSuccess, WireMessage, pack_data_frame
 from cxbridge.blackboard.listeners import Audience, EventKind
 from cxbridge.blackboard.port import BoardPort
 from cxbridge.blackboard.publications import REFUSED, SENT, emit_message, emit_write
@@ -22,6 +20,8 @@ from cxbridge.events import EventBus, Publication
 from cxbridge.interfaces.instance import STAMP, Interface, Message
 from cxbridge.interfaces.message import ClosedPort, OpenedBlock
 from cxbridge.interfaces.message_ids import MESSAGE_ID_MASK, NO_MESSAGE, read_id
+from cxbridge_fawkes.network.client.requests import RequestSender
+from cxbridge_fawkes.network.messages.blackboard import OpenSuccess, WireMessage, pack_data_frame
 
 MAX_COUNTED_READERS: Final = 0xFFFF
 """The maximum plausible number of readers, which Fawkes counts in 16 bits."""

@@ -6,10 +6,18 @@ from collections.abc import Callable, Mapping
 from typing import Final
 
 from cxbridge.blackboard.errors import BlackBoardError
-from cxbridge.blackboard.fawkesnet.client.port import DataEvents, PublicationEmitter, RemotePort
-from cxbridge.blackboard.fawkesnet.client.requests import RequestSender
-from cxbridge.blackboard.fawkesnet.messages import codec
-from cxbridge.blackboard.fawkesnet.messages.blackboard import (
+from cxbridge.blackboard.kit.complaints import Complaints
+from cxbridge.blackboard.kit.dispatcher import Dispatcher
+from cxbridge.blackboard.kit.errors import ProtocolError
+from cxbridge.blackboard.listeners import EventKind
+from cxbridge.blackboard.port import receive_message
+from cxbridge.blackboard.publications import HANDLED, QUEUED, REFUSED
+from cxbridge.errors import InterfaceError
+from cxbridge.interfaces.instance import Interface
+from cxbridge_fawkes.network.client.port import DataEvents, PublicationEmitter, RemotePort
+from cxbridge_fawkes.network.client.requests import RequestSender
+from cxbridge_fawkes.network.messages import codec
+from cxbridge_fawkes.network.messages.blackboard import (
     BoardKind,
     InstanceEvent,
     InterfaceEvent,
@@ -19,15 +27,7 @@ from cxbridge.blackboard.fawkesnet.messages.blackboard import (
     WireMessage,
     unpack_data,
 )
-from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame
-from cxbridge.blackboard.kit.complaints import Complaints
-from cxbridge.blackboard.kit.dispatcher import Dispatcher
-from cxbridge.blackboard.kit.errors import ProtocolError
-from cxbridge.blackboard.listeners import EventKind
-from cxbridge.blackboard.port import receive_message
-from cxbridge.blackboard.publications import HANDLED, QUEUED, REFUSED
-from cxbridge.errors import InterfaceError
-from cxbridge.interfaces.instance import Interface
+from cxbridge_fawkes.network.messages.frames import ComponentId, FawkesFrame
 
 _DATA_KINDS: Final = frozenset((int(BoardKind.DATA_REFRESHED), int(BoardKind.DATA_CHANGED)))
 

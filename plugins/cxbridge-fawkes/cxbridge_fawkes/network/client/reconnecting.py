@@ -11,9 +11,9 @@ from collections.abc import Callable, Iterable
 from typing import Final, Protocol
 
 from cxbridge.blackboard.errors import BlackBoardError, WriterActiveError
-from cxbridge.blackboard.fawkesnet.client.connection import FawkesConnection
-from cxbridge.blackboard.fawkesnet.client.port import RemotePort
-from cxbridge.blackboard.fawkesnet.errors import ConnectionLostError, UnreachableError
+from cxbridge_fawkes.network.client.connection import FawkesConnection
+from cxbridge_fawkes.network.client.port import RemotePort
+from cxbridge_fawkes.network.errors import ConnectionLostError, UnreachableError
 
 # short, because a restarted Fawkes is back within a second; doubled, because an absent server may stay absent
 FIRST_WAIT_S: Final = 0.05

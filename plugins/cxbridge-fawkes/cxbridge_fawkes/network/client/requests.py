@@ -12,9 +12,9 @@ from collections.abc import Callable
 from typing import Final
 
 from cxbridge.blackboard.errors import BlackBoardGoneError
-from cxbridge.blackboard.fawkesnet.client.connection import FawkesConnection
-from cxbridge.blackboard.fawkesnet.errors import ConnectionLostError
-from cxbridge.blackboard.fawkesnet.messages.blackboard import (
+from cxbridge_fawkes.network.client.connection import FawkesConnection
+from cxbridge_fawkes.network.errors import ConnectionLostError
+from cxbridge_fawkes.network.messages.blackboard import (
     ID_SIZE,
     TYPE_SIZE,
     InterfaceList,

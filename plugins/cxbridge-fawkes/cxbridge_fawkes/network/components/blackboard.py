@@ -15,12 +15,6 @@ from cxbridge.blackboard.errors import (
     VersionMismatchError,
     WriterActiveError,
 )
-from cxbridge.blackboard.fawkesnet.components.opened import OpenedInstance
-from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
-from cxbridge.blackboard.fawkesnet.hashes import fawkes_hash
-from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
-from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame
-from cxbridge.blackboard.fawkesnet.session import FawkesNetworkHub, FawkesSession, NetworkHandler
 from cxbridge.blackboard.kit.complaints import Complaints
 from cxbridge.blackboard.kit.server import check_client_limits
 from cxbridge.blackboard.listeners import (
@@ -36,6 +30,12 @@ from cxbridge.events import Logger
 from cxbridge.interfaces.instance import STAMP, Interface
 from cxbridge.interfaces.known_hashes import accepts_hash
 from cxbridge.rights import ALL_RIGHTS, RefusedError, Rights
+from cxbridge_fawkes.network.components.opened import OpenedInstance
+from cxbridge_fawkes.network.errors import MalformedMessageError
+from cxbridge_fawkes.network.hashes import fawkes_hash
+from cxbridge_fawkes.network.messages import blackboard as bb
+from cxbridge_fawkes.network.messages.frames import ComponentId, FawkesFrame
+from cxbridge_fawkes.network.session import FawkesNetworkHub, FawkesSession, NetworkHandler
 
 OWNER: Final = "remote"
 """The owner of clients' instances, as in Fawkes."""

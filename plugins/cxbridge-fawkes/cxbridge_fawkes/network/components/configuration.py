@@ -5,8 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import ClassVar, Final
 
-from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
-from cxbridge.blackboard.fawkesnet.messages.configuration import (
+from cxbridge.config import Configuration, ConfigValue
+from cxbridge.config.scalars import ConfigType, to_bool, to_float, to_int, to_uint32
+from cxbridge.config.secrets import mask_value
+from cxbridge.errors import BlackBoardError, ConfigError
+from cxbridge_fawkes.network.errors import MalformedMessageError
+from cxbridge_fawkes.network.messages.configuration import (
     GET_KINDS,
     PATH_SIZE,
     SET_DEFAULT_TYPES,
@@ -18,13 +22,9 @@ from cxbridge.blackboard.fawkesnet.messages.configuration import (
     Scalar,
     unpack_config,
 )
-from cxbridge.blackboard.fawkesnet.messages.fields import MAX_ELEMENT_BYTES
-from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame
-from cxbridge.blackboard.fawkesnet.session import FawkesSession, NetworkHandler
-from cxbridge.config import Configuration, ConfigValue
-from cxbridge.config.scalars import ConfigType, to_bool, to_float, to_int, to_uint32
-from cxbridge.config.secrets import mask_value
-from cxbridge.errors import BlackBoardError, ConfigError
+from cxbridge_fawkes.network.messages.fields import MAX_ELEMENT_BYTES
+from cxbridge_fawkes.network.messages.frames import ComponentId, FawkesFrame
+from cxbridge_fawkes.network.session import FawkesSession, NetworkHandler
 
 
 class ConfigurationComponent(NetworkHandler):

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import ClassVar, Final
 
-from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame
-from cxbridge.blackboard.fawkesnet.messages.logger import LogMessage, LogSubscription, unpack_log
-from cxbridge.blackboard.fawkesnet.session import FawkesSession, NetworkHandler
 from cxbridge.errors import BlackBoardError
 from cxbridge.events import Event, EventBus, LogLine
 from cxbridge.printing import indent_lines, one_line
+from cxbridge_fawkes.network.messages.frames import ComponentId, FawkesFrame
+from cxbridge_fawkes.network.messages.logger import LogMessage, LogSubscription, unpack_log
+from cxbridge_fawkes.network.session import FawkesSession, NetworkHandler
 
 
 class NetworkLogger(NetworkHandler):

@@ -7,10 +7,10 @@ from collections.abc import Callable
 from typing import Final
 from uuid import UUID
 
-from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
-from cxbridge.blackboard.fawkesnet.session import FawkesSession
 from cxbridge.blackboard.listeners import EventKind, MembershipListener
 from cxbridge.interfaces.instance import Interface, Message
+from cxbridge_fawkes.network.messages import blackboard as bb
+from cxbridge_fawkes.network.session import FawkesSession
 
 
 class OpenedInstance(MembershipListener):

@@ -3,37 +3,26 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
+from itertools import chain
 from typing import ClassVar, Final, Protocol
 
-from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame
-from cxbridge.blackboard.fawkesnet.messages.plugins import PluginKind, PluginMessage
-from cxbridge.blackboard.fawkesnet.session import FawkesSession, NetworkHandler
 from cxbridge.blackboard.kit.complaints import Complaints
 from cxbridge.blackboard.kit.dispatcher import Dispatcher
 from cxbridge.errors import BlackBoardError, CxbridgeError
+from cxbridge_fawkes.network.messages.frames import ComponentId, FawkesFrame
+from cxbridge_fawkes.network.messages.plugins import PluginKind, PluginMessage
+from cxbridge_fawkes.network.session import FawkesSession, NetworkHandler
 
 _STOP_TIMEOUT_S: Final = 5.0  # a plugin that does not finish loading must not block the end of the process
-
-
-@dataclass(frozen=True, slots=True)
-class FawkesPlugin:
-    """A loadable plugin.
-
-    :param name: the name, cut to 31 bytes for clients of Fawkes.
-    :param description: the description, one line of text.
-    """
-
-    name: str
-    description: str
 
 
 class PluginHost(Protocol):
     """The owner of the plugins, called in threads of the server."""
 
-    def list_available(self) -> Sequence[FawkesPlugin]: ...
+    def list_available(self) -> Iterable[tuple[str, str]]:
+        """Return name and description, a line of text, of each loadable plugin."""
 
     def list_loaded(self) -> Sequence[str]:
         """Return the loaded plugins in order of loading."""
@@ -71,8 +60,7 @@ class PluginManager(NetworkHandler):
         message = PluginMessage.unpack(frame.kind, frame.payload)
         match message.kind:
             case PluginKind.LIST_AVAIL:
-                plugins = self._host.list_available()
-                texts = tuple(text for plugin in plugins for text in (plugin.name, plugin.description))
+                texts = tuple(chain.from_iterable(self._host.list_available()))
                 _send(session, PluginMessage(PluginKind.AVAIL_LIST, items=texts))
             case PluginKind.LIST_LOADED:
                 _send(session, PluginMessage(PluginKind.LOADED_LIST, items=tuple(self._host.list_loaded())))

@@ -12,16 +12,16 @@ from struct import Struct
 from typing import ClassVar, Final, Protocol, Self
 from uuid import UUID
 
-from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
-from cxbridge.blackboard.fawkesnet.messages.fields import (
+from cxbridge_fawkes.network.errors import MalformedMessageError
+from cxbridge_fawkes.network.messages.fields import (
     WireValue,
     check_min_size,
     check_size,
     pack_list,
     unpack_list,
 )
-from cxbridge.blackboard.fawkesnet.messages.frames import HEADER, ComponentId
-from cxbridge.blackboard.fawkesnet.messages.layout import (
+from cxbridge_fawkes.network.messages.frames import HEADER, ComponentId
+from cxbridge_fawkes.network.messages.layout import (
     PRESENCE,
     SERIAL,
     STAMP,

@@ -13,12 +13,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
-from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
-from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
-from cxbridge.blackboard.fawkesnet.messages import configuration as config
-from cxbridge.blackboard.fawkesnet.messages import logger as log
-from cxbridge.blackboard.fawkesnet.messages import plugins as plugin
-from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame
+from cxbridge_fawkes.network.errors import MalformedMessageError
+from cxbridge_fawkes.network.messages import blackboard as bb
+from cxbridge_fawkes.network.messages import configuration as config
+from cxbridge_fawkes.network.messages import logger as log
+from cxbridge_fawkes.network.messages import plugins as plugin
+from cxbridge_fawkes.network.messages.frames import ComponentId, FawkesFrame
 
 Message = (
     bb.BlackBoardMessage

@@ -9,8 +9,9 @@ from struct import Struct
 from struct import error as StructError  # noqa: N812 - the name of a class
 from typing import ClassVar, Final, Self
 
-from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
-from cxbridge.blackboard.fawkesnet.messages.fields import (
+from cxbridge.config.scalars import ConfigType
+from cxbridge_fawkes.network.errors import MalformedMessageError
+from cxbridge_fawkes.network.messages.fields import (
     WireValue,
     check_min_size,
     check_size,
@@ -19,8 +20,7 @@ from cxbridge.blackboard.fawkesnet.messages.fields import (
     unpack_list,
     unpack_text,
 )
-from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId
-from cxbridge.config.scalars import ConfigType
+from cxbridge_fawkes.network.messages.frames import ComponentId
 
 PATH_SIZE: Final = 128  # bytes of Fawkes' C struct
 _DESCRIPTOR: Final = Struct(f"={PATH_SIZE}sHH")

@@ -7,8 +7,8 @@ from collections.abc import Iterable
 from struct import Struct
 from typing import ClassVar, Final
 
-from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
-from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame
+from cxbridge_fawkes.network.errors import MalformedMessageError
+from cxbridge_fawkes.network.messages.frames import ComponentId, FawkesFrame
 
 LIST_HEAD: Final = Struct(">II")
 """The total size of the following elements, and their number."""

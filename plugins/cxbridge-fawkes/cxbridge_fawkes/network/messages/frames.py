@@ -10,7 +10,7 @@ from enum import IntEnum
 from struct import Struct
 from typing import Final, NamedTuple
 
-from cxbridge.blackboard.fawkesnet.errors import FrameTooLongError
+from cxbridge_fawkes.network.errors import FrameTooLongError
 
 HEADER: Final = Struct(">HHI")
 """The component, the kind of message, and the size of the payload."""

@@ -7,13 +7,13 @@ from struct import Struct
 from typing import Any, Final, NamedTuple
 from uuid import UUID
 
-from cxbridge.blackboard.fawkesnet.messages.fields import (
+from cxbridge.clock import join_us, split_us
+from cxbridge_fawkes.network.messages.fields import (
     check_min_size,
     check_size,
     pack_text,
     unpack_text,
 )
-from cxbridge.clock import join_us, split_us
 
 
 class WireType(NamedTuple):

@@ -7,11 +7,11 @@ from enum import IntEnum
 from struct import Struct
 from typing import ClassVar, Final, Self
 
-from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
-from cxbridge.blackboard.fawkesnet.messages.fields import WireValue, check_min_size, check_size
-from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId
 from cxbridge.clock import join_us, split_us
 from cxbridge.events import Level
+from cxbridge_fawkes.network.errors import MalformedMessageError
+from cxbridge_fawkes.network.messages.fields import WireValue, check_min_size, check_size
+from cxbridge_fawkes.network.messages.frames import ComponentId
 
 # Fawkes sends the time in network byte order, but the bit field of level and flags in the host's byte order
 _FLAGS_WORD: Final = Struct("=I")

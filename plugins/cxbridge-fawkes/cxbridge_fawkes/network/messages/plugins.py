@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import ClassVar, Final, Self
 
-from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
-from cxbridge.blackboard.fawkesnet.messages.fields import (
+from cxbridge_fawkes.network.errors import MalformedMessageError
+from cxbridge_fawkes.network.messages.fields import (
     MAX_ELEMENT_BYTES,
     WireValue,
     check_size,
@@ -16,7 +16,7 @@ from cxbridge.blackboard.fawkesnet.messages.fields import (
     unpack_list,
     unpack_text,
 )
-from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId
+from cxbridge_fawkes.network.messages.frames import ComponentId
 
 NAME_SIZE: Final = 32  # bytes of Fawkes' C struct
 

@@ -14,9 +14,9 @@ from cxbridge.events import InterfaceWrite
 from cxbridge.interfaces.registry import default_registry
 from cxbridge.trace.convert import convert
 from cxbridge.trace.formats.registry import open_run
-from cxbridge_studio.formats.csv.writer import format_heading, make_formatter
+from cxbridge_fawkes.csv.writer import format_heading, make_formatter
+from fawkes_tests.bblogger.bblog_files import KIND, START_S, make
 from tests.support import needs_shared
-from tests.trace.bblog_files import KIND, START_S, make
 from tests.trace.runs import NAMES, RECORDINGS, MemoryRun
 
 NAME = f"test-{KIND}-Flite-2014-05-13-16-53-20.csv"

@@ -14,10 +14,9 @@ from cxbridge.events import BlockWrite
 from cxbridge.interfaces.registry import default_registry
 from cxbridge.interfaces.schema import FieldSchema, InterfaceSchema
 from cxbridge.trace.convert import convert
-from cxbridge.trace.formats.bblogger.header import COUNT_OFFSET, HEADER_SIZE
-from cxbridge.trace.formats.bblogger.writer import BBLoggerWriter
 from cxbridge.trace.formats.registry import open_run
-from cxbridge_studio.repair.recordings import examine
+from cxbridge_fawkes.bblogger.header import COUNT_OFFSET, HEADER_SIZE
+from cxbridge_fawkes.bblogger.writer import BBLoggerWriter
 
 FFBBLOG = os.environ.get("CXBRIDGE_FFBBLOG", "")
 START_US = 1_700_000_000_123_456
@@ -89,11 +88,13 @@ def test_we_repair_as_it_does(files: list[Path], tmp_path: Path) -> None:
         damaged = bytearray(data[: random.randrange(HEADER_SIZE, len(data))])
         struct.pack_into("=I", damaged, COUNT_OFFSET, random.choice([0, 3, COUNT, 1 << 31]))
         path.write_bytes(damaged)
-        mending = examine(path)
-        mending.write_copy(ours)
+        damage = open_run(path).find_damage()
+        assert damage is not None
+        actions, write = damage
+        write(ours)
         result = ffbblog("repair", path)
         assert result.returncode == 0
         assert path.read_bytes() == ours.read_bytes()
         said = [line for line in result.stderr.decode().splitlines() if line.startswith("FIXING")]
         # of a count of 0 that is right ffbblog tells each time that it sets it
-        assert [line for line in said if "setting to 0." not in line] == mending.actions
+        assert [line for line in said if "setting to 0." not in line] == actions

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cxbridge.interfaces.registry import default_registry
-from cxbridge.trace.formats.bblogger.header import (
+from cxbridge_fawkes.bblogger.header import (
     ENTRY_HEADER_SIZE,
     HEADER_SIZE,
     file_name,

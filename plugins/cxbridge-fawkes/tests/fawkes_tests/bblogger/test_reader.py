@@ -22,12 +22,12 @@ from cxbridge.interfaces.registry import InterfaceRegistry, default_registry
 from cxbridge.trace.compare.model import Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.convert import convert
-from cxbridge.trace.formats.bblogger.header import ENTRY_HEADER_SIZE, HEADER_SIZE
-from cxbridge.trace.formats.bblogger.reader import RAW_FIELD, BBLoggerFile
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.formats.transitions_text import format_transition
+from cxbridge_fawkes.bblogger.header import ENTRY_HEADER_SIZE, HEADER_SIZE
+from cxbridge_fawkes.bblogger.reader import RAW_FIELD, BBLoggerFile
+from fawkes_tests.bblogger.bblog_files import KIND, START_S, make
 from tests.support import many, needs_shared
-from tests.trace.bblog_files import KIND, START_S, make
 from tests.trace.runs import NAMES, RECORDINGS
 
 

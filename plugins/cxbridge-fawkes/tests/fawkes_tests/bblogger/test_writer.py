@@ -16,10 +16,10 @@ from cxbridge.errors import TraceError
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import BlockWrite, EventBus, InterfaceWrite
 from cxbridge.interfaces.registry import InterfaceRegistry, default_registry
-from cxbridge.trace.formats.bblogger.header import pack_entry, pack_header
-from cxbridge.trace.formats.bblogger.writer import BBLoggerWriter
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.recorder import Recorder
+from cxbridge_fawkes.bblogger.header import pack_entry, pack_header
+from cxbridge_fawkes.bblogger.writer import BBLoggerWriter
 from tests.support import SHARED, needs_shared
 
 START_US = 1_000_000_000_000_000

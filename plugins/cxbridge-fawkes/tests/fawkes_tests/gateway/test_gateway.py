@@ -8,12 +8,12 @@ import pytest
 
 from cxbridge.blackboard import EventKind, Listener, LocalBlackBoard
 from cxbridge.blackboard.errors import InvalidNameError, NoWriterError, QueueFullError, WriterActiveError
-from cxbridge.blackboard.gateway import Gateway
 from cxbridge.clock import VirtualClock
 from cxbridge.events import EventBus, LogLine
 from cxbridge.interfaces import InterfaceRegistry, SkillerInterface
 from cxbridge.interfaces.classes import make_interface_class
 from cxbridge.interfaces.xml.parser import parse_bytes
+from cxbridge_fawkes.gateway import Gateway
 
 SKILLER = "SkillerInterface::*"
 WAIT_S = 10
@@ -410,7 +410,7 @@ def test_two_writers_are_told_once_and_left_alone(rig, monkeypatch):
         rig.look_again()
     assert rig.gateway.mirrors() == []
     assert sum("both blackboards have a writer" in text for text in rig.log) == 1
-    monkeypatch.setattr("cxbridge.blackboard.gateway.gateway.RIVAL_PAUSE_S", 0.0)
+    monkeypatch.setattr("cxbridge_fawkes.gateway.gateway.RIVAL_PAUSE_S", 0.0)
     second.close()
     rig.look_again()
     assert [mirror.source for mirror in rig.gateway.mirrors()] == ["left"]
@@ -430,7 +430,7 @@ def test_two_gateways_in_a_row_do_not_answer_each_other(rig):
 
 def test_gateways_in_a_ring_leave_a_free_writers_place_free(rig, monkeypatch):
     """Each stood in for the other, for ever: a Fawkes could not load its skiller again."""
-    monkeypatch.setattr("cxbridge.blackboard.gateway.gateway.RIVAL_PAUSE_S", 3600.0)
+    monkeypatch.setattr("cxbridge_fawkes.gateway.gateway.RIVAL_PAUSE_S", 3600.0)
     with Gateway(rig.left, rig.right, [SKILLER], sweep_period_s=0) as second:
         skiller, agent = rig.skiller(rig.left), rig.agent(rig.right)
         rig.gateway.loop()
@@ -526,7 +526,7 @@ def test_a_message_that_comes_while_the_mirrored_writer_is_opened_is_carried(rig
 
 def test_messages_that_are_too_many_are_refused(rig, monkeypatch):
     """They went into the queue of the mirrored writer, acknowledged, and were never carried."""
-    monkeypatch.setattr("cxbridge.blackboard.gateway.mirror.MAX_MESSAGES", 2)
+    monkeypatch.setattr("cxbridge_fawkes.gateway.mirror.MAX_MESSAGES", 2)
     skiller, agent = rig.connected()
     for _ in range(2):
         agent.msgq_enqueue(SkillerInterface.StopExecMessage())

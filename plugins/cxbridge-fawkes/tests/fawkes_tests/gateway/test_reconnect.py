@@ -8,12 +8,12 @@ from contextlib import ExitStack
 import pytest
 
 from cxbridge.blackboard import LocalBlackBoard
-from cxbridge.blackboard.fawkesnet.server import FawkesServer
-from cxbridge.blackboard.gateway import Gateway
 from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.blackboard.zmq.server import ZmqBlackBoardServer
 from cxbridge.clock import RealClock
 from cxbridge.interfaces import InterfaceRegistry, SkillerInterface
+from cxbridge_fawkes.gateway import Gateway
+from cxbridge_fawkes.network.server import FawkesServer
 
 WAIT_S = 20
 

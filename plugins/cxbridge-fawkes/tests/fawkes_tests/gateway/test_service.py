@@ -1,4 +1,4 @@
-"""The gateway as a process of its own; what it carries is tested in tests/gateway and test_remote_skiller."""
+"""The gateway as a process of its own; what it carries is tested in test_gateway and test_remote_skiller."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import pytest
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.blackboard.zmq.server import ZmqBlackBoardServer
 from cxbridge.clock import RealClock
-from cxbridge.daemon.services.gateway import run_gateway
 from cxbridge.errors import CxbridgeError
 from cxbridge.interfaces import InterfaceRegistry, SkillerInterface
+from cxbridge_fawkes.gateway.service import run_gateway
 from tests.programs import Started
 
 WAIT_S = 20

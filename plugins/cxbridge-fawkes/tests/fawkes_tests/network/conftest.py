@@ -10,14 +10,14 @@ from typing import Any
 import pytest
 
 from cxbridge.blackboard import LocalBlackBoard
-from cxbridge.blackboard.fawkesnet.client import FawkesBlackBoard
-from cxbridge.blackboard.fawkesnet.server import FawkesServer
 from cxbridge.clock import RealClock
 from cxbridge.events import Event, EventBus, Level, LogLine
-from tests.blackboard.fawkesnet.raw import TIMEOUT, RawClient
+from cxbridge_fawkes.network.client import FawkesBlackBoard
+from cxbridge_fawkes.network.server import FawkesServer
+from fawkes_tests.network.raw import TIMEOUT, RawClient
 from tests.blackboard.samples import SampleRegistry
 
-pytest.register_assert_rewrite("tests.blackboard.fawkesnet.pairs", "tests.blackboard.fawkesnet.differences")
+pytest.register_assert_rewrite("fawkes_tests.network.pairs", "fawkes_tests.network.differences")
 
 
 class Site:

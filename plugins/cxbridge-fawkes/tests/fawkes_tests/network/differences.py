@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from cxbridge.blackboard import Listener, errors
-from cxbridge.blackboard.fawkesnet.client import FawkesBlackBoard
 from cxbridge.events import InterfaceMessage
+from cxbridge_fawkes.network.client import FawkesBlackBoard
 from tests.blackboard.contract import BoardPair
 from tests.blackboard.contract.data import DataContract
 from tests.blackboard.contract.events import EventsContract

@@ -8,10 +8,10 @@ from typing import Any
 import pytest
 
 from cxbridge.blackboard import BlackBoard, LocalBlackBoard
-from cxbridge.blackboard.fawkesnet.client import FawkesBlackBoard
-from cxbridge.blackboard.fawkesnet.server import FawkesServer
 from cxbridge.clock import VirtualClock
 from cxbridge.events import EventBus, LogLine
+from cxbridge_fawkes.network.client import FawkesBlackBoard
+from cxbridge_fawkes.network.server import FawkesServer
 from tests.blackboard.contract import BoardPair
 from tests.blackboard.samples import SampleInterface, SampleRegistry
 

@@ -6,6 +6,7 @@ They print ``ready PORT``, obey lines on their input, answer each with a line, a
 from __future__ import annotations
 
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -14,14 +15,14 @@ from collections.abc import Callable, Sequence
 from typing import Any, Self
 
 from cxbridge.blackboard import LocalBlackBoard
-from cxbridge.blackboard.fawkesnet.client import FawkesBlackBoard
-from cxbridge.blackboard.fawkesnet.server import FawkesServer, ServerLimits
 from cxbridge.clock import RealClock
 from cxbridge.events import EventBus
 from cxbridge.interfaces import default_registry
 from cxbridge.skiller.simulation.estimators import StaticEstimator
 from cxbridge.skiller.simulation.simulator import SkillerSimulator
-from tests.support import ROOT
+from cxbridge_fawkes.network.client import FawkesBlackBoard
+from cxbridge_fawkes.network.server import FawkesServer, ServerLimits
+from tests.support import ROOT, TEST_FOLDERS
 
 TIMEOUT = 60.0
 """Seconds: bound of what takes a moment."""
@@ -37,8 +38,9 @@ class Child:
         self, *arguments: object, wrap: Callable[..., list[str]] = lambda *words: list(words)
     ) -> None:
         command = wrap(sys.executable, "-m", __name__, *map(str, arguments))
+        environment = {**os.environ, "PYTHONPATH": os.pathsep.join((str(ROOT), *TEST_FOLDERS))}
         self.process = subprocess.Popen(
-            command, cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+            command, cwd=ROOT, env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
         )
         self.port = int(self._line().split()[1])
 

@@ -7,9 +7,9 @@ import socket
 from collections import deque
 from collections.abc import Iterator
 
-from cxbridge.blackboard.fawkesnet.messages import codec
-from cxbridge.blackboard.fawkesnet.messages.codec import Message, limit_to_client
-from cxbridge.blackboard.fawkesnet.messages.frames import FawkesFrame, FrameDecoder
+from cxbridge_fawkes.network.messages import codec
+from cxbridge_fawkes.network.messages.codec import Message, limit_to_client
+from cxbridge_fawkes.network.messages.frames import FawkesFrame, FrameDecoder
 
 TIMEOUT = 20.0
 """Seconds: generous, for machines under load."""

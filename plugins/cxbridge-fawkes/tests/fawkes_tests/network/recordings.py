@@ -6,9 +6,9 @@ import re
 from dataclasses import dataclass
 from uuid import UUID
 
-from cxbridge.blackboard.fawkesnet.messages import codec
-from cxbridge.blackboard.fawkesnet.messages.codec import limit_to_client
-from cxbridge.blackboard.fawkesnet.messages.frames import FawkesFrame, FrameDecoder
+from cxbridge_fawkes.network.messages import codec
+from cxbridge_fawkes.network.messages.codec import limit_to_client
+from cxbridge_fawkes.network.messages.frames import FawkesFrame, FrameDecoder
 from tests.support import SHARED
 
 TRACES = SHARED / "traces" / "network"

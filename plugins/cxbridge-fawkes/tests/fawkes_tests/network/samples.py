@@ -7,12 +7,12 @@ from enum import Enum
 from typing import Any
 from uuid import UUID
 
-from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
-from cxbridge.blackboard.fawkesnet.messages import configuration as config
-from cxbridge.blackboard.fawkesnet.messages import plugins as plugin
-from cxbridge.blackboard.fawkesnet.messages.codec import Message
-from cxbridge.blackboard.fawkesnet.messages.logger import LogMessage, LogSubscription
 from cxbridge.events import Level
+from cxbridge_fawkes.network.messages import blackboard as bb
+from cxbridge_fawkes.network.messages import configuration as config
+from cxbridge_fawkes.network.messages import plugins as plugin
+from cxbridge_fawkes.network.messages.codec import Message
+from cxbridge_fawkes.network.messages.logger import LogMessage, LogSubscription
 
 ONE, TWO = UUID(int=0x0102030405060708090A0B0C0D0E0F10), UUID(int=2)
 HASH = bytes(range(16))

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from cxbridge.blackboard import BlackBoard, LocalBlackBoard
-from cxbridge.blackboard.fawkesnet.client import FawkesBlackBoard
-from cxbridge.blackboard.fawkesnet.server import FawkesServer
-from tests.blackboard.fawkesnet.pairs import TIMEOUT
+from cxbridge_fawkes.network.client import FawkesBlackBoard
+from cxbridge_fawkes.network.server import FawkesServer
+from fawkes_tests.network.pairs import TIMEOUT
 from tests.blackboard.samples import SampleRegistry
 from tests.blackboard.sites import Site
 from tests.blackboard.zmq.support import eventually

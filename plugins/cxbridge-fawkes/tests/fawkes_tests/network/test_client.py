@@ -14,13 +14,6 @@ import pytest
 from msgspec.structs import replace
 
 from cxbridge.blackboard import Listener, LocalBlackBoard, errors
-from cxbridge.blackboard.fawkesnet import open_fawkes
-from cxbridge.blackboard.fawkesnet.client import FawkesBlackBoard
-from cxbridge.blackboard.fawkesnet.errors import ConnectionLostError, UnreachableError
-from cxbridge.blackboard.fawkesnet.hashes import RemoteHashes
-from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
-from cxbridge.blackboard.fawkesnet.messages import codec
-from cxbridge.blackboard.fawkesnet.messages.frames import FawkesFrame, FrameDecoder
 from cxbridge.blackboard.kit.errors import RemoteRefusalError
 from cxbridge.clock import RealClock, VirtualClock
 from cxbridge.errors import BlackBoardError
@@ -29,8 +22,14 @@ from cxbridge.interfaces import default_registry
 from cxbridge.interfaces.classes import make_interface_class
 from cxbridge.interfaces.instance import Interface
 from cxbridge.interfaces.known_hashes import hash_for_wire
+from cxbridge_fawkes.network.client import FawkesBlackBoard
+from cxbridge_fawkes.network.errors import ConnectionLostError, UnreachableError
+from cxbridge_fawkes.network.hashes import RemoteHashes
+from cxbridge_fawkes.network.messages import blackboard as bb
+from cxbridge_fawkes.network.messages import codec
+from cxbridge_fawkes.network.messages.frames import FawkesFrame, FrameDecoder
+from fawkes_tests.network.raw import TIMEOUT
 from tests.blackboard.contract.recorder import Recorder
-from tests.blackboard.fawkesnet.raw import TIMEOUT
 from tests.blackboard.samples import SAMPLE_SCHEMA, SampleInterface, SampleRegistry
 from tests.blackboard.zmq.support import eventually
 
@@ -164,7 +163,7 @@ def test_nobody_there():
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
     with pytest.raises(UnreachableError, match=f"no Fawkes answers at 127.0.0.1:{port}: "):
-        open_fawkes(f"fawkes://127.0.0.1:{port}", SampleRegistry(), RealClock())
+        FawkesBlackBoard(f"fawkes://127.0.0.1:{port}", SampleRegistry(), RealClock())
 
 
 @pytest.mark.parametrize(
@@ -172,7 +171,7 @@ def test_nobody_there():
 )
 def test_urls_that_make_no_sense(url):
     with pytest.raises(BlackBoardError, match="cannot use"):
-        open_fawkes(url, SampleRegistry(), RealClock())
+        FawkesBlackBoard(url, SampleRegistry(), RealClock())
 
 
 # -- what the remote says

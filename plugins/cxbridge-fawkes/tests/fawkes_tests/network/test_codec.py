@@ -9,17 +9,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
-from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
-from cxbridge.blackboard.fawkesnet.messages import codec
-from cxbridge.blackboard.fawkesnet.messages import configuration as config
-from cxbridge.blackboard.fawkesnet.messages import plugins as plugin
-from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame
-from cxbridge.blackboard.fawkesnet.messages.logger import LogMessage
 from cxbridge.blackboard.kit.errors import ProtocolError
 from cxbridge.events import Level
-from tests.blackboard.fawkesnet.recordings import TRACES, frames_of
-from tests.blackboard.fawkesnet.samples import SAMPLES, to_json
+from cxbridge_fawkes.network.errors import MalformedMessageError
+from cxbridge_fawkes.network.messages import blackboard as bb
+from cxbridge_fawkes.network.messages import codec
+from cxbridge_fawkes.network.messages import configuration as config
+from cxbridge_fawkes.network.messages import plugins as plugin
+from cxbridge_fawkes.network.messages.frames import ComponentId, FawkesFrame
+from cxbridge_fawkes.network.messages.logger import LogMessage
+from fawkes_tests.network.recordings import TRACES, frames_of
+from fawkes_tests.network.samples import SAMPLES, to_json
 from tests.support import needs_shared
 
 DATA = Path(__file__).parent / "data"

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cxbridge.blackboard.fawkesnet.errors import FrameTooLongError
-from cxbridge.blackboard.fawkesnet.messages.frames import FawkesFrame, FrameDecoder
+from cxbridge_fawkes.network.errors import FrameTooLongError
+from cxbridge_fawkes.network.messages.frames import FawkesFrame, FrameDecoder
 
 frames = st.builds(FawkesFrame, st.integers(0, 65535), st.integers(0, 65535), st.binary(max_size=40))
 

@@ -14,18 +14,18 @@ import pytest
 
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.blackboard.errors import WriterActiveError
-from cxbridge.blackboard.fawkesnet.client import FawkesBlackBoard
-from cxbridge.blackboard.fawkesnet.errors import ConnectionLostError
-from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
-from cxbridge.blackboard.fawkesnet.outbox import CONFLATE_FROM
-from cxbridge.blackboard.fawkesnet.server import FawkesServer, ServerLimits
-from cxbridge.blackboard.gateway import Gateway
 from cxbridge.clock import RealClock
 from cxbridge.events import EventBus, LogLine
 from cxbridge.interfaces import default_registry
 from cxbridge.interfaces.known_hashes import hash_for_wire
-from tests.blackboard.fawkesnet.programs import TIMEOUT, Child
-from tests.blackboard.fawkesnet.raw import RawClient
+from cxbridge_fawkes.gateway import Gateway
+from cxbridge_fawkes.network.client import FawkesBlackBoard
+from cxbridge_fawkes.network.errors import ConnectionLostError
+from cxbridge_fawkes.network.messages import blackboard as bb
+from cxbridge_fawkes.network.outbox import CONFLATE_FROM
+from cxbridge_fawkes.network.server import FawkesServer, ServerLimits
+from fawkes_tests.network.programs import TIMEOUT, Child
+from fawkes_tests.network.raw import RawClient
 from tests.blackboard.zmq.support import eventually
 from tests.hosts.namespaces import two_hosts
 

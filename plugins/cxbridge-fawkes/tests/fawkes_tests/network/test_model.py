@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tests.blackboard.fawkesnet.site import FawkesSite
+from fawkes_tests.network.site import FawkesSite
 from tests.blackboard.machine import SETTINGS, Machine
 from tests.blackboard.sites import Site
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from cxbridge.blackboard.fawkesnet.messages.blackboard import pack_data_frame
-from cxbridge.blackboard.fawkesnet.outbox import CONFLATE_FROM, Outbox
+from cxbridge_fawkes.network.messages.blackboard import pack_data_frame
+from cxbridge_fawkes.network.outbox import CONFLATE_FROM, Outbox
 
 SERIAL = b"s" * 16
 

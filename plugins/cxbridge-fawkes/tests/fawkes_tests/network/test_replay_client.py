@@ -13,15 +13,15 @@ from typing import Any, Self
 import pytest
 
 from cxbridge.blackboard import Listener, errors
-from cxbridge.blackboard.fawkesnet.client import FawkesBlackBoard
-from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
-from cxbridge.blackboard.fawkesnet.messages.codec import limit_to_client
-from cxbridge.blackboard.fawkesnet.messages.frames import FawkesFrame, FrameDecoder
 from cxbridge.clock import VirtualClock
 from cxbridge.interfaces import SkillerInterface, default_registry
 from cxbridge.interfaces.instance import Interface, Message
+from cxbridge_fawkes.network.client import FawkesBlackBoard
+from cxbridge_fawkes.network.messages import blackboard as bb
+from cxbridge_fawkes.network.messages.codec import limit_to_client
+from cxbridge_fawkes.network.messages.frames import FawkesFrame, FrameDecoder
+from fawkes_tests.network.recordings import Step, load
 from tests.blackboard.contract.recorder import Recorder
-from tests.blackboard.fawkesnet.recordings import Step, load
 from tests.support import needs_shared
 
 pytestmark = needs_shared

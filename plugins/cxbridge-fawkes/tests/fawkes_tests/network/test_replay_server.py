@@ -10,19 +10,19 @@ from typing import Any
 import pytest
 
 from cxbridge.blackboard import Listener, LocalBlackBoard
-from cxbridge.blackboard.fawkesnet.components.logger import NetworkLogger
-from cxbridge.blackboard.fawkesnet.components.plugins import FawkesPlugin, PluginManager
-from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
-from cxbridge.blackboard.fawkesnet.messages import codec
-from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame
-from cxbridge.blackboard.fawkesnet.messages.logger import LogMessage
-from cxbridge.blackboard.fawkesnet.server import HANDLER_COMPONENT, FawkesServer
 from cxbridge.clock import RealClock
 from cxbridge.events import EventBus, Level
 from cxbridge.interfaces import default_registry
 from cxbridge.interfaces.instance import STAMP, Interface, Message
-from tests.blackboard.fawkesnet.raw import RawClient
-from tests.blackboard.fawkesnet.recordings import SerialMap, Step, load
+from cxbridge_fawkes.network.components.logger import NetworkLogger
+from cxbridge_fawkes.network.components.plugins import PluginManager
+from cxbridge_fawkes.network.messages import blackboard as bb
+from cxbridge_fawkes.network.messages import codec
+from cxbridge_fawkes.network.messages.frames import ComponentId, FawkesFrame
+from cxbridge_fawkes.network.messages.logger import LogMessage
+from cxbridge_fawkes.network.server import HANDLER_COMPONENT, FawkesServer
+from fawkes_tests.network.raw import RawClient
+from fawkes_tests.network.recordings import SerialMap, Step, load
 from tests.support import needs_shared
 
 pytestmark = needs_shared
@@ -41,11 +41,11 @@ class Process:
         self.components: list[Any] = [NetworkLogger(self.bus), PluginManager(self, lambda text: None)]
         self.server = FawkesServer(self.board, port=0, components=self.components)
 
-    def list_available(self) -> list[FawkesPlugin]:
-        return [FawkesPlugin("flite", "speech"), FawkesPlugin("skiller", "skills")]
+    def list_available(self) -> list[tuple[str, str]]:
+        return [("flite", "speech"), ("skiller", "skills")]
 
     def list_loaded(self) -> list[str]:
-        return [plugin.name for plugin in self.list_available()]
+        return [name for name, _ in self.list_available()]
 
     def load(self, name: str) -> None: ...
 

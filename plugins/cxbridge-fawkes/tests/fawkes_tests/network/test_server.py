@@ -15,14 +15,14 @@ from hypothesis import strategies as st
 
 from cxbridge.blackboard import Listener
 from cxbridge.blackboard.errors import BlackBoardError
-from cxbridge.blackboard.fawkesnet.allowed_peers import AllowedPeers
-from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
-from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame
-from cxbridge.blackboard.fawkesnet.outbox import CONFLATE_FROM
-from cxbridge.blackboard.fawkesnet.server import FawkesServer, ServerLimits
-from cxbridge.blackboard.fawkesnet.session import NetworkHandler
 from cxbridge.events import LogLine
-from tests.blackboard.fawkesnet.raw import TIMEOUT, RawClient, raw_client
+from cxbridge_fawkes.network.allowed_peers import AllowedPeers
+from cxbridge_fawkes.network.messages import blackboard as bb
+from cxbridge_fawkes.network.messages.frames import ComponentId, FawkesFrame
+from cxbridge_fawkes.network.outbox import CONFLATE_FROM
+from cxbridge_fawkes.network.server import FawkesServer, ServerLimits
+from cxbridge_fawkes.network.session import NetworkHandler
+from fawkes_tests.network.raw import TIMEOUT, RawClient, raw_client
 from tests.blackboard.samples import SAMPLE_SCHEMA, SampleInterface
 from tests.support import many
 
@@ -234,7 +234,7 @@ def test_a_client_that_never_reads_gets_the_newest_data_and_slows_nobody(site):
 
 
 def test_a_client_with_too_much_waiting_is_dropped(served, monkeypatch):
-    monkeypatch.setattr("cxbridge.blackboard.fawkesnet.outbox.MAX_QUEUED_BYTES", 100_000)
+    monkeypatch.setattr("cxbridge_fawkes.network.outbox.MAX_QUEUED_BYTES", 100_000)
     client = served.raw()
     client.send(*[bb.ListAll().to_frame()] * 300_000)
     assert client.closed_by_server()

@@ -9,7 +9,6 @@ from typing import Any
 
 import pytest
 
-from cxbridge.blackboard.fawkesnet.server import FawkesServer
 from cxbridge.blackboard.zmq.server import ZmqBlackBoardServer
 from cxbridge.cli.main import invoke
 from cxbridge.interfaces import SkillerInterface, SwitchInterface
@@ -17,6 +16,7 @@ from cxbridge_studio.cli import bb_plot as plotting
 from cxbridge_studio.cli import bb_rates as rates
 from cxbridge_studio.terminal.metering import RateMeter, draw_plot, format_bytes
 from tests.cli.boards import SharedBoard
+from tests.fawkes import TRANSPORT, fawkes_server
 
 
 class Writing:
@@ -122,7 +122,7 @@ class TestDrawing:
             assert lines[-1] == "Ctrl-C ends"
 
 
-@pytest.mark.parametrize("transport", ["local", "zmq", "fawkes"])
+@pytest.mark.parametrize("transport", ["local", "zmq", *TRANSPORT])
 def test_rates_on_every_transport(transport, monkeypatch, tmp_path, capsys):
     if transport == "local":
         board, url = SharedBoard(), "tcp://unused"
@@ -134,7 +134,7 @@ def test_rates_on_every_transport(transport, monkeypatch, tmp_path, capsys):
             url = f"ipc://{tmp_path}/b"
             server = ZmqBlackBoardServer(board, [url])
         else:
-            server = FawkesServer(board, port=0)
+            server = fawkes_server(board)
             url = f"fawkes://127.0.0.1:{server.port}"
         server.start()
     try:

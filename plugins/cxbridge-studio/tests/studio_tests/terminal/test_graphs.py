@@ -9,9 +9,8 @@ from typing import Any
 
 import pytest
 
-from cxbridge.blackboard.fawkesnet.client import FawkesBlackBoard
-from cxbridge.blackboard.fawkesnet.server import FawkesServer
 from cxbridge.blackboard.following import Deadline, Feed, InterfaceChange
+from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.clock import RealClock
 from cxbridge.errors import CxbridgeError, SkillerError
 from cxbridge.interfaces import InterfaceRegistry
@@ -19,7 +18,9 @@ from cxbridge.interfaces.assignments import json_value
 from cxbridge.skiller.make import skill_folders
 from cxbridge_studio.terminal.graphs import fetch_graph, make_graph, render_graph
 from tests.cli.boards import Looping, SharedBoard, silent_bus
+from tests.fawkes import fawkes_server
 from tests.skiller.rig import SKILLS, write_skills
+from tests.support import needs_plugin
 
 needs_dot = pytest.mark.skipif(shutil.which("dot") is None, reason="graphviz is not installed")
 
@@ -61,10 +62,11 @@ def test_a_graph_is_asked_for_and_the_view_of_others_put_back(board: Any):
     settle(board, graph_fsm="ACTIVE", graph_dir="GD_TOP_BOTTOM", graph_colored=True)
 
 
+@needs_plugin("fawkes")
 def test_a_graph_is_asked_for_over_fawkes_protocol(board: Any):
     with (
-        FawkesServer(board, port=0) as server,
-        FawkesBlackBoard(f"fawkes://127.0.0.1:{server.port}", InterfaceRegistry(), RealClock()) as remote,
+        fawkes_server(board) as server,
+        open_blackboard(f"fawkes://127.0.0.1:{server.port}", InterfaceRegistry(), RealClock()) as remote,
     ):
         graph = fetch_graph(remote, "Skiller", "fail", direction="BT", coloured=False)
         assert graph.startswith("digraph fail {")

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from cxbridge.blackboard.fawkesnet.components.configuration import ConfigurationComponent
-from cxbridge.blackboard.fawkesnet.messages.configuration import ConfigKind, ConfigList, ConfigMessage
-from cxbridge.blackboard.fawkesnet.messages.frames import FawkesFrame
 from cxbridge.config import Configuration
+from cxbridge_fawkes.network.components.configuration import ConfigurationComponent
+from cxbridge_fawkes.network.messages.configuration import ConfigKind, ConfigList, ConfigMessage
+from cxbridge_fawkes.network.messages.frames import FawkesFrame
 
 TEXT = """
 a: {uint: 42, int: -1, float: 0.5, bool: true, text: test, big: 99999999999, empty: []}

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from cxbridge.blackboard.fawkesnet.components.logger import NetworkLogger
-from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
-from cxbridge.blackboard.fawkesnet.messages.logger import LogMessage, LogSubscription
 from cxbridge.clock import RealClock
 from cxbridge.events import EventBus, Level, LogLine
+from cxbridge_fawkes.network.components.logger import NetworkLogger
+from cxbridge_fawkes.network.messages import blackboard as bb
+from cxbridge_fawkes.network.messages.logger import LogMessage, LogSubscription
 
 
 def test_subscribers_get_lines_until_they_unsubscribe(site):

@@ -8,8 +8,8 @@ from uuid import UUID
 import pytest
 
 from cxbridge.blackboard import EventKind, Listener, LocalBlackBoard, listening
-from cxbridge.blackboard.fawkesnet.components.opened import OpenedInstance
 from cxbridge.clock import VirtualClock
+from cxbridge_fawkes.network.components.opened import OpenedInstance
 from tests.blackboard.samples import SampleInterface, SampleRegistry
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from cxbridge.blackboard.fawkesnet.components.plugins import FawkesPlugin, PluginManager
-from cxbridge.blackboard.fawkesnet.messages.plugins import PluginKind, PluginMessage
 from cxbridge.errors import CxbridgeError
+from cxbridge_fawkes.network.components.plugins import PluginManager
+from cxbridge_fawkes.network.messages.plugins import PluginKind, PluginMessage
 
 
 class Host:
@@ -15,8 +15,8 @@ class Host:
     def __init__(self) -> None:
         self.names = ["skiller"]
 
-    def list_available(self) -> list[FawkesPlugin]:
-        return [FawkesPlugin("skiller", "runs skills"), FawkesPlugin("broken", "")]
+    def list_available(self) -> list[tuple[str, str]]:
+        return [("skiller", "runs skills"), ("broken", "")]
 
     def list_loaded(self) -> list[str]:
         return self.names

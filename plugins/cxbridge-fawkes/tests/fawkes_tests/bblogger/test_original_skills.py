@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from cxbridge.run import RunOptions, run_scenario
-from tests.run.test_run_bblog import DEBUG, SKILLER, SPEECH, STAMP, blocks, recorded, without
+from fawkes_tests.bblogger.test_run_bblog import DEBUG, SKILLER, SPEECH, STAMP, blocks, recorded, without
 from tests.support import FAWKES_DIR, needs_fawkes, needs_shared
 
 pytestmark = [needs_fawkes, needs_shared]

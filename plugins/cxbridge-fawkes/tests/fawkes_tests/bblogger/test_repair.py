@@ -1,0 +1,103 @@
+"""``trace repair`` on files of bblogger, against what Fawkes' ffbblog made of them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from cxbridge.cli.main import invoke
+from cxbridge.trace.formats.registry import open_run
+from cxbridge_fawkes.bblogger.header import ENTRY_HEADER_SIZE, HEADER_SIZE
+from fawkes_tests.bblogger.bblog_files import make
+from tests.support import needs_plugin, needs_shared
+from tests.trace.runs import NAMES, RECORDINGS
+
+needs_studio = needs_plugin("studio")
+
+
+def mend(path: Path) -> tuple[bytes, list[str]]:
+    damage = open_run(path).find_damage()
+    assert damage is not None
+    actions, write = damage
+    write(path.with_name("mended"))
+    return path.with_name("mended").read_bytes(), actions
+
+
+@needs_studio
+@needs_shared
+@pytest.mark.parametrize("name", NAMES)
+def test_recordings_become_what_ffbblog_made_of_them(name: str, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    source = RECORDINGS / name / "bblogger"
+    assert invoke(["trace", "repair", str(source), "-o", str(out)]) == 0
+    names = sorted(path.name for path in out.iterdir())
+    assert names == sorted(path.name for path in source.iterdir())
+    for path in out.iterdir():
+        assert path.read_bytes() == (RECORDINGS / name / "bblogger-repaired" / path.name).read_bytes()
+
+
+def test_a_wrong_header_is_mended(tmp_path: Path) -> None:
+    path = tmp_path / "a.log"
+    path.write_bytes(make([(1, 0), (2, 0)], flag=1, count=9) + b"rest")
+    data, actions = mend(path)
+    assert data == make([(1, 0), (2, 0)], flag=0, count=2)
+    assert actions == [
+        "FIXING: header says big endian, but the data are little endian, setting",
+        "FIXING: errorneous bytes at end of file, truncating by 4 b",
+        "FIXING: header has 9 data items, but expecting 2, setting",
+    ]
+    path.write_bytes(data)
+    assert mend(path) == (data, [])
+
+
+def test_cut_off_anywhere_it_has_its_whole_entries(tmp_path: Path) -> None:
+    path = tmp_path / "a.log"
+    whole = make([(1, 0), (2, 0)], flag=0)
+    entry = (len(whole) - HEADER_SIZE) // 2
+    for length in range(HEADER_SIZE, len(whole) + 1, 7):
+        path.write_bytes(whole[:length])
+        data, actions = mend(path)
+        count = (length - HEADER_SIZE) // entry
+        assert data == make([(1, 0), (2, 0)][:count], flag=0, count=count)
+        assert bool(actions) == bool(length > HEADER_SIZE)
+    assert entry > ENTRY_HEADER_SIZE
+
+
+@needs_studio
+def test_the_input_stays_unless_told_otherwise(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "a.log"
+    bad, good = make([(1, 0)]), make([(1, 0)], flag=0, count=1)
+    path.write_bytes(bad)
+    assert invoke(["trace", "repair", str(path), "--dry-run"]) == 0
+    assert path.read_bytes() == bad
+    assert capsys.readouterr().out.startswith("To be repaired, actions follow.\nFIXING: header says big")
+    assert invoke(["trace", "repair", str(path), "-o", str(tmp_path / "b.log")]) == 0
+    assert (path.read_bytes(), (tmp_path / "b.log").read_bytes()) == (bad, good)
+    assert invoke(["trace", "repair", str(path), "-o", str(tmp_path / "b.log")]) == 2
+    assert invoke(["trace", "repair", str(path)]) == 0
+    assert (path.read_bytes(), (tmp_path / "a.log.bak").read_bytes()) == (good, bad)
+    assert f"backup: {path}.bak\n" in capsys.readouterr().out
+    assert invoke(["trace", "repair", str(path)]) == 0
+    assert capsys.readouterr().out == "Nothing to repair, files are fine\n"
+    path.write_bytes(bad)
+    assert invoke(["trace", "repair", str(path)]) == 0
+    assert (tmp_path / "a.log.bak2").read_bytes() == bad
+    path.write_bytes(bad)
+    assert invoke(["trace", "repair", str(path), "--in-place"]) == 0
+    assert path.read_bytes() == good
+    assert sorted(each.name for each in tmp_path.iterdir()) == ["a.log", "a.log.bak", "a.log.bak2", "b.log"]
+
+
+@needs_studio
+def test_a_folder_is_mended_as_far_as_it_can_be(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "a.log").write_bytes(make([(1, 0)]))
+    (tmp_path / "b.log").write_bytes(make([(1, 0)])[:90])
+    (tmp_path / "notes.txt").write_text("nothing of ours")
+    assert invoke(["trace", "repair", str(tmp_path), "--in-place", "--json"]) == 2
+    out, err = capsys.readouterr()
+    one, other = json.loads(out)["files"]
+    assert (one["repaired"], one["backup"], len(one["actions"])) == (True, None, 2)
+    assert other["error"] == "cut off within the header"
+    assert "cut off within the header" in err
