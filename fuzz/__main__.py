@@ -13,7 +13,7 @@ import atheris  # type: ignore[import-not-found, import-untyped, unused-ignore]
 
 def main() -> None:
     """Fuzz until told to stop, or until something is found."""
-    with atheris.instrument_imports(include=["cxbridge", "rosbags"]):
+    with atheris.instrument_imports(include=["cxbridge", "cxbridge_fawkes", "rosbags"]):
         from fuzz.ros2 import ros2_cdr  # noqa: PLC0415
         from fuzz.seeds import write_seeds  # noqa: PLC0415 - what is imported here is instrumented
         from fuzz.skills import timed_skill_strings  # noqa: PLC0415

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Final
@@ -53,19 +52,10 @@ def zmq_seeds() -> Iterator[bytes]:
         yield data[:-1]
 
 
-def fawkesnet_seeds() -> Iterator[bytes]:
-    """Yield each kind of frame with payloads of the sizes that occur, and two that are wrong."""
-    from cxbridge_fawkes.network.messages import blackboard as bb  # noqa: PLC0415
-    from tests.support import TEST_FOLDERS  # noqa: PLC0415 - not where tests are absent
+def _fawkes_seeds() -> Iterator[bytes]:
+    from fuzz.fawkes import fawkes_seeds  # noqa: PLC0415 - a plug-in
 
-    sys.path += TEST_FOLDERS
-    from fawkes_tests.network.samples import SAMPLES  # noqa: PLC0415
-
-    for message in SAMPLES.values():
-        yield b"\0" + message.to_bytes()
-        yield b"\x07" + message.to_bytes() * 2
-    yield b"\x01" + bb.ListAll().to_bytes() + b"\0\2\0\1\xff\xff\xff\xff"
-    yield b"\x03" + b"\0\x63\0\1\0\0\0\1x"
+    yield from fawkes_seeds()
 
 
 def _ros2_seeds() -> Iterator[bytes]:
@@ -77,7 +67,7 @@ def _ros2_seeds() -> Iterator[bytes]:
 SEEDS: Final[dict[str, Callable[[], Iterator[bytes]]]] = {
     "zmq": zmq_seeds,
     "zmq-sessions": lambda: iter(SCRIPTS),
-    "fawkesnet": fawkesnet_seeds,
+    "fawkesnet": _fawkes_seeds,
     "skill-strings": lambda: iter(SKILL_STRINGS),
     "ros2-cdr": _ros2_seeds,
 }

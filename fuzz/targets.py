@@ -5,21 +5,14 @@ They are plain functions: a fuzzer drives them (``python -m fuzz``), and the tes
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
+from importlib.util import find_spec
 from typing import Final
 
 from cxbridge.blackboard.kit.errors import ProtocolError
 from cxbridge.blackboard.zmq.wire import frames
-from cxbridge_fawkes.network.errors import FrameTooLongError, MalformedMessageError
-from cxbridge_fawkes.network.messages import codec as fawkes
-from cxbridge_fawkes.network.messages.codec import Message, limit_to_client, limit_to_server
-from cxbridge_fawkes.network.messages.configuration import ConfigList, ConfigMessage
-from cxbridge_fawkes.network.messages.frames import HEADER, FawkesFrame, FrameDecoder, Limit
 from fuzz.sessions import zmq_sessions
 from fuzz.skills import skill_strings
-
-_BLOCK: Final = 4096  # bytes of the largest block that the fuzzed server's client may send
 
 
 def zmq_frame(data: bytes) -> None:
@@ -33,78 +26,13 @@ def zmq_frame(data: bytes) -> None:
         assert again == frame, f"{frame} became {again}"
 
 
-def fawkes_stream(data: bytes) -> None:
-    """Cut a stream into frames, at once and in pieces with the same outcome, and decode each.
-
-    :param data: a byte that says how the stream is dealt out and who reads it, then the stream.
-    """
-    if not data:
-        return
-    step, stream = 1 + (data[0] >> 1), data[1:]
-    limit: Limit = limit_to_client
-    if data[0] & 1:
-        limit = _limit_of_server
-    whole = list(_frames(stream, len(stream) or 1, limit))
-    assert list(_frames(stream, step, limit)) == whole, "the same bytes in pieces are other frames"
-    for frame in whole:
-        if isinstance(frame, FawkesFrame):
-            _decode_fawkes(frame)
-
-
-def _limit_of_server(component: int, kind: int) -> int:
-    return limit_to_server(component, kind, _BLOCK)
-
-
-def _frames(stream: bytes, step: int, limit: Limit) -> Iterator[FawkesFrame | str]:
-    """Yield the frames of a stream, and at last how it ended."""
-    decoder = FrameDecoder(limit)
-    try:
-        for start in range(0, len(stream), step):
-            yield from decoder.feed(stream[start : start + step])
-            _check_pending(decoder, stream, limit)
-    except FrameTooLongError as error:
-        yield str(error)
-    else:
-        yield f"{decoder.pending_size} bytes left"
-
-
-def _check_pending(decoder: FrameDecoder, stream: bytes, limit: Limit) -> None:
-    """Fail when the decoder keeps more than one incomplete frame."""
-    assert decoder.pending_size <= len(stream)
-    assert decoder.pending_size < HEADER.size + max(limit(0, 0), fawkes.LIST_LIMIT)
-
-
-def _decode_fawkes(frame: FawkesFrame) -> None:
-    """Decode a frame; of plain ASCII, what this side makes of it must survive another trip.
-
-    Readers are more liberal than writers: a text that fills its field comes without its NUL, and is cut when
-    it is packed. So it is the second trip that must change nothing.
-    """
-    try:
-        sent = fawkes.decode(frame).to_frame()
-    except MalformedMessageError:
-        return
-    message = fawkes.decode(sent)
-    again = fawkes.decode(message.to_frame())
-    # bytes that are no UTF-8 become longer escapes, which are cut; NaN equals nothing
-    if frame.payload.isascii() and not _has_nan(message):
-        assert again == message, f"{message} became {again}"
-
-
-def _has_nan(message: Message) -> bool:
-    entries = message.entries if isinstance(message, ConfigList) else (message,)
-    return any(
-        isinstance(value, float) and math.isnan(value)
-        for entry in entries
-        if isinstance(entry, ConfigMessage)
-        for value in entry.values
-    )
-
-
+# by the package whose decoder, or server, it is; and skill strings
 TARGETS: Final[dict[str, Callable[[bytes], None]]] = {
     "zmq": zmq_frame,
     "zmq-sessions": zmq_sessions,
-    "fawkesnet": fawkes_stream,
     "skill-strings": skill_strings,
 }
-"""By the package under ``cxbridge.blackboard`` whose decoder, or server, it is; and skill strings."""
+if find_spec("cxbridge_fawkes"):
+    from fuzz.fawkes import fawkes_stream
+
+    TARGETS["fawkesnet"] = fawkes_stream

@@ -25,6 +25,7 @@ WAYS = {
     "web": (),  # its endpoints name their rights: test_rights.py
     "ros2-node": ("ros2-lifecycle", "ros2-parameters"),
     "skiller": (),
+    "remote-skiller": (),
     "speech": (),
     "skill-board": (),
     "ros2-performers": ("ros2-performers",),

@@ -178,8 +178,6 @@ def test_names_of_the_api_are_there_and_told():
 OFFERING = [
     "run",
     "blackboard",
-    "blackboard.fawkesnet",
-    "blackboard.gateway",
     "testing",
     "space.navgraph",
     "space.tf",

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from fuzz.seeds import fawkesnet_seeds
-from fuzz.targets import fawkes_stream
+from fuzz.fawkes import fawkes_seeds, fawkes_stream
 
 CORPUS = sorted((Path(__file__).parent / "corpus").iterdir())
 
@@ -17,5 +16,5 @@ def test_the_corpus_is_refused_or_makes_sense():
 
 
 def test_the_seeds_are_refused_or_make_sense():
-    for seed in fawkesnet_seeds():
+    for seed in fawkes_seeds():
         fawkes_stream(seed)

@@ -1,0 +1,99 @@
+"""The stream of Fawkes' protocol: its target, and inputs to begin with."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Iterator
+from typing import Final
+
+from cxbridge_fawkes.network.errors import FrameTooLongError, MalformedMessageError
+from cxbridge_fawkes.network.messages import blackboard as bb
+from cxbridge_fawkes.network.messages import codec as fawkes
+from cxbridge_fawkes.network.messages.codec import Message, limit_to_client, limit_to_server
+from cxbridge_fawkes.network.messages.configuration import ConfigList, ConfigMessage
+from cxbridge_fawkes.network.messages.frames import HEADER, FawkesFrame, FrameDecoder, Limit
+
+_BLOCK: Final = 4096  # bytes of the largest block that the fuzzed server's client may send
+
+
+def fawkes_seeds() -> Iterator[bytes]:
+    """Yield each kind of frame with payloads of the sizes that occur, and two that are wrong."""
+    from tests.support import TEST_FOLDERS  # noqa: PLC0415 - not where tests are absent
+
+    sys.path += TEST_FOLDERS
+    from fawkes_tests.network.samples import SAMPLES  # noqa: PLC0415
+
+    for message in SAMPLES.values():
+        yield b"\0" + message.to_bytes()
+        yield b"\x07" + message.to_bytes() * 2
+    yield b"\x01" + bb.ListAll().to_bytes() + b"\0\2\0\1\xff\xff\xff\xff"
+    yield b"\x03" + b"\0\x63\0\1\0\0\0\1x"
+
+
+def fawkes_stream(data: bytes) -> None:
+    """Cut a stream into frames, at once and in pieces with the same outcome, and decode each.
+
+    :param data: a byte that says how the stream is dealt out and who reads it, then the stream.
+    """
+    if not data:
+        return
+    step, stream = 1 + (data[0] >> 1), data[1:]
+    limit: Limit = limit_to_client
+    if data[0] & 1:
+        limit = _limit_of_server
+    whole = list(_frames(stream, len(stream) or 1, limit))
+    assert list(_frames(stream, step, limit)) == whole, "the same bytes in pieces are other frames"
+    for frame in whole:
+        if isinstance(frame, FawkesFrame):
+            _decode_fawkes(frame)
+
+
+def _limit_of_server(component: int, kind: int) -> int:
+    return limit_to_server(component, kind, _BLOCK)
+
+
+def _frames(stream: bytes, step: int, limit: Limit) -> Iterator[FawkesFrame | str]:
+    """Yield the frames of a stream, and at last how it ended."""
+    decoder = FrameDecoder(limit)
+    try:
+        for start in range(0, len(stream), step):
+            yield from decoder.feed(stream[start : start + step])
+            _check_pending(decoder, stream, limit)
+    except FrameTooLongError as error:
+        yield str(error)
+    else:
+        yield f"{decoder.pending_size} bytes left"
+
+
+def _check_pending(decoder: FrameDecoder, stream: bytes, limit: Limit) -> None:
+    """Fail when the decoder keeps more than one incomplete frame."""
+    assert decoder.pending_size <= len(stream)
+    assert decoder.pending_size < HEADER.size + max(limit(0, 0), fawkes.LIST_LIMIT)
+
+
+def _decode_fawkes(frame: FawkesFrame) -> None:
+    """Decode a frame; of plain ASCII, what this side makes of it must survive another trip.
+
+    Readers are more liberal than writers: a text that fills its field comes without its NUL, and is cut when
+    it is packed. So it is the second trip that must change nothing.
+    """
+    try:
+        sent = fawkes.decode(frame).to_frame()
+    except MalformedMessageError:
+        return
+    message = fawkes.decode(sent)
+    again = fawkes.decode(message.to_frame())
+    # bytes that are no UTF-8 become longer escapes, which are cut; NaN equals nothing
+    if frame.payload.isascii() and not _has_nan(message):
+        assert again == message, f"{message} became {again}"
+
+
+def _has_nan(message: Message) -> bool:
+    entries = message.entries if isinstance(message, ConfigList) else (message,)
+    return any(
+        isinstance(value, float) and math.isnan(value)
+        for entry in entries
+        if isinstance(entry, ConfigMessage)
+        for value in entry.values
+    )
