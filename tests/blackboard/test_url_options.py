@@ -23,10 +23,6 @@ from cxbridge.interfaces import InterfaceRegistry, SkillerInterface
         ("tcp://127.0.0.1:1?key=a", "must have both keys"),
         ("tcp://127.0.0.1:1?key=a&server-key=b&more=c", "must have both keys"),
         ("tcp://192.0.2.1:1911", "could be reached from beyond this machine"),
-        ("fawkes://robot?insecure=yes", "has an invalid query"),
-        ("fawkes://robot?silence=inf", "has an invalid query"),
-        ("fawkes://robot?silence=-1", "has an invalid query"),
-        ("fawkes://robot?timeout=0", "has an invalid query"),
     ],
 )
 def test_urls_that_make_no_sense(url, message):

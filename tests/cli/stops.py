@@ -32,7 +32,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.trace.formats.files import open_exclusively
 from cxbridge.trace.formats.registry import open_run
-from tests.fawkes import NO_SERVER
+from tests.fawkes import HAS_FAWKES, NO_SERVER
 
 SIGNALS = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
 INTERRUPTED = 130
@@ -93,13 +93,13 @@ PROGRAMS = {
     "daemon": Program(
         (
             *("daemon", "test-scenario", "--endpoint", "ipc://{here}/bb", *NO_SERVER),
-            *("--trace", "{here}/out/t.mcap", "--log", "{here}/out/t.log", "--bblog", "{here}/out/bb"),
+            *("--trace", "{here}/out/t.mcap", "--log", "{here}/out/t.log"),
+            *(("--bblog", "{here}/out/bb") if HAS_FAWKES else ()),
         ),
         frozenset({0}),
         b"Daemon: Ready",
         ("t.mcap", "t.log", "bb"),
     ),
-    "gateway": Program(("gateway", "{left}", "{right}", "-i", "*"), frozenset({0}), b"Ready:"),
     "executor": Program(
         ("skill", "executor", "{here}/idle.py:Idle", "--agent", "r", "--connect", "{left}"),
         frozenset({0}),
@@ -124,6 +124,8 @@ PROGRAMS = {
     ),
     "monitor": Program(("monitor", "--connect", "{left}"), frozenset({INTERRUPTED}), b""),
 }
+if HAS_FAWKES:
+    PROGRAMS["gateway"] = Program(("gateway", "{left}", "{right}", "-i", "*"), frozenset({0}), b"Ready:")
 
 
 @dataclass

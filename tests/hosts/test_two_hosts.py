@@ -17,7 +17,9 @@ from cxbridge.blackboard.zmq.keyfiles import create_keys
 from cxbridge.cli.main import invoke
 from tests.fawkes import NO_SERVER
 from tests.hosts.namespaces import Host, Program, two_hosts
-from tests.support import ROOT, SHARED
+from tests.support import ROOT, SHARED, needs_plugin
+
+pytestmark = needs_plugin("fawkes")  # a run with a Skiller elsewhere
 
 SCENARIO = ROOT / "scenarios" / "test-scenario"
 RECORDING = SHARED / "traces" / "test-scenario" / "skiller-1" / "fawkes.log"

@@ -13,6 +13,7 @@ from cxbridge.daemon.options import DaemonOptions
 from cxbridge.daemon.settings import DaemonSettings
 from cxbridge.events import LogLine
 from cxbridge.resources import shipped_dir
+from tests.support import needs_plugin
 
 SHIPPED = shipped_dir("scenarios")
 WRITTEN = {
@@ -43,6 +44,7 @@ def before() -> set[Path]:
     return set(SHIPPED.rglob("*"))
 
 
+@needs_plugin("fawkes")
 def test_a_file_laid_over_a_shipped_scenario_keeps_its_recordings_beside_itself(tmp_path, before):
     laid_over = tmp_path / "mine" / "over.yaml"
     laid_over.parent.mkdir()

@@ -156,7 +156,9 @@ def test_bad_input_is_one_message_and_status_2(arguments, message, capsys, tmp_p
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("name", ["file", "file/run.mcap", "folder.mcap"])
+@pytest.mark.parametrize(
+    "name", [pytest.param("file", marks=needs_plugin("fawkes")), "file/run.mcap", "folder.mcap"]
+)
 def test_an_output_that_cannot_be_written_is_one_message(name, tmp_path, capsys):
     (tmp_path / "file").write_text("mine")
     (tmp_path / "folder.mcap").mkdir()
@@ -199,6 +201,7 @@ def test_signals_end_it_with_whole_files(number, tmp_path):
     assert check_as_fawkes_does(file)[0] == 10
 
 
+@needs_plugin("fawkes")
 def test_a_summary_for_people_has_no_more_than_was_recorded(tmp_path, capsys):
     with Site("ipc", tmp_path) as site:
         arguments = ["-i", "*", "--connect", site.url, "-o", str(tmp_path / "logs"), "--duration", "0"]

@@ -20,7 +20,7 @@ from cxbridge.trace.formats.mcap.records import MAGIC as MCAP
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.formats.transitions_text import format_transition
-from tests.support import many
+from tests.support import many, needs_plugin
 from tests.trace.runs import family
 from tests.unprivileged import unprivileged
 
@@ -44,8 +44,12 @@ def read(path: Path, content: bytes) -> int:
         (MCAP[:7], "not a recorded run"),
         (MCAP, "damaged or cut off before the first event"),
         (MCAP + b"\xff" * 500, "damaged or cut off before the first event"),
-        (BBLOGGER, "cut off within the header"),
-        (BBLOGGER + b"\0" * 300, "the header is not valid for a bblogger file"),
+        pytest.param(BBLOGGER, "cut off within the header", marks=needs_plugin("fawkes")),
+        pytest.param(
+            BBLOGGER + b"\0" * 300,
+            "the header is not valid for a bblogger file",
+            marks=needs_plugin("fawkes"),
+        ),
         (b"goal gen1 class=", "not a recorded run"),
         (b"goal gen1 class=A sub-type=nil\nx\n", ":1: this line is not a transition"),
     ],

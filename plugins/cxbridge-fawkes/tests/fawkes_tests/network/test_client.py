@@ -15,6 +15,7 @@ from msgspec.structs import replace
 
 from cxbridge.blackboard import Listener, LocalBlackBoard, errors
 from cxbridge.blackboard.kit.errors import RemoteRefusalError
+from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.clock import RealClock, VirtualClock
 from cxbridge.errors import BlackBoardError
 from cxbridge.events import EventBus, InterfaceWrite, LogLine
@@ -501,3 +502,10 @@ def test_the_end_of_an_instance_is_told_before_that_of_its_interface(told, monke
     board.flush()
     uid = "SampleInterface::a"
     assert recorder.log == [("created", uid), ("-reader", uid, reader.serial), ("destroyed", uid)]
+
+
+@pytest.mark.parametrize("query", ["insecure=yes", "silence=inf", "silence=-1", "timeout=0"])
+def test_a_query_of_other_options_or_values_is_refused(query):
+    with pytest.raises(BlackBoardError, match="has an invalid query") as caught:
+        open_blackboard(f"fawkes://robot?{query}", SampleRegistry(), RealClock())
+    assert caught.value.hint

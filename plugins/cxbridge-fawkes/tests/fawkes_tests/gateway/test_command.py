@@ -1,4 +1,4 @@
-"""The command `cxbridge gateway`; tests/services/test_gateway.py lets it work."""
+"""The command `cxbridge gateway`; test_service.py lets it work."""
 
 from __future__ import annotations
 
