@@ -53,7 +53,7 @@ def test_exploring_names_the_package_that_it_needs_or_explores(tmp_path):
         except ImportError:
             assert "cxbridge-explore" in assistant.refusal("explore", scenario="mini", faults=0)
         else:
-            assert "1 runs" in assistant.ask("explore", scenario="mini", faults=0)
+            assert "1 run," in assistant.ask("explore", scenario="mini", faults=0)
 
 
 def test_a_daemon_is_looked_at(tmp_path, endpoint):
