@@ -78,6 +78,7 @@ LOCKED = {
     },
     "container.txt": {
         "cxbridge": "packed",
+        "cxbridge-fawkes": "",
         "cxbridge-planning": "",
         "cxbridge-protobuf": "",
         "cxbridge-robot-memory": "",

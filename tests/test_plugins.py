@@ -434,8 +434,10 @@ def test_what_belongs_to_an_absent_plug_in_names_its_package(
         places[name] = write_scenario(tmp_path / name, feature=feature)
     for name, file_name in (("BLACKBOARD", "pddl-init.clp"), ("WAITING", "BATCH|robmem-wait-init.clp")):
         places[name] = write_scenario(tmp_path / name)
-        file = places[name] / "scenario.yaml"
-        file.write_text(file.read_text().replace("[mini.clp,", f'[mini.clp, "{file_name}",'))
+        scenario_file = places[name] / "scenario.yaml"
+        scenario_file.write_text(
+            scenario_file.read_text().replace("[mini.clp,", f'[mini.clp, "{file_name}",')
+        )
     status = invoke([str(places.get(each, each)) for each in arguments])
     assert status == (0 if arguments[-1] in ("ROS2", "WAITING") else 2)
     assert f"belongs to the plug-in {package}: " in capsys.readouterr().err
