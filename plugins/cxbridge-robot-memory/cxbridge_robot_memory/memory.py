@@ -75,10 +75,6 @@ class RobotMemory(Closing):
         """
         return self.open()
 
-    @property
-    def is_open(self) -> bool:
-        return self._store is not None
-
     def open(self) -> Store:
         """Open the store, and write the interfaces of replica sets. Further calls only return the store.
 

@@ -12,7 +12,7 @@ import pytest
 from cxbridge.executive.host.values import show
 from cxbridge_web.fawkes import skiller
 from tests.daemon.test_daemon import WAIT_S
-from tests.support import ROOT
+from tests.support import ROOT, needs_plugin
 from web_tests.support import serving
 
 SKILLS = "/api/skiller/skills"
@@ -199,6 +199,7 @@ def test_the_configuration_is_nested_from_the_root_and_typed(there):
     assert client.get("/api/config?query=/nothing").json["config"] == {}
 
 
+@needs_plugin("robot-memory")
 def test_secrets_of_the_configuration_are_not_told():
     secret = (("web/token", "correct horse battery"), ("robot-memory/uri", "mongodb://me:pw@host:1/"))
     with serving((("executive", False), *secret)) as (_, client, _lines):
