@@ -40,9 +40,7 @@ export function get(path) {
   return answer;
 }
 export const post = (path, body = {}) => request("POST", path, body);
-export const put = (path, body) => request("PUT", path, body);
 export const remove = (path) => request("DELETE", path);
-export const patch = (path, body) => request("PATCH", path, body);
 
 /**
  * Limit a call to one run in `ms`. A call during a run makes one more run. Errors go to `failed`.

@@ -89,21 +89,6 @@ export class Canvas {
     this.paint(context, width, height, palette());
   }
 
-  /** Return a promise of the drawing as a PNG. */
-  picture() {
-    const density = 2,
-      copy = el.canvas({ width: this.width * density, height: this.height * density }),
-      context = copy.getContext("2d"),
-      colours = palette();
-    context.scale(density, density);
-    fillBox(context, colours.back, 0, 0, this.width, this.height);
-    context.font = FONT;
-    this.paint(context, this.width, this.height, colours);
-    return new Promise((done) => {
-      copy.toBlob(done, "image/png");
-    });
-  }
-
   gone() {
     cancelAnimationFrame(this.frame);
     this.sizes.disconnect();
@@ -218,11 +203,4 @@ export function drawingKeys(box, actions) {
     event.preventDefault();
     event.stopPropagation();
   });
-}
-
-/** Let the browser save something under a name. */
-export function save(blob, name) {
-  const url = URL.createObjectURL(blob);
-  el.a({ href: url, download: name }).click();
-  setTimeout(() => URL.revokeObjectURL(url), 10_000);
 }

@@ -193,10 +193,6 @@ export class History {
   }
 
   /** The plan-action with these ids at a step: a second attempt of the goal may use the ids again. */
-  actionAt(goal, plan, id, step = Infinity) {
-    return lifeAt(this.actionLives.get(goal + "\n" + plan + " " + id) || [], step);
-  }
-
   on_plan_action({ env, goal, plan, action_id: id, action: name, params = "", ...event }) {
     const goalOf = this.keyOf(env, goal),
       base = goalOf + "\n" + plan + " " + id,

@@ -1,6 +1,6 @@
 // Robots and world at a moment: the robots' skill calls over time, the map (robots with trails, navigation
 // graph, coordinate frames), the state of each robot, and the facts that changed.
-import { SERIES_COLOURS, save } from "cx/canvas.js";
+import { SERIES_COLOURS } from "cx/canvas.js";
 import {
   button,
   checkbox,
@@ -88,7 +88,6 @@ export function open(root, app) {
     button("−", () => drawing.zoom(1 / 1.5), { "aria-label": "zoom out" }),
     button("+", () => drawing.zoom(1.5), { "aria-label": "zoom in" }),
     button("All", showAll, { title: "show everything (0)" }),
-    button("PNG", async () => save(await drawing.canvas.picture(), "map.png")),
   );
   root.append(panel("World", [mapTools], lanes.box, body));
   const failed = (error) => app.toast(error.message, true),
