@@ -16,7 +16,7 @@ from cxbridge.trace.convert import convert
 from cxbridge.trace.formats.registry import open_run
 from cxbridge_fawkes.csv.writer import format_heading, make_formatter
 from fawkes_tests.bblogger.bblog_files import KIND, START_S, make
-from tests.support import needs_shared
+from tests.support import needs_plugin, needs_shared
 from tests.trace.runs import NAMES, RECORDINGS, MemoryRun
 
 NAME = f"test-{KIND}-Flite-2014-05-13-16-53-20.csv"
@@ -99,7 +99,9 @@ def test_bytes_stay_as_they_are(tmp_path: Path) -> None:
     assert make_formatter("double")(math.inf) == "inf"
 
 
-@pytest.mark.parametrize("command", [["info"], ["diff"], ["transitions"], ["repair"]])
+@pytest.mark.parametrize(
+    "command", [["info"], ["diff"], ["transitions"], pytest.param(["repair"], marks=needs_plugin("studio"))]
+)
 @pytest.mark.parametrize("rows", ["", "1.000000;a;1;true;0.500000\n"])
 def test_reading_it_is_refused_with_what_to_give_instead(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], command: list[str], rows: str
