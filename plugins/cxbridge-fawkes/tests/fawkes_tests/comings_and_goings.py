@@ -191,7 +191,7 @@ class Robot:
         self._frozen.clear()
 
     def reload(self) -> None:
-        """Unload the Skiller and load it again; somebody keeps its interface open."""
+        """Unload the Skiller and load it again; a reader keeps its interface open."""
         self.skiller.close()
         self._load()
         self._frozen.clear()

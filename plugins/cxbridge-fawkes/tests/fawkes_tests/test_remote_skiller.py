@@ -84,7 +84,7 @@ def drive(tmp_path, url):
         RunOptions(scenario=write_scenario(tmp_path / "s"), skiller=url, clock="real", timeout=WAIT_S)
     )
     assert (result.status, result.reason) == (0, "every root goal ended COMPLETED")
-    # those that end meanwhile belong to earlier tests
+    # those that end during this test belong to earlier tests
     assert not set(threading.enumerate()) - before
 
 
@@ -106,7 +106,7 @@ def test_a_run_drives_a_fawkes_skiller_through_a_gateway_and_zeromq(robot, stack
 
 @pytest.mark.parametrize("transport", ["zmq", "fawkes"])
 def test_a_run_ends_when_the_skiller_is_gone(stack, tmp_path, transport):
-    """It used to wait for the end of a skill that nobody executes any more, until its time was over."""
+    """It used to wait for the end of a skill that is not executed any more, until its time was over."""
     board = stack.enter_context(Robot())
     bus, estimators = EventBus(RealClock()), [StaticEstimator(seconds=1000)]
     stack.enter_context(Looping(lambda: SkillerSimulator(board, RealClock(), bus, estimators)))
@@ -180,7 +180,7 @@ def test_control_is_given_back_when_the_run_has_ended(robot, stack, tmp_path):
 
 
 def test_control_is_given_back_when_a_fawkes_loads_its_skiller_again_after_the_run(stack):
-    """Fawkes' new Skiller shows the controller of the old one, which has left while no Skiller was there."""
+    """Fawkes' new Skiller shows the controller of the old one, which has left between the two Skillers."""
     there, here = (stack.enter_context(LocalBlackBoard(InterfaceRegistry(), RealClock())) for _ in range(2))
     first = there.open_for_writing(SkillerInterface, "Skiller", owner="skiller")
     remote = RemoteSkiller("there:", here, EventBus(RealClock()), lambda _url: there)

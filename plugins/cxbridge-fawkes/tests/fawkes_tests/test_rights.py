@@ -1,4 +1,4 @@
-"""Clients of Fawkes' protocol have the rights of all clients, also those that send frames of their own."""
+"""Clients of Fawkes' protocol have the rights of all clients, also those with hand-made frames."""
 
 from __future__ import annotations
 

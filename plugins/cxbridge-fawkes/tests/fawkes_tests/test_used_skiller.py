@@ -1,6 +1,6 @@
-"""A Skiller that others have used before: only what it says of our message is taken for its answer.
+"""A Skiller with earlier clients: only its state for our message counts as its answer.
 
-All senders count their messages from the same number, so the last message of somebody else may have had the
+All senders count their messages from the same number, so the last message of another client may have had the
 id of ours: its old status was taken for ours, and the first skill of a run was reported final without having
 been executed.
 """
@@ -126,7 +126,7 @@ def _note(told: list[tuple[str, str]], status: str, error: str) -> None:
 
 
 def wait_free(board) -> None:
-    """Wait until nobody has control, as far as this board shows."""
+    """Wait until no client has control, as far as this board shows."""
     with board.open_for_reading(SkillerInterface, "Skiller") as reader:
         while reader.read() or reader.exclusive_controller:
             time.sleep(0.002)

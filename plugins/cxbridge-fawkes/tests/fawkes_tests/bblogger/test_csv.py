@@ -89,7 +89,7 @@ def test_a_full_disk_is_our_error(tmp_path: Path) -> None:
 
 
 def test_bytes_stay_as_they_are(tmp_path: Path) -> None:
-    """C's way: text that is not UTF-8 as it is, an unknown item by a word, a NaN by its name."""
+    """C's way: text that is not UTF-8 unchanged, an unknown item by a word, a NaN by its name."""
     (tmp_path / "a.log").write_bytes(
         make([(1, 0)], fill=lambda _: {"text": b"\xff;\n", "duration": -math.nan})
     )

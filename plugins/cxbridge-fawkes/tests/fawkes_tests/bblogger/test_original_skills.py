@@ -1,4 +1,4 @@
-"""The original Lua files in the original test scenario write what was recorded, block by block."""
+"""The original Lua files in the original test scenario write the recorded blocks."""
 
 from __future__ import annotations
 

@@ -226,7 +226,7 @@ def test_a_file_cut_off_anywhere_has_its_whole_entries(tmp_path: Path) -> None:
 
 @needs_shared
 def test_recordings_cut_off_anywhere(tmp_path: Path) -> None:
-    """What is left of a recording are its first events."""
+    """The rest of a recording are its first events."""
     (source,) = (RECORDINGS / "skiller-1" / "bblogger").glob("*-SkillerInterface-*.log")
     path = tmp_path / "a.log"
     shutil.copyfile(source, path)

@@ -1,4 +1,4 @@
-"""``run --bblog``: its files against those of the real Fawkes; that nobody in the run sees the recorder."""
+"""``run --bblog``: its files against those of the real Fawkes; the run does not see the recorder."""
 
 from __future__ import annotations
 
@@ -196,7 +196,7 @@ def md5_of(path: Path) -> bytes:
     return md5(path.read_bytes(), usedforsecurity=False).digest()
 
 
-# --- the run goes on as without it --------------------------------------------------------------------------
+# --- the run is the same as without the recorder ------------------------------------------------------------
 
 LOOK = """
 (defrule look
@@ -226,7 +226,7 @@ def test_the_run_is_the_same_to_the_byte_and_the_agent_sees_no_reader(tmp_path: 
 
 @contextmanager
 def running(folder: Path) -> Iterator[tuple[Started, Path]]:
-    """A run in real time in a process of its own whose skill takes long, and the skiller's file."""
+    """A run in real time in a separate process whose skill takes long, and the skiller's file."""
     scenario = write_scenario(folder / "s", mapping="act: wait{seconds=1000}")
     command = [
         "run",
@@ -244,7 +244,7 @@ def running(folder: Path) -> Iterator[tuple[Started, Path]]:
 
 
 def wait_for_entries(folder: Path, count: int) -> Path:
-    """Wait until the skiller's file has so many entries, and return it."""
+    """Wait until the skiller's file has ``count`` entries, and return it."""
     deadline = time.monotonic() + 20
     while time.monotonic() < deadline:
         for path in folder.glob(f"*-{SKILLER}-*.log"):

@@ -1,4 +1,4 @@
-"""Files written as Fawkes' bblogger writes them: what is in them, and what if they cannot be written."""
+"""Files written as Fawkes' bblogger writes them: their contents, and errors that prevent writing."""
 
 from __future__ import annotations
 

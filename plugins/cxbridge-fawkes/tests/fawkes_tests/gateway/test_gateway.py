@@ -348,7 +348,7 @@ BROKEN = "go{to=1"
 def test_a_skill_string_that_a_fawkes_cannot_compile_has_not_the_error_of_the_one_before(
     rig, before, text, is_own
 ):
-    """What a Fawkes writes: at once S_FAILED, and the error stays as it was."""
+    """The writes of a Fawkes: at once S_FAILED, with the earlier error."""
     skiller, agent = rig.connected()
     for message_id, skill_string in ((7, "go{}"), (8, text), (9, text)):
         skiller.skill_string, skiller.msgid = skill_string, message_id
@@ -504,7 +504,7 @@ def test_with_a_thread_everything_goes_by_itself():
         assert not set(threading.enumerate()) - before
 
 
-# -- what comes while a mirror begins
+# -- messages while a mirror begins
 
 
 class Hasty(Listener):
@@ -515,7 +515,7 @@ class Hasty(Listener):
 
 
 def test_a_message_that_comes_while_the_mirrored_writer_is_opened_is_carried(rig):
-    """The gateway listened only after it had opened: the message stayed in a queue that nobody empties."""
+    """The gateway listened only after it had opened: the message stayed in a queue without a reader."""
     agent = rig.agent(rig.right)
     rig.right.register_listener(Hasty(), agent)
     skiller = rig.mirrored()

@@ -1,4 +1,4 @@
-"""A gateway goes on when the server of one of its sides was away."""
+"""A gateway continues after the server of one of its sides was away."""
 
 from __future__ import annotations
 
@@ -120,7 +120,7 @@ def test_the_readers_there_get_the_data_again(side, here, gateway):
 
 
 def test_what_appeared_while_the_connection_was_away_is_mirrored(side, here, gateway):
-    """On both sides: nobody tells a client what came into being while it was not there."""
+    """On both sides: a client is not notified of interfaces that were made during its absence."""
     side.board.open_for_writing(SkillerInterface, "old", owner="skiller")
     until(gateway.mirrors)
     side.down()

@@ -1,4 +1,4 @@
-"""The gateway as a process of its own; what it carries is tested in test_gateway and test_remote_skiller."""
+"""The gateway as a separate process; test_gateway and test_remote_skiller test the mirrored data."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A server with a board, and what it logs."""
+"""A server with a board, and its log."""
 
 from __future__ import annotations
 

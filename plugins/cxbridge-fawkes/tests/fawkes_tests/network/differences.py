@@ -100,7 +100,7 @@ class WireMessagesContract(MessagesContract):
         assert writer.msgq_first().sender_thread_name == "Unknown"
 
     def check_outcomes(self, events: list[InterfaceMessage]) -> None:
-        """Who sent it and what a remote writer does with it the served board does not know."""
+        """The served board knows neither the sender nor the remote writer's reaction."""
         assert events[0].outcome == "queued"
 
     def check_refused(self, events: list[InterfaceMessage]) -> None:

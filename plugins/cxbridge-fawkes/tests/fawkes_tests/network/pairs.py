@@ -27,7 +27,7 @@ def log_only(bus: EventBus) -> EventBus:
 
 
 def make_pair(stack: ExitStack, near_is_remote: bool, far_is_remote: bool) -> BoardPair:
-    """Serve a local board; what is not remote is that board itself."""
+    """Serve a local board; an end that is not remote is that board itself."""
     clock = VirtualClock()
     bus = EventBus(clock)
     local = LocalBlackBoard(SampleRegistry(), clock, bus)
@@ -53,7 +53,7 @@ def make_pair(stack: ExitStack, near_is_remote: bool, far_is_remote: bool) -> Bo
 
 
 class SettledInstances:
-    """The contracts' instances, with everybody told that they are there."""
+    """The contracts' instances, known at both ends."""
 
     @pytest.fixture
     def reader(self, pair: BoardPair) -> Any:

@@ -1,4 +1,4 @@
-"""A server and clients as processes of their own, which a test can stop: ``python -m ... ROLE HOST PORT``.
+"""A server and clients in separate processes, which a test can stop: ``python -m ... ROLE HOST PORT``.
 
 They print ``ready PORT``, obey lines on their input, answer each with a line, and end with their input.
 """
@@ -69,7 +69,7 @@ class Child:
         self.process.send_signal(signal.SIGSTOP)
 
     def go_on(self) -> None:
-        """Let it go on."""
+        """Let it continue."""
         self.process.send_signal(signal.SIGCONT)
 
 
@@ -79,7 +79,7 @@ def say(line: str) -> None:
 
 
 def obey(port: int, commands: dict[str, Callable[..., Any]]) -> None:
-    """Do what the input says."""
+    """Obey the commands of the input."""
     say(f"ready {port}")
     for line in sys.stdin:
         command, *arguments = line.split()
@@ -131,7 +131,7 @@ def connect(host: str, port: str) -> FawkesBlackBoard:
 
 
 def client(host: str, port: str) -> None:
-    """Read what is served, write something else, control the Skiller when told to."""
+    """Read the served interfaces, write another one, control the Skiller on request."""
     with FawkesBlackBoard(
         f"fawkes://{host}:{port}", default_registry(), RealClock(), timeout=TIMEOUT
     ) as board:
@@ -159,7 +159,7 @@ def client(host: str, port: str) -> None:
 
 
 def silent(host: str, port: str) -> None:
-    """Be there as a writer that says nothing, and gets no message."""
+    """Write an interface without a value, and take no message."""
     with FawkesBlackBoard(
         f"fawkes://{host}:{port}", default_registry(), RealClock(), timeout=TIMEOUT
     ) as board:

@@ -1,4 +1,4 @@
-"""A client that sends what the test says, and takes what comes."""
+"""A client that sends the test's frames, and takes the answers."""
 
 from __future__ import annotations
 

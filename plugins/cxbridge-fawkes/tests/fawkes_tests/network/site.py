@@ -46,7 +46,7 @@ class FawkesSite(Site):
 
     def wait_reaped(self) -> None:
         eventually(lambda: len(self.server._sessions) == len(self.clients))
-        self.settle()  # the server has ended what it noticed, before it answers
+        self.settle()  # before it answers, the server has ended the noticed sessions
 
     def stop(self) -> None:
         self.server.stop()

@@ -36,7 +36,7 @@ from tests.blackboard.zmq.support import eventually
 
 
 class Waits(Listener):
-    """Lets a test wait for what it hears."""
+    """Lets a test wait for notifications."""
 
     def __init__(self) -> None:
         self._heard: SimpleQueue[tuple[str, Any]] = SimpleQueue()
@@ -175,11 +175,11 @@ def test_urls_that_make_no_sense(url):
         FawkesBlackBoard(url, SampleRegistry(), RealClock())
 
 
-# -- what the remote says
+# -- the answers of the remote
 
 
 class Script:
-    """A remote that answers each request with what a test gives."""
+    """A remote that answers each request with the test's answers."""
 
     def __init__(self, answer: Callable[[codec.Message], list[codec.Message | bytes]]) -> None:
         self._answer = answer
@@ -293,7 +293,7 @@ def test_a_silent_remote_is_asked_for_nothing_much():
 
 
 def test_a_remote_that_says_anything_is_there():
-    """A server with much to do answers late, but what it does can be heard."""
+    """A busy server answers late, but shows its work."""
     link_of: list[Any] = []
     chatter = bb.Data(UUID(int=9), BLOCK, changed=True).to_bytes()
 
@@ -313,7 +313,7 @@ def test_a_remote_that_says_anything_is_there():
 
 
 def test_a_shutdown_waits_until_what_was_written_is_taken():
-    """Fawkes forgets what a client said that hangs up before it was processed."""
+    """Fawkes forgets the unprocessed requests of a client that hangs up."""
 
     def answer(question: codec.Message) -> list[codec.Message | bytes]:
         if isinstance(question, bb.Open):

@@ -1,4 +1,4 @@
-"""What a fuzzer found worth keeping (docs/security.md), once more."""
+"""The kept inputs of a fuzzer (docs/security.md), once more."""
 
 from __future__ import annotations
 

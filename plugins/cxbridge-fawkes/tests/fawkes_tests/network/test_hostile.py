@@ -51,7 +51,7 @@ def connect(port: int, bus: EventBus | None = None, **options: Any) -> FawkesBla
 
 @pytest.fixture
 def many_files() -> Iterator[None]:
-    """Let this process and its children have so many sockets."""
+    """Let this process and its children have ``count`` sockets."""
     needed = 2 * CONNECTIONS
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     if hard != resource.RLIM_INFINITY and hard < needed:
@@ -79,7 +79,7 @@ def test_a_thousand_connections_cost_little_and_leave_nothing(many_files, server
         with ExitStack() as stack:
             crowd = [stack.enter_context(closing(RawClient(server.port))) for _ in range(CONNECTIONS)]
             for number, one in enumerate(crowd):
-                if number % 3 == 0:  # reads; the others say nothing, or half of something
+                if number % 3 == 0:  # reads; the rest says nothing, or half of a frame
                     one.send(bb.Open("TestInterface", f"{number % 30}", HASH, writing=False).to_bytes())
                 elif number % 3 == 1:
                     one.send(b"\0\x02\0")
@@ -112,7 +112,7 @@ def test_a_stopped_reader_slows_nobody_takes_no_memory_and_gets_the_newest(home)
     writer: Any = board.open_for_writing("TestInterface", "served")
     with Child("client", "127.0.0.1", server.port) as stopped, connect(server.port) as other:
         (session,) = (one for one in server._sessions.values() if one.number == 1)
-        # the system would take more and more, also of what has waited here for long
+        # the system would take more and more, also of the frames that have waited here for long
         session.sock.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 64 * 1024)
         reader: Any = other.open_for_reading("TestInterface", "served")
         stopped.stop()

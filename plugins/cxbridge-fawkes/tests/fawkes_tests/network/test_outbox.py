@@ -1,4 +1,4 @@
-"""What a slow client gets: the newest data of each instance, each write once."""
+"""The frames of a slow client: the newest data of each instance, each write once."""
 
 from __future__ import annotations
 

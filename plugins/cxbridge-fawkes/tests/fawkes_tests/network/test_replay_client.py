@@ -1,4 +1,4 @@
-"""A server that plays what a real Fawkes sent: our client sends what the real clients did."""
+"""A server that plays the frames of a real Fawkes: our client sends those of the real clients."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ class RecordedServer:
         if not frames and (data := sock.recv(65536)):
             frames.extend(self._decoders[step.conn].feed(data))
         if frames:
-            # our client makes sure that what it sent last was taken; the recorded one did not
+            # our client makes sure that its last frame was taken; the recorded one did not
             assert frames == [bb.ListMatching("", "").to_frame()]
             sock.sendall(bb.InterfaceList(()).to_bytes())
             assert sock.recv(1) == b""

@@ -202,7 +202,7 @@ def _anonymous(message: Any) -> LogMessage:
 
 
 def in_time(steps: list[Step]) -> list[Step]:
-    """Leave out what the recorded Fawkes' main loop said of being late."""
+    """Leave out the lines about lateness of the recorded Fawkes' main loop."""
     return [
         step
         for step in steps

@@ -143,7 +143,7 @@ def test_ids_of_messages_are_the_clients(served):
 
 
 def test_a_message_that_is_quicker_than_the_answer_to_its_writer_comes_after_it(served):
-    """Who sent at once when told of the new writer sent into a queue that nobody looked at."""
+    """Who sent at once when told of the new writer sent into a queue without a reader."""
     reader = served.board.open_for_reading(SampleInterface, "a")
 
     class Asks(Listener):

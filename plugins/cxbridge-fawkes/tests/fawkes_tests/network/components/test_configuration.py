@@ -115,7 +115,7 @@ def test_what_cannot_be_done_is_answered(site, question):
 
 
 def test_a_value_that_was_set_can_be_erased(site, config):
-    """ffconfig erase always failed, where Fawkes takes back what was set."""
+    """ffconfig erase always failed, where Fawkes takes back the set value."""
     setter, subscriber = site.raw(), site.raw()
     subscriber.ask(ConfigMessage(ConfigKind.SUBSCRIBE))
     for path in ("/new/path", "/a/uint"):

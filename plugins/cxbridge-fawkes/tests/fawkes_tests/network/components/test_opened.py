@@ -14,7 +14,7 @@ from tests.blackboard.samples import SampleInterface, SampleRegistry
 
 
 class Frames:
-    """A session that notes what it shall send."""
+    """A session that keeps the frames to send."""
 
     def __init__(self) -> None:
         self.sent: list[str] = []
@@ -70,7 +70,7 @@ def test_a_write_that_is_being_told_when_the_client_comes_is_in_open_success_onl
         listening(comes)(writer, table[0])
 
     def listen(instance: Any, listeners: Any) -> None:
-        comes.opened = OpenedInstance(instance, session, lambda: 0)  # type: ignore[arg-type] # only what it needs
+        comes.opened = OpenedInstance(instance, session, lambda: 0)  # type: ignore[arg-type] # only the needed part
         listening(comes.opened)(instance, listeners)
 
     board.open_for_reading(SampleInterface, "a", listen=listen)
