@@ -30,7 +30,7 @@ GOALS, FACTS, EVENTS = 1_000, 10_000, 100_000
 LIMIT_MS = 100
 PICTURE_LIMIT_MS = 1_000
 VIEWS = ("goals", "goals/G7", "skills", "blackboard", "clips/facts",
-         "clips/rules", "log", "config", "timeline")  # fmt: skip
+         "clips/rules", "log", "plot", "world", "timeline")  # fmt: skip
 
 
 def fill(daemon: FakeDaemon) -> None:
