@@ -27,6 +27,10 @@ CORE = "cxbridge"
 TOOLS = ("pytest", "pytest-xdist", "hypothesis", "jsonschema-rs", "mcap", "mongomock", "psutil")
 """The tools of the tests, of which those that are installed count."""
 
+PLANNERS = "cxbridge-planning"
+TESTED_WITH_PLANNERS = ("cxbridge-explore", "cxbridge-ros2", "cxbridge-studio", "cxbridge-web")
+"""The distributions whose tests run agents that plan. They do not import the planners' distribution."""
+
 SOURCES = (CORE, "plugins", "tests", "conftest.py", "pyproject.toml")
 """The parts of the checkout to which there are no links: the sources, and what is copied."""
 
@@ -146,7 +150,9 @@ def main(name: str, *arguments: str) -> int:
     with tempfile.TemporaryDirectory(prefix="cxbridge-alone-") as root:
         folder = Path(root)
         (folder / "wheels").mkdir()
-        for each in closure([name])[0]:
+        if name in TESTED_WITH_PLANNERS:
+            tools.append(PLANNERS)
+        for each in closure([name, *tools])[0]:
             build_wheel(each, folder / "wheels")
         python = make_environment(folder / "venv", name, folder / "wheels", tools)
         here = folder / "checkout"

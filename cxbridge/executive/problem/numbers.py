@@ -65,7 +65,7 @@ class PddlNumbers:
 
         if text not in self._formulas:
             self._formulas[text] = parse_formula(text)
-        state = KnownState((), numbers_in(self._env), lambda _types: ())
+        state = KnownState((), numbers_in(self._env))
         return TRUE if self._formulas[text].holds(state, _bound_objects(names, values)) else FALSE
 
     def change(
@@ -80,7 +80,7 @@ class PddlNumbers:
         action = next((action for action in actions if action.name == operator), None)
         if action is None or action.effect is None:
             return
-        state = KnownState((), numbers_in(self._env), lambda _types: (), duration)
+        state = KnownState((), numbers_in(self._env), duration=duration)
         new_values: dict[Ground, float] = {}
         try:
             for part in action.effect.walk():

@@ -66,6 +66,7 @@ class KnownState:
 
     :param predicates: the facts.
     :param functions: the function values.
+    :param objects_of: the objects of quantified variables; by default there are none.
     :param duration: the value of ``?duration``, within a durative action.
     """
 
@@ -73,7 +74,7 @@ class KnownState:
         self,
         predicates: Container[Ground],
         functions: Mapping[Ground, float],
-        objects_of: ObjectsOf,
+        objects_of: ObjectsOf = lambda _types: (),
         duration: float | None = None,
     ) -> None:
         self._predicates = predicates

@@ -24,8 +24,9 @@ from cxbridge.executive.pddl.ast import (
     TypedList,
     Variable,
 )
-from cxbridge.executive.pddl.types import ObjectTable, extended_bindings
+from cxbridge.executive.pddl.types import extended_bindings
 from cxbridge_planning.errors import PlanningError
+from cxbridge_planning.objects import ObjectTable
 
 MAX_ALTERNATIVES: Final = 4096
 """The maximum number of alternatives of a condition."""

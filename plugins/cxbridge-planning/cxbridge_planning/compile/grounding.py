@@ -22,13 +22,13 @@ from dataclasses import dataclass
 from typing import Final
 
 from cxbridge.executive.pddl.ast import ActionSchema, Domain, Problem
-from cxbridge.executive.pddl.types import ObjectTable
 from cxbridge.history.plan_steps import PlannedAction
 from cxbridge_planning.compile.conditions import Conjunction, Evaluator, Fact, fact_of
 from cxbridge_planning.compile.effects import EffectCase, changed_predicates, effect_cases
 from cxbridge_planning.compile.join import FactIndex, SchemaToGround
 from cxbridge_planning.compile.strips import Operator, StripsTask, without_irrelevant
 from cxbridge_planning.errors import PlanningError
+from cxbridge_planning.objects import ObjectTable
 
 MAX_OPERATORS: Final = 200_000
 """The maximum number of ground actions in memory."""

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 from itertools import product
 
 from cxbridge.executive.pddl.ast import ActionSchema, And, Atom, Constant, Formula, Term, Variable
-from cxbridge.executive.pddl.types import ObjectTable
 from cxbridge_planning.compile.conditions import Fact
+from cxbridge_planning.objects import ObjectTable
 
 
 class FactIndex:

@@ -26,12 +26,12 @@ from cxbridge.executive.pddl.ast import (
     Variable,
     names_of,
 )
-from cxbridge.executive.pddl.types import ObjectTable
 from cxbridge_planning.compile.conditions import Evaluator, Fact, fact_of
 from cxbridge_planning.compile.effects import changed_predicates
 from cxbridge_planning.compile.grounding import reachable
 from cxbridge_planning.compile.join import constant_name
 from cxbridge_planning.errors import PlanningError
+from cxbridge_planning.objects import ObjectTable
 
 _MAX_OPERATORS: Final = 20_000  # ground actions: with more, the explanation would take too long
 _MAX_REASONS: Final = 5  # lines of the explanation

@@ -19,10 +19,10 @@ from cxbridge.errors import PddlError
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, TRUE, Symbol, Value
 from cxbridge.executive.pddl.ast import Domain, Problem, TypedNames, names_of
-from cxbridge.executive.pddl.types import ObjectTable
 from cxbridge.executive.problem.facts import FUNCTION, INSTANCE, PREDICATE, numbers_in
 from cxbridge.history.plan_steps import PlannedAction
 from cxbridge_planning.feature.base import facts_in, objects_in
+from cxbridge_planning.objects import ObjectTable
 from cxbridge_planning.service.service import PlanRequest
 from cxbridge_planning.validation.plan import check_plan
 from cxbridge_planning.validation.world import WorldState

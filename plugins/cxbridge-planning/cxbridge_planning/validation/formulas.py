@@ -25,10 +25,10 @@ from cxbridge.executive.pddl.ast import (
     When,
 )
 from cxbridge.executive.pddl.printer import format_formula, format_number, format_term
-from cxbridge.executive.pddl.types import ObjectTable
 from cxbridge.executive.problem.truth import KnownState, bind_term, blamed_parts
 from cxbridge_planning.compile.conditions import fact_of
 from cxbridge_planning.errors import PlanningError
+from cxbridge_planning.objects import ObjectTable
 from cxbridge_planning.validation.world import Changes, RecordingFacts, RecordingNumbers, WorldState
 
 AT_START: Final = "at start"

@@ -22,10 +22,10 @@ from cxbridge.executive.pddl.ast import (
     Variable,
     names_of,
 )
-from cxbridge.executive.pddl.types import ObjectTable
 from cxbridge.executive.problem.truth import DURATION
 from cxbridge.history.plan_steps import PlannedAction
 from cxbridge_planning.errors import PlanningError
+from cxbridge_planning.objects import ObjectTable
 from cxbridge_planning.validation.formulas import (
     AT_END,
     AT_START,

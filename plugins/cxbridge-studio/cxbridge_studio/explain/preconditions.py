@@ -6,7 +6,7 @@ the PDDL domain, and a ``domain-fact`` for each true atom.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import Any, Final
 
@@ -23,11 +23,6 @@ FactLookup = Callable[[str], Sequence[Mapping[str, str]]]
 _EQUALITY_PREDICATE: Final = "EQUALITY"  # the predicate of `=` in the facts of formulas
 
 Atom = tuple[str, ...]  # a predicate and its arguments
-
-
-def _no_objects(_types: tuple[str, ...]) -> Collection[str]:
-    """Return no objects: only quantifiers need the objects of a type, and the facts have no quantifiers."""
-    return ()
 
 
 def parse_fields(text: str) -> tuple[str, ...]:
@@ -72,7 +67,8 @@ class Preconditions:
             term.name for formula in formulas for term in formula.terms if isinstance(term, Variable)
         }
         bound_values = {name: arguments.get(name, f"?{name}") for name in variables}
-        state = KnownState({(name, tuple(values)) for name, *values in self._true_atoms}, {}, _no_objects)
+        # only quantifiers need objects, and the facts have no quantifiers
+        state = KnownState({(name, tuple(values)) for name, *values in self._true_atoms}, {})
         blamed_atoms = blamed_parts(condition, state, bound_values)
         # Two branches of a condition may blame the same atom.
         texts = (
