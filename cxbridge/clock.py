@@ -32,7 +32,7 @@ def split_us(time_us: int) -> tuple[int, int]:
 
 
 def join_us(seconds: int, microseconds: int) -> int:
-    """Join Fawkes' ``(seconds, microseconds)`` to microseconds, limited to 64 signed bits."""
+    """Join Fawkes' ``(seconds, microseconds)`` to microseconds, limited to a signed 64-bit integer."""
     # a writer may stamp an interface with any two numbers, and readers must not fail to pass them on
     return max(-_MAX_US, min(seconds * MICROSECONDS + microseconds, _MAX_US))
 
@@ -75,10 +75,10 @@ class RealClock(Clock):
 
     def __init__(self) -> None:
         self._start_wall_us = time.time_ns() // 1000
-        self._start_mono_ns = time.monotonic_ns()
+        self._start_monotonic_ns = time.monotonic_ns()
 
     def now_us(self) -> int:
-        return self._start_wall_us + (time.monotonic_ns() - self._start_mono_ns) // 1000
+        return self._start_wall_us + (time.monotonic_ns() - self._start_monotonic_ns) // 1000
 
     def sleep_until(self, time_us: int, wake: threading.Event | None = None) -> None:
         remaining_us = time_us - self.now_us()

@@ -368,7 +368,7 @@ class EventBus:
     def unsubscribe(self, sink: Sink) -> None:
         """Stop passing events to ``sink``."""
         with self._lock:
-            self._sinks = [(types, kept) for types, kept in self._sinks if kept != sink]
+            self._sinks = [(types, other_sink) for types, other_sink in self._sinks if other_sink != sink]
             self._index_sinks()
 
     def _index_sinks(self) -> None:

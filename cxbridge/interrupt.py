@@ -85,11 +85,11 @@ class Interrupt:
                 self._replaced_handlers[number] = signal.signal(number, self._record_signal)
         self._handled_numbers = [int(number) for number in self._replaced_handlers]
         # a socket, because Windows cannot wait for a pipe
-        self._sockets = reading, writing = socket.socketpair()
-        writing.setblocking(False)
-        self._outer_wakeup_fd = signal.set_wakeup_fd(writing.fileno(), warn_on_full_buffer=False)
+        self._sockets = reader, writer = socket.socketpair()
+        writer.setblocking(False)
+        self._outer_wakeup_fd = signal.set_wakeup_fd(writer.fileno(), warn_on_full_buffer=False)
         self._thread = threading.Thread(
-            target=self._request_end_on_signals, args=(reading,), name="interrupt", daemon=True
+            target=self._request_end_on_signals, args=(reader,), name="interrupt", daemon=True
         )
         self._thread.start()
         outer = self._entered_instances[-1] if self._entered_instances else None
@@ -99,7 +99,7 @@ class Interrupt:
         return self
 
     def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+        self, error_type: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         if self._thread is None or self._sockets is None:
             return

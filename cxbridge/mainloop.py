@@ -74,13 +74,13 @@ class MainLoop:
         self.cycle_count += 1
         self.is_working = False
 
-    def run(self, done: Callable[[], bool]) -> None:
-        """Run cycles until ``done()`` returns True after a cycle, or :meth:`stop` is called."""
+    def run(self, is_done: Callable[[], bool]) -> None:
+        """Run cycles until ``is_done()`` returns True after a cycle, or :meth:`stop` is called."""
         while not self._stopped.is_set():
             start_us = self.clock.now_us()
             self.run_once()
-            # without this check, a stop within the cycle would wait for the next period
-            if done() or self._stopped.is_set():
+            # without the check of the event, a stop within the cycle would wait for the next period
+            if is_done() or self._stopped.is_set():
                 return
             self.clock.sleep_until(start_us + self.period_us, self._stopped)
 

@@ -198,13 +198,15 @@ class Table(Generic[T]):
             if absent is not None or not row.origin:
                 raise absent or error from None  # an error of cxbridge itself is a fault, with its traceback
             reason = f"{type(error).__name__}: {error}"
-            raise PluginError(f"{title} cannot be loaded: {reason}", hint=_mend_hint(row.origin)) from error
+            raise PluginError(
+                f"{title} cannot be loaded: {reason}", hint=_make_mend_hint(row.origin)
+            ) from error
         if not self._accepts(loaded):
             raise PluginError(f"{title} is not {self._kind}", hint="see docs/plugins.md")
         return loaded
 
 
-def _mend_hint(origin: str) -> str:
+def _make_mend_hint(origin: str) -> str:
     """Return the hint for a plug-in that is installed, but cannot be used."""
     return f"mend or uninstall the package of the plug-in {origin}; docs/plugins.md describes the hooks"
 
@@ -214,19 +216,19 @@ def _merge_rows(hook: str, own_rows: tuple[Row, ...], plugins: tuple[Plugin, ...
     merged = [*own_rows]
     for plugin in plugins:
         for row in plugin.rows.get(hook, ()):
-            for earlier in merged:
-                if earlier.name == row.name:
-                    raise duplicate_error(hook, earlier, row)
+            for earlier_row in merged:
+                if earlier_row.name == row.name:
+                    raise duplicate_error(hook, earlier_row, row)
             merged.append(row)
     return tuple(merged)
 
 
 def duplicate_error(hook: str, first: Row, second: Row) -> PluginError:
     """Return the error for two conflicting rows of the same name."""
-    kind = _row_noun(hook)
+    noun = _row_noun(hook)
     return PluginError(
-        f"two {kind}s are called '{second.name}': {first}, and {second}",
-        hint=f"uninstall the package of one {kind}, or rename the {kind}",
+        f"two {noun}s are called '{second.name}': {first}, and {second}",
+        hint=f"uninstall the package of one {noun}, or rename the {noun}",
     )
 
 
@@ -311,7 +313,7 @@ def _import_tables(name: str, entries: list[tuple[str, str]]) -> tuple[str, Modu
     except Exception as error:  # noqa: BLE001 - a plug-in's module may raise anything
         reason = f"{type(error).__name__}: {error}"
         message = f"the plug-in '{name}' of {package} cannot be loaded: {reason}"
-        return package, PluginError(message, hint=_mend_hint(name))
+        return package, PluginError(message, hint=_make_mend_hint(name))
 
 
 def _make_plugin(name: str, package: str, module: ModuleType | PluginError, hooks: frozenset[str]) -> Plugin:
@@ -392,8 +394,8 @@ def _parse_entry_points(text: str) -> Iterator[tuple[str, str]]:
     """Yield name and module of each entry point of our group."""
     group = ""
     for line in text.splitlines():
-        if head := _SECTION_HEADING.match(line):
-            group = head[1]
+        if heading := _SECTION_HEADING.match(line):
+            group = heading[1]
         elif group == GROUP and "=" in line and not line.startswith("#"):
             name, _, module = line.partition("=")
             yield name.strip(), module.strip()

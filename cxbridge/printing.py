@@ -41,15 +41,17 @@ def escape_code_point(code: int) -> str:
 _LINE_FEED: Final = range(0x0A, 0x0B)
 
 
-def _pattern(*ranges: range) -> re.Pattern[str]:
+def _compile_pattern(*ranges: range) -> re.Pattern[str]:
     """Return the pattern of a character in one of the ranges."""
     # a table of all code points would take milliseconds of each start
-    return re.compile(f"[{''.join(f'{chr(each.start)}-{chr(each.stop - 1)}' for each in ranges)}]")
+    return re.compile(f"[{''.join(f'{chr(span.start)}-{chr(span.stop - 1)}' for span in ranges)}]")
 
 
-_UNSAFE_CHARACTER: Final = _pattern(*_UNSAFE_RANGES)
-_UNSAFE_IN_LINE: Final = _pattern(*_UNSAFE_RANGES, _LINE_FEED)
-_UNSAFE_IN_RECORD: Final = re.compile(f"(?!{_pattern(_LATIN_1_SURROGATES).pattern}){_UNSAFE_IN_LINE.pattern}")
+_UNSAFE_CHARACTER: Final = _compile_pattern(*_UNSAFE_RANGES)
+_UNSAFE_IN_LINE: Final = _compile_pattern(*_UNSAFE_RANGES, _LINE_FEED)
+_UNSAFE_IN_RECORD: Final = re.compile(
+    f"(?!{_compile_pattern(_LATIN_1_SURROGATES).pattern}){_UNSAFE_IN_LINE.pattern}"
+)
 # A backslash before text that looks like an escaped code point.
 _AMBIGUOUS_BACKSLASH: Final = re.compile(r"\\(?=u[0-9a-f]{4})")
 _ESCAPE: Final = re.compile(r"\\u([0-9a-f]{4})")

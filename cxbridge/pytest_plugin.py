@@ -76,9 +76,9 @@ class Bench:
 
         trace = None
         if self.artifacts is not None:
-            number = f"-{len(self.runs) + 1}" if self.runs else ""
+            suffix = f"-{len(self.runs) + 1}" if self.runs else ""
             trace = (
-                self.artifacts / self.file.stem / f"{portable_file_name(self.test or 'module')}{number}.mcap"
+                self.artifacts / self.file.stem / f"{portable_file_name(self.test or 'module')}{suffix}.mcap"
             )
         run_options = options_from_keywords(
             scenario,

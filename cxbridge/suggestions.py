@@ -68,11 +68,14 @@ def _similar_names(name: str, candidates: Iterable[str], cutoff: float) -> list[
 
     ending = "".join(_COMMON_ENDING.findall(name)).lower()
     name = name.lower()
-    whole, stem = SequenceMatcher(None, "", name), SequenceMatcher(None, "", name.removesuffix(ending))
+    name_matcher, stem_matcher = (
+        SequenceMatcher(None, "", name),
+        SequenceMatcher(None, "", name.removesuffix(ending)),
+    )
     scores: dict[str, float] = {}
     for candidate in sorted(candidates, key=distance)[:_MAX_COMPARED]:
         # the ending that many names have says nothing about the similarity
-        matcher = stem if candidate.lower().endswith(ending) else whole
+        matcher = stem_matcher if candidate.lower().endswith(ending) else name_matcher
         matcher.set_seq1(candidate.lower().removesuffix(ending))
         # the quick ratios are upper bounds, and most names fail them
         if matcher.real_quick_ratio() >= cutoff and matcher.quick_ratio() >= cutoff:

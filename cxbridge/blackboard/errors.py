@@ -18,10 +18,10 @@
     │    ├── TimestampError
     │    └── BufferIndexError
     └── MessageError
-        ├── InvalidMessageError
+        ├── ForeignMessageError
         ├── UnknownMessageTypeError
         ├── MessageAlreadyQueuedError
-        ├── WrongMessageError
+        ├── UnexpectedMessageTypeError
         └── QueueFullError
 """
 
@@ -31,17 +31,17 @@ from cxbridge.errors import BlackBoardError
 from cxbridge.interfaces.instance_errors import (
     BufferIndexError,
     EnqueueDeniedError,
+    ForeignMessageError,
     InstanceError,
     InvalidInstanceError,
-    InvalidMessageError,
     MessageAlreadyQueuedError,
     MessageError,
     QueueAccessError,
     QueueFullError,
     TimestampError,
+    UnexpectedMessageTypeError,
     UnknownMessageTypeError,
     WriteDeniedError,
-    WrongMessageError,
 )
 
 __all__ = [
@@ -50,9 +50,9 @@ __all__ = [
     "BufferIndexError",
     "EnqueueDeniedError",
     "ForeignInstanceError",
+    "ForeignMessageError",
     "InstanceError",
     "InvalidInstanceError",
-    "InvalidMessageError",
     "InvalidNameError",
     "MessageAlreadyQueuedError",
     "MessageError",
@@ -60,12 +60,12 @@ __all__ = [
     "QueueAccessError",
     "QueueFullError",
     "TimestampError",
+    "UnexpectedMessageTypeError",
     "UnknownMessageTypeError",
     "UnknownTypeError",
     "VersionMismatchError",
     "WriteDeniedError",
     "WriterActiveError",
-    "WrongMessageError",
 ]
 
 

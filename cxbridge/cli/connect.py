@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 import typer
 
 from cxbridge.cli.console import say
-from cxbridge.cli.option_groups import CONNECT, INTERFACE_DIR
+from cxbridge.cli.option_groups import CONNECT_OPTION, INTERFACE_DIR_OPTION
 from cxbridge.resources import DAEMON_URL
 
 if TYPE_CHECKING:
@@ -24,9 +24,11 @@ REPLY_TIMEOUT_S: Final = 30.0
 
 DEFAULT_URL = DAEMON_URL
 
-Connect = Annotated[str, CONNECT]
-InterfaceDirs = Annotated[list[Path] | None, INTERFACE_DIR]
-Uid = Annotated[str, typer.Argument(metavar="TYPE::ID", help="The interface.")]
+Connect = Annotated[str, CONNECT_OPTION]
+InterfaceDirs = Annotated[list[Path] | None, INTERFACE_DIR_OPTION]
+Uid = Annotated[
+    str, typer.Argument(metavar="TYPE::ID", help="an open interface, e.g. SkillerInterface::Skiller")
+]
 Globs = Annotated[
     list[str], typer.Argument(metavar="GLOB...", help="TYPE or TYPE::ID, with the shell patterns *, ?, [].")
 ]
@@ -35,7 +37,8 @@ RunPath = Annotated[
     Path,
     typer.Argument(
         metavar="FILE",
-        help="a recorded run: mcap, a text log of Fawkes, transitions text, bblogger files, a bag of ROS 2",
+        help="a recorded run: an mcap file, a text log of Fawkes, a transitions text, bblogger files, or a "
+        "ROS 2 bag",
     ),
 ]
 

@@ -175,7 +175,7 @@ class ConsoleOptions:
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Log errors only.")] = False
     verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Log everything.")] = False
 
-    def log(self, *, info: bool = False) -> ConsoleLog:
+    def make_log(self, *, info: bool = False) -> ConsoleLog:
         """Return a printer of log lines.
 
         :param info: whether to print lines of the level INFO by default, as services do.

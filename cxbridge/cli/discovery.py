@@ -106,10 +106,10 @@ def make_group_class(
     # sections only in help that rich draws.
     class CommandGroup(TyperGroup):
         def __init__(self, *, commands: Any = None, **attributes: Any) -> None:
-            table = rows()
-            self._sections = names_by_section(table, sections)
+            table_rows = rows()
+            self._sections = names_by_section(table_rows, sections)
             order = [name for names in self._sections.values() for name in names]
-            lazy: Any = LazyCommands(table, order, commands or {})
+            lazy: Any = LazyCommands(table_rows, order, commands or {})
             super().__init__(commands=lazy, **attributes)
 
         def format_commands(self, ctx: Any, formatter: Any) -> None:

@@ -176,12 +176,16 @@ def _check_speaker() -> list[HealthCheck]:
     return [check] if platform.system() == "Linux" else []
 
 
-def _check_program(name: str, program: str, loss: str, remedy: str) -> HealthCheck:
+def _check_program(name: str, program: str, consequence: str, remedy: str) -> HealthCheck:
     """Search for a program.
 
-    :param loss: the effect of a missing program, for the user.
+    :param consequence: the effect of a missing program, for the user.
     """
     path = shutil.which(program)
     return HealthCheck(
-        name, fine=path is not None, required=False, detail=path or f"not installed: {loss}", remedy=remedy
+        name,
+        fine=path is not None,
+        required=False,
+        detail=path or f"not installed: {consequence}",
+        remedy=remedy,
     )

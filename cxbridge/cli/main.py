@@ -40,7 +40,7 @@ _CLOSED_STDOUT_CLASS = "PacifyFlushWrapper"  # the class of click's substitute f
 
 # Typer depends on click or contains a copy of click, depending on its version; this finds the ClickException.
 _UsageError: type[Exception] = next(
-    kind for kind in typer.BadParameter.__mro__ if kind.__name__ == "ClickException"
+    base for base in typer.BadParameter.__mro__ if base.__name__ == "ClickException"
 )
 
 app = typer.Typer(
@@ -83,7 +83,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         status = invoke(arguments)
     except Exception as error:  # noqa: BLE001 - Python's exit status 1 has another meaning for the commands
         traceback.print_exc()
-        say(f"cxbridge: a fault of cxbridge: {type(error).__name__}: {error}", err=True)
+        say(f"cxbridge: an internal error of cxbridge: {type(error).__name__}: {error}", err=True)
         status = FAULT
     sys.exit(status)
 

@@ -24,14 +24,14 @@ from cxbridge.resources import shipped_scenarios
 
 T = TypeVar("T")
 
-CONNECT = typer.Option(
+CONNECT_OPTION = typer.Option(
     "--connect",
     metavar="URL",
     envvar="CXBRIDGE_CONNECT",
     help="the blackboard: tcp://HOST:PORT or ipc://FILE of a daemon, fawkes://HOST[:PORT] of Fawkes; "
     "tcp://HOST:PORT?key=FILE&server-key=FILE with CURVE keys",
 )
-INTERFACE_DIR = typer.Option(
+INTERFACE_DIR_OPTION = typer.Option(
     "--interface-dir",
     metavar="DIR",
     help="folder of interface definitions that take precedence over the shipped ones; may be "
@@ -45,7 +45,7 @@ _GLOBS: Final = {"flags": ("--interface", "-i"), "metavar": "GLOB"}
 OVERRIDES: Final[Mapping[str, Any]] = {
     "ScenarioOptions.scenario": {"is_argument": True, "autocompletion": shipped_scenarios},
     "ScenarioOptions.overlays": {"metavar": "DIR"},
-    "BrokenOptions.strict": {"flags": ("--strict/--lenient",)},
+    "StrictnessOptions.strict": {"flags": ("--strict/--lenient",)},
     "ExecutionOptions.skiller": _SKILLER,
     "ExecutionOptions.speech": _SPEECH,
     "RunOptions.replay": {"metavar": "RUN"},
@@ -58,23 +58,23 @@ OVERRIDES: Final[Mapping[str, Any]] = {
     "PartOptions.speech": _SPEECH,
     "RecordOptions.patterns": _GLOBS,
     "RecordOptions.outputs": {"flags": ("--output", "-o"), "metavar": "PATH"},
-    "RecordOptions.url": CONNECT,
+    "RecordOptions.url": CONNECT_OPTION,
     "RecordOptions.duration_s": {"flags": ("--duration",)},
-    "RecordOptions.interface_dirs": INTERFACE_DIR,
+    "RecordOptions.interface_dirs": INTERFACE_DIR_OPTION,
     "FawkesTemplate.from_fawkes": {"metavar": "SPEC"},
     "FawkesTemplate.fawkes_dir": {"envvar": "FAWKES_DIR"},
     "ReplayOptions.run": {"is_argument": True, "metavar": "RUN"},
-    "ReplayOptions.url": CONNECT,
+    "ReplayOptions.url": CONNECT_OPTION,
     "ReplayOptions.patterns": _GLOBS,
     "ReplayOptions.start_s": {"flags": ("--from",), "metavar": "S"},
     "ReplayOptions.end_s": {"flags": ("--to",), "metavar": "S"},
-    "ReplayOptions.interface_dirs": INTERFACE_DIR,
+    "ReplayOptions.interface_dirs": INTERFACE_DIR_OPTION,
     "ExecutorOptions.target": {"is_argument": True, "metavar": "MODULE:CLASS"},
     "ExecutorOptions.agent": {"metavar": "NAME"},
-    "ExecutorOptions.url": CONNECT,
+    "ExecutorOptions.url": CONNECT_OPTION,
     "ExecutorOptions.name": {"metavar": "ID"},
     "ExecutorOptions.settings": {"flags": ("--set",), "metavar": "NAME=VALUE"},
-    "ExecutorOptions.interface_dirs": INTERFACE_DIR,
+    "ExecutorOptions.interface_dirs": INTERFACE_DIR_OPTION,
 }
 """The fields whose options cannot be derived from the name, type and description of the field.
 
@@ -108,22 +108,22 @@ def option_groups(command: Callable[..., T]) -> Callable[..., T]:
 class _Group:
     """The fields of a dataclass as parameters of a command."""
 
-    def __init__(self, group: Any) -> None:
-        hints = get_type_hints(group, include_extras=True)
-        self._make = group
+    def __init__(self, group_class: Any) -> None:
+        hints = get_type_hints(group_class, include_extras=True)
+        self._group_class = group_class
         self._repeatable_fields = {name for name, hint in hints.items() if _find_item_type(hint) is not None}
-        fields = {field.name: field for field in dataclasses.fields(group)}
+        fields = {field.name: field for field in dataclasses.fields(group_class)}
         self._own_parameters = [
             Parameter(
                 name,
                 Parameter.KEYWORD_ONLY,
                 default=_choose_default(fields[name]),
-                annotation=_make_list_hint(_make_typer_hint(group, fields[name], hints[name])),
+                annotation=_make_list_hint(_make_typer_hint(group_class, fields[name], hints[name])),
             )
-            for name in dict.fromkeys(_list_field_names(group))
+            for name in dict.fromkeys(_list_field_names(group_class))
             if get_origin(hints[name]) is Annotated
         ]
-        self._added_groups = [_Group(added) for added in getattr(group, "added_groups", list)()]
+        self._added_groups = [_Group(added) for added in getattr(group_class, "added_groups", list)()]
         self.parameters: list[Parameter] = [
             *self._own_parameters,
             *(parameter for added in self._added_groups for parameter in added.parameters),
@@ -137,8 +137,8 @@ class _Group:
         added = [group.pop_options(values) for group in self._added_groups]
         # only the groups with a given option: a group with defaults must not change the run
         if changed := tuple(group for group in added if group != type(group)()):
-            options["more"] = changed
-        return self._make(**options)
+            options["plugin_groups"] = changed
+        return self._group_class(**options)
 
 
 def _list_field_names(group: type) -> Iterator[str]:
@@ -154,26 +154,26 @@ def _make_typer_hint(group: type, field: dataclasses.Field[Any], hint: Any) -> A
     meta = next((metadata for metadata in hint.__metadata__ if isinstance(metadata, Meta)), None)
     if meta is None:
         return hint
-    kind, *_ = get_args(hint)
+    value_type, *_ = get_args(hint)
     definer = next(base for base in group.__mro__ if field.name in vars(base).get("__annotations__", {}))
     override = OVERRIDES.get(f"{definer.__name__}.{field.name}", {})
     if not isinstance(override, Mapping):
-        return Annotated[kind, override]
+        return Annotated[value_type, override]
     keywords = {"min": meta.ge, "max": meta.le, "help": meta.description, **override}
     if field.default in (None, ""):
         keywords["show_default"] = False
-    flags = keywords.pop("flags", _make_flags(field, kind))
+    flags = keywords.pop("flags", _make_flags(field, value_type))
     if keywords.pop("is_argument", False):
-        return Annotated[kind, typer.Argument(**keywords)]
-    return Annotated[kind, typer.Option(*flags, **keywords)]
+        return Annotated[value_type, typer.Argument(**keywords)]
+    return Annotated[value_type, typer.Option(*flags, **keywords)]
 
 
-def _make_flags(field: dataclasses.Field[Any], kind: Any) -> tuple[str, ...]:
+def _make_flags(field: dataclasses.Field[Any], value_type: Any) -> tuple[str, ...]:
     """Return the flags of an option; empty if they are those that typer derives from the field's name."""
     name = field.name.replace("_", "-")
-    if kind is bool and field.default is False:
+    if value_type is bool and field.default is False:
         return (f"--{name}",)
-    if _find_item_type(kind) is not None and name.endswith("s"):
+    if _find_item_type(value_type) is not None and name.endswith("s"):
         return (f"--{name.removesuffix('s')}",)
     return ()
 
@@ -181,15 +181,19 @@ def _make_flags(field: dataclasses.Field[Any], kind: Any) -> tuple[str, ...]:
 def _find_item_type(hint: Any) -> Any:
     """Return the type of the items if a hint is or contains a tuple; otherwise None."""
     if get_origin(hint) in (Annotated, UnionType):
-        return next((item for part in get_args(hint) if (item := _find_item_type(part)) is not None), None)
+        return next(
+            (item_type for part in get_args(hint) if (item_type := _find_item_type(part)) is not None), None
+        )
     return get_args(hint)[0] if get_origin(hint) is tuple else None
 
 
 def _make_list_hint(hint: Any) -> Any:
     """Return the hint of a field with a list instead of a tuple."""
     # typer takes a tuple for an option that has several values at once
-    item = _find_item_type(hint)
-    return hint if item is None else Annotated[GenericAlias(list, (item,)) | None, *hint.__metadata__]
+    item_type = _find_item_type(hint)
+    return (
+        hint if item_type is None else Annotated[GenericAlias(list, (item_type,)) | None, *hint.__metadata__]
+    )
 
 
 def _choose_default(field: dataclasses.Field[Any]) -> Any:

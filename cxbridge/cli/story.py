@@ -26,13 +26,13 @@ if TYPE_CHECKING:
 
 _WORD_WIDTH: Final = max(len(outcome.word) for outcome in OutcomeKind)
 # The duration of a goal in seconds below which it is not printed.
-_MIN_SHOWN_S: Final = 0.05
+_MIN_SHOWN_DURATION_S: Final = 0.05
 
 # The number of characters of a reason that are shown even on a narrow terminal.
 _MIN_REASON_WIDTH: Final = 24
 
 # The start of the lines of a Lua error that only the log shows; the field of an interface may truncate it.
-_STACK: Final = "stack traceback:"
+_STACK_TRACE_START: Final = "stack traceback:"
 
 # The start of error messages of CLIPS.
 _CLIPS_ERROR: Final = re.compile(r"\[[A-Z]+\d+\] ")
@@ -41,7 +41,7 @@ _CLIPS_ERROR: Final = re.compile(r"\[[A-Z]+\d+\] ")
 def _drop_stack_trace(reason: str) -> str:
     """Return the first line of a Lua error with a stack trace; other reasons unchanged."""
     head, _, tail = reason.partition("\n")
-    return head if _STACK.startswith(tail[: len(_STACK)]) else reason
+    return head if _STACK_TRACE_START.startswith(tail[: len(_STACK_TRACE_START)]) else reason
 
 
 class RunLog(ConsoleLog):
@@ -55,7 +55,7 @@ class RunLog(ConsoleLog):
         super().__init__(quiet=quiet, verbose=verbose)
         self._verbose = verbose
         self._printing_thread = 0  # the thread in which a rule prints; 0 without one
-        self._continues = False  # whether the last line belongs to an error report of CLIPS
+        self._is_in_clips_error = False  # whether the last line belongs to an error report of CLIPS
 
     def attach(self, run: Run) -> None:
         """Separate the output of an agent's rules from the other log lines of its environment.
@@ -87,10 +87,11 @@ class RunLog(ConsoleLog):
 
     def _is_clips_error(self, line: LogLine) -> bool:
         """Return whether a line belongs to an error report of CLIPS, whose further lines are indented."""
-        self._continues = line.level is Level.ERROR and (
-            _CLIPS_ERROR.match(line.text) is not None or (self._continues and line.text.startswith("  "))
+        self._is_in_clips_error = line.level is Level.ERROR and (
+            _CLIPS_ERROR.match(line.text) is not None
+            or (self._is_in_clips_error and line.text.startswith("  "))
         )
-        return self._continues
+        return self._is_in_clips_error
 
 
 class RunStory:
@@ -120,30 +121,32 @@ class RunStory:
             raise self._stdout_error
 
     def print_goal(
-        self, agent: str, elapsed_s: float, goal: GoalTransition, took_s: float | None, failure: str
+        self, agent: str, elapsed_s: float, goal: GoalTransition, duration_s: float | None, failure: str
     ) -> None:
         """Print the end of a goal.
 
         :param elapsed_s: the seconds since the start of the run.
-        :param took_s: the seconds since the selection of the goal; None if the goal was not selected.
+        :param duration_s: the seconds since the selection of the goal; None if the goal was not selected.
         :param failure: the reason for a failure; empty without one.
         """
         outcome = goal_outcome(goal.mode, goal.outcome)
-        took = "" if took_s is None or took_s < _MIN_SHOWN_S else f" in {took_s:.1f} s"
-        name = f"{agent}  " if self._agent_count > 1 else ""
-        title = one_line(f"{goal_title(goal.goal, goal.goal_class)}{took}")
+        duration_text = (
+            "" if duration_s is None or duration_s < _MIN_SHOWN_DURATION_S else f" in {duration_s:.1f} s"
+        )
+        agent_text = f"{agent}  " if self._agent_count > 1 else ""
+        title = one_line(f"{goal_title(goal.goal, goal.goal_class)}{duration_text}")
         time = f"{elapsed_s:7.1f} s"
         reason = one_line(f": {_drop_stack_trace(failure)}" if failure else "")
-        used_width = sum(map(len, (time, name, self._format_outcome(outcome), title))) + 2 * len("  ")
+        used_width = sum(map(len, (time, agent_text, self._format_outcome(outcome), title))) + 2 * len("  ")
         reason_width = max(self._width - used_width, _MIN_REASON_WIDTH)
         if self._width and len(reason) > reason_width:
             reason = reason[: reason_width - 1] + "…"
         if self._stdout_error is not None:
-            return
+            return  # the loop raises the error after this cycle
         try:
             self._print(
                 self._brush(time, "dim"),
-                f"{name}{self._brush(self._format_outcome(outcome), outcome.colour)}",
+                f"{agent_text}{self._brush(self._format_outcome(outcome), outcome.colour)}",
                 title + self._brush(reason, outcome.colour),
             )
         except OSError as error:
@@ -223,12 +226,14 @@ class _GoalFollower:
         self._printed_outcomes[goal.goal] = goal.outcome
         forget_oldest(self._printed_outcomes)
         selected_us = self._selected_us.pop(goal.goal, None)
-        took_s = None if selected_us is None else (goal.time_us - selected_us) / MICROSECONDS
+        duration_s = None if selected_us is None else (goal.time_us - selected_us) / MICROSECONDS
         elapsed_s = (goal.time_us - self._start_us) / MICROSECONDS
-        self._story.print_goal(self._name, elapsed_s, goal, took_s, self._reasons.failure_reason(goal))
+        self._story.print_goal(
+            self._name, elapsed_s, goal, duration_s, self._reasons.find_failure_reason(goal)
+        )
 
 
-_CODES: Final[Mapping[str, str]] = {
+_COLOUR_CODES: Final[Mapping[str, str]] = {
     "red": "31",
     "green": "32",
     "yellow": "33",
@@ -251,7 +256,7 @@ def wants_colour(stream: IO[str], environ: Mapping[str, str] = os.environ) -> bo
 
 def paint(text: str, colour: str) -> str:
     """Return a text in a colour, dim or bold; unchanged if ``colour`` is empty."""
-    return f"\x1b[{_CODES[colour]}m{text}\x1b[0m" if colour and text else text
+    return f"\x1b[{_COLOUR_CODES[colour]}m{text}\x1b[0m" if colour and text else text
 
 
 class Brush:

@@ -55,15 +55,15 @@ class StyledCommand(TyperCommand):
 
 def _fill_optional_values(arguments: Sequence[str], options: Sequence[str]) -> list[str]:
     """Return the arguments with ``--web`` as ``--web=``, and ``--web 80`` as ``--web=80``."""
-    filled: list[str] = []
+    with_values: list[str] = []
     remaining = list(arguments)
     while remaining and remaining[0] != "--":
         argument = remaining.pop(0)
         if argument in options:
             number = remaining.pop(0) if remaining and remaining[0].isdecimal() else ""
             argument = f"{argument}={number}"
-        filled.append(argument)
-    return filled + remaining
+        with_values.append(argument)
+    return with_values + remaining
 
 
 def style(command: Any) -> Any:
@@ -91,8 +91,8 @@ def _style_parameter(parameter: Any) -> None:
 
 def _make_sentence(text: str, values: Sequence[str]) -> str:
     """Return a text as a sentence; a leading value of the command line keeps its case."""
-    word = text.split(maxsplit=1)[0]
-    if word.isalpha() and word.islower() and word not in values:
+    first_word = text.split(maxsplit=1)[0]
+    if first_word.isalpha() and first_word.islower() and first_word not in values:
         text = text[0].upper() + text[1:]
     return text if text.endswith((".", ")", "]")) else f"{text}."
 
@@ -101,11 +101,11 @@ def _choose_metavar(parameter: Any) -> str:
     name = parameter.name
     if parameter.param_type_name == "argument":
         return str(name).upper().replace("_", "-")
-    kind = type(parameter.type).__name__
-    if name in _METAVARS and "Path" not in kind:
+    type_name = type(parameter.type).__name__
+    if name in _METAVARS and "Path" not in type_name:
         return _METAVARS[name]
-    if "Path" in kind:
+    if "Path" in type_name:
         return "DIR" if _DIRECTORY.search(name) else "FILE"
-    if "Float" in kind or _SECONDS.search(name):
+    if "Float" in type_name or _SECONDS.search(name):
         return "SECONDS" if _SECONDS.search(name) else "N"
-    return "N" if "Int" in kind else "TEXT"
+    return "N" if "Int" in type_name else "TEXT"

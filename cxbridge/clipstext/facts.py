@@ -195,10 +195,10 @@ def _find_slot_end(text: str, position: int) -> int:
     depth = 0
     while (mark := _PARENTHESIS_OR_QUOTE.search(text, position)) is not None:
         position = mark.start()
-        char = text[position]
-        if char == '"':
+        character = text[position]
+        if character == '"':
             position = _find_string_end(text, position)
-        elif char == "(":
+        elif character == "(":
             depth += 1
         elif depth == 0:
             return position

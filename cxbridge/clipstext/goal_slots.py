@@ -46,11 +46,11 @@ def read_slots(text: str) -> tuple[GoalSlot, ...]:
 def _make_slot(is_multi: bool, name: str, attribute_text: str) -> GoalSlot:
     """Return a slot; without the attribute ``default``, CLIPS derives the default from the type."""
     attributes = {key: value.strip() for key, value in _ATTRIBUTE.findall(attribute_text)}
-    kind, allowed_values = attributes.get("type", ""), attributes.get("allowed-values", "").split()
+    slot_type, allowed_values = attributes.get("type", ""), attributes.get("allowed-values", "").split()
     implicit_default = (
-        "" if is_multi else allowed_values[0] if allowed_values else _DEFAULT_BY_TYPE.get(kind, "nil")
+        "" if is_multi else allowed_values[0] if allowed_values else _DEFAULT_BY_TYPE.get(slot_type, "nil")
     )
-    return GoalSlot(name, is_multi, kind, attributes.get("default", implicit_default))
+    return GoalSlot(name, is_multi, slot_type, attributes.get("default", implicit_default))
 
 
 GOAL_SLOTS: Final = read_slots(DECLARATION.read_text("utf-8"))

@@ -38,8 +38,10 @@ HIDDEN: Final = re.compile(rf"{_STRING}|(?P<unclosed>{_UNCLOSED_STRING})|{_COMME
 CONSTRUCT: Final = re.compile(r"\(\s*(def[a-z]+)\s+([^\s()\";]+)", re.ASCII)
 """The start of a construct with kind and name, for texts with blank strings and comments."""
 
+# The start of any construct.
 _DEFINITION: Final = re.compile(r"\(\s*def[a-z-]+\s")
 
+# A deffunction without actions, for texts with blank strings and comments.
 _DECLARATION: Final = re.compile(r"\(\s*deffunction\s[^()]*\([^()]*\)\s*\)")
 
 _CHARACTER_IN_LINE: Final = re.compile(r"[^\n]")

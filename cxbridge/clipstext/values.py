@@ -91,5 +91,8 @@ def constants_of(names: Sequence[str], constants: Sequence[str]) -> list[str | N
     :param names: the slot ``param-names``.
     :param constants: the slot ``param-constants``, in which trailing parameters may be missing.
     """
-    filled = chain(constants, repeat(NO_CONSTANT))
-    return [None if constant == NO_CONSTANT else constant for constant, _ in zip(filled, names, strict=False)]
+    padded_constants = chain(constants, repeat(NO_CONSTANT))
+    return [
+        None if constant == NO_CONSTANT else constant
+        for constant, _ in zip(padded_constants, names, strict=False)
+    ]

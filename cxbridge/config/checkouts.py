@@ -50,7 +50,7 @@ class Checkouts(Struct, frozen=True):
         paths = (folder / CONFIGURATION / name for folder in self.folders)
         return next((path for path in paths if path.exists()), name)
 
-    def matching_folders(self, pattern: str) -> list[Path]:
+    def find_matching_folders(self, pattern: str) -> list[Path]:
         """Return the folders that match a pattern, by checkout."""
         return [path for folder in self.folders for path in sorted(folder.glob(pattern)) if path.is_dir()]
 

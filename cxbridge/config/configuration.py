@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from cxbridge.config.documents import MAX_DEPTH, Mark
-from cxbridge.config.loader import ConfigLoader, config_files
+from cxbridge.config.loader import ConfigLoader, list_config_files
 from cxbridge.config.scalars import to_bool, to_float, to_int, to_uint32
 from cxbridge.config.secrets import mask
 from cxbridge.config.tree import ConfigNode, ConfigValue, NodeKind, overlay, split_path
@@ -34,7 +34,7 @@ class _Missing:
 
 
 _MISSING = _Missing()
-_MIN_PATH_LIKENESS = 0.75  # the minimal similarity for a suggestion; high, because many paths begin equally
+_MIN_PATH_SIMILARITY = 0.75  # the minimum similarity for a suggestion; high, because many paths begin equally
 
 
 class Configuration:
@@ -69,10 +69,10 @@ class Configuration:
         :raises ConfigError: if a file cannot be read, or a value is invalid.
         """
         path = Path(path)
-        main = path / "config.yaml"
+        main_file = path / "config.yaml"
         if not path.is_dir():
-            main = path
-        elif not main.is_file():
+            main_file = path
+        elif not main_file.is_file():
             loader = ConfigLoader(Path(confdir or path), host)
             try:
                 loader.load_folder(path)
@@ -81,8 +81,8 @@ class Configuration:
             if not loader.files:
                 raise ConfigError("the folder has no configuration file (*.yaml)", file=path)
             return cls._from_loader(loader)
-        loader = ConfigLoader(Path(confdir or main.parent), host)
-        loader.load_file(main)
+        loader = ConfigLoader(Path(confdir or main_file.parent), host)
+        loader.load_file(main_file)
         return cls._from_loader(loader)
 
     @classmethod
@@ -169,11 +169,11 @@ class Configuration:
         return self._get_scalar(path, str, "a single value", default)
 
     def get_uint(self, path: str, *, default: D | _Missing = _MISSING) -> int | D:
-        """Return a 32 bit unsigned integer, which may be hexadecimal (0x10) or octal (010)."""
+        """Return a 32-bit unsigned integer, which may be hexadecimal (0x10) or octal (010)."""
         return self._get_scalar(path, to_uint32, "an unsigned integer", default)
 
     def get_int(self, path: str, *, default: D | _Missing = _MISSING) -> int | D:
-        """Return a 32 bit integer."""
+        """Return a 32-bit integer."""
         return self._get_scalar(path, to_int, "an integer", default)
 
     def get_float(self, path: str, *, default: D | _Missing = _MISSING) -> float | D:
@@ -189,11 +189,11 @@ class Configuration:
         return self._get_list(path, str, "a text", default)
 
     def get_uints(self, path: str, *, default: D | _Missing = _MISSING) -> list[int] | D:
-        """Return a list of 32 bit unsigned integers."""
+        """Return a list of 32-bit unsigned integers."""
         return self._get_list(path, to_uint32, "an unsigned integer", default)
 
     def get_ints(self, path: str, *, default: D | _Missing = _MISSING) -> list[int] | D:
-        """Return a list of 32 bit integers."""
+        """Return a list of 32-bit integers."""
         return self._get_list(path, to_int, "an integer", default)
 
     def get_floats(self, path: str, *, default: D | _Missing = _MISSING) -> list[float] | D:
@@ -256,7 +256,7 @@ class Configuration:
                 line=node.mark.line or None, hint=f"values below: {', '.join(list(node.children)[:8])}",
             )  # fmt: skip
         paths = [leaf for leaf, _ in self._root.leaves("")]
-        hint = self._find_host_hint(path) or did_you_mean(path, paths, cutoff=_MIN_PATH_LIKENESS) or None
+        hint = self._find_host_hint(path) or did_you_mean(path, paths, cutoff=_MIN_PATH_SIMILARITY) or None
         mark = self._find_nearest_mark(path)
         return ConfigMissingError(
             f"there is no configuration value {path}",
@@ -284,14 +284,14 @@ class Configuration:
                     files.append(str(file))
         if not files:
             return ""
-        count = f" ({len(files)} files define it)" if len(files) > 1 else ""
-        return f"{files[0]} defines the value for another host{count}: --config {shlex.quote(files[0])}"
+        count_text = f" ({len(files)} files define it)" if len(files) > 1 else ""
+        return f"{files[0]} defines the value for another host{count_text}: --config {shlex.quote(files[0])}"
 
     def _find_host_files(self) -> Iterator[Path]:
         """Yield the files that the includes with ``$host`` name on other machines."""
         for include in self._host_includes:
             for path in sorted(include.parent.glob(include.name.replace("$host", "*", 1))):
-                for file in config_files(path) if path.is_dir() else [path]:
+                for file in list_config_files(path) if path.is_dir() else [path]:
                     if file not in self.files:
                         yield file
 
@@ -351,9 +351,9 @@ class Configuration:
         nodes = [self._root]  # from the root to the value
         for element in elements:
             nodes.append(nodes[-1].children[element])
-        replaced = self._replaced_nodes.pop(elements)
-        if replaced is not None:
-            nodes[-2].children[elements[-1]] = replaced
+        replaced_node = self._replaced_nodes.pop(elements)
+        if replaced_node is not None:
+            nodes[-2].children[elements[-1]] = replaced_node
             return
         # the maps that `set` has made for the value go with it
         for node, element in zip(reversed(nodes[:-1]), reversed(elements), strict=True):

@@ -19,7 +19,7 @@ TOO_DEEP: Final = f"values are nested more than {MAX_DEPTH} deep"
 MAX_NODES: Final = 200_000  # aliases of aliases multiply the nodes of a short text
 FAWKES_TAG: Final = "tag:fawkesrobotics.org,cfg/"
 _YAML_TAG: Final = "tag:yaml.org,2002:"
-_NULLS: Final = frozenset({"", "~", "null", "Null", "NULL"})
+_NULL_TEXTS: Final = frozenset({"", "~", "null", "Null", "NULL"})
 
 
 class Mark(NamedTuple):
@@ -185,7 +185,7 @@ class _Composer:
         return node
 
     def _build_scalar(self, event: Any) -> YamlScalar:
-        is_null = event.implicit[0] and event.tag is None and event.value in _NULLS
+        is_null = event.implicit[0] and event.tag is None and event.value in _NULL_TEXTS
         return YamlScalar(
             self._make_mark(event), self._normalize_tag(event), event.value, is_null, event.implicit[0]
         )

@@ -65,7 +65,7 @@ class ConfigLoader:
 
     def load_folder(self, folder: Path) -> None:
         """Read all configuration files of a folder and their includes."""
-        self._queue.extend(_FileToRead(file, Mark()) for file in config_files(folder))
+        self._queue.extend(_FileToRead(file, Mark()) for file in list_config_files(folder))
         self._load_queue()
 
     def load_text(self, text: str | bytes, name: str) -> None:
@@ -169,7 +169,7 @@ class ConfigLoader:
 
     def _queue_folder(self, folder: Path, mark: Mark, chain: tuple[Path, ...], *, is_optional: bool) -> None:
         try:
-            files = config_files(folder)
+            files = list_config_files(folder)
         except OSError as error:
             if is_optional and isinstance(error, FileNotFoundError):
                 return
@@ -184,7 +184,7 @@ class ConfigLoader:
         self._queue.append(entry)
 
 
-def config_files(folder: Path) -> list[Path]:
+def list_config_files(folder: Path) -> list[Path]:
     """Return the configuration files of a folder, ``[a-zA-Z0-9_-]+.yaml``, sorted by name.
 
     :raises OSError: if the folder cannot be read.

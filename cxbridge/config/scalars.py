@@ -14,7 +14,7 @@ from enum import Enum
 
 UINT_MAX = 2**32 - 1
 INT_MAX = 2**31 - 1
-LONG_MAX = 2**63 - 1  # C's long on 64 bit machines, to which strtol converts
+LONG_MAX = 2**63 - 1  # C's long on 64-bit machines, to which strtol converts
 
 
 class ConfigType(Enum):
@@ -56,8 +56,8 @@ def _parse_integer(match: re.Match[str]) -> int:
         digits, base = match["hex"], 16
     elif match["octal"] is not None:
         digits, base = match["octal"], 8
-    limit = 25  # more digits exceed 64 bits in any base; megabytes of digits would take long to convert
-    value = LONG_MAX + 1 if len(digits.lstrip("0")) > limit else int(digits, base)
+    max_digits = 25  # more digits exceed 64 bits in any base; megabytes of digits would take long to convert
+    value = LONG_MAX + 1 if len(digits.lstrip("0")) > max_digits else int(digits, base)
     return -value if match["sign"] == "-" else value
 
 
@@ -80,7 +80,7 @@ def to_uint32(text: str) -> int | None:
 
 
 def to_int(text: str) -> int | None:
-    """Return ``text`` as a 32 bit integer, or None."""
+    """Return ``text`` as a 32-bit integer, or None."""
     match = _STREAM_INT.fullmatch(text)
     if match is None:
         return None

@@ -28,7 +28,7 @@ OWNER = "cxbridge daemon"
 """The owner of the daemon's interfaces, for lists of readers and writers."""
 
 MAX_COMMANDS = 16
-"""The maximal number of waiting commands; further ones are refused, since a stuck loop processes none."""
+"""The maximum number of waiting commands; further ones are refused, since a stuck loop processes none."""
 
 INTERRUPT = "InterruptMessage"
 """The message that is processed on arrival, because the main loop may be stuck."""

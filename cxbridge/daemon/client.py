@@ -28,7 +28,7 @@ SKILLER = "SkillerInterface"
 _DAEMON_TYPE = "DaemonInterface"
 
 MAX_ARGUMENT_BYTES: Final = 8191
-"""The maximal bytes of a request's arguments as JSON."""
+"""The maximum number of bytes of a request's arguments as JSON."""
 
 
 class NoAnswerError(CxbridgeError):
@@ -117,11 +117,11 @@ def _send_and_follow(
 ) -> Iterator[InterfaceChange]:
     """Send a message and yield the later changes of the interface, until the timeout."""
     deadline = Deadline(timeout_s)
-    before = feed.read_change(interface)
+    earlier_change = feed.read_change(interface)
     interface.msgq_enqueue(message)
     while (change := feed.wait_for_change(deadline)) is not None:
         # a listener may get a write that precedes the message a second time
-        is_stale = change.values == before.values and change.time_us <= before.time_us
+        is_stale = change.values == earlier_change.values and change.time_us <= earlier_change.time_us
         if change.kind == "writer removed" or not is_stale:
             yield change
 
@@ -147,7 +147,7 @@ def ask_why(board: BlackBoard, name: str, kind: str, rules: int, timeout_s: floa
     """Ask a daemon about a rule, a goal, an action, a fact or the run.
 
     :param kind: ``rule``, ``goal``, ``action``, ``fact``, ``run`` or empty.
-    :param rules: the maximal number of firings before each step of a goal.
+    :param rules: the maximum number of firings before each step of a goal.
     :returns: the reply with ``lines`` and ``data``, or None if there is no reply in time.
     :raises CxbridgeError: if there is no daemon with an executive, or no explanation of the name.
     """
@@ -185,7 +185,7 @@ def request(board: BlackBoard, verb: str, timeout_s: float, **arguments: Any) ->
     """
     check_serves_requests(board)
     text, token = json.dumps(arguments), uuid4().hex
-    if len(text) > MAX_ARGUMENT_BYTES:
+    if len(text) > MAX_ARGUMENT_BYTES:  # JSON escapes other characters than ASCII, so a character is a byte
         raise CxbridgeError(
             f"the arguments of {verb} are too long", hint=f"{MAX_ARGUMENT_BYTES} bytes at most"
         )

@@ -35,7 +35,7 @@ from cxbridge.run.components.manager import (
 )
 from cxbridge.run.components.table import COMPONENTS, EXECUTIVE, needed_components
 from cxbridge.run.result import FAULT
-from cxbridge.run.watchdog import Stall, Stalls
+from cxbridge.run.watchdog import Stall, StallReporter
 
 if TYPE_CHECKING:
     from cxbridge.daemon.operations.operation import OperationContext
@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 COMPONENT = "Daemon"
 """The name of the daemon in log lines."""
 
-_WATCH_US = MICROSECONDS  # the period of checks, and of the notification that feeds systemd's watchdog
+_CHECK_INTERVAL_US = MICROSECONDS  # also the interval of the notifications that feed systemd's watchdog
 
 
 class Daemon(Run):
@@ -68,13 +68,13 @@ class Daemon(Run):
         self.endpoints: list[str] = []
         """The endpoints of the started servers."""
         self._state = "STARTING"
-        self._next_watch_us = 0
+        self._next_check_us = 0
         self._thread_id = 0  # the thread of :meth:`run`; 0 before it
         self._notifier = Notifier()
         self.node: ExecutiveNode | None = None
         """The executive for clients, None without one."""
         super().__init__(make_run_options(options, base.config, settings), base)
-        self.stalls = Stalls(
+        self.stalls = StallReporter(
             self.loop,
             lambda: {} if self.node is None else self.node.environments,
             self.log,
@@ -83,7 +83,7 @@ class Daemon(Run):
             on_stall=self._report_stall,
         )
         nodes = self.lifecycle.nodes
-        self.status = DaemonBoard(
+        self.presence = DaemonBoard(
             self.board, [node.name for node in nodes], self.clock.name, self._process_urgent_message
         )
         self._requests = DaemonRequests(
@@ -113,14 +113,14 @@ class Daemon(Run):
         )
 
     def _make_node(self, row: Row) -> ManagedNode[Any]:
-        kind = COMPONENTS.load_target(row)
+        component_class = COMPONENTS.load_target(row)
 
         def make() -> Any:
-            return kind(self)
+            return component_class(self)
 
         if row.name != EXECUTIVE:
-            return ManagedNode(row.name, make, kind)
-        self.node = self.thinking_node = ExecutiveNode(row.name, make, kind, self)
+            return ManagedNode(row.name, make, component_class)
+        self.node = self.thinking_node = ExecutiveNode(row.name, make, component_class, self)
         return self.node
 
     @property
@@ -146,7 +146,7 @@ class Daemon(Run):
         for endpoint in endpoints:
             self.log.info(f"Serving {purpose} at {endpoint}")
         self.endpoints += endpoints
-        self.status.set_fields(endpoints=self.endpoints)
+        self.presence.set_fields(endpoints=self.endpoints)
 
     def run(self) -> int:
         """Start the components, work until a signal, a command or a failure, and stop.
@@ -166,7 +166,7 @@ class Daemon(Run):
                     # an interrupted start may have failed only because of the interrupt
                     self.lifecycle.failure = ""
                 elif self.lifecycle.failure:
-                    raise self._startup_error(self.lifecycle.failure_error)
+                    raise self._make_startup_error(self.lifecycle.first_error)
                 else:
                     self._run_loop()
             finally:
@@ -175,11 +175,11 @@ class Daemon(Run):
                     self._shut_down()
                 self.stalls.watchdog.stop()
                 self.clock.close()
-        if isinstance(self.lifecycle.failure_error, BrokenAgentError):
-            raise self.lifecycle.failure_error  # a mistake in a file that was loaded after the start
+        if isinstance(self.lifecycle.first_error, BrokenAgentError):
+            raise self.lifecycle.first_error  # a mistake in a file that was loaded after the start
         return FAULT if self.lifecycle.failure else 0
 
-    def _startup_error(self, error: Exception) -> Exception:
+    def _make_startup_error(self, error: Exception) -> Exception:
         """Return a mistake of the user unchanged, and any other error with the name of the component."""
         if isinstance(error, CxbridgeError) or (isinstance(error, OSError) and error.filename is not None):
             return error
@@ -237,12 +237,12 @@ class Daemon(Run):
 
     def _poll(self) -> None:
         """Process commands, and check the components once a second."""
-        while (command := self.status.next_command()) is not None:
+        while (command := self.presence.next_command()) is not None:
             self._process_command(*command)
         self._requests.process_next()
         now_us = self.clock.now_us()
-        if now_us >= self._next_watch_us:
-            self._next_watch_us = now_us + _WATCH_US
+        if now_us >= self._next_check_us:
+            self._next_check_us = now_us + _CHECK_INTERVAL_US
             self.lifecycle.watch()
             self._notifier.report_alive()
             self.update_state()
@@ -253,9 +253,9 @@ class Daemon(Run):
             self.log.warn(f"Refusing to {verb}: {rights.refusal_hint(Right.CONTROL)}")
             return
         # states published while the command is processed must not count as its reply
-        self.status.acknowledge(0)
+        self.presence.acknowledge(0)
         self.carry_out(verb)
-        self.status.acknowledge(msgid)
+        self.presence.acknowledge(msgid)
         self.update_state()
 
     def carry_out(self, verb: str) -> None:
@@ -294,12 +294,12 @@ class Daemon(Run):
         ]
 
     def change_component(self, name: str, transition: str) -> None:
-        """Let a component make a transition of its lifecycle, in the thread of the main loop.
+        """Change the state of a component by a transition of its lifecycle, in the thread of the main loop.
 
         :raises LifecycleError: if the state of the component does not allow the transition, or it fails.
         """
         try:
-            self.lifecycle.change_one(name, transition)
+            self.lifecycle.change_component(name, transition)
         finally:
             self.update_state()
 
@@ -316,5 +316,5 @@ class Daemon(Run):
         components = self.component_statuses()
         errors = [f"{status.name}: {status.reason}" for status in components if status.reason]
         error = errors[0] if errors else self.stalls.text
-        self.status.set_fields(error="" if self._state == "PAUSED" else error)
-        self.status.publish(self.state, components)
+        self.presence.set_fields(error="" if self._state == "PAUSED" else error)
+        self.presence.publish(self.state, components)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
-from cxbridge.run.components.component import ThinkingComponent
+from cxbridge.run.components.component import BaseExecutiveComponent
 from cxbridge.run.components.manager import ManagedNode
 from cxbridge.run.mistakes import AgentChecks
 
@@ -16,16 +16,20 @@ if TYPE_CHECKING:
     from cxbridge.run.agent import Run
 
 
-class ExecutiveNode(ManagedNode[ThinkingComponent]):
+class ExecutiveNode(ManagedNode[BaseExecutiveComponent]):
     """The executive of a daemon across resets, each of which makes a new component; breakpoints survive.
 
     :param run: the daemon.
     """
 
     def __init__(
-        self, name: str, make: Callable[[], ThinkingComponent], kind: type[ThinkingComponent], run: Run
+        self,
+        name: str,
+        make: Callable[[], BaseExecutiveComponent],
+        component_class: type[BaseExecutiveComponent],
+        run: Run,
     ) -> None:
-        super().__init__(name, make, kind)
+        super().__init__(name, make, component_class)
         self._run = run
         self._is_configured = False
         self._control: RuleControl | None = None
@@ -33,7 +37,7 @@ class ExecutiveNode(ManagedNode[ThinkingComponent]):
         self._checks: AgentChecks | None = None
         """The checks of the files that are loaded during the initialisation; None afterwards."""
 
-    def configure_component(self, component: ThinkingComponent) -> None:
+    def configure_component(self, component: BaseExecutiveComponent) -> None:
         component.watch()
         if self._control is not None:
             self._control.move_to(component.executive)

@@ -9,10 +9,10 @@ from typing import Annotated, ClassVar
 
 from msgspec import Meta
 
-from cxbridge.run.options import BrokenOptions, LogOptions, Setting, SourceOptions
+from cxbridge.run.options import LogOptions, Setting, SourceOptions, StrictnessOptions
 
 # The settings by the options that override them, as paths below ``cxbridge``.
-_SETTINGS = {
+_SETTING_BY_OPTION = {
     "endpoints": "zmq/endpoints",
     "insecure": "zmq/insecure",
     "secret_key": "zmq/secret-key",
@@ -105,7 +105,7 @@ class DaemonOptions(
     PartOptions,
     DaemonSourceOptions,
     LogOptions,
-    BrokenOptions,
+    StrictnessOptions,
 ):
     """The options of ``cxbridge daemon``; see its help.
 
@@ -118,13 +118,13 @@ class DaemonOptions(
 
     def all_settings(self) -> Iterator[tuple[str, Setting]]:
         """Yield the settings of options, then `settings`, by path below ``cxbridge``."""
-        for name, path in _SETTINGS.items():
+        for name, path in _SETTING_BY_OPTION.items():
             value = getattr(self, name)
             if isinstance(value, tuple):
                 value = list(value) or None  # an empty tuple: the option is not given
             if value is not None:
                 # the configuration resolves relative paths against its own folder, not the user's
                 yield path, str(value.absolute()) if isinstance(value, Path) else value
-        for group in self.more:
+        for group in self.plugin_groups:
             yield from group.settings()
         yield from self.settings

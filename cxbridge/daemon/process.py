@@ -12,7 +12,7 @@ from cxbridge.printing import one_line
 
 # The usual soft limit is 1024, and a server needs a descriptor for each client. A far higher limit would slow
 # down child processes, which close all descriptors up to the limit.
-_OPEN_FILES: Final = 16384
+_MAX_OPEN_FILES: Final = 16384
 
 
 class Notifier:
@@ -63,7 +63,7 @@ def raise_file_limit() -> None:
     except ImportError:
         return
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-    limit = _OPEN_FILES if hard == resource.RLIM_INFINITY else min(hard, _OPEN_FILES)
+    limit = _MAX_OPEN_FILES if hard == resource.RLIM_INFINITY else min(hard, _MAX_OPEN_FILES)
     if soft != resource.RLIM_INFINITY and soft < limit:
         with contextlib.suppress(OSError, ValueError):  # macOS has a second, lower limit
             resource.setrlimit(resource.RLIMIT_NOFILE, (limit, hard))

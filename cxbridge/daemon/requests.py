@@ -31,12 +31,10 @@ if TYPE_CHECKING:
     from cxbridge.run.components.manager import ComponentStatus
 
 # The limits keep a reply within the field of RequestInterface.
-MAX_GOALS: Final = 400
-MAX_ACTIONS: Final = 400
-MAX_LINES: Final = 200
-"""The maximal numbers of goals, plan-actions and log lines in a reply."""
-
-_MAX_TEXT: Final = 200  # limit of characters of a text in a reply
+_MAX_GOALS: Final = 400
+_MAX_ACTIONS: Final = 400
+_MAX_LINES: Final = 200  # lines of the log
+_MAX_TEXT_CHARACTERS: Final = 200
 
 
 class DaemonState:
@@ -44,14 +42,14 @@ class DaemonState:
 
     :param bus: emits log lines and the states of skills.
     :param node: the executive; None for a daemon without an executive.
-    :param loop: counts the cycles; None for 0 cycles.
+    :param loop: counts the cycles; None: the state reports 0 cycles.
     """
 
     def __init__(self, bus: EventBus, node: ExecutiveNode | None, loop: MainLoop | None = None) -> None:
         self._clock = bus.clock
         self._node = node
         self._loop = loop
-        self._lines: deque[tuple[int, str, str, str]] = deque(maxlen=MAX_LINES)
+        self._lines: deque[tuple[int, str, str, str]] = deque(maxlen=_MAX_LINES)
         self._line_numbers = count(1)
         self._lock = threading.Lock()
         self._skills: dict[str, tuple[str, str]] = {}  # the skill string and its status by Skiller
@@ -65,20 +63,20 @@ class DaemonState:
                     next(self._line_numbers),
                     event.level.value,
                     event.component,
-                    truncate(event.text, _MAX_TEXT),
+                    truncate(event.text, _MAX_TEXT_CHARACTERS),
                 )
                 self._lines.append(line)
         elif isinstance(event, SkillStatus):
-            self._skills[event.skiller] = (truncate(event.skill_string, _MAX_TEXT), event.status)
+            self._skills[event.skiller] = (truncate(event.skill_string, _MAX_TEXT_CHARACTERS), event.status)
 
     def describe(self, parameters: Mapping[str, Any]) -> dict[str, Any]:
         """Return the state for JSON.
 
         :param parameters: ``since``: the number of a log line, to return later lines only. ``goals``: the
-            maximal number of goals, by default `MAX_GOALS`. ``words``: a text, to return only the goals that
-            contain it, and their ancestors.
+            maximum number of goals, by default 400. ``words``: a text, to return only the goals that contain
+            it, and their ancestors.
         """
-        since, limit = int(parameters.get("since", 0)), int(parameters.get("goals", MAX_GOALS))
+        since, limit = int(parameters.get("since", 0)), int(parameters.get("goals", _MAX_GOALS))
         goals = self._list_goals(str(parameters.get("words", "")).lower())
         return {
             "time_us": self._clock.now_us(),
@@ -90,19 +88,19 @@ class DaemonState:
             "log": [line for line in tuple(self._lines) if line[0] > since],
         }
 
-    def _list_goals(self, words: str) -> list[dict[str, str]]:
+    def _list_goals(self, text: str) -> list[dict[str, str]]:
         """Return the goals that contain a text, and their ancestors; all goals if it is empty."""
         if self._node is None:
             return []
         rows = {
-            goal.goal: goal_as_json(goal) | {"error": truncate(goal.error, _MAX_TEXT)}
+            goal.goal: goal_as_json(goal) | {"error": truncate(goal.error, _MAX_TEXT_CHARACTERS)}
             for goal in self._node.goals.values()
         }
-        if not words:
+        if not text:
             return list(rows.values())
         forest = Forest({goal: parent_id(row["parent"]) for goal, row in rows.items()})
         goals = forest.goals_with_ancestors(
-            goal for goal, row in rows.items() if words in " ".join(row.values()).lower()
+            goal for goal, row in rows.items() if text in " ".join(row.values()).lower()
         )
         return [row for goal, row in rows.items() if goal in goals]
 
@@ -114,19 +112,19 @@ class DaemonState:
         with env.lock:
             return [
                 {
-                    slot: truncate(show(slots.get(slot, "")), _MAX_TEXT)
+                    slot: truncate(show(slots.get(slot, "")), _MAX_TEXT_CHARACTERS)
                     for slot in ("goal-id", "plan-id", "id", "action-name", "param-values", "state")
                 }
-                for _, _, slots in islice(env.facts("plan-action"), MAX_ACTIONS)
+                for _, _, slots in islice(env.facts("plan-action"), _MAX_ACTIONS)
             ]
 
 
 MAX_REQUESTS: Final = 16
-"""The maximal number of waiting requests."""
+"""The maximum number of waiting requests."""
 
 _MAX_REPLY_BYTES: Final = 262_143  # size of the interface's field for replies, without the final NUL
 _MAX_REASON_BYTES: Final = 1000  # size of the interface's field for the reason for a stop
-_MAX_LOGGED: Final = 500  # limit of characters of a request in the log
+_MAX_LOGGED_CHARACTERS: Final = 500  # of a request in the log
 
 
 class DaemonRequests:
@@ -135,7 +133,7 @@ class DaemonRequests:
     :param node: the executive; None for a daemon without an executive.
     :param rights: the rights of clients.
     :param components: returns the state of each component in the order of the start.
-    :param change_component: lets a component make a transition.
+    :param change_component: changes the state of a component by a transition.
     :param loop: counts the cycles.
     """
 
@@ -169,8 +167,8 @@ class DaemonRequests:
     def process_next(self) -> None:
         """Report whether the rules are stopped, and process the next request; called once per cycle."""
         if (
-            self._interface.msgq_empty() and self._stopped is self._reported_stop
-        ) or not self._interface.valid:
+            self._interface.msgq_empty() and self._current_stop is self._reported_stop
+        ) or not self._interface.valid:  # the blackboard is closed
             return
         self._report_stop()
         message = self._interface.msgq_pop()
@@ -190,12 +188,12 @@ class DaemonRequests:
         return None if executive is None else executive.control
 
     @property
-    def _stopped(self) -> Stopped | None:
+    def _current_stop(self) -> Stopped | None:
         """The present stop of the rules, if any."""
         return None if (control := self._control) is None else control.stopped
 
     def _report_stop(self) -> None:
-        stop = self._stopped
+        stop = self._current_stop
         if stop is self._reported_stop:
             return
         self._reported_stop = stop
@@ -213,10 +211,12 @@ class DaemonRequests:
         except CxbridgeError as error:
             reply = _make_error_reply(error)
         except Exception as error:  # noqa: BLE001 - no request may end a daemon
-            reply = _make_error_reply(CxbridgeError(f"a fault of cxbridge: {type(error).__name__}: {error}"))
+            reply = _make_error_reply(
+                CxbridgeError(f"an internal error of cxbridge: {type(error).__name__}: {error}")
+            )
         text = json.dumps(reply | {"token": token})
-        if len(text) > _MAX_REPLY_BYTES:
-            reply = _make_error_reply(CxbridgeError("the answer is too long", hint="ask for less"))
+        if len(text) > _MAX_REPLY_BYTES:  # JSON escapes other characters than ASCII, so a character is a byte
+            reply = _make_error_reply(CxbridgeError("the reply is too long", hint="ask for less"))
             text = json.dumps(reply | {"token": token})
         self._interface.answer = text
         self._interface.mark_data_changed()
@@ -246,7 +246,7 @@ class DaemonRequests:
 
 def _log_excerpt(text: str) -> str:
     """Return the start of a client's text on one line, so that it cannot imitate other log lines."""
-    return one_line(text[:_MAX_LOGGED])
+    return one_line(text[:_MAX_LOGGED_CHARACTERS])
 
 
 def _parse(verb: str, arguments: str) -> Mapping[str, Any]:

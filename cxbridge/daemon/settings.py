@@ -14,9 +14,9 @@ from cxbridge.mainloop import STALL_S
 from cxbridge.plugins import package_hint
 from cxbridge.resources import DAEMON_URL
 from cxbridge.rights import Rights
-from cxbridge.run.components.manager import Policy
+from cxbridge.run.components.manager import FailurePolicy
 from cxbridge.run.options import CORES, SKILLERS, SPEECH, TRACE_LEVELS
-from cxbridge.run.plugin_settings import PluginSettings, plugin_keys, plugin_settings
+from cxbridge.run.plugin_settings import PluginSettings, list_plugin_keys, read_plugin_settings
 from cxbridge.run.rights import read_rights
 from cxbridge.suggestions import did_you_mean
 
@@ -78,7 +78,7 @@ class DaemonSettings:
     secret_key: Path | None
     clients: Path | None
     sections: Mapping[str, PluginSettings]
-    on_failure: Policy
+    on_failure: FailurePolicy
     rights: Rights
     watchdog_s: float
     trace: Path | None
@@ -93,7 +93,7 @@ class DaemonSettings:
 
         :raises ConfigError: if a setting is unknown or invalid.
         """
-        _refuse_unknown(config)
+        _refuse_unknown_settings(config)
 
         def read_text(name: str, default: str) -> str:
             return config.get_str(f"{TREE}/{name}", default=default)
@@ -108,7 +108,7 @@ class DaemonSettings:
         # clients of other machines may only run programs if the configuration says so
         is_local = all(map(is_private_endpoint, endpoints))
         skiller = _read_choice(config, "skiller", SKILLERS, "lua", accepts_url=True)
-        sections = plugin_settings(config, of_daemon=True)
+        sections = read_plugin_settings(config, of_daemon=True)
         rights = read_rights(config, skiller, sections.values(), local=is_local)
         settings = cls(
             clock=read_text("clock", "real"),
@@ -120,7 +120,7 @@ class DaemonSettings:
             secret_key=read_file("zmq/secret-key"),
             clients=read_file("zmq/clients"),
             sections=sections,
-            on_failure=Policy(_read_choice(config, "on-failure", ("continue", "stop"), "stop")),
+            on_failure=FailurePolicy(_read_choice(config, "on-failure", ("continue", "stop"), "stop")),
             rights=rights,
             watchdog_s=_read_seconds(config, "watchdog", STALL_S),
             trace=read_file("record/trace"),
@@ -183,9 +183,9 @@ def read_core(config: Configuration) -> str | None:
     return _read_choice(config, "core", CORES, "builtin") if config.exists(f"{TREE}/core") else None
 
 
-def _refuse_unknown(config: Configuration) -> None:
+def _refuse_unknown_settings(config: Configuration) -> None:
     """Raise an error for unknown settings, because a misspelt setting would have no effect."""
-    keys = (*KEYS, *plugin_keys())
+    keys = (*KEYS, *list_plugin_keys())
     for value in config.search(TREE):
         name = value.path.removeprefix(f"{TREE}/")
         if name not in keys and not name.startswith("agents/"):

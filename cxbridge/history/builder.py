@@ -54,7 +54,7 @@ ENDED: Final = frozenset({"S_FINAL", "S_FAILED"})
 _SKILLER: Final = "SkillerInterface"
 _STARTED: Final = "started"
 
-_OMITTED: Final = {
+_OMISSION_TEXTS: Final = {
     "goal": "transitions of goals beyond the limit of goals are left out",
     "plan-action": "transitions of plan-actions beyond the limit of plan-actions are left out",
     "skill call": "calls of skills beyond the limit are left out",
@@ -114,7 +114,7 @@ class RunHistory:
         self._open_planner_calls: dict[tuple[str, str], PlannerExecution] = {}
         self._errors: dict[str, str] = {}
         self._transition_count = 0
-        self._omitted = dict.fromkeys(_OMITTED, 0)
+        self._omitted_counts = dict.fromkeys(_OMISSION_TEXTS, 0)
         self._handlers: Mapping[type[Event], Callable[[Any], None]] = {
             GoalTransition: self._handle_goal,
             PlanActionTransition: self._handle_action,
@@ -145,7 +145,7 @@ class RunHistory:
 
     @property
     def end(self) -> int:
-        """The time of the last event."""
+        """The time of the last event, in microseconds since the start of the run."""
         return self.clock.now_us
 
     @property
@@ -161,10 +161,12 @@ class RunHistory:
 
     def omission_notes(self) -> list[str]:
         """Return sentences about events that were left out because of the limits."""
-        lost = self._omitted | ({} if self._calls else {"skill call": self._board.omitted_count})
+        omitted_counts = self._omitted_counts | (
+            {} if self._calls else {"skill call": self._board.omitted_count}
+        )
         return [
-            f"{count} {_OMITTED[kind]}: 'cxbridge trace cat' shows them."
-            for kind, count in lost.items()
+            f"{count} {_OMISSION_TEXTS[kind]}: 'cxbridge trace cat' shows them."
+            for kind, count in omitted_counts.items()
             if count
         ]
 
@@ -177,7 +179,7 @@ class RunHistory:
             goal = None  # the id is reused
         if goal is None:
             if len(self.goals) >= self._limits.goals:
-                self._omitted["goal"] += 1
+                self._omitted_counts["goal"] += 1
                 return
             if former is not None:
                 former.replaced_seq = self.event_count
@@ -197,7 +199,7 @@ class RunHistory:
         action, goal = self._actions.get(key), self._goals.get((event.env, event.goal))
         if action is None or self._is_new_action(action, goal, event):
             if len(self.actions) >= self._limits.actions:
-                self._omitted["plan-action"] += 1
+                self._omitted_counts["plan-action"] += 1
                 return
             action = PlanActionRecord(
                 len(self.actions), event.env, event.goal, goal, event.plan, event.action_id, event.action
@@ -232,7 +234,7 @@ class RunHistory:
             self._transition_count += 1
             changes.append(change)
         else:
-            self._omitted["transition"] += 1
+            self._omitted_counts["transition"] += 1
             changes[-1] = change
 
     def _handle_skill(self, event: SkillStatus) -> None:
@@ -250,28 +252,28 @@ class RunHistory:
         self._record_status(key, event)
 
     def _record_status(self, key: tuple[str, str], event: SkillStatus) -> None:
-        text, position = truncate(event.skill_string, self._limits.text), self._moment
+        text, moment = truncate(event.skill_string, self._limits.text), self._moment
         if key not in self._last_call and event.status in ENDED:
-            self._last_call[key] = SkillExecution(*key, text, event.msgid, position, position, event.status)
+            self._last_call[key] = SkillExecution(*key, text, event.msgid, moment, moment, event.status)
             return  # a Skiller that was used before this run still shows its last skill: no call of this run
         call = self._last_call.setdefault(key, None)
         is_same = call is not None and (call.skill_string, call.msgid) == (text, event.msgid)
         if call is not None and call.end is None and (not is_same or event.status != RUNNING):
             # the skill has ended; or the Skiller shows another skill or none, because the skill was stopped
             # before it reported an end
-            call.end = position
+            call.end = moment
             call.status = event.status if is_same and event.status != IDLE else "stopped"
             if call.status in ENDED:
-                call.error = self._error_text(*key)
+                call.error = self._find_error_text(*key)
             if is_same:
                 return
         if event.status == RUNNING and not (is_same and call is not None and call.end is None):
-            self._register_call(key, SkillExecution(*key, text, event.msgid, position, None, RUNNING))
+            self._register_call(key, SkillExecution(*key, text, event.msgid, moment, None, RUNNING))
         elif event.status in ENDED and text and not is_same:
             # started and ended between two reads of the executive
-            error = self._error_text(*key)
+            error = self._find_error_text(*key)
             self._register_call(
-                key, SkillExecution(*key, text, event.msgid, position, position, event.status, error)
+                key, SkillExecution(*key, text, event.msgid, moment, moment, event.status, error)
             )
 
     def _register_call(self, key: tuple[str, str], call: SkillExecution) -> None:
@@ -280,11 +282,11 @@ class RunHistory:
         if len(self._calls) < self._limits.calls:
             self._calls.append(call)
         else:
-            self._omitted["skill call"] += 1
+            self._omitted_counts["skill call"] += 1
 
     def _handle_write(self, event: InterfaceWrite) -> None:
-        kind, _, name = event.uid.partition("::")
-        if kind != _SKILLER:
+        interface_type, _, name = event.uid.partition("::")
+        if interface_type != _SKILLER:
             return
         values, skiller = event.values, name.rpartition("/")[2]
         self._record_error(name, str(values.get("error", "")))
@@ -300,7 +302,7 @@ class RunHistory:
             text = str(values["skill_string"])
             self._record_status((env, skiller), SkillStatus(event.time_us, env, skiller, text, msgid, status))
 
-    def _error_text(self, env: str, skiller: str) -> str:
+    def _find_error_text(self, env: str, skiller: str) -> str:
         # each of several agents has its own blackboard, whose name precedes the Skiller's
         return self._errors.get(f"{env}/{skiller}") or self._errors.get(skiller, "")
 
@@ -341,7 +343,7 @@ class RunHistory:
             if len(self.planner_calls) < self._limits.calls:
                 self.planner_calls.append(call)
             else:
-                self._omitted["planner call"] += 1
+                self._omitted_counts["planner call"] += 1
         if event.status == _STARTED:
             self._open_planner_calls[key] = call
         else:

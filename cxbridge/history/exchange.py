@@ -95,8 +95,8 @@ class Exchange:
         for event in events:
             if isinstance(event, InterfaceMessage):
                 yield from self.read_message(event)
-        for ticket, early in self._early_replies.items():
-            yield from (self._make_message(ticket, event) for event in early)
+        for ticket, replies in self._early_replies.items():
+            yield from (self._make_message(ticket, reply) for reply in replies)
 
     def read_message(self, event: InterfaceMessage) -> Iterator[_MasterMessage]:
         """Yield a message and the replies that waited for it; nothing before its request."""
@@ -112,19 +112,27 @@ class Exchange:
             self._open_tickets.add(ticket)
             self._requests[ticket] = _make_request(ticket, event, event.values)
             yield self._make_message(ticket, event)
-            yield from (self._make_message(ticket, early) for early in self._early_replies.pop(ticket, ()))
+            yield from (
+                self._make_message(ticket, early_reply) for early_reply in self._early_replies.pop(ticket, ())
+            )
 
     def _make_message(self, ticket: _Ticket, event: InterfaceMessage) -> _MasterMessage:
-        values, kind = event.values, event.message.removesuffix("Message").upper()
+        values, message_type = event.values, event.message.removesuffix("Message").upper()
         # after a refused confirmation the master asks again, and that request is a new message
-        if kind == "CONFIRM" or (kind == "FINISH" and _outcome_name(values) == "REFUSED"):
+        if message_type == "CONFIRM" or (
+            message_type == "FINISH" and _read_outcome_name(values) == "REFUSED"
+        ):
             self._open_tickets.discard(ticket)
         # a reply may lack its request: the recording began later, or left the request out
         request = self._requests.get(ticket) or _make_request(ticket, event, {})
         executor = str(values.get("executor", "")) or _interface_id(event)
         node = request.node_id if event.message == _REQUEST else executor
         message = replace(
-            request, time_us=event.time_us, type=kind, node_id=node, **_report_fields(kind, values)
+            request,
+            time_us=event.time_us,
+            type=message_type,
+            node_id=node,
+            **_read_report_fields(message_type, values),
         )
         return message, request.node_id
 
@@ -169,13 +177,13 @@ def _make_request(ticket: _Ticket, event: InterfaceMessage, values: Mapping[str,
     )
 
 
-def _report_fields(kind: str, values: Any) -> dict[str, Any]:
+def _read_report_fields(message_type: str, values: Any) -> dict[str, Any]:
     """Return status, success and progress of a message."""
-    if kind == "FEEDBACK":
+    if message_type == "FEEDBACK":
         return {"status": str(values.get("text", "")), "progress": read_progress(values)}
-    if kind != "FINISH":
+    if message_type != "FINISH":
         return {}
-    outcome, error = _outcome_name(values), str(values.get("error", ""))
+    outcome, error = _read_outcome_name(values), str(values.get("error", ""))
     success = outcome == "SUCCEEDED"
     text = values.get("text", "") if success else error or outcome
     return {"status": str(text), "success": success, "progress": read_progress(values)}
@@ -187,7 +195,7 @@ def read_progress(values: Any) -> float:
     return float(value) if isinstance(value, int | float) else 0.0
 
 
-def _outcome_name(values: Any) -> str:
+def _read_outcome_name(values: Any) -> str:
     """Return the outcome of a FINISH by name."""
     # a running program has an enum item, a recording its name
     value = values.get("outcome", "")

@@ -26,7 +26,7 @@ MAX_FAILURES: Final = 1000
 _FAILURE_OUTCOMES: Final = ("FAILED", "REJECTED")
 _FAILED_STATES: Final = ("EXECUTION-FAILED", "FAILED")
 
-Value = TypeVar("Value")
+Entry = TypeVar("Entry")
 
 SlotReader = Callable[[str], Iterable[Mapping[str, object]]]
 """Returns the slots of the present facts of a deftemplate."""
@@ -41,36 +41,36 @@ class FailureReasons:
     def __init__(self, read_slots: SlotReader) -> None:
         self._read_slots = read_slots
         self._lookups_left = MAX_LOOKUPS
-        self._actions: dict[str, PlanActionTransition] = {}  # by goal
-        self._sub_goals: dict[str, dict[str, GoalTransition]] = {}  # by parent, then by goal
+        self._failed_actions: dict[str, PlanActionTransition] = {}  # by goal
+        self._failed_sub_goals: dict[str, dict[str, GoalTransition]] = {}  # by parent, then by goal
 
     def record_event(self, event: Event) -> None:
         """Remember a failed goal or action."""
         if isinstance(event, PlanActionTransition):
             if event.state in _FAILED_STATES:
-                self._actions[event.goal] = event
-                forget_oldest(self._actions)
+                self._failed_actions[event.goal] = event
+                forget_oldest(self._failed_actions)
         elif isinstance(event, GoalTransition):
             if event.mode in ENDED_MODES and event.outcome in _FAILURE_OUTCOMES:
-                self._sub_goals.setdefault(event.parent, {})[event.goal] = event
+                self._failed_sub_goals.setdefault(event.parent, {})[event.goal] = event
                 # a parent may be tried for hours, with a failed sub-goal each time
-                forget_oldest(self._sub_goals[event.parent])
-                forget_oldest(self._sub_goals)
+                forget_oldest(self._failed_sub_goals[event.parent])
+                forget_oldest(self._failed_sub_goals)
             elif event.mode != "DISPATCHED":  # the goal may be tried again, from any mode
-                self._actions.pop(event.goal, None)
+                self._failed_actions.pop(event.goal, None)
                 # between its sub-goals a goal is EXPANDED and COMMITTED
                 if event.mode in ("FORMULATED", "SELECTED"):
-                    self._sub_goals.pop(event.goal, None)
+                    self._failed_sub_goals.pop(event.goal, None)
 
-    def failure_reason(self, goal: GoalTransition) -> str:
+    def find_failure_reason(self, goal: GoalTransition) -> str:
         """Return why a goal that just ended has failed, or an empty text."""
         if goal.outcome not in _FAILURE_OUTCOMES:
             return ""
-        action = self._actions.get(goal.goal)
+        action = self._failed_actions.get(goal.goal)
         if action is not None:
-            return self._action_text(action)
+            return self._describe_action(action)
         # the rules of a goal may name the sub-goal in its error; without an error the last failed one counts
-        sub_goals = self._sub_goals.get(goal.goal, {})
+        sub_goals = self._failed_sub_goals.get(goal.goal, {})
         candidates = [sub_goals[word] for word in goal.error.split() if word in sub_goals]
         if not goal.error:
             candidates = [*sub_goals.values()][-1:]
@@ -79,13 +79,15 @@ class FailureReasons:
             return f"sub-goal {goal_title(child.goal, child.goal_class)} {child.outcome.lower()}"
         # the message is written for users, the error is a symbol for rules
         message = (
-            str(self._last_fact_slots("goal", {"id": goal.goal}).get("message", "")) if goal.error else ""
+            str(self._find_last_fact_slots("goal", {"id": goal.goal}).get("message", ""))
+            if goal.error
+            else ""
         )
         return message or goal.error
 
-    def _action_text(self, action: PlanActionTransition) -> str:
+    def _describe_action(self, action: PlanActionTransition) -> str:
         """Return a failed action with its arguments and error, as far as its fact has them."""
-        slots = self._last_fact_slots(
+        slots = self._find_last_fact_slots(
             "plan-action", {"goal-id": action.goal, "plan-id": action.plan, "id": action.action_id}
         )
         values = slots.get("param-values")
@@ -94,7 +96,7 @@ class FailureReasons:
         call = " ".join((action.action, *map(str, arguments)))
         return f"action {call} failed{f': {text}' if text else ''}"
 
-    def _last_fact_slots(self, template: str, key: Mapping[str, str]) -> Mapping[str, object]:
+    def _find_last_fact_slots(self, template: str, key: Mapping[str, str]) -> Mapping[str, object]:
         """Return the slots of the last fact with the key; empty without a fact, or after too many lookups."""
         if self._lookups_left <= 0:
             return {}
@@ -106,7 +108,7 @@ class FailureReasons:
         return last_slots
 
 
-def forget_oldest(table: dict[str, Value]) -> None:
+def forget_oldest(table: dict[str, Entry]) -> None:
     """Drop the oldest entry of a table that has more than :data:`MAX_FAILURES`."""
     if len(table) > MAX_FAILURES:
         del table[next(iter(table))]

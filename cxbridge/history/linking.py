@@ -74,11 +74,11 @@ def find_skill_links(history: RunHistory) -> list[SkillLink]:
     """Return the pairs of actions and skills in order."""
     # whether messages are recorded is decided per agent
     envs_with_messages = {action.env for action in history.actions if action.sent}
-    pairs = [*_recorded_links(history), *_guessed_links(history, envs_with_messages)]
+    pairs = [*_find_recorded_links(history), *_guess_links(history, envs_with_messages)]
     return sorted(pairs, key=lambda link: link.call.begin)
 
 
-def _recorded_links(history: RunHistory) -> Iterator[SkillLink]:
+def _find_recorded_links(history: RunHistory) -> Iterator[SkillLink]:
     """Yield the recorded pairs."""
     # message ids are reused: the last call before the transition counts, unless the action was not yet sent
     # then
@@ -86,16 +86,16 @@ def _recorded_links(history: RunHistory) -> Iterator[SkillLink]:
     for call in history.calls:
         calls.setdefault(call.call_key, []).append(call)
     for action in history.actions:
-        for seq, skiller, number in action.sent:
+        for seq, skiller, call_id in action.sent:
             candidates = [
                 call
-                for call in calls.get((skiller, number), ())
+                for call in calls.get((skiller, call_id), ())
                 if call.begin.seq < seq and call.env in ("", action.env)
             ]
-            unsent = [
+            unsent_seqs = [
                 change.seq for change in action.changes if change.seq < seq and change.state in NOT_SENT
             ]
-            if candidates and candidates[-1].begin.seq >= max(unsent, default=0):
+            if candidates and candidates[-1].begin.seq >= max(unsent_seqs, default=0):
                 earlier_changes = [
                     Moment(change.seq, change.time)
                     for change in action.changes
@@ -108,7 +108,7 @@ def _recorded_links(history: RunHistory) -> Iterator[SkillLink]:
                 )
 
 
-def _guessed_links(history: RunHistory, envs_with_messages: Collection[str]) -> Iterator[SkillLink]:
+def _guess_links(history: RunHistory, envs_with_messages: Collection[str]) -> Iterator[SkillLink]:
     """Yield the most likely pairs.
 
     :param envs_with_messages: the environments whose messages are recorded.
@@ -136,7 +136,7 @@ def _guessed_links(history: RunHistory, envs_with_messages: Collection[str]) -> 
             and (wait.action.number, wait.running_seq) not in paired
         ]
         if candidates:
-            wait = min(candidates, key=partial(_unlikeliness, call, history.end))
+            wait = min(candidates, key=partial(_rank_candidate, call, history.end))
             paired.add((wait.action.number, wait.running_seq))
             yield SkillLink(wait.action, call, wait.ordered_at, is_guessed=True)
 
@@ -156,15 +156,15 @@ def _find_waits(history: RunHistory) -> Iterator[_Wait]:
                 )
 
 
-def _unlikeliness(call: SkillExecution, end: int, wait: _Wait) -> tuple[int, int, bool, int]:
+def _rank_candidate(call: SkillExecution, run_end_us: int, wait: _Wait) -> tuple[int, int, bool, int]:
     """Return the rank of a candidate; the lowest is the most likely."""
-    end_us = call.end.time if call.end is not None else end
-    gap = abs((end if wait.end_us is None else wait.end_us) - end_us)
-    count = wait.action.assignment.count_arguments_in(call.skill_string)
+    end_us = call.end.time if call.end is not None else run_end_us
+    gap_us = abs((run_end_us if wait.end_us is None else wait.end_us) - end_us)
+    argument_count = wait.action.assignment.count_arguments_in(call.skill_string)
     # tuples compare in this order, and False precedes True
     return (
-        -count,
-        gap // MAX_END_GAP_US,
+        -argument_count,
+        gap_us // MAX_END_GAP_US,
         wait.action.name != _skill_name(call.skill_string),
         wait.ordered_at.seq,
     )

@@ -119,8 +119,8 @@ class GoalRecord:
     @property
     def last_actions(self) -> list[PlanActionRecord]:
         """The plan-actions of the present attempt: a goal may be tried again with another plan."""
-        since_seq = self.former_seq
-        return [action for action in self.actions if action.changes[-1].seq >= since_seq]
+        first_seq = self.former_seq
+        return [action for action in self.actions if action.changes[-1].seq >= first_seq]
 
     @property
     def parent(self) -> str:
@@ -310,11 +310,11 @@ def _parent_number(goal: GoalRecord, lives: Mapping[tuple[str, str], Sequence[Go
     """Return the number of the parent, the life of its id that existed at the time."""
     parent = parent_id(goal.parent)
     parents = () if parent is None else lives.get((goal.env, parent), ())
-    *_, since_seq = (
+    *_, first_seq = (
         change.seq for change in takewhile(lambda change: change.parent == goal.parent, goal.changes[::-1])
     )
     # a goal may name its parent before the parent is formulated: the slot then means the first life
-    earlier_lives = [life for life in parents if life.changes[0].seq <= since_seq]
+    earlier_lives = [life for life in parents if life.changes[0].seq <= first_seq]
     return earlier_lives[-1].number if earlier_lives else parents[0].number if parents else None
 
 

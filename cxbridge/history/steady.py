@@ -24,7 +24,7 @@ class SteadyClock:
         """The clock at the start of the run."""
         self.setbacks: list[tuple[int, int]] = []
         """The times, on this clock, at which the clock was set back, and by how many microseconds."""
-        self._offset = start_us or 0
+        self._offset_us = start_us or 0
 
     def advance_to(self, time_us: int) -> int:
         """Return the time of the next event, in microseconds since the start of the run.
@@ -32,11 +32,11 @@ class SteadyClock:
         :param time_us: the time of the event on the clock of the run.
         """
         if self.first_us is None:
-            self.first_us = self._offset = time_us
-        since_us = time_us - self._offset
+            self.first_us = self._offset_us = time_us
+        since_us = time_us - self._offset_us
         if since_us < self.now_us - MIN_SETBACK_US:
             self.setbacks.append((self.now_us, self.now_us - since_us))
-            self._offset = time_us - self.now_us
+            self._offset_us = time_us - self.now_us
         elif since_us > self.now_us:
             self.now_us = since_us
         return self.now_us

@@ -156,15 +156,15 @@ class TransitionTracker:
 
         :raises FactSyntaxError: if the fact of a goal, plan-action or Skiller cannot be parsed.
         """
-        former_id, self._last_retracted = self._last_retracted, ""
+        retracted_goal, self._last_retracted = self._last_retracted, ""
         if event.asserted and event.template in TRACKED_TEMPLATES:
             slots = parse_fact(event.text)[1]
-            if former_id and (event.template != "goal" or slots.get("id") != former_id):
+            if retracted_goal and (event.template != "goal" or slots.get("id") != retracted_goal):
                 # not a `modify`, which would assert a fact of the same goal next
-                self._goals.retire(former_id, is_final=True)
+                self._goals.retire(retracted_goal, is_final=True)
             return self.track_assertion(event.time_us, event.template, slots)
-        if former_id:
-            self._goals.retire(former_id, is_final=True)
+        if retracted_goal:
+            self._goals.retire(retracted_goal, is_final=True)
         if event.asserted and event.template in CALL_TEMPLATES:
             # facts of the calls only add the link to a message; an invalid one adds none
             with suppress(FactSyntaxError):
@@ -209,10 +209,10 @@ class TransitionTracker:
             mode=mode,
             outcome=outcome,
             error=error,
-            params=_slot_in_parentheses(slots, "params"),
-            meta=_slot_in_parentheses(slots, "meta"),
+            params=_format_slot(slots, "params"),
+            meta=_format_slot(slots, "meta"),
             priority=slots.get("priority", ""),
-            resources=_slot_in_parentheses(slots, "required-resources"),
+            resources=_format_slot(slots, "required-resources"),
             # a rule may retract a goal and assert it in its next mode, without making a new goal
             is_new=is_first and mode == "FORMULATED" and goal != NO_PARENT,
             slots={
@@ -242,7 +242,7 @@ class TransitionTracker:
             plan=key[1],
             action=action,
             state=state,
-            params=_slot_in_parentheses(slots, "param-values"),
+            params=_format_slot(slots, "param-values"),
             skiller=skiller,
             call=call,
         )
@@ -284,7 +284,7 @@ def _action_key(slots: Mapping[str, str]) -> tuple[str, str, str]:
     return slots["goal-id"], slots["plan-id"], slots["id"]
 
 
-def _slot_in_parentheses(slots: Mapping[str, str], name: str) -> str:
+def _format_slot(slots: Mapping[str, str], name: str) -> str:
     """Return a slot in parentheses, empty if the deftemplate lacks it."""
     value = slots.get(name)
     return "" if value is None else f"({value})"

@@ -105,7 +105,7 @@ def misfit_error(owner: str, field: FieldSchema, value: object) -> InterfaceErro
     allowed = field.storage.allowed_values
     if field.enum is not None:
         names = ", ".join(item.name for item in field.enum.items)
-        allowed = f"one of {names}, or a 32 bit number"
+        allowed = f"one of {names}, or a 32-bit number"
     if field.is_array:
         allowed = f"a sequence of at most {field.length} elements, each {allowed}"
     text = repr(value)

@@ -157,5 +157,5 @@ def fields_text(values: Mapping[str, Any], names: Iterable[str] | None = None) -
 
     :param names: the fields to include; None includes all.
     """
-    chosen = values if names is None else [name for name in values if name in set(names)]
-    return " ".join(f"{name}={field_text(values[name])}" for name in chosen)
+    chosen_names = values if names is None else [name for name in values if name in set(names)]
+    return " ".join(f"{name}={field_text(values[name])}" for name in chosen_names)

@@ -32,12 +32,12 @@ _NOQA = "# ruff: noqa: E501, FBT001, FBT002, N801, N802, N815, PLR0913, PLR0917,
 
 def module_source(schema: InterfaceSchema) -> str:
     """Return the source of a module with the class of an interface."""
-    return _SourceWriter(schema, is_stub=False).source()
+    return _SourceWriter(schema, is_stub=False).write_source()
 
 
 def stub_source(schema: InterfaceSchema) -> str:
     """Return the source of a stub (``.pyi``) with the class of an interface."""
-    return _SourceWriter(schema, is_stub=True).source()
+    return _SourceWriter(schema, is_stub=True).write_source()
 
 
 class _SourceWriter:
@@ -47,7 +47,7 @@ class _SourceWriter:
         self._schema = schema
         self._is_stub = is_stub
 
-    def source(self) -> str:
+    def write_source(self) -> str:
         return "\n".join([*self._header_lines(), *self._class_lines()]) + "\n"
 
     def _header_lines(self) -> Iterator[str]:
@@ -60,9 +60,9 @@ class _SourceWriter:
         if not self._is_stub:
             yield "from __future__ import annotations"
             yield ""
-        standard = list(self._standard_imports())
-        if standard:
-            yield from [*standard, ""]
+        standard_imports = list(self._standard_imports())
+        if standard_imports:
+            yield from [*standard_imports, ""]
         if self._uses_arrays():
             yield "from cxbridge.interfaces.accessors import Array"
         if not self._is_stub:

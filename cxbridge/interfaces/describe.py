@@ -13,7 +13,7 @@ from cxbridge.interfaces.schema import ConstantSchema, FieldSchema, InterfaceSch
 def schema_object(schema: InterfaceSchema) -> dict[str, Any]:
     """Return a schema as an object for JSON: hash, sizes, fields, messages, enums and constants.
 
-    Floats have the nine digits of ``printf("%.9g")``, which distinguish all 32 bit floats.
+    Floats have the nine digits of ``printf("%.9g")``, which distinguish all 32-bit floats.
     """
     return {
         "name": schema.name,

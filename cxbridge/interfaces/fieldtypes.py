@@ -12,7 +12,7 @@ import re
 
 from msgspec import Struct
 
-# The lengths bound the time for hostile numbers; 20 digits are enough for any 64 bit integer.
+# The lengths bound the time for hostile numbers; 20 digits are enough for any 64-bit integer.
 _INTEGER = re.compile(r"\s*[+-]?[0-9]{1,20}")
 _DECIMAL = re.compile(r"\s*[+-]?([0-9]+(?:\.[0-9]*)?|\.[0-9]+)([eE][+-]?[0-9]{1,6})?")
 _INT64_MAX = (1 << 63) - 1
@@ -101,7 +101,7 @@ def parse_literal(type_name: str, text: str) -> bool | int | float | str | None:
 def _parse_integer(field_type: FieldType, text: str) -> int | None:
     if field_type.minimum is None or field_type.maximum is None or not _INTEGER.fullmatch(text):
         return None
-    # Fawkes reads all integers through a signed 64 bit integer, also for uint64
+    # Fawkes reads all integers through a signed 64-bit integer, also for uint64
     maximum = min(field_type.maximum, _INT64_MAX)
     number = int(text)
     return number if field_type.minimum <= number <= maximum else None
@@ -116,5 +116,5 @@ def _parse_decimal(type_name: str, text: str) -> float | None:
 
 
 def round_to_float(value: float) -> float:
-    """Round to the nearest 32 bit float, or to infinity."""
+    """Round to the nearest 32-bit float, or to infinity."""
     return ctypes.c_float(value).value

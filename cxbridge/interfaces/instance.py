@@ -14,11 +14,11 @@ from uuid import UUID
 
 from cxbridge.interfaces.instance_errors import (
     EnqueueDeniedError,
-    InvalidMessageError,
+    ForeignMessageError,
     MessageAlreadyQueuedError,
     QueueAccessError,
+    UnexpectedMessageTypeError,
     UnknownMessageTypeError,
-    WrongMessageError,
 )
 from cxbridge.interfaces.message import STAMP, Message, MessageQueue, Port
 from cxbridge.interfaces.message_ids import MESSAGE_ID_MASK
@@ -35,7 +35,7 @@ class Interface(SharedBlock):
     A reader sends messages; the writer has their queue.
 
     :param port: the access to the shared memory.
-    :param queue_limit: the maximal number of waiting messages, by default 1,024.
+    :param queue_limit: the maximum number of waiting messages, by default 1,024.
     """
 
     __slots__ = ("_last_message_id", "_queue")
@@ -62,7 +62,7 @@ class Interface(SharedBlock):
 
     def __exit__(
         self,
-        kind: type[BaseException] | None,
+        error_type: type[BaseException] | None,
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
@@ -93,14 +93,14 @@ class Interface(SharedBlock):
             the interface shows, see :mod:`~cxbridge.interfaces.message_ids`. Fawkes' server assigns the ids
             itself, without gaps.
         :raises EnqueueDeniedError: on a writer.
-        :raises InvalidMessageError: if the message belongs to another interface type.
+        :raises ForeignMessageError: if the message belongs to another interface type.
         :raises MessageAlreadyQueuedError: if the message was sent before.
         :raises NoWriterError: if the interface has no writer.
         """
         if self._queue is not None:
             raise EnqueueDeniedError(self.type, self.id)
         if message.INTERFACE is not self.SCHEMA and not message.belongs_to(self.SCHEMA):
-            raise InvalidMessageError(message.type, self.type)
+            raise ForeignMessageError(message.type, self.type)
         if message.enqueued:
             raise MessageAlreadyQueuedError
         if message_id is None:
@@ -150,14 +150,14 @@ class Interface(SharedBlock):
     def msgq_first_as(self, message_class: type[MessageT]) -> MessageT | None:
         """Return the oldest message without removing it, or None.
 
-        :raises WrongMessageError: if the message is of another class.
+        :raises UnexpectedMessageTypeError: if the message is of another class.
         """
         message = self._writer_queue("first").first()
         if message is None:
             return None
         if _has_class(message, message_class):
             return message
-        raise WrongMessageError
+        raise UnexpectedMessageTypeError
 
     def msgq_pop(self) -> Message | None:
         """Remove and return the oldest message, or None."""

@@ -69,7 +69,7 @@ class MessageError(BlackBoardError):
     """A message cannot be made, sent or queued."""
 
 
-class InvalidMessageError(MessageError):
+class ForeignMessageError(MessageError):
     """The message belongs to another interface type."""
 
     def __init__(self, message_type: str, interface_type: str) -> None:
@@ -106,7 +106,7 @@ class QueueFullError(MessageError):
         self.limit = limit
 
 
-class WrongMessageError(MessageError):
+class UnexpectedMessageTypeError(MessageError):
     """The first message in the queue is of another type."""
 
     def __init__(self) -> None:

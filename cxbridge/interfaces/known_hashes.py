@@ -39,7 +39,7 @@ def layout_fingerprint(schema: InterfaceSchema) -> str:
 
 
 def known_hashes(schema: InterfaceSchema) -> tuple[bytes, ...]:
-    """Return the 16 byte hashes that Fawkes has for this layout."""
+    """Return the 16-byte hashes that Fawkes has for this layout."""
     entry = _load_table().get(schema.name, {})
     return tuple(bytes.fromhex(text) for text in entry.get(layout_fingerprint(schema), ()))
 

@@ -1,6 +1,6 @@
 """Offsets of the fields of a block, as in the C struct of Fawkes' generator.
 
-A block begins with the time stamp, two signed 64 bit integers for seconds and microseconds. The fields follow
+A block begins with the time stamp, two signed 64-bit integers for seconds and microseconds. The fields follow
 in order, aligned to the size of their elements. The end is padded to 8 bytes because of the time stamp.
 """
 

@@ -141,7 +141,7 @@ UNKNOWN_THREAD: Final = "Unknown"
 """The sender's thread name of a message from a network."""
 
 MAX_HOPS: Final = 0xFFFFFFFF
-"""The maximal hop count of the network protocols."""
+"""The maximum hop count of the network protocols."""
 
 
 class Message(Block):
@@ -174,7 +174,7 @@ class Message(Block):
         super().__init__()
         # written by `address` and the marks, for senders and transports
         self.id = 0
-        """The 16 bit number that the sending instance assigned, from 1; 0 before sending."""
+        """The 16-bit number that the sending instance assigned, from 1; 0 before sending."""
         self.sender_id: UUID | None = None
         """The serial of the last sender; None before sending."""
         self.source_id: UUID | None = None
@@ -268,16 +268,16 @@ class Message(Block):
         return duplicate
 
 
-# A writer processes its messages in each cycle: only a client that sends without end reaches this limit.
+# A writer processes its messages in each cycle: only a client that never stops sending reaches this limit.
 MAX_WAITING: Final = 1024
-"""The default maximum of messages waiting for a writer."""
+"""The default maximum number of messages that wait for a writer."""
 
 
 class MessageQueue:
     """A first in, first out queue of a writing instance. Thread-safe.
 
     :param uid: the interface, for error messages.
-    :param limit: the maximal number of messages, by default `MAX_WAITING`.
+    :param limit: the maximum number of messages, by default `MAX_WAITING`.
     """
 
     __slots__ = ("_limit", "_lock", "_uid", "waiting")

@@ -18,7 +18,7 @@ from typing import Final
 from cxbridge.interfaces.schema import InterfaceSchema
 
 MESSAGE_ID_MASK: Final = 0xFFFF
-"""The mask of 16 bit message ids."""
+"""The mask of 16-bit message ids."""
 
 NO_MESSAGE: Final = 0
 """The id that means no message."""

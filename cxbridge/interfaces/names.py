@@ -6,10 +6,10 @@ import re
 from typing import Final
 
 MAX_TYPE_LENGTH: Final = 48
-"""The maximal number of characters in the name of an interface type."""
+"""The maximum number of characters in the name of an interface type."""
 
 MAX_MESSAGE_LENGTH: Final = 63
-"""The maximal number of characters in the name of a message type, including the suffix."""
+"""The maximum number of characters in the name of a message type, including the suffix."""
 
 INTERFACE_SUFFIX: Final = "Interface"
 MESSAGE_SUFFIX: Final = "Message"

@@ -25,12 +25,12 @@ class InterfaceRegistry:
     """
 
     def __init__(self, dirs: Iterable[str | Path] = (), *, shipped: bool = True) -> None:
-        folders = [*map(Path, dirs), *([shipped_dir("interfaces")] if shipped else [])]
+        searched_dirs = [*map(Path, dirs), *([shipped_dir("interfaces")] if shipped else [])]
         # errors about an absent type name each folder once
         self._dirs = [
             folder
-            for index, folder in enumerate(folders)
-            if folder.resolve() not in map(Path.resolve, folders[:index])
+            for index, folder in enumerate(searched_dirs)
+            if folder.resolve() not in map(Path.resolve, searched_dirs[:index])
         ]
         self._schemas: dict[str, InterfaceSchema] = {}
         self._classes: dict[str, type[Interface]] = {}
@@ -96,11 +96,12 @@ class InterfaceRegistry:
 
     def _make_not_found_error(self, name: str) -> InterfaceError:
         """Return the error for an undefined type, in the words of Fawkes."""
-        folders = ", ".join(str(folder) for folder in self._dirs) or "no folder"
-        near = did_you_mean(interface_type_name(name), self.names(), "check the type's name")
+        dirs_text = ", ".join(str(folder) for folder in self._dirs) or "no folder"
+        # a user may omit the suffix of the type
+        full_name_hint = did_you_mean(interface_type_name(name), self.names(), "check the type's name")
         return InterfaceError(
-            f"Interface of type '{name}' not found. Looked for {name}.xml in {folders}.",
-            hint=f"{did_you_mean(name, self.names(), near)}; "
+            f"Interface of type '{name}' not found. Looked for {name}.xml in {dirs_text}.",
+            hint=f"{did_you_mean(name, self.names(), full_name_hint)}; "
             "if the daemon has the type, this program needs its folder, too: --interface-dir DIR",
         )
 

@@ -19,7 +19,7 @@ class EnumItem(Struct, frozen=True, omit_defaults=True):
 
 
 class EnumSchema(Struct, frozen=True, omit_defaults=True):
-    """An enum of a definition, stored as a 32 bit signed integer."""
+    """An enum of a definition, stored as a 32-bit signed integer."""
 
     name: str
     items: tuple[EnumItem, ...]
@@ -77,7 +77,7 @@ class FieldSchema(Struct, frozen=True, omit_defaults=True):
 
     @property
     def text_room(self) -> int:
-        """The maximal number of bytes of a text."""
+        """The maximum number of bytes of a text."""
         # the last byte is for NUL; a string without length is a single char without NUL
         return 1 if self.length is None else self.length - 1
 

@@ -36,7 +36,7 @@ def _import(module: str, name: str) -> Any:
 
 
 class _CallablePackage(ModuleType):
-    """A callable package."""
+    """The class of this package, so that ``cxbridge.run(...)`` runs a scenario."""
 
     def __call__(self, *args: Any, **options: Any) -> Any:
         """Run a scenario, see :func:`cxbridge.run.program.run.run`."""

@@ -26,12 +26,12 @@ from cxbridge.mainloop import MainLoop
 from cxbridge.plugins import installed_plugins, unused_section_warnings
 from cxbridge.rights import Rights
 from cxbridge.run.agents import agent_names, choose_agent, make_configured_clock, make_main_loop
-from cxbridge.run.components.component import Component, ThinkingComponent
-from cxbridge.run.components.manager import ComponentManager, ManagedNode, Policy
+from cxbridge.run.components.component import BaseExecutiveComponent, Component
+from cxbridge.run.components.manager import ComponentManager, FailurePolicy, ManagedNode
 from cxbridge.run.components.table import COMPONENTS, EXECUTIVE, needed_components
 from cxbridge.run.options import RunOptions
 from cxbridge.run.paths import RunPaths
-from cxbridge.run.program.additions import NOTHING, Additions
+from cxbridge.run.program.additions import NO_ADDITIONS, Additions
 from cxbridge.run.rights import read_rights
 from cxbridge.run.shared import SharedObjects
 from cxbridge.run.source import source_of
@@ -130,7 +130,7 @@ class Run(Closing):
     :param base: the configuration, clock, bus and loop; by default made from the options.
     :param replay: the recorded environment, which replaces Skillers and local executors.
     :param additions: features, skills and writers of a program.
-    :param components: make components that start before the components of the configuration.
+    :param components: functions that make components; these start before the components of the configuration.
     :param is_inspection: whether the agent is only inspected: no component starts, no configured module is
         imported.
     :raises CxbridgeError: if a named file or setting is missing or wrong.
@@ -147,7 +147,7 @@ class Run(Closing):
         options: RunOptions,
         base: RunBase | None = None,
         replay: Player | None = None,
-        additions: Additions = NOTHING,
+        additions: Additions = NO_ADDITIONS,
         components: Sequence[MakeComponent] = (),
         *,
         is_inspection: bool = False,
@@ -183,10 +183,12 @@ class Run(Closing):
         self.pddl_parser = PddlParserFeature(as_fawkes=reads_as_fawkes(self.config))
         self.registry = InterfaceRegistry(self.paths.interface_dirs)
         board_class = LocalBlackBoard if replay is None else replay.board_class
-        self.board = board_class(self.registry, self.clock, self.bus, serials=_serial_generator(self.clock))
-        self.thinking_node: ManagedNode[ThinkingComponent] | None = None
+        self.board = board_class(
+            self.registry, self.clock, self.bus, serials=_make_serial_generator(self.clock)
+        )
+        self.thinking_node: ManagedNode[BaseExecutiveComponent] | None = None
         # without one of its components a run would have other results, so any failure ends the run
-        self.lifecycle = ComponentManager((), self.clock, policy=Policy.RAISE)
+        self.lifecycle = ComponentManager((), self.clock, policy=FailurePolicy.RAISE)
         self.team, self._shared = base.team, base.shared
         self._graph: NavGraph | None = None
         if not is_inspection:
@@ -199,12 +201,12 @@ class Run(Closing):
         return spec
 
     def _make_nodes(self) -> None:
-        thinking: ThinkingComponent = COMPONENTS.load_target(COMPONENTS.find(EXECUTIVE))(self)
+        thinking: BaseExecutiveComponent = COMPONENTS.load_target(COMPONENTS.find(EXECUTIVE))(self)
         self.thinking_node = ManagedNode(EXECUTIVE, lambda: thinking, type(thinking), thinking)
         self.lifecycle.add(self.thinking_node)
 
     @property
-    def thinking(self) -> ThinkingComponent | None:
+    def thinking(self) -> BaseExecutiveComponent | None:
         """The component with the executive; None before it is made, and in a daemon without an executive."""
         return None if self.thinking_node is None else self.thinking_node.component
 
@@ -255,7 +257,7 @@ class Run(Closing):
     @property
     def has_clients(self) -> bool:
         """Whether clients may send requests while the rules run, e.g. from a run's page."""
-        return any(group.is_interactive for group in self.options.more)
+        return any(group.is_interactive for group in self.options.plugin_groups)
 
     @property
     def watch_level(self) -> str:
@@ -364,7 +366,7 @@ class Run(Closing):
         The run keeps its resources until :meth:`close`.
         """
         if self.thinking is not None:
-            self.thinking.forgo_finalization()
+            self.thinking.skip_finalization()
         self.leave_loop()
 
     def close(self) -> None:
@@ -381,7 +383,7 @@ class Run(Closing):
         self.board.shutdown()
 
 
-def _serial_generator(clock: Clock) -> Callable[[], UUID]:
+def _make_serial_generator(clock: Clock) -> Callable[[], UUID]:
     """Return the function that makes the serial of each interface instance."""
     if not clock.is_virtual:
         return uuid4

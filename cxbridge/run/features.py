@@ -97,12 +97,12 @@ def _make_lazy_feature(row: Row, context: Run) -> LazyFeature:
 
 
 def _make_feature(row: Row, context: Run) -> Feature:
-    make = FEATURES.load_target(row)
+    make_feature = FEATURES.load_target(row)
     if not row.origin:
-        return make(context)
+        return make_feature(context)
     # the feature of a plug-in, which the error must name
     try:
-        feature = make(context)
+        feature = make_feature(context)
     except CxbridgeError:
         raise
     except Exception as error:

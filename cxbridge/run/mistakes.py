@@ -144,7 +144,7 @@ def _find_root_mistakes(
     unclosed_lines = {
         diagnostic.file: diagnostic.line or 0 for diagnostic in diagnostics if diagnostic.code == UNCLOSED
     }
-    lost_names = {
+    undefined_names = {
         diagnostic.construct.partition(" ")[2] for diagnostic in diagnostics if diagnostic.construct
     }
     for diagnostic in diagnostics:
@@ -154,8 +154,8 @@ def _find_root_mistakes(
                 continue  # CLIPS reports the unclosed parenthesis again, in its own words
             if code in _UNKNOWN_NAME_CODES and (
                 files_are_missing
-                or lost_names.intersection(_QUOTED_NAME.findall(diagnostic.message))
-                or contains_call_to(file, line, lost_names)
+                or undefined_names.intersection(_QUOTED_NAME.findall(diagnostic.message))
+                or contains_call_to(file, line, undefined_names)
             ):
                 continue
         construct = f"{diagnostic.construct} is not defined: " if diagnostic.construct else ""
@@ -198,21 +198,21 @@ def _find_mapping_mistakes(agent: Run) -> list[CxbridgeError]:
             continue
         example = ActionSkillMapping({action: template}).map(action, dict.fromkeys(placeholders, "1"))
         try:
-            called = [call.name for call in read_calls(example.text or template)]
+            skill_names = [call.name for call in read_calls(example.text or template)]
         except SkillError as error:
             text = f"the skill string of '{action}' is wrong: {error.message}"
             mistakes.append(agent.config.error(f"{_mapping_path(agent)}/{action}", text))
             continue
-        for name in called:
+        for name in skill_names:
             if skills is not None and name not in skills:
                 text = f"'{action}' is mapped to the skill '{name}', which does not exist"
                 unknown_skill = _make_mapping_mistake(agent, action, text, name, skills)
                 mistakes.append(unknown_skill)
     # the hint appears once, at the last mistake: the user may only lack the robot's skills
     if unknown_skill is not None and agent.known_skills:
-        end = "" if (unknown_skill.hint or "").endswith("?") else "."
+        full_stop = "" if (unknown_skill.hint or "").endswith("?") else "."
         unknown_skill.hint = (
-            f"{unknown_skill.hint}{end} Without the robot, --skiller simulator executes any skill"
+            f"{unknown_skill.hint}{full_stop} Without the robot, --skiller simulator executes any skill"
         )
     return mistakes
 
@@ -236,15 +236,15 @@ def _mapping_path(agent: Run) -> str:
 
 
 def _make_mapping_mistake(
-    agent: Run, action: str, message: str, word: str, names: Iterable[str]
+    agent: Run, action: str, message: str, unknown_name: str, known_names: Iterable[str]
 ) -> ConfigError:
     """Return the error about an unknown name in the mapping of an action.
 
-    :param word: the unknown name.
-    :param names: the known names.
+    :param unknown_name: the unknown parameter or skill.
+    :param known_names: the known parameters or skills.
     """
-    names = sorted(names)
-    hint = did_you_mean(word, names, f"there are: {', '.join(names) or 'none'}")
+    known_names = sorted(known_names)
+    hint = did_you_mean(unknown_name, known_names, f"there are: {', '.join(known_names) or 'none'}")
     return agent.config.error(f"{_mapping_path(agent)}/{action}", message, hint)
 
 
@@ -254,7 +254,7 @@ def _make_mapping_mistake(
 def own_files(agent: Run, executive: Executive) -> list[Path]:
     """Return the loaded files of an agent without the files of the core."""
     paths = agent.paths
-    core = (paths.cx, paths.library, *paths.override_dirs)
+    core = (paths.core_dir, paths.library_dir, *paths.override_dirs)
     files = dict.fromkeys(executive.env.loader.files)
     return [file for file in files if not any(file.is_relative_to(folder) for folder in core)]
 

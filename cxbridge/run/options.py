@@ -25,18 +25,18 @@ if TYPE_CHECKING:
 CORES = ("builtin", "fawkes")
 SKILLERS = ("lua", "simulator", "none")
 SPEECH = ("off", "on")
-MAX_TIMEOUT = 1e9
+MAX_TIMEOUT_S = 1e9
 """Seconds (30 years), the longest timeout of clocks and operating systems."""
 
 # `--trace scenario.yaml` is a likely slip, e.g. after an option without its value.
-_INPUTS = (".clp", ".lua", ".pddl", ".xml", ".yaml")
+_INPUT_SUFFIXES = (".clp", ".lua", ".pddl", ".xml", ".yaml")
 
 TRACE_LEVELS = ("transitions", "rules", "facts")
 
 REPLAY_ORDERS = ("total", "partial")
 
 # Prefixes of clocks that run faster or slower than a remote Skiller.
-_UNREAL_CLOCKS = ("virtual", "scaled")
+_SIMULATED_CLOCKS = ("virtual", "scaled")
 
 Setting = bool | int | str | list[str]
 """The type of values below ``cxbridge:`` in a daemon's configuration."""
@@ -55,7 +55,7 @@ class PluginOptions:
 
     @property
     def is_interactive(self) -> bool:
-        """Whether users may stop the rules. A loop may then take any time, and a waiting run is not stuck."""
+        """Whether a user may stop the rules: a cycle may then take any time, and no waiting run is stuck."""
         return False
 
     def check(self, options: RunOptions) -> None:
@@ -90,13 +90,13 @@ def option_groups(commands: frozenset[str]) -> list[type[PluginOptions]]:
 class SourceOptions:
     """Options of runs and daemons about the sources of an agent's files.
 
-    :param more: one option group for each plug-in with a given option.
+    :param plugin_groups: one option group for each plug-in with a given option.
     """
 
     commands: ClassVar[frozenset[str]] = frozenset({"agent"})
     """See :attr:`PluginOptions.commands`."""
 
-    more: tuple[PluginOptions, ...] = ()
+    plugin_groups: tuple[PluginOptions, ...] = ()
 
     @classmethod
     def added_groups(cls) -> list[type[PluginOptions]]:
@@ -122,13 +122,13 @@ class SourceOptions:
     ] = ()
     skill_dirs: Annotated[tuple[Path, ...], Meta(description="A folder with Lua skills. Repeatable.")] = ()
 
-    def group(self, kind: type[G]) -> G | None:
+    def find_group(self, group_class: type[G]) -> G | None:
         """Return the option group of a plug-in; None if the user gave none of its options."""
-        return next((group for group in self.more if isinstance(group, kind)), None)
+        return next((group for group in self.plugin_groups if isinstance(group, group_class)), None)
 
     def option(self, name: str) -> Any:
         """Return the value of a plug-in's option; None if the user did not give it."""
-        return next((getattr(group, name) for group in self.more if hasattr(group, name)), None)
+        return next((getattr(group, name) for group in self.plugin_groups if hasattr(group, name)), None)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -142,17 +142,18 @@ class LogOptions:
 
 
 @dataclass(frozen=True, kw_only=True)
-class BrokenOptions:
-    """The option of runs and daemons for broken agents.
+class StrictnessOptions:
+    """The option of runs and daemons that decides whether a broken agent starts.
 
-    :param strict: whether a broken agent must not start; by default only an agent of a checkout may.
+    :param strict: True refuses a broken agent, False starts it without its broken parts; None: False for an
+        agent of a checkout, else True.
     """
 
     strict: Annotated[
         bool | None,
         Meta(
-            description="Do not start a broken agent, or start it without its broken parts; strict by "
-            "default, lenient with a checkout."
+            description="--strict refuses to start a broken agent, --lenient starts it without its broken "
+            "parts. Default: strict, but lenient with a checkout."
         ),
     ] = None
 
@@ -212,8 +213,8 @@ class ExecutionOptions:
     skiller: Annotated[
         str,
         Meta(
-            description="The Skiller that executes skills; URL: the Skiller on this blackboard, e.g. "
-            "fawkes://robot:1910."
+            description="The Skiller that executes skills. A URL, e.g. fawkes://robot:1910, is the address "
+            "of a blackboard with a Skiller."
         ),
     ] = "lua"
     speech: Annotated[str, Meta(description="Speak the texts that skills say.")] = "off"
@@ -234,7 +235,9 @@ class TraceOptions:
 
 
 @dataclass(frozen=True, kw_only=True)
-class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions, LogOptions, BrokenOptions):
+class RunOptions(
+    ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions, LogOptions, StrictnessOptions
+):
     """The options of ``cxbridge run``."""
 
     commands: ClassVar[frozenset[str]] = frozenset({"agent", "run"})
@@ -264,23 +267,23 @@ class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions,
             ("replay-order", self.replay_order, REPLAY_ORDERS),
         ):
             if value not in values:
-                known = list(filter(None, values))
-                hint = f"{did_you_mean(value or '', known)} use one of: {', '.join(known)}".strip()
+                choices = list(filter(None, values))
+                hint = f"{did_you_mean(value or '', choices)} use one of: {', '.join(choices)}".strip()
                 hint += ", or the URL of a blackboard; in tests also: scripted" if name == "skiller" else ""
                 raise CxbridgeError(f"--{name} cannot be '{value}'", hint=hint)
-        for group in self.more:
+        for group in self.plugin_groups:
             group.check(self)
         if self.replay:
             self._check_replay()
-        if self.has_remote_skiller and self.clock is not None and self.clock.startswith(_UNREAL_CLOCKS):
+        if self.has_remote_skiller and self.clock is not None and self.clock.startswith(_SIMULATED_CLOCKS):
             raise CxbridgeError(
                 f"--clock {self.clock} cannot be combined with a Skiller on another blackboard",
                 hint="the Skiller there works in real time: use --clock real (the default)",
             )
-        if not 0 < self.timeout <= MAX_TIMEOUT:
+        if not 0 < self.timeout <= MAX_TIMEOUT_S:
             raise CxbridgeError(
                 f"--timeout cannot be {self.timeout:g}",
-                hint=f"use seconds, more than 0, up to {MAX_TIMEOUT:g}",
+                hint=f"use seconds, more than 0, up to {MAX_TIMEOUT_S:g}",
             )
         for folder in (*self.clips_dirs, *self.interface_dirs, *self.skill_dirs):
             if not folder.is_dir():
@@ -289,12 +292,13 @@ class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions,
 
     @property
     def has_remote_skiller(self) -> bool:
+        """Whether the Skiller is on another blackboard."""
         return "://" in self.skiller
 
     @property
     def clock_name(self) -> str:
         """The chosen clock, by default the one that Skiller and plug-ins require."""
-        is_real = self.has_remote_skiller or any(group.needs_real_time for group in self.more)
+        is_real = self.has_remote_skiller or any(group.needs_real_time for group in self.plugin_groups)
         return self.clock or ("real" if is_real else "virtual")
 
     def _check_replay(self) -> None:
@@ -311,14 +315,14 @@ class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions,
                 )
 
     def _check_outputs(self) -> None:
-        """Raise if an output would overwrite an input, another output, or block on a pipe."""
+        """Raise if an output would overwrite an input or the other output, or is a pipe without a reader."""
         if self.trace is not None and self.log is not None and self.trace.absolute() == self.log.absolute():
             raise CxbridgeError("--trace and --log name the same file", file=self.log, hint="name two files")
         for name, file in (("trace", self.trace), ("log", self.log)):
             if file is None or not file.exists():
                 continue  # also if inaccessible: the writer reports the error
             mode = file.stat().st_mode
-            if file.suffix in _INPUTS and stat.S_ISREG(mode):
+            if file.suffix in _INPUT_SUFFIXES and stat.S_ISREG(mode):
                 raise CxbridgeError(
                     f"--{name} would overwrite this file, which looks like an input",
                     file=file,

@@ -12,7 +12,7 @@ from cxbridge.plugins import Table
 VIEWS: Final[Table[Callable[..., str]]] = Table(
     "VIEWS", callable, "a function that makes a page, as HTML, of a recorded run"
 )
-"""HTML pages about runs. ``document`` makes a page from kind, title and text of a JSON document."""
+"""HTML pages about runs. The row ``document`` makes a page from kind, title and values of a JSON document."""
 
 
 def write_document(path: Path, kind: str, title: str, document: Mapping[str, Any]) -> None:

@@ -19,8 +19,8 @@ class RunPaths(Struct, frozen=True):
     """Files and folders of a run.
 
     :param config_file: the configuration file or folder.
-    :param library: the folder of utils.clp, time.clp and path.clp.
-    :param cx: the folder of the CX core.
+    :param library_dir: the folder of utils.clp, time.clp and path.clp.
+    :param core_dir: the folder of the CX core.
     :param clips_dirs: the agent's CLIPS folders in search order, after the folder of the core.
     :param interface_dirs: folders of interface definitions in search order.
     :param skill_dirs: folders of Lua skills in search order.
@@ -30,8 +30,8 @@ class RunPaths(Struct, frozen=True):
     """
 
     config_file: Path
-    library: Path
-    cx: Path
+    library_dir: Path
+    core_dir: Path
     clips_dirs: tuple[Path, ...]
     interface_dirs: tuple[Path, ...]
     skill_dirs: tuple[Path, ...]
@@ -41,13 +41,13 @@ class RunPaths(Struct, frozen=True):
 
     @property
     def is_builtin(self) -> bool:
-        """Whether the core is the core of cxbridge."""
-        return self.cx == BUILTIN_CX
+        """Whether the CX core is cxbridge's own."""
+        return self.core_dir == BUILTIN_CX
 
     @property
     def rule_dirs(self) -> tuple[Path, ...]:
         """The folders of CLIPS files in search order."""
-        return (*self.override_dirs, self.cx, *self.clips_dirs)
+        return (*self.override_dirs, self.core_dir, *self.clips_dirs)
 
     @property
     def placeholders(self) -> dict[str, str]:
@@ -56,7 +56,7 @@ class RunPaths(Struct, frozen=True):
 
     @property
     def confdir(self) -> Path:
-        """The base folder of relative paths in the configuration."""
+        """The base folder of relative paths in the configuration, Fawkes' ``@CONFDIR@``."""
         return self.checkouts.confdir(self.config_file)
 
     def expand(self, text: str) -> list[Path]:
@@ -64,17 +64,18 @@ class RunPaths(Struct, frozen=True):
         return self.checkouts.expand(text, self.placeholders, self.confdir)
 
 
-def fawkes_interface_dirs(fawkes: Path) -> list[Path]:
+def find_fawkes_interface_dirs(fawkes: Path) -> list[Path]:
     """Return the folders of interface definitions in a Fawkes checkout.
 
     :raises CxbridgeError: unless the folder is a Fawkes checkout.
     """
-    return [fawkes_folder(fawkes, FAWKES_INTERFACES), *sorted(fawkes.glob(FAWKES_PLUGIN_INTERFACES))]
+    return [find_fawkes_folder(fawkes, FAWKES_INTERFACES), *sorted(fawkes.glob(FAWKES_PLUGIN_INTERFACES))]
 
 
-def fawkes_folder(fawkes: Path, path: str) -> Path:
+def find_fawkes_folder(fawkes: Path, path: str) -> Path:
     """Return a folder of a Fawkes checkout.
 
+    :param path: the folder, relative to the checkout.
     :raises CxbridgeError: if the checkout lacks the folder.
     """
     if not (fawkes / path).is_dir():

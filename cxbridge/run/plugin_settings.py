@@ -40,21 +40,21 @@ SETTINGS: Final[Table[type[PluginSettings]]] = Table(
     lambda loaded: isinstance(loaded, type) and issubclass(loaded, PluginSettings),
     "a subclass of cxbridge.run.plugin_settings.PluginSettings",
 )
-"""The settings of plug-ins. A row's ``needed`` is called with the configuration."""
+"""The settings of plug-ins. A row's ``needed`` gets the configuration, and decides whether they are read."""
 
 
-def plugin_settings(config: Configuration, *, of_daemon: bool) -> Mapping[str, PluginSettings]:
+def read_plugin_settings(config: Configuration, *, of_daemon: bool) -> Mapping[str, PluginSettings]:
     """Return the settings of plug-ins by row name.
 
-    :param of_daemon: False selects the settings for runs.
+    :param of_daemon: whether the settings are for a daemon; a run has only those with ``in_runs``.
     :raises ConfigError: if a setting is invalid.
     """
     classes = {row.name: SETTINGS.load_target(row) for row in SETTINGS.rows if row.needed(config)}
-    found = {name: cls.read(config) for name, cls in classes.items() if of_daemon or cls.in_runs}
-    return {name: settings for name, settings in found.items() if settings is not None}
+    sections = {name: cls.read(config) for name, cls in classes.items() if of_daemon or cls.in_runs}
+    return {name: settings for name, settings in sections.items() if settings is not None}
 
 
-def plugin_keys() -> Iterator[str]:
+def list_plugin_keys() -> Iterator[str]:
     """Yield the configuration keys of plug-ins, relative to ``cxbridge``."""
     for row in SETTINGS.rows:
         yield from SETTINGS.load_target(row).KEYS

@@ -83,7 +83,7 @@ def start_recording(
         files=options.trace_files,
     )
     outputs = {"mcap": options.trace, "fawkes-log": options.log, "bblogger": options.bblog}
-    files = {name: path for name, path in outputs.items() if path is not None}
+    files = {format_name: path for format_name, path in outputs.items() if path is not None}
     recorder = Recorder(
         run.bus, [*writers, *open_writers(files.items(), recorded)], RecordLevel(options.trace_level)
     )
@@ -112,8 +112,8 @@ def open_writers(files: Iterable[tuple[str, Path]], run: RecordedRun) -> list[Ru
     """
     writers: list[RunWriter] = []
     try:
-        for name, path in files:
-            module = FORMAT_MODULES.load_target(FORMAT_MODULES.find(name))
+        for format_name, path in files:
+            module = FORMAT_MODULES.load_target(FORMAT_MODULES.find(format_name))
             open_recording: Callable[[Path, RecordedRun], RunWriter] = resolve_name(module.RECORDING)
             writers.append(open_recording(path, run))
     except CxbridgeError:
@@ -124,7 +124,6 @@ def open_writers(files: Iterable[tuple[str, Path]], run: RecordedRun) -> list[Ru
 
 
 def _rename_existing_files(bus: EventBus, files: Iterable[Path | None]) -> None:
-    """Rename existing recordings."""
     # the previous recording may show why a program crashed before this restart
     for file in files:
         if file is not None and (renamed := rename_previous(file)) is not None:

@@ -74,10 +74,10 @@ class RunResult:
     """The result of a run.
 
     :param reason: the reason for the status in a sentence.
-    :param goals: the last state of each goal, in order of appearance, up to a number of latest goals.
+    :param goals: the last state of each goal, in order of appearance; in a long run, only the latest goals.
     :param is_stuck: whether the run ended early because no event could follow.
     :param forgotten: the number of earlier goals that are not in ``goals``.
-    :param loops: the number of main loops.
+    :param loops: the number of cycles of the main loop.
     :param firings: the number of rule firings.
     :param run_seconds: the duration by the run's clock.
     :param wall_seconds: the duration in real time.

@@ -7,7 +7,7 @@ from typing import Final
 
 from cxbridge.config import Configuration
 from cxbridge.rights import Rights
-from cxbridge.run.plugin_settings import PluginSettings, plugin_settings
+from cxbridge.run.plugin_settings import PluginSettings, read_plugin_settings
 from cxbridge.skiller.backend import INSTANCES
 
 _CONTROL_KEY: Final = "/cxbridge/remote-control"
@@ -32,15 +32,15 @@ def read_rights(
     """
     control = config.get_bool(_CONTROL_KEY, default=True)
     if settings is None:
-        settings = plugin_settings(config, of_daemon=False).values()
+        settings = read_plugin_settings(config, of_daemon=False).values()
     programs_by_default = control and local and all(setting.is_local for setting in settings)
     programs = config.get_bool(_PROGRAMS_KEY, default=programs_by_default)
     if programs and not control:
         message = "clients that may run programs must be able to change state: set remote-control, too"
         raise config.error(_PROGRAMS_KEY, message)
-    modes = ["/skiller/mode", *(f"{INSTANCES}/{name}/mode" for name in config.keys(INSTANCES))]
+    mode_keys = ["/skiller/mode", *(f"{INSTANCES}/{name}/mode" for name in config.keys(INSTANCES))]
     evaluates_lua = skiller.startswith(_FAWKES_URL) or any(
-        config.get_str(mode, default="") == "fawkes" for mode in modes
+        config.get_str(mode_key, default="") == "fawkes" for mode_key in mode_keys
     )
     return Rights(control, programs, skills_are_programs=evaluates_lua)
 

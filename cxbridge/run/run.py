@@ -20,12 +20,12 @@ from cxbridge.run.agent import Run, make_base
 from cxbridge.run.agents import agent_names
 from cxbridge.run.mistakes import AgentChecks
 from cxbridge.run.options import RunOptions
-from cxbridge.run.program.additions import NOTHING, Additions
+from cxbridge.run.program.additions import NO_ADDITIONS, Additions
 from cxbridge.run.recording import RecorderComponent
 from cxbridge.run.result import COMPLETED, FAULT, TIMED_OUT, UNSUCCESSFUL, RunResult, sum_up
 from cxbridge.run.servers import ATTEND_PAUSE_S, RunServer, WaitForUser, end_with_run
 from cxbridge.run.stuck import StuckWatch
-from cxbridge.run.watchdog import Stall, Stalls, environments_by_agent
+from cxbridge.run.watchdog import Stall, StallReporter, environments_by_agent
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -43,7 +43,7 @@ def run_scenario(
     options: RunOptions,
     console: Sink | None = None,
     attach: Callable[[Run], None] | None = None,
-    additions: Additions = NOTHING,
+    additions: Additions = NO_ADDITIONS,
     *,
     interactive: bool = False,
     stay: WaitForUser = end_with_run,
@@ -77,7 +77,7 @@ def _run(
     console: Sink | None,
     replay: Replay | None = None,
     attach: Callable[[Run], None] | None = None,
-    additions: Additions = NOTHING,
+    additions: Additions = NO_ADDITIONS,
     *,
     interactive: bool,
     stay: WaitForUser = end_with_run,
@@ -86,12 +86,12 @@ def _run(
 
     :param replay: the recorded environment.
     """
-    started = time.perf_counter()
+    started_s = time.perf_counter()
     with Interrupt() as interrupt, ExitStack() as stack:
         assembly = make_run(options, replay, additions)
         stack.callback(assembly.clock.close)
         checks = AgentChecks(assembly.agents)
-        watch = StuckWatch(assembly)
+        stuck_watch = StuckWatch(assembly)
         stack.enter_context(assembly)
         if console is not None:
             assembly.bus.subscribe(console, LogLine)
@@ -102,16 +102,16 @@ def _run(
             stack.enter_context(replay.compare_decisions(assembly.bus))
         # before the recorder closes: the recording includes the finalization
         stack.callback(assembly.finalize)
-        stack.callback(interrupt.give_time, GOODBYE_S)
+        stack.callback(interrupt.give_time, GOODBYE_S)  # called before `finalize`, whose rules need this time
         interrupt.on_signal(assembly.loop.stop, assembly.interrupt)
-        servers = [server for group in options.more for server in group.servers()]
-        interactive = interactive or any(group.is_interactive for group in options.more)
+        servers = [server for group in options.plugin_groups for server in group.servers()]
+        interactive = interactive or any(group.is_interactive for group in options.plugin_groups)
         _attach_clients(stack, assembly, attach, servers)
         begun_us = assembly.clock.start_us
         limit = _LoopLimit(assembly, options.timeout)
         if not interactive:
             stack.enter_context(
-                Stalls(
+                StallReporter(
                     assembly.loop,
                     lambda: environments_by_agent(assembly),
                     assembly.bus.logger("Run"),
@@ -127,7 +127,7 @@ def _run(
         deadline_us = assembly.clock.now_us() + int(options.timeout * MICROSECONDS)
         if replay is not None:
             deadline_us += replay.length_us
-        is_over, loss = False, ""
+        is_over, loss_reason = False, ""
         # a client, a user or a function of the program may change a run that looks stuck
         may_be_stuck = (
             replay is None
@@ -135,26 +135,28 @@ def _run(
             and all(agent.executive.knows_goals for agent in assembly.agents)
         )
 
-        def done() -> bool:
-            nonlocal is_over, loss
+        def is_done() -> bool:
+            nonlocal is_over, loss_reason
             checks.check_new_files()
             is_over = assembly.is_over
-            loss = assembly.loss_reason  # read in the same cycle: goals may have failed because of the loss
+            loss_reason = (
+                assembly.loss_reason
+            )  # read in the same cycle: goals may have failed because of the loss
             if interrupt.is_signalled or is_over or assembly.clock.now_us() >= deadline_us:
                 return True
-            return bool(loss) or (may_be_stuck and watch.check())
+            return bool(loss_reason) or (may_be_stuck and stuck_watch.check())
 
-        assembly.loop.run(done)
+        assembly.loop.run(is_done)
         interrupt.check()
         run_seconds = (assembly.clock.now_us() - begun_us) / MICROSECONDS
-        wall_seconds = time.perf_counter() - started
+        wall_seconds = time.perf_counter() - started_s
         result = sum_up_run(
             assembly,
             options,
-            loss,
+            loss_reason,
             limit.verdict,
             (run_seconds, wall_seconds),
-            watch,
+            stuck_watch,
             is_over=is_over,
         )
         recorder.describe({"status": str(result.status), "reason": result.reason})
@@ -205,25 +207,27 @@ def _attach_clients(
 def sum_up_run(
     assembly: Run | Team,
     options: RunOptions,
-    loss: str,
+    loss_reason: str,
     verdict: tuple[int, str] | None,
     seconds: tuple[float, float],
-    watch: StuckWatch,
+    stuck_watch: StuckWatch,
     *,
     is_over: bool,
 ) -> RunResult:
     """Return the result of a run.
 
-    :param loss: the lost component that ended the run; else empty.
+    :param loss_reason: the lost component that ended the run, with the reason; else empty.
     :param verdict: status and reason if the limit of a cycle ended the run; else None.
     :param seconds: the duration by the run's clock, and the duration in real time.
-    :param watch: has the missing events if the run is stuck.
+    :param stuck_watch: has the missing events if the run is stuck.
     :param is_over: whether the run reached its end.
     """
     is_team = len(assembly.agents) > 1
     verdicts = {
         agent.name: verdict
-        or _judge_agent(agent, options, loss, watch, is_over=is_over or (is_team and agent.is_over))
+        or _judge_agent(
+            agent, options, loss_reason, stuck_watch, is_over=is_over or (is_team and agent.is_over)
+        )
         for agent in assembly.agents
     }
     return sum_up(
@@ -237,7 +241,7 @@ def sum_up_run(
                 firings=agent.firings,
                 run_seconds=seconds[0],
                 wall_seconds=seconds[1],
-                is_stuck=bool(watch.missing_events) and verdicts[agent.name][0] == TIMED_OUT,
+                is_stuck=bool(stuck_watch.missing_events) and verdicts[agent.name][0] == TIMED_OUT,
             )
             for agent in assembly.agents
         }
@@ -263,7 +267,6 @@ class _LoopLimit:
 
 
 def _start(assembly: Run | Team, interrupt: Interrupt) -> None:
-    """Start the run."""
     try:
         assembly.start()
     except CxbridgeError:
@@ -272,7 +275,9 @@ def _start(assembly: Run | Team, interrupt: Interrupt) -> None:
     interrupt.check()
 
 
-def make_run(options: RunOptions, replay: Replay | None = None, additions: Additions = NOTHING) -> Run | Team:
+def make_run(
+    options: RunOptions, replay: Replay | None = None, additions: Additions = NO_ADDITIONS
+) -> Run | Team:
     """Make a run of one agent or of a team.
 
     :raises CxbridgeError: if a file or setting is missing or wrong, or a replay chooses one agent of a team.
@@ -281,11 +286,11 @@ def make_run(options: RunOptions, replay: Replay | None = None, additions: Addit
     names = [] if options.agent else agent_names(base.config)
     if not names:
         if options.agent and replay is not None and len(replay.recordings.envs) > 1:
-            known = ", ".join(sorted(replay.recordings.envs))
+            agents = ", ".join(sorted(replay.recordings.envs))
             raise CxbridgeError(
                 f"a recording of several agents is not replayed with --agent {options.agent}",
                 hint="a single agent would miss the documents that the other agents sent it: "
-                f"replay all, without --agent; in the recording are: {known}",
+                f"replay all, without --agent; in the recording are: {agents}",
             )
         return Run(options, base, replay, additions)
     from cxbridge.run.team import Team  # noqa: PLC0415 - start-up time is a feature
@@ -294,22 +299,22 @@ def make_run(options: RunOptions, replay: Replay | None = None, additions: Addit
 
 
 def _judge_agent(
-    assembly: Run, options: RunOptions, loss: str, watch: StuckWatch, *, is_over: bool
+    assembly: Run, options: RunOptions, loss_reason: str, stuck_watch: StuckWatch, *, is_over: bool
 ) -> tuple[int, str]:
     """Return exit status and reason.
 
     :param is_over: whether the run reached its end.
-    :param loss: the lost component that ended the run; else empty.
+    :param loss_reason: the lost component that ended the run, with the reason; else empty.
     """
     env, goals = assembly.executive.env, assembly.executive.goals
     maintaining = ", ".join(assembly.executive.maintaining_goals)
     shortcomings = _find_shortcomings(goals, quit_early=env.quit_requested and not maintaining)
-    if fault := next(iter(env.faults), loss if shortcomings or not is_over else ""):
+    if fault := next(iter(env.faults), loss_reason if shortcomings or not is_over else ""):
         return FAULT, fault
     if not assembly.executive.knows_goals:
         return _judge_agent_without_goals(assembly)
     if not is_over and not maintaining:
-        return TIMED_OUT, _describe_timeout(assembly, options.timeout, watch)
+        return TIMED_OUT, _describe_timeout(assembly, options.timeout, stuck_watch)
     if shortcomings:
         return UNSUCCESSFUL, ", ".join(shortcomings)
     if not maintaining and not goals.outcome_counts:
@@ -345,9 +350,9 @@ def _find_shortcomings(goals: GoalWatch, *, quit_early: bool) -> list[str]:
     return shortcomings
 
 
-def _describe_timeout(assembly: Run, timeout_s: float, watch: StuckWatch) -> str:
+def _describe_timeout(assembly: Run, timeout_s: float, stuck_watch: StuckWatch) -> str:
     """Return the events that a stuck run waits for, or the open goals or steps of a run that timed out."""
-    if missing_events := watch.missing_events.get(assembly.name):
+    if missing_events := stuck_watch.missing_events.get(assembly.name):
         return f"nothing can happen any more: {missing_events}"
     goals = assembly.executive.goals
     if not assembly.executive.initialized:
@@ -356,7 +361,7 @@ def _describe_timeout(assembly: Run, timeout_s: float, watch: StuckWatch) -> str
         open_work = f"not over: {_describe_modes(goals.open_roots)}"
     else:
         open_work = "no goal has appeared" if not goals.outcome_counts else "a skill or a rule had not ended"
-    return f"{open_work} after {timeout_s:g} s" + (f"; {watch.hint}" if watch.hint else "")
+    return f"{open_work} after {timeout_s:g} s" + (f"; {stuck_watch.hint}" if stuck_watch.hint else "")
 
 
 def _describe_modes(goals: Iterable[GoalState]) -> str:

@@ -36,8 +36,8 @@ def read_samples(path: Path) -> list[Sample]:
             file=path,
             hint="name the recorded run",
         )
-    sources: tuple[type[Event], ...] = InterfaceWrite, FactChange, SkillStatus
-    histories = {source: RunHistory(UNLIMITED) for source in sources}
+    event_types: tuple[type[Event], ...] = InterfaceWrite, FactChange, SkillStatus
+    histories = {source: RunHistory(UNLIMITED) for source in event_types}
     for event in run:
         if isinstance(event, InterfaceWrite):
             histories[InterfaceWrite].record_event(event)

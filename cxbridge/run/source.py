@@ -22,8 +22,8 @@ from cxbridge.run.paths import (
     FAWKES_PLUGIN_INTERFACES,
     SCENARIO_FILE,
     RunPaths,
-    fawkes_folder,
-    fawkes_interface_dirs,
+    find_fawkes_folder,
+    find_fawkes_interface_dirs,
 )
 from cxbridge.run.specs import check_spec, choose_spec, find_key_mistakes
 from cxbridge.skiller.backend import DEFAULT_SKILLER, INSTANCES
@@ -48,13 +48,12 @@ CLIPS_SUFFIX = ".clp"
 
 _EXECUTIVE_KEY = "/clips-executive"
 _TIME_KEY = f"{_EXECUTIVE_KEY}/assert-time-each-loop"
-_SHOWN_FOLDERS = 3  # limit of folders in a hint
+_MAX_SHOWN_FOLDERS = 3  # in a hint
 
 _FAWKES_LIBRARY = "src/plugins/clips/clips"
 _FAWKES_CX = "src/plugins/clips-executive/clips"
 _FAWKES_LUA = "src/lua"
 _SCENARIO_INTERFACES = "interfaces"  # subfolder of the scenario's folder
-
 
 _PERIOD_KEY: Final = "/fawkes/mainapp/desired_loop_time"
 _MIN_PERIOD_US: Final = 100
@@ -151,7 +150,7 @@ class Source:
         if not path.exists() and len(path.parts) == 1 and (shipped_dir("scenarios") / path).is_dir():
             path = shipped_dir("scenarios") / path
         if path.is_dir():
-            return _find_file_in(path)
+            return _find_configuration_file(path)
         if not path.is_file():
             shipped = ", ".join(shipped_scenarios())
             raise CxbridgeError(
@@ -222,31 +221,31 @@ class Source:
         use_fawkes_core = (options.core or ("fawkes" if fawkes else "builtin")) == "fawkes"
         if use_fawkes_core and fawkes is None:
             raise CxbridgeError("--core fawkes needs a Fawkes checkout", hint="name it with --fawkes-dir")
-        cx, library = BUILTIN_CX, HOST_LIBRARY
+        core_dir, library_dir = BUILTIN_CX, HOST_LIBRARY
         clips_dirs = [*options.clips_dirs]
         for text in config.get_strings("/clips-executive/clips-dirs", default=[]):
             clips_dirs += checkouts.expand(text, placeholders, folder)
         overlays = Checkouts(checkouts.folders[: len(options.overlays)])
-        interface_dirs = [*options.interface_dirs, *overlays.matching_folders(FAWKES_INTERFACES)]
-        interface_dirs += overlays.matching_folders(FAWKES_PLUGIN_INTERFACES)
-        skill_dirs = [*options.skill_dirs, *overlays.matching_folders(_FAWKES_LUA)]
+        interface_dirs = [*options.interface_dirs, *overlays.find_matching_folders(FAWKES_INTERFACES)]
+        interface_dirs += overlays.find_matching_folders(FAWKES_PLUGIN_INTERFACES)
+        skill_dirs = [*options.skill_dirs, *overlays.find_matching_folders(_FAWKES_LUA)]
         if config_file.name == SCENARIO_FILE:
             clips_dirs.append(folder)
             if (folder / _SCENARIO_INTERFACES).is_dir():
                 interface_dirs.append(folder / _SCENARIO_INTERFACES)
         if fawkes is not None:
-            fawkes_cx = fawkes_folder(fawkes, _FAWKES_CX)
-            interface_dirs += fawkes_interface_dirs(fawkes)
-            skill_dirs.append(fawkes_folder(fawkes, _FAWKES_LUA))
+            fawkes_cx = find_fawkes_folder(fawkes, _FAWKES_CX)
+            interface_dirs += find_fawkes_interface_dirs(fawkes)
+            skill_dirs.append(find_fawkes_folder(fawkes, _FAWKES_LUA))
             if use_fawkes_core:
-                cx, library = fawkes_cx, fawkes_folder(fawkes, _FAWKES_LIBRARY)
+                core_dir, library_dir = fawkes_cx, find_fawkes_folder(fawkes, _FAWKES_LIBRARY)
             else:
                 # Fawkes' own agents are in the folder of its core
                 clips_dirs.append(fawkes_cx)
         return RunPaths(
             config_file=config_file,
-            library=library,
-            cx=cx,
+            library_dir=library_dir,
+            core_dir=core_dir,
             clips_dirs=tuple(dict.fromkeys(clips_dirs)),
             interface_dirs=(*interface_dirs, shipped_dir("interfaces")),
             skill_dirs=(*skill_dirs, shipped_dir("luaskills")),
@@ -299,7 +298,7 @@ class Source:
         environment: type[ClipsEnvironment],
     ) -> EnvironmentManager:
         """Make the manager of the executive's environments."""
-        return EnvironmentManager(context.bus, features, context.paths.library, environment)
+        return EnvironmentManager(context.bus, features, context.paths.library_dir, environment)
 
     def make_executive(
         self, context: Any, manager: EnvironmentManager, mapper: ActionMapper, files: CoreFiles
@@ -315,12 +314,12 @@ class Source:
         return False
 
     def loaded_files(self, manager: EnvironmentManager) -> list[LoadedFile] | None:  # noqa: ARG002
-        """Return the CLIPS files of an agent for reading only; None: the files of spec and core."""
+        """Return the CLIPS files of an agent that is read but not run; None: the files of spec and core."""
         return None
 
     def core_files(self, paths: RunPaths, config: Configuration) -> CoreFiles:  # noqa: ARG002
         """Return the files, features and functions of the core."""
-        return CoreFiles(paths.cx, paths.clips_dirs, paths.substitutions, paths.override_dirs)
+        return CoreFiles(paths.core_dir, paths.clips_dirs, paths.substitutions, paths.override_dirs)
 
     def start_thinking(self, clock: Clock, config: Configuration) -> None:
         """Prepare :meth:`think`: the initialisation has ended, and rules run from now on."""
@@ -346,16 +345,16 @@ def loop_period_us(config: Configuration) -> int:
     )
 
 
-def _find_file_in(folder: Path) -> Path:
+def _find_configuration_file(folder: Path) -> Path:
     for name in (SCENARIO_FILE, "config.yaml"):
         if (folder / name).exists():  # the reader of the file reports a folder of this name
             return folder / name
-    below = sorted(path.parent for path in folder.glob(f"*/{SCENARIO_FILE}"))[:_SHOWN_FOLDERS]
+    scenarios = sorted(path.parent for path in folder.glob(f"*/{SCENARIO_FILE}"))[:_MAX_SHOWN_FOLDERS]
     raise CxbridgeError(
         "this folder has no scenario.yaml and no config.yaml",
         file=folder,
-        hint=f"did you mean {' or '.join(map(str, below))}?"
-        if below
+        hint=f"did you mean {' or '.join(map(str, scenarios))}?"
+        if scenarios
         else "name a scenario's folder, or a Fawkes configuration file or folder",
     )
 

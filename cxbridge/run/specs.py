@@ -27,13 +27,14 @@ _BOOLEAN_KEYS = (
 )
 _LIST_KEYS = ("clips-dirs", "debug/unwatch-facts", "debug/unwatch-rules")
 _ROOT = "/clips-executive"
-_KEYS = ("spec", "specs", "clips-dirs", "debug", "exact-retry", "refresh-rate", *_BOOLEAN_KEYS[:-1])
+# debug/enable, the last of the Boolean keys, is below the key debug
+_EXECUTIVE_KEYS = ("spec", "specs", "clips-dirs", "debug", "exact-retry", "refresh-rate", *_BOOLEAN_KEYS[:-1])
 _SPEC_KEYS = ("init", "action-mapping", "blackboard-preload", "parameters")
 _SKILLER_KEYS = ("skillspace", "mode", "watch_files", "features", "limits", "instances")
-_SECTIONS = {"clips-executive": _KEYS, "skiller": _SKILLER_KEYS}
+_SECTIONS = {"clips-executive": _EXECUTIVE_KEYS, "skiller": _SKILLER_KEYS}
 # The minimum similarity of an unread key to an absent one that counts as a misspelling: higher than for
 # names, because Fawkes' configurations have keys for other programs.
-_MIN_LIKENESS = 0.75
+_MIN_SIMILARITY = 0.75
 
 
 def choose_spec(config: Configuration, spec: str | None, config_file: Path | None = None) -> str:
@@ -94,11 +95,11 @@ def check_spec(config: Configuration, spec: str) -> list[str]:
 
 def find_key_mistakes(config: Configuration, spec: str) -> list[ConfigError]:
     """Return an error for each misspelt key, and for each empty value or wrong type that would be fatal."""
-    # with a Fawkes checkout, the caller only warns of the mistakes, because Fawkes ignores unknown keys
+    # with a Fawkes checkout, the caller only warns about the mistakes, because Fawkes ignores unknown keys
     base = f"{_ROOT}/specs/{spec}"
     mistakes = [
         *_find_misspelt_sections(config),
-        *_find_misspelt_keys(config, _ROOT, _KEYS),
+        *_find_misspelt_keys(config, _ROOT, _EXECUTIVE_KEYS),
         *_find_misspelt_keys(config, base, _SPEC_KEYS),
         *_find_misspelt_keys(config, "/skiller", _SKILLER_KEYS),
     ]
@@ -123,7 +124,7 @@ def _find_misspelt_sections(config: Configuration) -> Iterator[ConfigError]:
     sections = config.keys("/")
     for section, keys in _SECTIONS.items():
         for name in () if section in sections else sections:
-            if nearest_names(section, [name], _MIN_LIKENESS) and not set(keys).isdisjoint(
+            if nearest_names(section, [name], _MIN_SIMILARITY) and not set(keys).isdisjoint(
                 config.keys(f"/{name}")
             ):
                 value = _find_first_value(config, f"/{name}")
@@ -137,7 +138,7 @@ def _find_misspelt_keys(config: Configuration, path: str, known_keys: Sequence[s
     # includes keys that only have a default
     absent_keys = [key for key in known_keys if key not in written_keys]
     for key, value in values.items():
-        if key not in known_keys and (similar := nearest_names(key, absent_keys, _MIN_LIKENESS)):
+        if key not in known_keys and (similar := nearest_names(key, absent_keys, _MIN_SIMILARITY)):
             yield _make_error(f"'{key}' is never read", value, f"did you mean {similar[0]}?")
 
 

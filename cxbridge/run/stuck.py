@@ -128,7 +128,7 @@ def read_interfaces(env: ClipsEnvironment) -> Iterator[tuple[str, str]]:
 
 
 def _has_foreign_writer(agent: Run, kind: str, name: str) -> bool:
-    """Return whether an interface may be written by another program than the rules."""
+    """Return whether a program other than the rules may write an interface."""
     if kind == "SkillerInterface":
         return False  # its Skiller is a component of this run, and idle
     infos = (info for info in agent.board.list_all() if (info.type, info.id) == (kind, name))

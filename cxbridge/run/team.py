@@ -17,7 +17,7 @@ from cxbridge.events import Event, EventBus, InterfaceMessage, Logger, Publicati
 from cxbridge.run.agent import MakeComponent, Player, Run, RunBase
 from cxbridge.run.agents import choose_agent
 from cxbridge.run.options import RunOptions
-from cxbridge.run.program.additions import NOTHING, Additions
+from cxbridge.run.program.additions import NO_ADDITIONS, Additions
 
 
 class AgentWatcher(Protocol):
@@ -34,6 +34,7 @@ class Team(Closing):
     """A run of several agents, with the interface of a :class:`Run`.
 
     :param base: the shared clock, bus, loop and configuration.
+    :param names: the names of the agents, in the order of their steps.
     :param replay: the recorded environment.
     :param components: makes further components of an agent.
     :raises CxbridgeError: if a named file or setting is missing or wrong.
@@ -45,7 +46,7 @@ class Team(Closing):
         base: RunBase,
         names: list[str],
         replay: Player | None = None,
-        additions: Additions = NOTHING,
+        additions: Additions = NO_ADDITIONS,
         components: Callable[[str], Sequence[MakeComponent]] = lambda _name: (),
     ) -> None:
         self.bus, self.clock, self.loop = base.bus, base.clock, base.loop

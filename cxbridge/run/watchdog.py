@@ -1,7 +1,8 @@
 """Detection of a cycle of the main loop that does not end, because of a rule, a function or a skill.
 
 :class:`Watchdog` measures each cycle in a separate thread, and describes a cycle that takes too long as a
-:class:`Stall`. :class:`Stalls` logs the stalls of a run or daemon, and interrupts their rules on request.
+:class:`Stall`. :class:`StallReporter` logs the stalls of a run or daemon, and interrupts their rules on
+request.
 :mod:`cxbridge.run.stuck` is about the opposite: a loop whose cycles change nothing.
 """
 
@@ -29,8 +30,8 @@ if TYPE_CHECKING:
 
     Environments = Callable[[], Mapping[str, ClipsEnvironment]]
 
-# A right-hand side takes milliseconds, so a right-hand side of this duration hardly ends. A cycle of this
-# duration may consist of many rules.
+# A right-hand side normally takes milliseconds: one that takes this long will hardly end. A cycle may take as
+# long, because it may consist of many rules.
 SPIN_S: Final = 1.5
 """The limit of a single right-hand side in seconds."""
 
@@ -40,12 +41,13 @@ UNATTENDED_SPIN_S: Final = 5.0
 _TICK_S = 0.25  # seconds between two measurements of the loop
 _FIRST_INTERRUPT_S = 0.1  # seconds in which an interrupted cycle may end by itself
 _NEXT_INTERRUPT_S = 0.02  # short, because the next rule on the agenda may be endless, too
-_SHOWN_RULES = 5  # limit of rules in a description
-# The watchdog samples the active rule for 10 ms of each tick of 250 ms. The text of a stall is made from the
-# samples of the last 12 ticks, 3 s.
-_SAMPLES = 20
+_MAX_SHOWN_RULES = 5  # in a description of a stall
+# The watchdog samples the active rule for 10 ms of each tick of 250 ms. The description of a stall names the
+# rules in the samples of the last 12 ticks, 3 s.
+
+_SAMPLES_PER_TICK = 20
 _SAMPLE_PAUSE_S = 0.0005
-_KEPT_SAMPLES = 12 * _SAMPLES
+_MAX_KEPT_SAMPLES = 12 * _SAMPLES_PER_TICK
 
 _PACKAGE = Path(__file__).resolve().parent.parent
 
@@ -55,7 +57,7 @@ class Stall(Struct, frozen=True):
 
     :param seconds: the duration of the cycle so far, in real time.
     :param component: the active component of a daemon; empty if unknown.
-    :param activity: the rule, function or skill without end, as text.
+    :param activity: the endless rule, function or skill, as text.
     :param in_rules: whether the time is spent in rules rather than in a function that they called.
     :param is_spin: whether a single right-hand side does not end.
     """
@@ -98,7 +100,7 @@ class Watchdog:
         self._turn_to_interrupt: int | None = None
         self._thread: threading.Thread | None = None
         self._watched_thread = 0
-        self._samples: deque[str] = deque(maxlen=_KEPT_SAMPLES)
+        self._samples: deque[str] = deque(maxlen=_MAX_KEPT_SAMPLES)
         self._firing_count, self._same_rule_s = 0, 0.0
 
     def start(self) -> None:
@@ -170,7 +172,7 @@ class Watchdog:
     def _sample(self) -> None:
         """Sample the active rules several times, with pauses in which the rules continue."""
         for env in self._list_environments():
-            for _ in range(_SAMPLES):
+            for _ in range(_SAMPLES_PER_TICK):
                 if rule := executing_rule_name(env):
                     self._samples.append(rule)
                 elif not env.is_firing:  # no rule of this environment is active, and the others may have one
@@ -188,11 +190,11 @@ class Watchdog:
     def _is_spinning(self) -> bool:
         """Whether the time is spent in a single right-hand side rather than in matching."""
         limit_s = min(self._limit_s, SPIN_S)
-        return self._same_rule_s >= limit_s and self._list_frequent_rules(_SAMPLES)[:1] != [MATCHING]
+        return self._same_rule_s >= limit_s and self._list_frequent_rules(_SAMPLES_PER_TICK)[:1] != [MATCHING]
 
-    def _list_frequent_rules(self, samples: int = _KEPT_SAMPLES) -> list[str]:
+    def _list_frequent_rules(self, samples: int = _MAX_KEPT_SAMPLES) -> list[str]:
         """Return the rules in the latest samples, most frequent first."""
-        return [rule for rule, _ in Counter([*self._samples][-samples:]).most_common(_SHOWN_RULES)]
+        return [rule for rule, _ in Counter([*self._samples][-samples:]).most_common(_MAX_SHOWN_RULES)]
 
     def _make_stall(self, cycle_s: float) -> Stall:
         """Describe the current cycle by the call stack of the watched thread."""
@@ -244,14 +246,14 @@ class Watchdog:
         if self._is_spinning:
             functions = [name for env in firing_envs for name in executing_function_names(env)]
             function_text = f", in function {', '.join(functions)}" if functions else ""
-            return f"rule {self._list_frequent_rules(_SAMPLES)[0]} does not end{function_text}"
+            return f"rule {self._list_frequent_rules(_SAMPLES_PER_TICK)[0]} does not end{function_text}"
         names = ", ".join(rule for rule in rules if rule != MATCHING)
         firing_count = sum(env.endless.firing_count for env in firing_envs)
         return f"the rules of a loop do not end: {names}; {firing_count:,} have fired"
 
 
-class Stalls:
-    """Reports cycles without end, and interrupts their rules on request. A context manager.
+class StallReporter:
+    """Logs endless cycles, and interrupts their rules on request. A context manager.
 
     :param environments: returns the CLIPS environments.
     :param advice: how a user can end the stall, for the log.
@@ -311,7 +313,7 @@ def environments_by_agent(run: Run | Team) -> dict[str, ClipsEnvironment]:
 
 
 def make_spin_watchdog(run: Run | Team) -> Watchdog:
-    """Return a watchdog that ends right-hand sides without end, for runs without a user."""
+    """Return a watchdog that ends endless right-hand sides, for runs without a user."""
 
     def report(stall: Stall | None) -> None:
         if stall is not None and stall.is_spin and stall.seconds >= UNATTENDED_SPIN_S:

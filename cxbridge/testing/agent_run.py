@@ -76,8 +76,8 @@ class AgentRun(Closing):
         self.log: list[LogLine] = []
         self.rules: deque[str] = deque(maxlen=_LAST_RULES)
         self.transitions: list[Transition] = []
-        self._errors: list[str] = []
-        self._due_actions: list[tuple[int, Callable[[], object]]] = []
+        self._rule_errors: list[str] = []
+        self._timed_actions: list[tuple[int, Callable[[], object]]] = []
         self._skills: ScriptedSkills | None = None
         with ExitStack() as stack:
             assembly = self._assembly = stack.enter_context(Run(options))
@@ -96,7 +96,7 @@ class AgentRun(Closing):
                 self._skills = ScriptedSkills(assembly)
                 stack.callback(self._skills.close)
                 assembly.loop.add(Hook.SKILL, self._skills.loop)
-            assembly.loop.add(Hook.PRE_LOOP, self._call_due_actions)
+            assembly.loop.add(Hook.PRE_LOOP, self._call_timed_actions)
             watchdog = make_spin_watchdog(assembly)
             stack.callback(watchdog.stop)
             watchdog.start()
@@ -120,7 +120,7 @@ class AgentRun(Closing):
         if isinstance(event, LogLine):
             if event.text.startswith(RULE_ERROR_CODE):
                 cause = self.log[-1].text if self.log and self.log[-1].level is Level.ERROR else ""
-                self._errors.append(f"{cause} {event.text}".strip())
+                self._rule_errors.append(f"{cause} {event.text}".strip())
             self.log.append(event)
         elif isinstance(event, RuleFired):
             self.rules.append(event.rule)
@@ -193,12 +193,12 @@ class AgentRun(Closing):
         end_s = self.seconds + timeout
         is_met = False
 
-        def done() -> bool:
+        def is_done() -> bool:
             nonlocal is_met
             is_met = bool(condition())
             return is_met or self.seconds >= end_s
 
-        self._run_cycles(done)
+        self._run_cycles(is_done)
         return is_met
 
     @property
@@ -215,15 +215,15 @@ class AgentRun(Closing):
         :param seconds: the time since the start of the run.
         """
         check_number("seconds", seconds)
-        self._due_actions.append((self._start_us + round(seconds * MICROSECONDS), action))
-        self._due_actions.sort(key=lambda item: item[0])
+        self._timed_actions.append((self._start_us + round(seconds * MICROSECONDS), action))
+        self._timed_actions.sort(key=lambda timed_action: timed_action[0])
 
-    def _call_due_actions(self) -> None:
-        while self._due_actions and self._due_actions[0][0] <= self._assembly.clock.now_us():
-            self._due_actions.pop(0)[1]()
+    def _call_timed_actions(self) -> None:
+        while self._timed_actions and self._timed_actions[0][0] <= self._assembly.clock.now_us():
+            self._timed_actions.pop(0)[1]()
 
-    def _run_cycles(self, done: Callable[[], bool]) -> None:
-        """Run cycles until ``done()`` is true after a cycle, a rule has an error, or real time is over."""
+    def _run_cycles(self, is_done: Callable[[], bool]) -> None:
+        """Run cycles until ``is_done()`` is true after a cycle, a rule has an error, or real time is over."""
         loop, clock = self._assembly.loop, self._assembly.clock
         with self._limit_real_time() as expired:
             while not expired.is_set():
@@ -231,7 +231,7 @@ class AgentRun(Closing):
                 loop.run_once()
                 clock.sleep_until(start_us + loop.period_us)
                 # an error in a rule ends the test at once: later failures would only be its consequences
-                if self._first_error or done():
+                if self._first_error or is_done():
                     break
         self._convert_mistakes(self._checks.check_new_files)
         if self._first_error:
@@ -240,7 +240,7 @@ class AgentRun(Closing):
     @property
     def _first_error(self) -> str:
         """The first error of a rule, or empty."""
-        return next(iter((*self._assembly.executive.env.faults, *self._errors)), "")
+        return next(iter((*self._assembly.executive.env.faults, *self._rule_errors)), "")
 
     @contextmanager
     def _limit_real_time(self) -> Iterator[threading.Event]:
@@ -348,9 +348,11 @@ class AgentRun(Closing):
         """Check the outcomes of all goals of the named classes; ``_`` in a class name also means ``-``."""
         for name, outcome in outcomes.items():
             goals = self.goals(name) or self.goals(name.replace("_", "-"))
-            wrong = [f"{goal.id} is {goal.mode} {goal.outcome}" for goal in goals if goal.outcome != outcome]
-            if not goals or wrong:
-                problem = ", ".join(wrong) or f"there is no goal of class {name}"
+            wrong_goals = [
+                f"{goal.id} is {goal.mode} {goal.outcome}" for goal in goals if goal.outcome != outcome
+            ]
+            if not goals or wrong_goals:
+                problem = ", ".join(wrong_goals) or f"there is no goal of class {name}"
                 raise AssertionError(self._add_goals(f"{name} should be {outcome}: {problem}"))
 
     def describe(self) -> list[str]:

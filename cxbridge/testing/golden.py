@@ -79,11 +79,11 @@ class GoldenFiles:
             if self.pages is None
             else self.pages / f"{portable_file_name(f'{self.test} {file.stem}')}.html"
         )
-        report = compare_with_golden(
+        report_lines = compare_with_golden(
             file, transitions, view=view, order=order, tolerance=tolerance, start_us=time_origin_us, page=page
         )
-        if report:
-            raise AssertionError("\n".join(["this run differs from the golden run", *report]))
+        if report_lines:
+            raise AssertionError("\n".join(["this run differs from the golden run", *report_lines]))
 
 
 def portable_file_name(text: str) -> str:

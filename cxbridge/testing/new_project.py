@@ -59,27 +59,27 @@ TEMPLATES: Final[Table[type[Template]]] = Table(
 class NewOptions:
     """The options of ``cxbridge new``, which are the options of all templates."""
 
-    more: tuple[Template, ...] = ()
+    plugin_groups: tuple[Template, ...] = ()
 
     @classmethod
     def added_groups(cls) -> list[type[Template]]:
         """Return all templates."""
         return [TEMPLATES.load_target(row) for row in TEMPLATES.rows]
 
-    def selected_template(self) -> Template | None:
+    def find_selected_template(self) -> Template | None:
         """Return the selected template, None for the agent of the tutorial.
 
         :raises CxbridgeError: if options select two templates.
         """
-        selected_template = {
+        templates_by_option = {
             f"--{name.replace('_', '-')}": template
-            for template in self.more
+            for template in self.plugin_groups
             for name, value in vars(template).items()
             if name.startswith(_SOURCE_OPTION_PREFIX) and value is not None
         }
-        if len(selected_template) > 1:
-            raise CxbridgeError(f"{' and '.join(selected_template)} cannot be combined")
-        return next(iter(selected_template.values()), None)
+        if len(templates_by_option) > 1:
+            raise CxbridgeError(f"{' and '.join(templates_by_option)} cannot be combined")
+        return next(iter(templates_by_option.values()), None)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,17 +107,21 @@ def make_project(folder: Path, options: NewOptions) -> list[Path]:
     :returns: the written files.
     :raises CxbridgeError: if the name is invalid, a file exists, or a file cannot be written.
     """
-    name, template, shipped = (
+    name, template, templates = (
         _check_agent_name(folder),
-        options.selected_template(),
+        options.find_selected_template(),
         shipped_dir("templates"),
     )
+
     if template is None:
-        files: Mapping[str, str] = read_template(shipped / _TUTORIAL_TEMPLATE, {_TUTORIAL_TEMPLATE: name})
+        files: Mapping[str, str] = read_template(templates / _TUTORIAL_TEMPLATE, {_TUTORIAL_TEMPLATE: name})
     else:
         files = template.files(name)
     return _write_new_files(
-        {folder / path: text for path, text in {**files, **read_template(shipped / _SHARED_TEMPLATE)}.items()}
+        {
+            folder / path: text
+            for path, text in {**files, **read_template(templates / _SHARED_TEMPLATE)}.items()
+        }
     )
 
 

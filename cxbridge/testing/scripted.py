@@ -71,7 +71,7 @@ class ScriptedSkills(SkillScript):
             if "/action-mapping/" in item.path and not item.is_list
         )
         names = (_LEADING_SKILL_NAME.match(text) for text in mappings)
-        return self.complaints({name.group() for name in names if name})
+        return self.list_complaints({name.group() for name in names if name})
 
     def vanish(self, skiller: str = "Skiller") -> None:
         """Let a Skiller crash: its interface loses its writer, and its current skill never ends."""

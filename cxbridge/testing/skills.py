@@ -128,9 +128,13 @@ class SkillRule:
 
     def __str__(self) -> str:
         """Return the rule in the notation of tests."""
-        return f"run.skills({', '.join([repr(self.name), *(f'{k}={v!r}' for k, v in self.args.items())])})"
+        return (
+            "run.skills("
+            + ", ".join([repr(self.name), *(f"{key}={value!r}" for key, value in self.args.items())])
+            + ")"
+        )
 
-    def complaint(self, skills: Collection[str], calls: Iterable[Call] = ()) -> str:
+    def make_complaint(self, skills: Collection[str], calls: Iterable[Call] = ()) -> str:
         """Return the complaint that no call matches the rule; empty if a call matches or none is needed.
 
         :param skills: the names of skills that were called, or to which actions are mapped.
@@ -139,19 +143,19 @@ class SkillRule:
         if self.calls or self._is_optional:
             return ""
         if self.name not in skills:
-            known = f": the skills are {', '.join(sorted(skills))}" if skills else ""
-            hint = or_similar(self.name, skills) or known
+            skills_text = f": the skills are {', '.join(sorted(skills))}" if skills else ""
+            hint = or_similar(self.name, skills) or skills_text
             # a rule without outcomes only looks calls up, often to check that there are none: its name is a
             # typo only if it is a plain name, and the names of the skills are known
             is_typo = self._has_script or (skills and not _PATTERN_CHARACTER.search(self.name))
             return f"{self} matches no call: there is no skill '{self.name}'{hint}" if is_typo else ""
-        called = [call for call in calls if fnmatchcase(call.name, self.name)]
-        parameters = {str(key) for call in called for key in call.args}
+        skill_calls = [call for call in calls if fnmatchcase(call.name, self.name)]
+        parameters = {str(key) for call in skill_calls for key in call.args}
         for unknown in self.args.keys() - parameters:
             if hint := did_you_mean(unknown, parameters):
                 return f"{self} matches no call: no call of '{self.name}' has a parameter '{unknown}'; {hint}"
-        skill_calls = dict.fromkeys(map(str, called))
-        examples = f", calls were {', '.join(list(skill_calls)[:_MAX_EXAMPLES])}" if skill_calls else ""
+        call_texts = dict.fromkeys(map(str, skill_calls))
+        examples = f", calls were {', '.join(list(call_texts)[:_MAX_EXAMPLES])}" if call_texts else ""
         return (
             f"{self} matches no call{examples}; say .optional() if it need not match"
             if self._has_script
@@ -219,10 +223,10 @@ class SkillScript:
         self._rules.append(rule)
         return rule
 
-    def complaints(self, mapped_skills: Collection[str] = ()) -> list[str]:
+    def list_complaints(self, mapped_skills: Collection[str] = ()) -> list[str]:
         """Return the complaints about unused entries at the end of the run."""
         skills = {*mapped_skills, *(call.name for call in self.calls)}
-        return [text for rule in self._rules if (text := rule.complaint(skills, self.calls))]
+        return [text for rule in self._rules if (text := rule.make_complaint(skills, self.calls))]
 
     def begin(self, skiller: str, call: SkillStringCall) -> Outcome | None:
         """Record the start of a call; return its outcome, or None if the script has none."""

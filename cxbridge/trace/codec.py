@@ -2,9 +2,9 @@
 
 docs/formats.md lists the kinds of events and their fields. ``time_us`` is in microseconds since the epoch.
 
-msgspec encodes and decodes. msgspec writes numbers with an exponent, NaN and infinity differently from
-:mod:`json`, which wrote the first recordings, and refuses texts with a lone surrogate. Such values are
-therefore prepared: the output is that of :mod:`json`.
+The output is that of :mod:`json`, which wrote the first recordings. The faster msgspec writes numbers with an
+exponent, NaN and infinity differently, and refuses texts with a lone surrogate: such values are converted
+before msgspec gets them.
 """
 
 from __future__ import annotations
@@ -33,7 +33,9 @@ def encode(event: Event) -> bytes:
     """Return the event's fields as JSON on one line."""
     event_type = type(event)
     checked_fields = (
-        _checked_fields[event_type] if event_type in _checked_fields else _find_checked_fields(event_type)
+        _checked_fields[event_type]
+        if event_type in _checked_fields
+        else _find_and_cache_checked_fields(event_type)
     )
     try:
         # most events have only texts and integers, which need no check: this is the fast path
@@ -41,25 +43,27 @@ def encode(event: Event) -> bytes:
             value = getattr(event, name)
             if not _has_same_json(value.values() if type(value) is dict else (value,)):
                 return _encode(
-                    replace(event, **{name: _prepare_field(getattr(event, name)) for name in checked_fields})
+                    replace(
+                        event, **{name: _to_json_safe_field(getattr(event, name)) for name in checked_fields}
+                    )
                 )
         return _encode(event)
     except UnicodeEncodeError:  # a lone surrogate in a text
         values = {name: getattr(event, name) for name in field_names(event_type)}
         return _encode(
             {
-                name: value if isinstance(value, Enum) else _prepare_value(value)
+                name: value if isinstance(value, Enum) else _to_json_safe_value(value)
                 for name, value in values.items()
             }
         )
 
 
-def _prepare_field(value: Any) -> Any:
+def _to_json_safe_field(value: Any) -> Any:
     """Return the value of a field such that msgspec writes it like :mod:`json`."""
     if type(value) is not dict:
-        return _prepare_value(value)
+        return _to_json_safe_value(value)
     return {
-        name: element if type(element) in _PLAIN_TYPES else _prepare_value(element)
+        name: element if type(element) in _PLAIN_TYPES else _to_json_safe_value(element)
         for name, element in value.items()
     }
 
@@ -71,7 +75,7 @@ def encode_with_kind(event: Event) -> bytes:
 
 def dump_json(values: Mapping[str, Any]) -> str:
     """Return values as a JSON object on one line."""
-    return _encode(_prepare_value(values)).decode()
+    return _encode(_to_json_safe_value(values)).decode()
 
 
 def values_with_enum_names(values: Mapping[str, Any]) -> dict[str, Any]:
@@ -94,13 +98,13 @@ def make_decoder(event_type: type[Event]) -> Callable[[bytes], Event]:
     :returns: the function, which raises EventFormatError for other data.
     """
     decode_by_msgspec = msgspec.json.Decoder(event_type).decode
-    refusals = (msgspec.MsgspecError, ValueError, RecursionError)
+    decoding_errors = (msgspec.MsgspecError, ValueError, RecursionError)
     integer_fields = [name for name, hint in get_type_hints(event_type).items() if hint in (int, int | None)]
 
     def decode(data: bytes) -> Event:
         try:
             event = decode_by_msgspec(data)
-        except refusals:
+        except decoding_errors:
             event = _decode_by_json(event_type, data)
         for name in integer_fields:
             number = getattr(event, name)
@@ -127,7 +131,7 @@ def event_json_schema(event_type: type[Event]) -> dict[str, Any]:
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": f"cxbridge.{event_type.__name__}",
         "type": "object",
-        "properties": {name: {"type": kind} for name, kind in _find_json_types(event_type).items()},
+        "properties": {name: {"type": json_type} for name, json_type in _find_json_types(event_type).items()},
         "required": [field.name for field in msgspec.structs.fields(event_type) if field.required],
     }
 
@@ -147,10 +151,10 @@ def _find_json_types(event_type: type[Event]) -> dict[str, str]:
     return types
 
 
-def _find_checked_fields(event_type: type[Event]) -> tuple[str, ...]:
+def _find_and_cache_checked_fields(event_type: type[Event]) -> tuple[str, ...]:
     """Return the fields whose values msgspec may write differently from :mod:`json`, and cache them."""
-    kinds = _find_json_types(event_type)
-    names = tuple(name for name, kind in kinds.items() if kind in ("number", "object"))
+    json_types = _find_json_types(event_type)
+    names = tuple(name for name, json_type in json_types.items() if json_type in ("number", "object"))
     _checked_fields[event_type] = names
     return names
 
@@ -158,31 +162,31 @@ def _find_checked_fields(event_type: type[Event]) -> tuple[str, ...]:
 def _has_same_json(values: Iterable[Any]) -> bool:
     """Return whether msgspec writes all values like :mod:`json`, apart from texts with a lone surrogate."""
     for value in values:
-        kind = type(value)
-        if kind is float:
+        value_type = type(value)
+        if value_type is float:
             # within these limits both libraries write a number without an exponent
             if not (1e-4 <= value < 1e16 or value == 0.0 or -1e16 < value <= -1e-4):  # noqa: PLR2004
                 return False
-        elif kind is list or kind is tuple:
+        elif value_type is list or value_type is tuple:
             if not _has_same_json(value):
                 return False
-        elif kind is not int and kind is not str and kind is not bool:
+        elif value_type is not int and value_type is not str and value_type is not bool:
             return False
     return True
 
 
-def _prepare_value(value: Any) -> Any:
+def _to_json_safe_value(value: Any) -> Any:
     """Return a value such that msgspec writes it like :mod:`json`, with the names of enum items."""
     convert = _CONVERTERS.get(type(value))
     if convert is not None:
         return convert(value)
     if isinstance(value, Enum):
         return value.name
-    return _prepare_mapping(value) if isinstance(value, Mapping) else value
+    return _to_json_safe_mapping(value) if isinstance(value, Mapping) else value
 
 
-def _prepare_text(text: str) -> str | msgspec.Raw:
-    """Return a text; a text with a lone surrogate, which CLIPS can make, as JSON with an escape."""
+def _to_json_safe_text(text: str) -> str | msgspec.Raw:
+    """Return the text, or its escaped JSON if it has a lone surrogate, which CLIPS can produce."""
     try:
         text.encode()
     except UnicodeEncodeError:
@@ -190,26 +194,26 @@ def _prepare_text(text: str) -> str | msgspec.Raw:
     return text
 
 
-def _prepare_number(number: float) -> float | msgspec.Raw:
+def _to_json_safe_number(number: float) -> float | msgspec.Raw:
     if _has_same_json((number,)):
         return number
     return msgspec.Raw((repr(number) if isfinite(number) else json.dumps(number)).encode())
 
 
-def _prepare_mapping(values: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: _prepare_value(value) for name, value in values.items()}
+def _to_json_safe_mapping(values: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: _to_json_safe_value(value) for name, value in values.items()}
 
 
-def _prepare_list(values: list[Any] | tuple[Any, ...]) -> list[Any]:
-    return [_prepare_value(value) for value in values]
+def _to_json_safe_list(values: list[Any] | tuple[Any, ...]) -> list[Any]:
+    return [_to_json_safe_value(value) for value in values]
 
 
 _CONVERTERS: Final[dict[type, Callable[[Any], Any]]] = {
-    str: _prepare_text,
-    float: _prepare_number,
-    dict: _prepare_mapping,
-    list: _prepare_list,
-    tuple: _prepare_list,
+    str: _to_json_safe_text,
+    float: _to_json_safe_number,
+    dict: _to_json_safe_mapping,
+    list: _to_json_safe_list,
+    tuple: _to_json_safe_list,
     **dict.fromkeys((int, bool), lambda value: value),
     bytes: bytes.hex,
     bytearray: bytearray.hex,

@@ -17,10 +17,10 @@ from cxbridge.trace.formats.registry import copy_formats
 from cxbridge.trace.sources import run_sources
 
 
-def convert(run: Run, path: Path, to: str) -> list[str]:
+def convert(run: Run, path: Path, format_name: str) -> list[str]:
     """Copy a run to a new file.
 
-    :param to: the name of a format in :func:`copy_formats`.
+    :param format_name: the name of a format in :func:`copy_formats`.
     :returns: warnings about the copy.
     :raises CxbridgeError: if the run cannot be read, or the file not written; an existing file is then
         unchanged.
@@ -28,15 +28,15 @@ def convert(run: Run, path: Path, to: str) -> list[str]:
     refuse_locked_file(path)
     # a failed copy must leave the existing file, which may be the run itself
     with replaced_file(path) as new_path:
-        return _copy_events(run, new_path, to)
+        return _copy_events(run, new_path, format_name)
 
 
-def _copy_events(run: Run, path: Path, to: str) -> list[str]:
+def _copy_events(run: Run, path: Path, format_name: str) -> list[str]:
     """Copy a run to a new file, which may be incomplete after an error.
 
     :returns: warnings about the copy.
     """
-    target = copy_formats()[to]
+    target = copy_formats()[format_name]
     if target.exact and (notes := resolve_name(target.exact)(run, path)) is not None:
         return list(notes)
     written_count = lost_count = 0
@@ -55,9 +55,13 @@ def _copy_events(run: Run, path: Path, to: str) -> list[str]:
             # transitions
             elif isinstance(event, TRANSITION_TYPES):
                 lost_count += 1
-    notes = writer.notes if written_count else [f"{to} can store nothing of the run: the copy is empty"]
+    notes = (
+        writer.notes if written_count else [f"{format_name} can store nothing of the run: the copy is empty"]
+    )
     if lost_count and not has_facts:
-        notes.append(f"{lost_count} transitions cannot be stored as {to}: the run was recorded without facts")
+        notes.append(
+            f"{lost_count} transitions cannot be stored as {format_name}: the run was recorded without facts"
+        )
     return notes
 
 

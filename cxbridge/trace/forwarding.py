@@ -98,7 +98,7 @@ class WriteForwarder(Listener, Observer):
 
         :raises BlackBoardError: if the blackboard cannot be queried.
         """
-        self._board.add_connection_callback(self._on_connection)
+        self._board.add_connection_callback(self._handle_connection_change)
         if self._board.reports_writes and self._board.bus is not None:
             self._board.bus.subscribe(self._on_block_write, BlockWrite)
         for pattern in self._patterns:
@@ -130,7 +130,7 @@ class WriteForwarder(Listener, Observer):
             with suppress(BlackBoardError):  # the connection may be lost just now
                 self._board.flush()
         elif self._lost_since is not None:
-            self._on_connection(True)
+            self._handle_connection_change(True)
         if self._board.bus is not None:
             self._board.bus.unsubscribe(self._on_block_write)
         with self._lock:
@@ -177,22 +177,24 @@ class WriteForwarder(Listener, Observer):
         self._log.debug(f"{instance.uid} is gone")
         instance.close()
 
-    def _open(self, kind: str, interface_id: str, *, is_later: bool) -> None:
+    def _open(self, interface_type: str, interface_id: str, *, is_later: bool) -> None:
         """Follow an interface.
 
         :param is_later: whether the interface appeared after the start, so that its data are a new write.
         """
-        key = (kind, interface_id)
+        key = (interface_type, interface_id)
         former = self._followed.get(key)
         if former is not None and former.instance.valid:
             return
         try:
             listen = listening(self, EventKind.WRITER_REMOVED, EventKind.READER_REMOVED)
-            instance = self._board.open_for_reading(kind, interface_id, owner=COMPONENT, listen=listen)
+            instance = self._board.open_for_reading(
+                interface_type, interface_id, owner=COMPONENT, listen=listen
+            )
         except CxbridgeError as error:
             if self._board.connected and key not in self._reported_keys:
                 self._reported_keys.add(key)
-                self._log.warn(f"{kind}::{interface_id} cannot be recorded: {error}")
+                self._log.warn(f"{interface_type}::{interface_id} cannot be recorded: {error}")
             return
         followed = self._followed[key] = _FollowedInterface(instance)
         self._known_keys.add(key)
@@ -216,7 +218,7 @@ class WriteForwarder(Listener, Observer):
                 return  # the interface is being closed
             try:
                 interface.read()
-            except BlackBoardError:  # the connection is lost, which `_on_connection` reports
+            except BlackBoardError:  # the connection is lost, which `_handle_connection_change` reports
                 return
             block = interface.to_bytes()
             if block != followed.published_block:
@@ -255,12 +257,12 @@ class WriteForwarder(Listener, Observer):
             return self._board.registry.get(key[0]).SCHEMA
         return None
 
-    def _on_connection(self, connected: bool) -> None:
+    def _handle_connection_change(self, connected: bool) -> None:
         if not connected:
             self._lost_since = (self._board.clock.now_us(), time.monotonic())
         elif self._lost_since is not None:
-            (start_us, since_s), self._lost_since = self._lost_since, None
-            gap = Gap(start_us, time.monotonic() - since_s)
+            (start_us, lost_s), self._lost_since = self._lost_since, None
+            gap = Gap(start_us, time.monotonic() - lost_s)
             self.gaps.append(gap)
             self._log.warn(f"A gap: the connection to the blackboard was lost for {gap.seconds:.2f} s")
             self._poll_tasks.put(self._reopen_after_loss)

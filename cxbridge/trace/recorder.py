@@ -34,7 +34,7 @@ class Recorder(Closing):
     ) -> None:
         self.errors: list[TraceError] = []
         self._bus = bus
-        self._flush_due = 0.0
+        self._next_flush_s = 0.0
         self._outputs = [_Output(self, writer) for writer in writers]
         for output in self._outputs:
             # one subscription per writer, so that the producers of events that no writer stores do nothing
@@ -57,9 +57,9 @@ class Recorder(Closing):
 
     def flush_when_due(self) -> None:
         """Flush at most twice a second of real time, which keeps the files of a killed run readable."""
-        now = time.monotonic()
-        if now >= self._flush_due:
-            self._flush_due = now + _FLUSH_INTERVAL_S
+        now_s = time.monotonic()
+        if now_s >= self._next_flush_s:
+            self._next_flush_s = now_s + _FLUSH_INTERVAL_S
             self.flush()
 
     def enable(self, enabled: bool, *, only_switchable: bool = False) -> None:

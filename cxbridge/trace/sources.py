@@ -91,20 +91,20 @@ def extract_files(run: Run, folder: Path, pattern: str = "*") -> list[Path]:
     for path, _ in files:
         if path.exists():
             raise TraceError("the file exists already", file=path, hint="name another folder")
-    written: list[Path] = []
+    written_paths: list[Path] = []
     try:
         for path, file in files:
             data = file.read()  # before the file is created, because the data may be damaged
             with writing(path):
                 path.parent.mkdir(parents=True, exist_ok=True)
                 with path.open("xb") as target:
-                    written.append(path)
+                    written_paths.append(path)
                     target.write(data)
     except BaseException:
-        for path in written:
+        for path in written_paths:
             path.unlink(missing_ok=True)
         raise
-    return written
+    return written_paths
 
 
 def _make_relative_path(run: Run, name: str) -> PurePosixPath:

@@ -72,7 +72,7 @@ def test_a_fault_of_ours_is_4_and_shows_where(monkeypatch, capsys):
     assert ended.value.code == 4
     told = capsys.readouterr().err
     assert "Traceback" in told
-    assert "cxbridge: a fault of cxbridge: ZeroDivisionError: oh" in told
+    assert "cxbridge: an internal error of cxbridge: ZeroDivisionError: oh" in told
 
 
 def test_every_error_of_ours_has_a_status_of_the_table():

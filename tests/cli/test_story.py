@@ -195,26 +195,26 @@ class TestFailureReasons:
         reasons.record_event(PlanActionTransition(0, "executive", "1", "G", "P", "pick", "FAILED"))
         failed = goal("G", "FINISHED", "FAILED", error="ACTION-FAILED")
         reasons.record_event(failed)
-        assert reasons.failure_reason(failed) == "action pick book failed: slipped"
+        assert reasons.find_failure_reason(failed) == "action pick book failed: slipped"
 
     def test_a_goal_that_begins_again_has_a_clean_sheet(self):
         reasons = FailureReasons(lambda _: ())
         reasons.record_event(goal("below", "FINISHED", "FAILED", parent="G"))
-        assert reasons.failure_reason(goal("G", "FINISHED", "FAILED")) == "sub-goal below (C) failed"
+        assert reasons.find_failure_reason(goal("G", "FINISHED", "FAILED")) == "sub-goal below (C) failed"
         reasons.record_event(goal("G", "FORMULATED"))
-        assert reasons.failure_reason(goal("G", "FINISHED", "FAILED")) == ""
+        assert reasons.find_failure_reason(goal("G", "FINISHED", "FAILED")) == ""
 
     def test_a_goal_that_is_set_back_has_no_failed_action(self):
         reasons = FailureReasons(lambda _: ())
         reasons.record_event(PlanActionTransition(0, "executive", "1", "G", "P", "pick", "FAILED"))
         reasons.record_event(goal("G", "FINISHED", "FAILED"))
         reasons.record_event(goal("G", "SELECTED"))
-        assert reasons.failure_reason(goal("G", "FINISHED", "FAILED")) == ""
+        assert reasons.find_failure_reason(goal("G", "FINISHED", "FAILED")) == ""
 
     def test_a_goal_that_went_well_needs_none(self):
         reasons = FailureReasons(lambda _: ())
         reasons.record_event(goal("below", "FINISHED", "FAILED", parent="G"))
-        assert reasons.failure_reason(goal("G", "FINISHED", "COMPLETED")) == ""
+        assert reasons.find_failure_reason(goal("G", "FINISHED", "COMPLETED")) == ""
 
     def test_many_failures_cost_neither_memory_nor_many_looks(self):
         looks: list[str] = []
@@ -227,9 +227,9 @@ class TestFailureReasons:
         for number in range(3 * MAX_FAILURES):
             failed = goal(f"g{number}", "FINISHED", "FAILED", parent=f"p{number}", error="TIMEOUT")
             reasons.record_event(failed)
-            assert reasons.failure_reason(failed) == "TIMEOUT"
+            assert reasons.find_failure_reason(failed) == "TIMEOUT"
         assert len(looks) == MAX_LOOKUPS
-        assert len(reasons._sub_goals) == MAX_FAILURES
+        assert len(reasons._failed_sub_goals) == MAX_FAILURES
 
 
 def test_a_reader_that_has_seen_enough_ends_the_run_without_a_word():

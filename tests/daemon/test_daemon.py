@@ -257,10 +257,10 @@ def test_a_component_that_fails_leaves_the_others_alone_when_told_so():
         broken.check = lambda: 1 // 0
         done = threading.Event()
         for _ in range(WAIT_S * 50):
-            if daemon.status._daemon_interface.state.name == "DEGRADED":
+            if daemon.presence._daemon_interface.state.name == "DEGRADED":
                 break
             done.wait(0.02)
-        assert daemon.status._daemon_interface.error.startswith("speech: ZeroDivisionError")
+        assert daemon.presence._daemon_interface.error.startswith("speech: ZeroDivisionError")
         assert outcome == []
 
 
@@ -417,14 +417,14 @@ def test_the_configuration_of_the_page_is_one_and_shows_every_setting():
     import re
 
     from cxbridge.daemon.settings import KEYS
-    from cxbridge.run.plugin_settings import plugin_keys
+    from cxbridge.run.plugin_settings import list_plugin_keys
 
     page = (ROOT / "docs" / "daemon.md").read_text()
     (sample,) = re.findall(r"^```yaml\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
     config = Configuration.from_text(sample, "docs/daemon.md")
     assert "fawkes" in DaemonSettings.from_config(config).sections
     shown = {value.path.removeprefix("/cxbridge/") for value in config.search("/cxbridge")}
-    assert shown == {*KEYS, *plugin_keys()}
+    assert shown == {*KEYS, *list_plugin_keys()}
 
 
 def until(condition: Callable[[], object]) -> bool:

@@ -12,9 +12,9 @@ from cxbridge.events import EventBus, LogLine
 from cxbridge.run.components.component import Component
 from cxbridge.run.components.manager import (
     ComponentManager,
+    FailurePolicy,
     LifecycleError,
     ManagedNode,
-    Policy,
     State,
     Transition,
 )
@@ -61,7 +61,7 @@ class Node(ManagedNode[Part]):
 
 
 class Rig:
-    def __init__(self, *, policy=Policy.STOP, names="abc", **fails):
+    def __init__(self, *, policy=FailurePolicy.STOP, names="abc", **fails):
         self.clock = VirtualClock()
         bus = EventBus(self.clock)
         self.log: list[tuple[str, str]] = []
@@ -72,7 +72,7 @@ class Rig:
         self.manager = ComponentManager(
             self.nodes,
             self.clock,
-            None if policy is Policy.RAISE else bus.logger("L"),
+            None if policy is FailurePolicy.RAISE else bus.logger("L"),
             policy=policy,
             on_change=self.count,
         )
@@ -148,7 +148,7 @@ def test_a_start_that_fails_stops_the_start_and_says_why():
 
 
 def test_a_start_that_fails_leaves_the_others_alone_when_told_so():
-    rig = Rig(policy=Policy.CONTINUE, b=["configure"])
+    rig = Rig(policy=FailurePolicy.CONTINUE, b=["configure"])
     assert not rig.manager.startup()
     assert rig.states() == [State.ACTIVE, State.UNCONFIGURED, State.ACTIVE]
     assert rig.manager.failure == ""
@@ -157,7 +157,7 @@ def test_a_start_that_fails_leaves_the_others_alone_when_told_so():
 
 
 def test_a_component_that_raises_in_its_work_is_taken_out_of_service_and_the_others_go_on():
-    rig = Rig(policy=Policy.CONTINUE)
+    rig = Rig(policy=FailurePolicy.CONTINUE)
     rig.manager.startup()
     rig.said()
     worked = []
@@ -184,7 +184,7 @@ def test_a_component_that_raises_asks_for_the_end_of_all_when_told_so():
 
 
 def test_a_component_that_is_not_well_is_found_by_watching():
-    rig = Rig(policy=Policy.CONTINUE, a=["check"])
+    rig = Rig(policy=FailurePolicy.CONTINUE, a=["check"])
     rig.manager.startup()
     rig.manager.watch()
     assert rig.states()[0] is State.UNCONFIGURED
@@ -221,7 +221,7 @@ def test_a_step_from_the_wrong_state_is_refused(step):
 @given(
     fails=st.dictionaries(st.sampled_from("abc"), st.sets(st.sampled_from(STEPS))),
     commands=st.lists(st.sampled_from(["startup", "pause", "resume", "reset", "watch"]), max_size=8),
-    policy=st.sampled_from([Policy.STOP, Policy.CONTINUE]),
+    policy=st.sampled_from([FailurePolicy.STOP, FailurePolicy.CONTINUE]),
 )
 def test_whatever_happens_every_acquisition_is_let_go_once(fails, commands, policy):
     rig = Rig(policy=policy, **fails)
@@ -237,7 +237,7 @@ def test_whatever_happens_every_acquisition_is_let_go_once(fails, commands, poli
 
 
 def test_a_run_raises_what_a_component_raises_and_closes_every_component():
-    rig = Rig(policy=Policy.RAISE, b=["configure", "cleanup"], c=["cleanup"])
+    rig = Rig(policy=FailurePolicy.RAISE, b=["configure", "cleanup"], c=["cleanup"])
     rig.manager.start(rig.nodes[0])
     rig.manager.start(rig.nodes[2])
     with pytest.raises(ValueError, match="configure on purpose"):
@@ -260,7 +260,7 @@ def test_one_component_is_taken_through_its_life_step_by_step():
         ("cleanup", State.UNCONFIGURED),
         ("shutdown", State.FINALIZED),
     ):
-        manager.change_one("b", transition)
+        manager.change_component("b", transition)
         assert rig.nodes[1].state is state
     assert rig.diary == ["configure b", "activate b", "deactivate b", "cleanup b"]
     assert (rig.nodes[0].state, rig.nodes[1].reason) == (State.UNCONFIGURED, "shutdown on request")
@@ -276,18 +276,18 @@ def test_a_transition_that_does_not_fit_is_refused_and_leaves_no_trace():
         ("x", "activate", "no component 'x' to change"),
     ):
         with pytest.raises(LifecycleError, match=what):
-            rig.manager.change_one(name, transition)
+            rig.manager.change_component(name, transition)
     assert rig.reasons() == ["", "", ""]
     rig.nodes[2].steady = True
     with pytest.raises(LifecycleError, match="no component 'c' to change"):
-        rig.manager.change_one("c", "deactivate")
+        rig.manager.change_component("c", "deactivate")
 
 
 def test_a_transition_that_fails_is_an_error_for_who_asked_and_for_nobody_else():
     rig = Rig(b=["activate"])
-    rig.manager.change_one("b", "configure")
+    rig.manager.change_component("b", "configure")
     with pytest.raises(LifecycleError, match="b cannot activate: ValueError: activate on purpose"):
-        rig.manager.change_one("b", "activate")
+        rig.manager.change_component("b", "activate")
     assert (rig.nodes[1].state, rig.manager.failure) == (State.INACTIVE, "")
 
 
@@ -295,12 +295,12 @@ def test_what_was_shut_down_does_not_come_back():
     """Loading such a plugin said that it was done, and nothing had happened."""
     rig = Rig()
     rig.manager.startup()
-    rig.manager.change_one("b", "shutdown")
+    rig.manager.change_component("b", "shutdown")
     with pytest.raises(LifecycleError, match="b was shut down"):
-        rig.manager.start_one("b")
+        rig.manager.start_component("b")
     with pytest.raises(LifecycleError, match="it is finalized"):
-        rig.manager.change_one("b", "shutdown")
-    rig.manager.stop_one("b")
+        rig.manager.change_component("b", "shutdown")
+    rig.manager.stop_component("b")
     rig.manager.reset()
     assert rig.states() == [State.ACTIVE, State.FINALIZED, State.ACTIVE]
     assert rig.reasons()[1] == "shutdown on request"

@@ -22,7 +22,7 @@ NODE = shutil.which("node")
 ADDED = "  (slot deadline    ; seconds\n    (type INTEGER) (default 0))\n  (multislot warning)"
 REST = """
 import json
-from cxbridge.run.program.additions import NOTHING
+from cxbridge.run.program.additions import NO_ADDITIONS
 from cxbridge_web.fawkes.executive import Goal, _make_goal
 from cxbridge_web.models import make_schemas, to_json_types
 from cxbridge.executive.host.values import Symbol

@@ -64,7 +64,7 @@ MISTAKES = [
     ('enum without comment', definition('<constants><enum name="E"><item name="A">c</item></enum></constants>', DATA), 2, 12, "enum 'E' has no comment", ''),
     ('item without comment', definition('<constants>', '<enum name="E"><comment>c</comment><item name="A"/></enum>', '</constants>', DATA), 3, 36, "item 'A' has no comment", ''),
     ('item value', definition('<constants>', '<enum name="E"><comment>c</comment><item name="A" value="x">c</item></enum>', '</constants>', DATA), 3, 51, "'x' is not a number", ''),
-    ('item too large', definition('<constants>', '<enum name="E"><comment>c</comment><item name="A" value="2147483648">c</item></enum>', '</constants>', DATA), 3, 51, 'would be 2147483648', '32 bit'),
+    ('item too large', definition('<constants>', '<enum name="E"><comment>c</comment><item name="A" value="2147483648">c</item></enum>', '</constants>', DATA), 3, 51, 'would be 2147483648', '32-bit'),
     ('equal items', definition('<constants>', '<enum name="E"><comment>c</comment><item name="A" value="1">c</item>', '<item name="B" value="1">c</item></enum>', '</constants>', DATA), 4, 16, 'both 1', 'different number'),
     ('message without name', definition(DATA, '<message><comment>c</comment></message>'), 3, 1, "'name'", ''),
     ('message too long', definition(DATA, f"""<message name="{'x' * 57}"><comment>c</comment></message>"""), 3, 10, '57 characters, the limit is 56', '63'),

@@ -48,11 +48,11 @@ def test_a_daemon_manages_it(plugin):
     assert outcome == [0]
     daemon = Daemon(DaemonOptions(settings=SILENT))
     daemon.lifecycle.startup()
-    daemon.lifecycle.change_one("heartbeat", "deactivate")
+    daemon.lifecycle.change_component("heartbeat", "deactivate")
     assert daemon.board.list(*UID)[0].has_writer
-    daemon.lifecycle.stop_one("heartbeat")
+    daemon.lifecycle.stop_component("heartbeat")
     assert not daemon.board.list(*UID)
-    daemon.lifecycle.start_one("heartbeat")
+    daemon.lifecycle.start_component("heartbeat")
     assert [node.description for node in daemon.lifecycle.nodes if not node.steady] == ["Counts loops"]
     daemon.lifecycle.shutdown()
 

@@ -106,7 +106,7 @@ def test_a_complaint_names_the_arguments_of_the_calls(skills):
     outcome(skills, "goto", place="hall")
     skills.begin("robot1", SkillStringCall("goto", {1: "lab", "speed": 2}))
     outcome(skills, "pick", thing="cup")
-    (complaint,) = skills.complaints()
+    (complaint,) = skills.list_complaints()
     assert " matches no call, calls were goto(place='hall'), goto('lab', speed=2); say " in complaint
 
 
@@ -114,7 +114,7 @@ def test_a_complaint_names_a_parameter_that_is_misspelt(skills):
     skills("goto", plac="hall")
     skills("goto", speed=2)  # no call has this parameter, which may be optional
     outcome(skills, "goto", place="hall")
-    (complaint,) = skills.complaints()
+    (complaint,) = skills.list_complaints()
     assert complaint.endswith("no call of 'goto' has a parameter 'plac'; did you mean place?")
 
 

@@ -180,7 +180,7 @@ def test_a_damaged_attachment_is_told_and_the_events_are_read(tmp_path: Path) ->
     run = open_run(path)
     assert list(run) == family()
     (file,) = run.files()
-    with pytest.raises(TraceError, match=r"pddl/d.pddl in it is damaged: .*checksum"):
+    with pytest.raises(TraceError, match=r"the attachment pddl/d.pddl is damaged: .*checksum"):
         file.read()
     with pytest.raises(TraceError, match="is damaged"):
         extract_files(run, tmp_path / "out")

@@ -249,8 +249,9 @@ def _find_interface(board: BlackBoard, uid: str) -> InterfaceInfo:
 
     interface_type, interface_id = parse_uid(uid)
     infos = board.list()
-    if found := [info for info in infos if (info.type, info.id) == (interface_type, interface_id)]:
-        return found[0]
+    if matching := [info for info in infos if (info.type, info.id) == (interface_type, interface_id)]:
+        return matching[0]
+
     types = [interface_type, *nearest_names(interface_type, {info.type for info in infos})]
     hint = did_you_mean(uid, (info.uid for info in infos if info.type in types), "see 'cxbridge bb list'")
     raise BlackBoardError(f"no process has {uid} open", hint=hint)

@@ -32,11 +32,11 @@ class _StartByDefault(make_group_class(lambda: group_rows("daemon"), {})):  # ty
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         has_command = args and (args[0] in self.commands or args[0] in ("-h", "--help"))
-        word = args[0] if args and not has_command and not args[0].startswith("-") else ""
+        name = args[0] if args and not has_command and not args[0].startswith("-") else ""
         # a missing plug-in's command would otherwise be taken for CONFIG
-        if (hint := package_hint(word)) and not Path(word).exists():
-            raise CxbridgeError(f"there is no command 'daemon {word}'", hint=hint)
-        # a completion without words lists the commands
+        if (hint := package_hint(name)) and not Path(name).exists():
+            raise CxbridgeError(f"there is no command 'daemon {name}'", hint=hint)
+        # a completion without arguments lists the commands
         if not has_command and (args or not ctx.resilient_parsing):
             args = ["start", *args]
         parsed: list[str] = super().parse_args(ctx, args)
@@ -44,11 +44,11 @@ class _StartByDefault(make_group_class(lambda: group_rows("daemon"), {})):  # ty
 
     def shell_complete(self, ctx: Any, incomplete: str) -> list[Any]:
         items: list[Any] = super().shell_complete(ctx, incomplete)
-        words = {item.value for item in items}
+        command_names = {item.value for item in items}
         start = self.commands["start"]
         with start.make_context("start", [], parent=ctx, resilient_parsing=True) as start_ctx:
             start_items = start.shell_complete(start_ctx, incomplete)
-        return items + [item for item in start_items if item.value not in words]
+        return items + [item for item in start_items if item.value not in command_names]
 
 
 app = typer.Typer(name="daemon", cls=_StartByDefault)
@@ -75,7 +75,7 @@ def start(options: DaemonOptions, console: ConsoleOptions) -> int:
     from cxbridge.daemon.daemon import Daemon
     from cxbridge.run.explainers import explained
 
-    daemon = Daemon(options, console.log(info=True))
+    daemon = Daemon(options, console.make_log(info=True))
     with explained(daemon.options):
         return daemon.run()
 
@@ -91,13 +91,13 @@ def status(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> int:
     from cxbridge.daemon.client import read_status
 
     with connect(url, None) as board:
-        row = read_status(board)
-        row["stop"] = _read_stop(board) if row["stopped"] else None
+        daemon_status = read_status(board)
+        daemon_status["stop"] = _read_stop(board) if daemon_status["stopped"] else None
     if as_json:
-        say_json(row, indent=2)
+        say_json(daemon_status, indent=2)
     else:
-        _print_status(row)
-    return 0 if row["state"] == "RUNNING" else 1
+        _print_status(daemon_status)
+    return 0 if daemon_status["state"] == "RUNNING" else 1
 
 
 @app.command()
@@ -169,20 +169,21 @@ def _read_stop(board: BlackBoard) -> dict[str, Any] | None:
     return stop
 
 
-def _print_status(row: dict[str, Any]) -> None:
+def _print_status(daemon_status: dict[str, Any]) -> None:
     say(
-        f"cxbridge {row['version']} is {row['state'].lower()}, pid {row['pid']}, "
-        f"started {local_time(row['started_us'])}, clock {row['clock']}"
+        f"cxbridge {daemon_status['version']} is {daemon_status['state'].lower()}, "
+        f"pid {daemon_status['pid']}, started {local_time(daemon_status['started_us'])}, "
+        f"clock {daemon_status['clock']}"
     )
-    say(f"at {row['endpoints']}")
-    for skiller, controller in row["controllers"].items():
+    say(f"at {daemon_status['endpoints']}")
+    for skiller, controller in daemon_status["controllers"].items():
         say(f"Skiller {skiller} is controlled by {controller}")
-    if row["stopped"]:
-        say(f"rules are stopped {row['stopped']}")
-    if (stop := row["stop"]) is not None:
-        number = f"breakpoint {stop['breakpoint']}; " if stop["breakpoint"] else ""
-        say(f"  {number}fired last: {stop['rule'] or '-'}; next: {stop['next_rule'] or '-'}")
-    for line in _format_components(row["components"]):
+    if daemon_status["stopped"]:
+        say(f"rules are stopped {daemon_status['stopped']}")
+    if (stop := daemon_status["stop"]) is not None:
+        breakpoint_text = f"breakpoint {stop['breakpoint']}; " if stop["breakpoint"] else ""
+        say(f"  {breakpoint_text}fired last: {stop['rule'] or '-'}; next: {stop['next_rule'] or '-'}")
+    for line in _format_components(daemon_status["components"]):
         say(f"  {line}")
 
 
@@ -205,7 +206,7 @@ def component(
     url: Connect = DEFAULT_URL,
     as_json: AsJson = False,
 ) -> int:
-    """List the components in the order of their start, or let one of them make a transition of its lifecycle.
+    """List the components in the order of their start, or change the state of a component by a transition.
 
     Exit status: 0 done; 2 the component is unknown, its state does not allow the transition, or it fails.
 

@@ -29,13 +29,13 @@ InterfaceDirs = Annotated[
         help="folder of definitions that take precedence over the shipped ones; may be given several times",
     ),
 ]
-Type = Annotated[
+TypeOrFile = Annotated[
     str,
     typer.Argument(
         metavar="NAME|FILE", help="an interface type, or a definition file", autocompletion=shipped_interfaces
     ),
 ]
-Types = Annotated[
+TypesOrFiles = Annotated[
     list[str],
     typer.Argument(
         metavar="NAME|FILE...", help="interface types, or definition files", autocompletion=shipped_interfaces
@@ -64,7 +64,7 @@ def list_types(interface_dir: InterfaceDirs = None, as_json: AsJson = False) -> 
 
 
 @app.command()
-def show(name: Type, interface_dir: InterfaceDirs = None, as_json: AsJson = False) -> None:
+def show(name: TypeOrFile, interface_dir: InterfaceDirs = None, as_json: AsJson = False) -> None:
     """Show the layout of an interface: fields with offsets, messages, enums, constants, hash.
 
     Example: cxbridge interface show SkillerInterface
@@ -118,7 +118,7 @@ def check(
 
 @app.command("hash")
 def print_hash(
-    names: Types,
+    names: TypesOrFiles,
     interface_dir: InterfaceDirs = None,
     wire: Annotated[
         bool,
@@ -141,7 +141,7 @@ def print_hash(
 
 @app.command("compile")
 def compile_types(
-    names: Types,
+    names: TypesOrFiles,
     output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="folder for the modules")],
     interface_dir: InterfaceDirs = None,
     stubs: Annotated[
@@ -161,23 +161,23 @@ def compile_types(
         say(path)
 
 
-def make_registry(dirs: list[Path] | None) -> InterfaceRegistry:
+def make_registry(interface_dirs: list[Path] | None) -> InterfaceRegistry:
     """Return a registry of the given folders and the shipped definitions."""
     from cxbridge.errors import InterfaceError
     from cxbridge.interfaces.registry import InterfaceRegistry
 
-    for folder in dirs or ():
+    for folder in interface_dirs or ():
         if not folder.is_dir():
             raise InterfaceError(
                 "there is no such folder of interfaces", file=folder, hint="check --interface-dir"
             )
-    return InterfaceRegistry(dirs or ())
+    return InterfaceRegistry(interface_dirs or ())
 
 
-def _find_schema(name: str, dirs: list[Path] | None) -> InterfaceSchema:
+def _find_schema(name: str, interface_dirs: list[Path] | None) -> InterfaceSchema:
     """Return the schema of a type or a definition file."""
     from cxbridge.interfaces.xml.parser import parse_file
 
     if name.endswith(".xml") or "/" in name:
         return parse_file(name)
-    return make_registry(dirs).schema(name)
+    return make_registry(interface_dirs).schema(name)

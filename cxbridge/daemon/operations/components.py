@@ -81,7 +81,7 @@ def _list_components(context: OperationContext, _parameters: NoParameters) -> Se
     _Transition,
     _make_route(
         "PUT",
-        "Let a component make a transition of its lifecycle.",
+        "Change the state of a component by a transition of its lifecycle.",
         body="Transition",
         errors={
             400: "The state of the component does not allow the transition, the transition fails, or the "

@@ -53,7 +53,7 @@ class OperationContext:
     :param rights: the rights of clients.
     :param find_executive: returns the executive, or None while it is not running; None without an executive.
     :param component_rows: returns the states of the components for JSON.
-    :param change_component: lets a component make a transition.
+    :param change_component: changes the state of a component by a transition.
     :param describe_state: returns goals, plan-actions, skills and the log.
     """
 

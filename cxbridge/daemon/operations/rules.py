@@ -1,4 +1,4 @@
-"""The operation that returns the stop of the rules by a debugger."""
+"""The operation that reports where a debugger has stopped the rules."""
 
 from __future__ import annotations
 

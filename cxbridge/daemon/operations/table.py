@@ -28,15 +28,15 @@ def operations() -> Mapping[str, Operation[Any]]:
 
 @lru_cache(maxsize=4)
 def _load_operations(rows: tuple[Row, ...]) -> Mapping[str, Operation[Any]]:
-    loaded: dict[str, Operation[Any]] = {}
+    operations_by_name: dict[str, Operation[Any]] = {}
     origins: dict[str, Row] = {}
     for row in rows:
         for operation in getattr(OPERATION_MODULES.load_target(row), "OPERATIONS", ()):
             name = operation.name
-            if name in loaded:
+            if name in operations_by_name:
                 raise PluginError(f"two operations are called '{name}': of {origins[name]}, and of {row}")
-            loaded[name], origins[name] = operation, row
-    return MappingProxyType(loaded)
+            operations_by_name[name], origins[name] = operation, row
+    return MappingProxyType(operations_by_name)
 
 
 def verbs() -> Mapping[str, Right]:

@@ -69,9 +69,9 @@ def run_executor(
             return
         service.callback(host.close)
         host.listen(signal, EventKind.MESSAGE_RECEIVED)
-        text = f"{name} executes {', '.join(executor_class.skills)} for {options.agent} on {options.url}"
-        log.info(f"Ready: {text}")
-        service.report_ready(text)
+        status = f"{name} executes {', '.join(executor_class.skills)} for {options.agent} on {options.url}"
+        log.info(f"Ready: {status}")
+        service.report_ready(status)
         next_step_s = time.monotonic()
         while not service.stopped.is_set():
             host.exchange()
@@ -84,15 +84,15 @@ def run_executor(
             signal.arrived.clear()
 
 
-def _wait_for_host(make: Callable[[], ExecutorHost], stopped: threading.Event) -> ExecutorHost | None:
-    """Call ``make`` until the interface has no other writer; return None if the service is stopped first.
+def _wait_for_host(open_host: Callable[[], ExecutorHost], stopped: threading.Event) -> ExecutorHost | None:
+    """Call ``open_host`` until the interface has no other writer; return None if the service stops first.
 
     :raises WriterActiveError: if there is another writer after `PATIENCE_S`.
     """
     deadline_s = time.monotonic() + PATIENCE_S
     while True:
         try:
-            return make()
+            return open_host()
         except WriterActiveError:
             if time.monotonic() >= deadline_s:
                 raise
@@ -100,7 +100,7 @@ def _wait_for_host(make: Callable[[], ExecutorHost], stopped: threading.Event) -
             return None
 
 
-def parse_settings(texts: Iterable[str]) -> dict[str, Any]:
+def parse_settings(assignments: Iterable[str]) -> dict[str, Any]:
     """Parse settings of the form ``NAME=VALUE``.
 
     :raises SkillerError: if a setting has another form.
@@ -108,10 +108,10 @@ def parse_settings(texts: Iterable[str]) -> dict[str, Any]:
     from cxbridge.skiller.board.settings import parse_value  # noqa: PLC0415 - needed with settings only
 
     settings = {}
-    for text in texts:
-        name, equals, value = text.partition("=")
+    for assignment in assignments:
+        name, equals, value = assignment.partition("=")
         if not name or not equals:
-            raise SkillerError(f"'{text}' is not a setting", hint="write NAME=VALUE")
+            raise SkillerError(f"'{assignment}' is not a setting", hint="write NAME=VALUE")
         settings[name] = parse_value(value)
     return settings
 

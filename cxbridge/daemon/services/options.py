@@ -17,7 +17,7 @@ class RecordOptions:
 
     :param outputs: files with the suffix ``.mcap``, and folders for bblogger files.
     :param duration_s: the duration of the recording; None: until an interrupt.
-    :param switch: whether to serve ``SwitchInterface::BBLogger``; by default unless the URL is a Fawkes
+    :param switch: whether to serve ``SwitchInterface::BBLogger``; None: yes, unless the URL is a Fawkes
         server.
     """
 

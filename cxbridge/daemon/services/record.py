@@ -65,7 +65,7 @@ class RecordReport:
         count = format_count(sum(self.writes.values()), "write")
         return f"{count} of {format_count(len(self.writes), 'interface')}"
 
-    def lines(self) -> list[str]:
+    def to_lines(self) -> list[str]:
         """Return the result as lines of text."""
         lines = [f"{self.counts_text} in {self.seconds:.1f} s"]
         lines += [f"  {uid}  {writes}" for uid, writes in sorted(self.writes.items())]
@@ -98,26 +98,30 @@ def record(
         # a separate bus: the blackboard emits its own events on the bus of the service
         recorded_bus = service.make_bus()
         board = service.open_blackboard(options.url, InterfaceRegistry(options.interface_dirs))
-        recorded = RecordedRun(
+        recorded_run = RecordedRun(
             InterfaceRegistry(options.interface_dirs), options.scenario, service.clock.now_us()
         )
         outputs = [("mcap" if path.suffix == ".mcap" else "bblogger", path) for path in options.outputs]
-        writers = open_writers(outputs, recorded)
+        writers = open_writers(outputs, recorded_run)
         recorder = service.enter_context(Recorder(recorded_bus, writers))
         recorder.describe({"cxbridge": VERSION, "clock": service.clock.name, "blackboard": options.url})
         forwarder = WriteForwarder(board, patterns, recorded_bus)
         service.callback(forwarder.close)
         service.set_wake_function(forwarder.wake)
-        began_s = time.monotonic()
-        count = forwarder.start()
+        start_s = time.monotonic()
+        interface_count = forwarder.start()
         _serve_switch(options, board, forwarder, recorder, recorded_bus, service)
-        match_text = f"{count} interfaces at {options.url} match" if count else "nothing matches yet"
+        match_text = (
+            f"{interface_count} interfaces at {options.url} match"
+            if interface_count
+            else "nothing matches yet"
+        )
         recorded_bus.logger(COMPONENT).info(f"Ready: {match_text}")
         service.report_ready(f"recording {options.url}")
 
         def update_report() -> float:
             """Update the report; return the remaining seconds."""
-            seconds = report.seconds = time.monotonic() - began_s
+            seconds = report.seconds = time.monotonic() - start_s
             report.writes, report.skipped = dict(forwarder.counts), board.skipped
             report.gaps = [(gap.start_us, gap.seconds) for gap in forwarder.gaps]
             report.errors = [str(error) for error in recorder.errors]

@@ -81,7 +81,7 @@ class ReplayReport:
             "notes": self.notes,
         }
 
-    def lines(self) -> list[str]:
+    def to_lines(self) -> list[str]:
         """Return the result as lines of text."""
         count = format_count(sum(self.writes.values()), "write")
         interfaces = format_count(len(self.writes), "interface")
@@ -156,8 +156,8 @@ class _ReplaySession:
         self._board = board
         self._player = player
         self._report = report
-        self._began_s = time.monotonic()
-        board.add_connection_callback(self._on_connection)
+        self._start_s = time.monotonic()
+        board.add_connection_callback(self._handle_connection_change)
 
     def run(self, make_moves: Callable[[], Iterable[ReplayMove]], keys: KeyWaiter | None) -> None:
         """Replay, hold the interfaces if requested, and complete the report."""
@@ -191,7 +191,7 @@ class _ReplaySession:
 
     def _update_report(self) -> None:
         report, player = self._report, self._player
-        report.seconds = time.monotonic() - self._began_s
+        report.seconds = time.monotonic() - self._start_s
         report.writes = dict(player.write_counts)
         report.messages, report.undelivered = player.sent_count, player.undelivered_count
         self.on_progress(report)
@@ -200,7 +200,7 @@ class _ReplaySession:
         self._report.position_s = move.at_us / MICROSECONDS
         self.announce(move)
 
-    def _on_connection(self, connected: bool) -> None:
+    def _handle_connection_change(self, connected: bool) -> None:
         if not connected:
             self._is_connection_lost = True
             self._stop_event.set()

@@ -59,11 +59,11 @@ class Service(ExitStack):
         return self
 
     def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+        self, error_type: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> bool | None:
         if self._is_ready:  # for systemd a failed start must not look like a requested stop
             self._notifier.report_stopping()
-        return super().__exit__(kind, error, trace)
+        return super().__exit__(error_type, error, trace)
 
     def open_blackboard(self, url: str, registry: InterfaceRegistry) -> BlackBoard:
         """Return the blackboard at a URL, which is closed at the end.

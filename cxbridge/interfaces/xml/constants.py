@@ -10,7 +10,7 @@ from cxbridge.interfaces.xml.tree import Element
 from cxbridge.suggestions import did_you_mean
 
 _CONSTANT_TYPES = tuple(name for name in TYPES if name != "byte")
-_INT32_LIMIT = 1 << 31  # C++ enums are 32 bit signed integers
+_INT32_LIMIT = 1 << 31  # C++ enums are 32-bit signed integers
 
 
 def read_constant(element: Element, scope: NameScope, findings: Findings) -> ConstantSchema:
@@ -93,7 +93,7 @@ def _read_item(element: Element, number: int, scope: NameScope, findings: Findin
 def _check_item_value(element: Element, item: EnumItem, names: dict[int, str], findings: Findings) -> None:
     """Check that an item's number has 32 bits and is not used by an earlier item of the enum."""
     if not -_INT32_LIMIT <= item.value < _INT32_LIMIT:
-        hint = "enum values are 32 bit signed integers"
+        hint = "enum values are 32-bit signed integers"
         raise findings.make_error(element, f"enum item '{item.name}' would be {item.value}", hint, "value")
     first_name = names.setdefault(item.value, item.name)
     if first_name != item.name:

@@ -14,7 +14,7 @@ from cxbridge.interfaces.xml.tree import Element
 from cxbridge.suggestions import did_you_mean
 
 MAX_DATASIZE: Final = 2 << 20
-"""The maximal size of a block in bytes, the default memory of Fawkes' blackboard."""
+"""The maximum size of a block in bytes, the default memory of Fawkes' blackboard."""
 
 Enums = dict[str, EnumSchema]
 DataFields = dict[str, FieldSchema | None]

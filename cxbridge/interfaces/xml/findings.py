@@ -19,7 +19,7 @@ from cxbridge.suggestions import did_you_mean
 
 # A file of a mebibyte may have 100,000 mistakes, and each mistake costs a search for similar names.
 MAX_FINDINGS: Final = 100
-"""The maximal number of reported errors of a file."""
+"""The maximum number of reported errors of a file."""
 
 _COMMENT_HINT = "begin it with <comment>What it is for</comment>"
 
@@ -146,9 +146,9 @@ class Findings(Struct):
                     did_you_mean(name, attributes, f"it may have {', '.join(attributes) or 'none'}"),
                     name,
                 )
-        unknown = [child for child in element.children if child.name not in children]
+        unknown_children = [child for child in element.children if child.name not in children]
         # the search for similar names takes long, and further findings would be dropped
-        for child in unknown[:MAX_FINDINGS]:
+        for child in unknown_children[:MAX_FINDINGS]:
             contents = ", ".join(f"<{name}>" for name in children) or "text only"
             hint = did_you_mean(child.name, children, f"<{element.name}> may contain {contents}")
             misspelt = did_you_mean(child.name, [name for name in children if name != "comment"])

@@ -132,16 +132,16 @@ def _require_schema(result: CheckResult) -> InterfaceSchema:
     """Return the schema, or raise the first error."""
     if result.schema is not None:
         return result.schema
-    first, further = result.errors[0], len(result.errors) - 1
-    if further:
-        first = InterfaceDefinitionError(
-            f"{first.message} (and {further} more: see 'cxbridge interface check')",
-            file=first.file,
-            line=first.line,
-            column=first.column,
-            hint=first.hint,
+    first_error, further_count = result.errors[0], len(result.errors) - 1
+    if further_count:
+        first_error = InterfaceDefinitionError(
+            f"{first_error.message} (and {further_count} more: see 'cxbridge interface check')",
+            file=first_error.file,
+            line=first_error.line,
+            column=first_error.column,
+            hint=first_error.hint,
         )
-    raise first
+    raise first_error
 
 
 class _DefinitionReader:
@@ -286,8 +286,8 @@ class _DefinitionReader:
                 if field is not None:
                     scope.add(child, "field", field.name)
                     fields.append(field)
-        placed, datasize = place_fields(fields)
-        return MessageSchema(message_type_name(name), datasize, placed, comment)
+        placed_fields, datasize = place_fields(fields)
+        return MessageSchema(message_type_name(name), datasize, placed_fields, comment)
 
     def _add_message_name(self, element: Element, name: str) -> None:
         """Check that a message's name is short enough and unique."""

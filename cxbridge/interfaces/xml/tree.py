@@ -17,16 +17,18 @@ from cxbridge.errors import InterfaceDefinitionError
 
 # The definitions of Fawkes have fewer than 20 kB.
 MAX_FILE_SIZE: Final = 1 << 20
-"""The maximal size of a definition in bytes."""
+"""The maximum size of a definition in bytes."""
 
 MAX_DEPTH: Final = 16
-"""The maximal depth of nested elements; definitions need four."""
+"""The maximum depth of nested elements; definitions need four."""
 
 MAX_ELEMENTS: Final = 10_000
-"""The maximal number of elements; the definitions of Fawkes have fewer than 200."""
+"""The maximum number of elements; the definitions of Fawkes have fewer than 200."""
 
 _DOCTYPE_HINT = 'use exactly <!DOCTYPE interface SYSTEM "interface.dtd">, or omit it'
+# A reference to an entity, except XML's five entities and numbers of characters.
 _ENTITY = re.compile(rb"&(?!(?:amp|lt|gt|quot|apos|#\d+|#x[0-9A-Fa-f]+);)")
+# The quantifiers are possessive, without which a long tag that does not end would take exponential time.
 _START_TAG = re.compile(rb"""<[^\s>/"']++(?:[^>"']++|"[^"]*+"|'[^']*+')*+>""")
 
 
@@ -110,7 +112,7 @@ class _TreeReader:
                 file=self._file,
                 line=error.lineno,
                 column=error.offset + 1,
-                hint=self._hint_for(error.code),
+                hint=self._find_hint(error.code),
             ) from None
         except (LookupError, ValueError) as error:
             raise self._make_error(f"not readable as XML: {error}", "save the file as UTF-8") from None
@@ -118,7 +120,7 @@ class _TreeReader:
             raise self._make_error("the document is empty", "begin with <interface name=...>")
         return self._root
 
-    def _hint_for(self, code: int) -> str:
+    def _find_hint(self, code: int) -> str:
         """Return a hint for an error of expat."""
         index = self._parser.ErrorByteIndex
         if code == _INVALID_TOKEN and self._data[index : index + 1] >= b"\x80":

@@ -60,7 +60,7 @@ class Component:
 
     @property
     def is_quiet(self) -> bool:
-        """Whether the component changes state only on request of rules; only such runs can be stuck."""
+        """Whether only a request of a rule changes the component. A run is stuck only if all are quiet."""
         return False
 
     @property
@@ -69,7 +69,7 @@ class Component:
         return ""
 
 
-class ThinkingComponent(Component):
+class BaseExecutiveComponent(Component):
     """The executive of a run.
 
     :ivar firings: the number of rule firings.
@@ -88,7 +88,7 @@ class ThinkingComponent(Component):
         """Run the finalization rules once."""
 
     @abstractmethod
-    def forgo_finalization(self) -> None:
+    def skip_finalization(self) -> None:
         """Let :meth:`finalize` do nothing, as in a killed process."""
 
 

@@ -11,7 +11,7 @@ from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.mainloop import Hook
 from cxbridge.run.agent import Run
-from cxbridge.run.components.component import ThinkingComponent
+from cxbridge.run.components.component import BaseExecutiveComponent
 from cxbridge.run.explainers import place_of_action
 from cxbridge.run.features import FEATURES, run_features
 from cxbridge.run.mistakes import UnexecutedActions, known_skills, own_files
@@ -25,7 +25,7 @@ _CYCLE_RULES = ("time-retract", "blackboard-read")
 _CYCLE_FACTS = ("time",)
 
 
-class ExecutiveComponent(ThinkingComponent):
+class ExecutiveComponent(BaseExecutiveComponent):
     """Runs the rules of an agent.
 
     :raises CxbridgeError: if the configuration or the CLIPS library is wrong.
@@ -69,11 +69,11 @@ class ExecutiveComponent(ThinkingComponent):
             raise ExecutiveError("the agent has quit")
 
     def finalize(self) -> None:
-        begun, self._has_begun = self._has_begun, False
-        if begun:
+        has_begun, self._has_begun = self._has_begun, False
+        if has_begun:
             self.executive.finalize()
 
-    def forgo_finalization(self) -> None:
+    def skip_finalization(self) -> None:
         self._has_begun = False
 
     @property

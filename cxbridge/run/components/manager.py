@@ -57,7 +57,7 @@ _START_TRANSITIONS: Final = (Transition.CONFIGURE, Transition.ACTIVATE)
 _STOP_TRANSITIONS: Final = (Transition.DEACTIVATE, Transition.CLEANUP)
 
 
-class Policy(Enum):
+class FailurePolicy(Enum):
     """Reaction to a failed component: continue, stop all components, or raise the error to the caller."""
 
     CONTINUE = "continue"
@@ -102,23 +102,25 @@ ComponentType = TypeVar("ComponentType", bound=Component)
 
 
 class ManagedNode(Generic[ComponentType]):
-    """A component with its lifecycle state. Configuring makes the component, cleanup closes it.
+    """A component with its lifecycle state. ``configure`` makes the component, and ``cleanup`` closes it.
 
     :param name: the name for lists and logs.
     :param make: makes the component; may raise.
+    :param component_class: the class of the component that ``make`` returns.
+    :param component: a component that exists before it is configured.
     """
 
     def __init__(
         self,
         name: str,
         make: Callable[[], ComponentType],
-        kind: type[ComponentType],
+        component_class: type[ComponentType],
         component: ComponentType | None = None,
     ) -> None:
         self.name = name
-        self.steady = kind.steady
-        self.description = kind.description or name
-        self.hooks = tuple(kind.hooks)
+        self.steady = component_class.steady
+        self.description = component_class.description or name
+        self.hooks = tuple(component_class.hooks)
         self.state = State.UNCONFIGURED
         self.reason = ""
         self.error: Exception = LifecycleError(f"{name} has not failed")
@@ -209,7 +211,7 @@ class ComponentManager:
     :meth:`shutdown`, or the error is raised.
 
     :param nodes: components in start order; each may depend on its predecessors.
-    :param log: gets lines about changes; None for no lines.
+    :param log: gets a line for each change; None: changes are not logged.
     :param policy: the reaction to failures.
     :param on_change: called after each change of a state or reason.
     """
@@ -220,14 +222,14 @@ class ComponentManager:
         clock: Clock,
         log: Logger | None = None,
         *,
-        policy: Policy = Policy.STOP,
+        policy: FailurePolicy = FailurePolicy.STOP,
         on_change: Callable[[], None] = lambda: None,
     ) -> None:
         self.nodes = tuple(nodes)
         self.policy = policy
         self.failure = ""
-        """The first failure under :attr:`Policy.STOP`; else empty."""
-        self.failure_error: Exception = LifecycleError("nothing has failed")
+        """The first failure under :attr:`FailurePolicy.STOP`; else empty."""
+        self.first_error: Exception = LifecycleError("nothing has failed")
         """The exception of :attr:`failure`."""
         self.paused = False
         self.on_change = on_change
@@ -254,7 +256,7 @@ class ComponentManager:
     def startup(self, interrupt: Interrupt | None = None) -> bool:
         """Configure all components, then activate all; return whether all are active.
 
-        Under :attr:`Policy.STOP`, a failure ends the sequence.
+        Under :attr:`FailurePolicy.STOP`, a failure ends the sequence.
 
         :param interrupt: a received signal ends the sequence.
         """
@@ -296,7 +298,8 @@ class ComponentManager:
     def shutdown(self) -> None:
         """Finalize all components, last to first. Further calls do nothing.
 
-        :raises Exception: under :attr:`Policy.RAISE` the first failure, after all components are finalized.
+        :raises Exception: under :attr:`FailurePolicy.RAISE` the first failure, after all components are
+            finalized.
         """
         failures: list[Exception] = []
         for node in reversed(self.nodes):
@@ -306,7 +309,7 @@ class ComponentManager:
         if failures:
             raise failures[0]
 
-    def start_one(self, name: str) -> None:
+    def start_component(self, name: str) -> None:
         """Activate one component.
 
         A failure is raised under every policy.
@@ -316,7 +319,7 @@ class ComponentManager:
         self.start(self._find_changeable_node(name))
 
     def start(self, node: ManagedNode[Any]) -> None:
-        """Activate the component of a node, see :meth:`start_one`."""
+        """Activate the component of a node, see :meth:`start_component`."""
         name = node.name
         if node.state is State.FINALIZED:
             raise LifecycleError(f"{name} was shut down", hint="restart the daemon to start it again")
@@ -326,7 +329,7 @@ class ComponentManager:
             ):
                 raise LifecycleError(f"{name} cannot {transition}: {node.reason}")
 
-    def stop_one(self, name: str) -> None:
+    def stop_component(self, name: str) -> None:
         """Clean up one component.
 
         :raises LifecycleError: if the component is unknown.
@@ -335,13 +338,14 @@ class ComponentManager:
         if node.state not in (State.UNCONFIGURED, State.FINALIZED):
             self._wind_down(node, "unloaded")
 
-    def change_one(self, name: str, transition: str) -> None:
+    def change_component(self, name: str, transition: str) -> None:
         """Take one lifecycle transition of a component.
 
         A failure is raised under every policy. A finalized component stays finalized.
 
         :param transition: the value of a :class:`Transition`.
-        :raises LifecycleError: if the component or transition is unknown, not permitted, or fails.
+        :raises LifecycleError: if the component or the transition is unknown, the component's state does not
+            permit the transition, or the transition fails.
         """
         node = self._find_changeable_node(name)
         if transition not in list(Transition):
@@ -396,12 +400,12 @@ class ComponentManager:
         return run_step
 
     def fail(self, node: ManagedNode[Any], error: Exception) -> None:
-        """Stop a failed component; under :attr:`Policy.STOP`, set :attr:`failure`."""
+        """Stop a failed component; under :attr:`FailurePolicy.STOP`, set :attr:`failure`."""
         reason = _describe_error(error)
         self._log_change(Level.ERROR, f"{node.name} failed: {reason}")
         self._wind_down(node, reason)
-        if self.policy is Policy.STOP and not self.failure:
-            self.failure, self.failure_error = f"{node.name}: {reason}", error
+        if self.policy is FailurePolicy.STOP and not self.failure:
+            self.failure, self.first_error = f"{node.name}: {reason}", error
 
     def _wind_down(self, node: ManagedNode[Any], reason: str) -> None:
         for transition in _STOP_TRANSITIONS:
@@ -411,13 +415,13 @@ class ComponentManager:
         self.on_change()
 
     def _try_transition(self, node: ManagedNode[Any], transition: Transition, reason: str = "") -> None:
-        """Take a transition; under :attr:`Policy.STOP`, a failure sets :attr:`failure`."""
+        """Take a transition; under :attr:`FailurePolicy.STOP`, a failure sets :attr:`failure`."""
         if (
             not self._take_transition(node, transition, reason)
-            and self.policy is Policy.STOP
+            and self.policy is FailurePolicy.STOP
             and not self.failure
         ):
-            self.failure, self.failure_error = f"{node.name}: {node.reason}", node.error
+            self.failure, self.first_error = f"{node.name}: {node.reason}", node.error
 
     def _take_transition(self, node: ManagedNode[Any], transition: Transition, reason: str = "") -> bool:
         """Take a transition; return whether it succeeded.
@@ -428,7 +432,7 @@ class ComponentManager:
         try:
             node.take_transition(transition)
         except Exception as error:
-            if self.policy is Policy.RAISE:
+            if self.policy is FailurePolicy.RAISE:
                 raise  # the caller's close() closes the component
             if node.state is State.UNCONFIGURED:
                 node.abort()

@@ -22,7 +22,7 @@ class SkillBoardComponent(Component):
     hooks = (Hook.SKILL,)
 
     def __init__(self, context: Run, settings: BoardSettings | None = None) -> None:
-        from_recording = settings is not None
+        is_replay = settings is not None
         settings = settings or context.skill_board
         assert settings is not None  # the table makes this component only with a skill board
         board_class = context.source.board_class(context.config) or SkillBoard
@@ -32,7 +32,7 @@ class SkillBoardComponent(Component):
         self._run = context
         context.skill_service = self.service
         try:
-            if not from_recording:
+            if not is_replay:
                 context.source.prepare_board(context)
         except Exception:
             self.close()

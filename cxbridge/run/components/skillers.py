@@ -15,7 +15,7 @@ from cxbridge.run.components.table import local_skillers
 from cxbridge.run.skillers import SkillerSettings, make_deciders
 from cxbridge.skiller.backend import SkillerBackend
 
-_SPACE = "/skiller/skillspace"
+_SPACE_KEY = "/skiller/skillspace"
 
 
 class Skillers(Component):
@@ -78,12 +78,14 @@ class Speech(Component):
 def _make_skillers(context: Run) -> list[SkillerBackend]:
     """Make the Skillers of the configuration; after a failure, none stays open."""
     with ExitStack() as undo:
-        skillers = [undo.enter_context(_make(context, settings)) for settings in local_skillers(context)]
+        skillers = [
+            undo.enter_context(_make_skiller(context, settings)) for settings in local_skillers(context)
+        ]
         undo.pop_all()
     return skillers
 
 
-def _make(context: Run, settings: SkillerSettings) -> SkillerBackend:
+def _make_skiller(context: Run, settings: SkillerSettings) -> SkillerBackend:
     # import on use, because Lua and the estimators slow down the start of every run
     from cxbridge.skiller.make import make_lua_skiller, skills_see_navgraph  # noqa: PLC0415
 
@@ -120,7 +122,8 @@ def _make(context: Run, settings: SkillerSettings) -> SkillerBackend:
             find_mapping_place=partial(place_of_skill, config, context.spec),
         )
     except SkillError as error:
-        if error.file is None and config.exists(_SPACE):
-            value = config.get(_SPACE)
+        # an error outside a Lua file is about the configured name of the skill space
+        if error.file is None and config.exists(_SPACE_KEY):
+            value = config.get(_SPACE_KEY)
             error.file, error.line = value.file or None, value.line or None
         raise

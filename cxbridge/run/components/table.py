@@ -29,6 +29,7 @@ def local_skillers(run: Any) -> tuple[SkillerSettings, ...]:
 
 
 def _speaks(run: Any) -> bool:
+    """Return whether skills may speak: only Lua skills can."""
     return any(item.kind == "lua" for item in local_skillers(run))
 
 

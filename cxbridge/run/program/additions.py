@@ -31,4 +31,4 @@ class Additions:
     values: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
 
 
-NOTHING = Additions()
+NO_ADDITIONS = Additions()

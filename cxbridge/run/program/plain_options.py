@@ -26,7 +26,7 @@ _JSON_TYPES: Final[Mapping[Any, tuple[type, ...]]] = {
     Path: (str,),
     tuple: (str, list),
 }
-_TITLES: Final = {
+_TYPE_NAMES: Final = {
     bool: "true or false",
     int: "a number",
     float: "a number",
@@ -45,7 +45,7 @@ def options_from_keywords(
     :raises CxbridgeError: if an option is unknown.
     """
     values = {name: value for name, value in {"scenario": scenario, **options}.items() if value is not None}
-    values["more"] = (*values.get("more", ()), *take_plugin_options(values, resolve_path))
+    values["plugin_groups"] = (*values.get("plugin_groups", ()), *take_plugin_options(values, resolve_path))
     names = {field.name for field in fields(RunOptions)}
     unknown = [name for name in values if name not in names]
     if unknown:
@@ -95,7 +95,7 @@ def options_from_json(values: Mapping[str, Any]) -> RunOptions:
     :raises CxbridgeError: if an option is unknown or has a value of another type.
     """
     options = {
-        _CAPITAL.sub(lambda m: f"_{m[0].lower()}", name).replace("-", "_"): value
+        _CAPITAL.sub(lambda match: f"_{match[0].lower()}", name).replace("-", "_"): value
         for name, value in values.items()
         if value is not None
     }
@@ -137,5 +137,7 @@ def _check_type(name: str, value: object) -> None:
         or not are_texts
         or (isinstance(value, bool) and bool not in json_types)
     ):
-        titles = dict.fromkeys(_TITLES[json_type] for json_type in json_types if json_type in _TITLES)
-        raise CxbridgeError(f"'{name}' must be {' or '.join(titles)}")
+        type_names = dict.fromkeys(
+            _TYPE_NAMES[json_type] for json_type in json_types if json_type in _TYPE_NAMES
+        )
+        raise CxbridgeError(f"'{name}' must be {' or '.join(type_names)}")

@@ -1,3 +1,5 @@
+"""The function behind ``cxbridge.run("test-scenario")``, for programs and notebooks."""
+
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -7,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from cxbridge.run.program.additions import Additions
 from cxbridge.run.program.finished import Run
 from cxbridge.run.program.plain_options import options_from_keywords
-from cxbridge.run.program.skills import Skills, executor_classes
+from cxbridge.run.program.skills import Skills, make_executor_classes
 from cxbridge.run.run import run_scenario
 from cxbridge.trace.memory import MemoryRun
 
@@ -51,6 +53,6 @@ def run(
     )
     name = Path(scenario).name if scenario is not None else "run"
     recording = MemoryRun(name)
-    additions = Additions(tuple(features), executor_classes(skills), (recording.writer(),))
+    additions = Additions(tuple(features), make_executor_classes(skills), (recording.writer(),))
     run_scenario(run_options, additions=additions)
     return Run(recording)

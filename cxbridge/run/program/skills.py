@@ -22,23 +22,23 @@ Skills: TypeAlias = Sequence[type[SkillExecutor] | SkillFunction] | Mapping[str,
 """Skills as classes and functions, or as functions by skill name."""
 
 
-def executor_classes(skills: Skills) -> tuple[type[SkillExecutor], ...]:
+def make_executor_classes(skills: Skills) -> tuple[type[SkillExecutor], ...]:
     """Return an executor class for each skill.
 
     :raises SkillError: unless each object is a skill; the error has file and line.
     """
     if isinstance(skills, Mapping):
-        return tuple(function_skill(function, name) for name, function in skills.items())
-    return tuple(_executor_class(skill) for skill in skills)
+        return tuple(make_function_skill(function, name) for name, function in skills.items())
+    return tuple(_make_executor_class(skill) for skill in skills)
 
 
-def _executor_class(skill: type[SkillExecutor] | SkillFunction) -> type[SkillExecutor]:
+def _make_executor_class(skill: type[SkillExecutor] | SkillFunction) -> type[SkillExecutor]:
     if isinstance(skill, type) and issubclass(skill, SkillExecutor):
         return check_executor(skill)
-    return function_skill(skill)
+    return make_function_skill(skill)
 
 
-def function_skill(function: SkillFunction, name: str = "") -> type[SkillExecutor]:
+def make_function_skill(function: SkillFunction, name: str = "") -> type[SkillExecutor]:
     """Return an executor class that calls a function.
 
     :param name: the name of the skill, by default the function's.

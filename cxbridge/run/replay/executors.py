@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from cxbridge.run.replay.divergence import Divergence, Expectation
-from cxbridge.run.replay.script import Execution, ExecutorScript, call_text
+from cxbridge.run.replay.script import Execution, ExecutorScript, format_call
 from cxbridge.skiller.board import Progress, SkillCall, SkillExecutor, SkillFailedError, Steps
 from cxbridge.skiller.board.executor import ExecutorContext
 
@@ -31,10 +31,8 @@ class RecordedExecutor(SkillExecutor):
     ) -> None:
         super().__init__(context)
         self.skills = script.skills
-        writer = f"SkillExecutorInterface::{script.name}"
-        self.expected = Expectation(
-            writer, script.executions, start_us, is_complete=is_complete, report=report
-        )
+        uid = f"SkillExecutorInterface::{script.name}"
+        self.expected = Expectation(uid, script.executions, start_us, is_complete=is_complete, report=report)
 
     def idle(self) -> None:
         """Check for an overdue skill."""
@@ -50,23 +48,26 @@ class RecordedExecutor(SkillExecutor):
             or execution.skill != call.skill
             or execution.parameters not in (None, dict(call.parameters))
         ):
-            self.expected.refuse(call_text(call.skill, call.parameters), begin_us)
-            raise SkillFailedError("the recording does not have this")
+            self.expected.refuse(format_call(call.skill, call.parameters), begin_us)
+            raise SkillFailedError("the recording has no such execution")
         self.expected.meet(begin_us)
         return self._replay_steps(execution, begin_us)
 
     def _replay_steps(self, execution: Execution, begin_us: int) -> Steps:
-        published = 0
+        published_count = 0
         while True:
-            since_us = self.clock.now_us() - begin_us
-            if execution.ends_itself and since_us >= (execution.duration_us or 0):
+            elapsed_us = self.clock.now_us() - begin_us
+            if execution.ends_itself and elapsed_us >= (execution.duration_us or 0):
                 break
             progress = None
             # of several recorded texts in one cycle, the last one is published, as on the recorded blackboard
-            while published < len(execution.feedback) and execution.feedback[published][0] <= since_us:
-                _, fraction, text = execution.feedback[published]
+            while (
+                published_count < len(execution.feedback)
+                and execution.feedback[published_count][0] <= elapsed_us
+            ):
+                _, fraction, text = execution.feedback[published_count]
                 progress = Progress(fraction, text)
-                published += 1
+                published_count += 1
             yield progress
         if execution.outcome == _FAILED:
             raise SkillFailedError(execution.error)

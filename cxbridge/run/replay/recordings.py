@@ -30,7 +30,7 @@ from cxbridge.run.replay.script import (
     SkillerScript,
     make_executor_script,
     make_skiller_script,
-    writes_of_statuses,
+    reconstruct_writes,
 )
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.registry import open_run
@@ -72,9 +72,11 @@ class Recordings:
                 file=scans[0].run.path,
                 hint="name the run's bblogger files, mcap or text log with another --replay",
             )
-        _align(scans)
-        begins = (scan.begin_us + scan.shift_us for scan in (decisions, *scans) if scan.begin_us is not None)
-        start_us = next(begins, VIRTUAL_EPOCH_US)
+        _align_times(scans)
+        begin_times = (
+            scan.begin_us + scan.shift_us for scan in (decisions, *scans) if scan.begin_us is not None
+        )
+        start_us = next(begin_times, VIRTUAL_EPOCH_US)
         return cls(scans, decisions, start_us)
 
     @property
@@ -113,7 +115,7 @@ class Recordings:
                 return replace(options, scenario=Path(recorded), spec=spec)
         return options
 
-    def skillers(self) -> dict[str, SkillerScript]:
+    def make_skiller_scripts(self) -> dict[str, SkillerScript]:
         """Return the behaviour of each Skiller, by interface id."""
         scripts: dict[str, SkillerScript] = {}
         for scan in self.scans:
@@ -126,10 +128,10 @@ class Recordings:
                     shifted = [
                         structs.replace(status, time_us=status.time_us + scan.shift_us) for status in statuses
                     ]
-                    scripts[name] = make_skiller_script(writes_of_statuses(name, shifted))
+                    scripts[name] = make_skiller_script(reconstruct_writes(name, shifted))
         return scripts
 
-    def executors(self) -> list[ExecutorScript]:
+    def make_executor_scripts(self) -> list[ExecutorScript]:
         """Return the behaviour of each executor, in order of appearance."""
         scripts: dict[str, ExecutorScript] = {}
         for scan in self.scans:
@@ -137,7 +139,7 @@ class Recordings:
                 scripts.setdefault(name, make_executor_script(name, writes, scan.messages))
         return list(scripts.values())
 
-    def samples(self) -> dict[str, InterfaceWrite]:
+    def find_samples(self) -> dict[str, InterfaceWrite]:
         """Return the first write of each interface."""
         samples: dict[str, InterfaceWrite] = {}
         for scan in self.scans:
@@ -145,15 +147,19 @@ class Recordings:
                 samples.setdefault(uid, sample)
         return samples
 
-    def sensors(self, *, executors: bool) -> dict[str, InterfaceWrite]:
+    def find_sensor_samples(self, *, executors: bool) -> dict[str, InterfaceWrite]:
         """Return the first write of each interface except those of Skillers and executors.
 
         :param executors: whether executors have separate players; else they count as sensors.
         """
-        played = (SKILLER, EXECUTOR) if executors else (SKILLER,)
-        return {uid: write for uid, write in self.samples().items() if uid.partition("::")[0] not in played}
+        played_types = (SKILLER, EXECUTOR) if executors else (SKILLER,)
+        return {
+            uid: write
+            for uid, write in self.find_samples().items()
+            if uid.partition("::")[0] not in played_types
+        }
 
-    def writes(self, sensors: Mapping[str, InterfaceWrite]) -> Iterator[InterfaceWrite]:
+    def read_writes(self, sensors: Mapping[str, InterfaceWrite]) -> Iterator[InterfaceWrite]:
         """Yield the writes of these interfaces by time."""
         # an interface of several recordings is played once, from the first of them
         remaining = set(sensors)
@@ -161,7 +167,7 @@ class Recordings:
         for scan in self.scans:
             uids = scan.samples.keys() & remaining
             remaining -= uids
-            streams.append(_read_writes(scan, frozenset(uids)))
+            streams.append(_read_writes_of(scan, frozenset(uids)))
         return heapq.merge(*streams, key=lambda write: write.time_us)
 
 
@@ -179,13 +185,13 @@ def _find_decisions(scans: Sequence[Scan]) -> Scan | None:
     return with_goals or next((scan for scan in scans if scan.statuses), None)
 
 
-def _read_writes(scan: Scan, uids: frozenset[str]) -> Iterator[InterfaceWrite]:
+def _read_writes_of(scan: Scan, uids: frozenset[str]) -> Iterator[InterfaceWrite]:
     for event in scan.run if uids else ():
         if isinstance(event, InterfaceWrite) and event.uid in uids:
             yield event
 
 
-def _align(scans: Sequence[Scan]) -> None:
+def _align_times(scans: Sequence[Scan]) -> None:
     """Shift the times of text logs to the times of a recording with dates."""
     # a text log has only the time of day, in an unknown time zone
     dated = [scan for scan in scans if scan.is_timed and not scan.is_log and scan.samples]
@@ -261,6 +267,7 @@ def agent_recordings(team: Recordings, agent: str) -> Recordings:
         raise TraceError(
             f"it has no events of the agent '{agent}'",
             file=team.scans[0].run.path,
-            hint="the recording must be of all agents in one run; one alone is replayed with --agent",
+            hint="the recording must be of all agents in one run; the recording of one agent is replayed "
+            "with --agent",
         )
     return Recordings(tuple(scans), _find_decisions(scans) or scans[0], team.start_us)

@@ -21,7 +21,7 @@ from cxbridge.run.components.component import Component
 from cxbridge.run.components.skill_board import SkillBoardComponent
 from cxbridge.run.components.skillers import Skillers
 from cxbridge.run.options import RunOptions
-from cxbridge.run.paths import fawkes_interface_dirs
+from cxbridge.run.paths import find_fawkes_interface_dirs
 from cxbridge.run.replay.divergence import PATIENCE_US, Divergence, Expectation
 from cxbridge.run.replay.executors import RecordedExecutor
 from cxbridge.run.replay.recordings import Recordings, agent_recordings
@@ -111,7 +111,7 @@ def _count_events(run: Recording, types: tuple[type[Event], ...]) -> int:
 class RunHead(Recording):
     """The start of a run, up to a number of events.
 
-    :param count: the number of events of ``types``.
+    :param count: the number of events of ``types`` that belong to the start.
     """
 
     def __init__(self, run: Recording, count: int, types: tuple[type[Event], ...]) -> None:
@@ -129,7 +129,7 @@ class RunHead(Recording):
                     return
                 remaining -= 1
             elif not remaining and isinstance(event, TRANSITION_TYPES):
-                return
+                return  # the recording may lack transitions after the last counted event
             yield event
 
 
@@ -151,7 +151,7 @@ class Replay:
     :param tolerance: the permitted difference of times; None ignores times.
     :param team: the replay of the team to which this agent belongs; None for a single agent or the team
         itself.
-    :param name: the agent of the team.
+    :param agent: the agent of the team; empty for a single agent or the team itself.
     """
 
     board_class: type[LocalBlackBoard] = YieldingBoard
@@ -163,11 +163,11 @@ class Replay:
         tolerance: Tolerance | None = None,
         *,
         team: Replay | None = None,
-        name: str = "",
+        agent: str = "",
     ) -> None:
         self.recordings = recordings
         self._team = team
-        self._name = name
+        self._agent = agent
         self.divergence: Divergence | None = None
         """The first divergence."""
         self.is_exhausted = False
@@ -192,7 +192,7 @@ class Replay:
         :raises TraceError: if the recordings have no events of the agent.
         """
         recordings = agent_recordings(self.recordings, name)
-        return Replay(recordings, self._order, self._tolerance, team=self, name=name)
+        return Replay(recordings, self._order, self._tolerance, team=self, agent=name)
 
     @property
     def length_us(self) -> int:
@@ -222,34 +222,38 @@ class Replay:
         :raises CxbridgeError: if an interface has changed since the recording, or cannot be written.
         """
         settings = context.skill_board
-        executors = self.recordings.executors() if settings is not None else []
-        agents = {script.agent for script in executors}
-        on_board = () if settings is None else tuple(a for a in settings.agents if a.name in agents)
-        yield self._play_skillers(context, {agent.skiller for agent in on_board})
+        scripts = self.recordings.make_executor_scripts() if settings is not None else []
+        names = {script.agent for script in scripts}
+        agents = () if settings is None else tuple(agent for agent in settings.agents if agent.name in names)
+        yield self._play_skillers(context, {agent.skiller for agent in agents})
         if settings is not None:
-            skill_board = SkillBoardComponent(context, replace(settings, agents=on_board, in_process=False))
+            skill_board = SkillBoardComponent(context, replace(settings, agents=agents, in_process=False))
             yield skill_board
-            for script in executors:
+            for script in scripts:
                 skill_board.service.add(self._make_executor_host(context, script))
-        sensors = self.recordings.sensors(executors=settings is not None)
+        sensors = self.recordings.find_sensor_samples(executors=settings is not None)
         self._has_sensors = bool(sensors)
         assert isinstance(context.board, YieldingBoard)
         log = context.bus.logger(COMPONENT)
-        yield SensorPlayer(context.board, log, sensors, self.recordings.writes(sensors))
+        yield SensorPlayer(context.board, log, sensors, self.recordings.read_writes(sensors))
 
     def _play_skillers(self, context: Run, on_skill_board: set[str]) -> Skillers:
         """Make the Skillers, except those that the skill board serves."""
         scripts = {
-            name: script for name, script in self.recordings.skillers().items() if name not in on_skill_board
+            name: script
+            for name, script in self.recordings.make_skiller_scripts().items()
+            if name not in on_skill_board
         }
         # a Skiller without recorded commands is made, too: rules may wait for its interface
         for settings in skiller_settings(context.config, "lua", on_skill_board):
             scripts.setdefault(settings.name, SkillerScript())
         maker = BlockMaker(context.board.registry.get(SKILLER))
-        for uid, sample in self.recordings.samples().items():
+        for uid, sample in self.recordings.find_samples().items():
             if uid.startswith(f"{SKILLER}::"):
                 maker.check_fields(sample.values, uid)
-        self._skillers = [self._make_recorded_skiller(context, *item) for item in scripts.items()]
+        self._skillers = [
+            self._make_recorded_skiller(context, name, script) for name, script in scripts.items()
+        ]
         return Skillers(context, self._skillers)
 
     def _make_recorded_skiller(self, context: Run, name: str, script: SkillerScript) -> RecordedSkiller:
@@ -264,7 +268,7 @@ class Replay:
         )
         self._expected.append(player.expected)
         for command in script.commands:
-            self._record_time(command.time_us + (command.later[-1][0] if command.later else 0))
+            self._record_time(command.time_us + (command.later_writes[-1][0] if command.later_writes else 0))
         return player
 
     def _make_executor_host(self, context: Run, script: ExecutorScript) -> ExecutorHost:
@@ -290,7 +294,7 @@ class Replay:
         if self._team is not None:
             kind, separator, interface = divergence.uid.partition("::")
             if separator:
-                divergence = replace(divergence, uid=f"{kind}::{self._name}/{interface}")
+                divergence = replace(divergence, uid=f"{kind}::{self._agent}/{interface}")
             self._team.divergence = self._team.divergence or divergence
         self.divergence = self.divergence or divergence
 
@@ -330,12 +334,12 @@ def open_replay(options: RunOptions) -> tuple[RunOptions, Replay]:
     :returns: the options, completed by scenario and spec of the recording, and the replay.
     :raises CxbridgeError: if the recordings cannot be replayed or the options are wrong.
     """
-    dirs = list(options.interface_dirs)
+    interface_dirs = list(options.interface_dirs)
     if options.fawkes_dir is not None:
-        dirs += fawkes_interface_dirs(options.fawkes_dir)
-    recordings = Recordings.read(options.replay, InterfaceRegistry(dirs))
+        interface_dirs += find_fawkes_interface_dirs(options.fawkes_dir)
+    recordings = Recordings.read(options.replay, InterfaceRegistry(interface_dirs))
     options = recordings.complete(options)
     options.check()
-    seconds = options.replay_tolerance
-    tolerance = None if seconds is None else Tolerance(seconds)
+    tolerance_s = options.replay_tolerance
+    tolerance = None if tolerance_s is None else Tolerance(tolerance_s)
     return options, Replay(recordings, Order(options.replay_order), tolerance)

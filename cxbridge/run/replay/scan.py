@@ -23,9 +23,9 @@ SKILLER: Final = "SkillerInterface"
 EXECUTOR: Final = "SkillExecutorInterface"
 SKILL_BOARD: Final = "SkillBoardInterface"
 
-_LOG: Final = "fawkes-log"
-_CLIPS: Final = "CLIPS ("
-_OVER: Final = "RETRACTED"
+_LOG_FORMAT: Final = "fawkes-log"
+_CLIPS_COMPONENT: Final = "CLIPS ("
+_RETRACTED: Final = "RETRACTED"
 
 
 @dataclass(slots=True)
@@ -60,12 +60,12 @@ class Scan:
     transition_count: int = 0
     has_goals: bool = False
     envs: set[str] = field(default_factory=set)
-    _roots: dict[tuple[str, str], str] = field(default_factory=dict)
+    _roots: dict[tuple[str, str], str] = field(default_factory=dict)  # the latest mode of each root goal
 
     @property
     def is_log(self) -> bool:
         """Whether the recording is a text log, which has only times of day."""
-        return self.run.format == _LOG
+        return self.run.format == _LOG_FORMAT
 
     @property
     def is_timed(self) -> bool:
@@ -74,10 +74,12 @@ class Scan:
     @property
     def is_complete(self) -> bool:
         """Whether the recording is complete: all root goals are retracted and the file is not truncated."""
-        return self.has_goals and not self.run.notes and all(mode == _OVER for mode in self._roots.values())
+        return (
+            self.has_goals and not self.run.notes and all(mode == _RETRACTED for mode in self._roots.values())
+        )
 
     def add_event(self, event: Event) -> None:
-        """Add an event."""
+        """Collect the parts of an event that a replay needs."""
         if self.begin_us is None and self.is_timed and self._shows_begin(event):
             self.begin_us = event.time_us
         if isinstance(event, InterfaceWrite):
@@ -101,7 +103,7 @@ class Scan:
         # the first lines of a log have times of the real clock, until a simulated clock is set
         if not self.is_log:
             return True
-        return not isinstance(event, LogLine) or event.component.startswith(_CLIPS)
+        return not isinstance(event, LogLine) or event.component.startswith(_CLIPS_COMPONENT)
 
     def _add_write(self, event: InterfaceWrite) -> None:
         self.samples.setdefault(event.uid, event)

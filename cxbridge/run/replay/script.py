@@ -15,7 +15,7 @@ from cxbridge.trace.compare.names import replace_names
 Values = Mapping[str, Any]
 
 _END_STATUSES: Final = ("S_FINAL", "S_FAILED")
-_IDLE: Final = {
+_IDLE_VALUES: Final = {
     "skill_string": "",
     "error": "",
     "exclusive_controller": "",
@@ -41,14 +41,14 @@ class Command:
     :param text: the skill string of an :attr:`CommandKind.EXEC`.
     :param time_us: the time of the first write.
     :param values: the values of the first write.
-    :param later: further writes: the microseconds after the first write, and the values.
+    :param later_writes: further writes: the microseconds after the first write, and the values.
     """
 
     kind: CommandKind
     text: str
     time_us: int
     values: Values
-    later: list[tuple[int, Values]] = field(default_factory=list)
+    later_writes: list[tuple[int, Values]] = field(default_factory=list)
 
     def is_for(self, kind: CommandKind, text: str) -> bool:
         """Return whether a command is equal, ignoring gensym ids and UUIDs."""
@@ -72,20 +72,20 @@ class SkillerScript:
 def make_skiller_script(writes: Iterable[InterfaceWrite]) -> SkillerScript:
     """Split the writes of a SkillerInterface into commands, by the rules in docs/recording.md."""
     script = SkillerScript()
-    previous: Values = _IDLE
-    begun: Command | None = None
+    previous: Values = _IDLE_VALUES
+    current: Command | None = None
     for number, write in enumerate(writes):
-        values = {**_IDLE, **write.values}
+        values = {**_IDLE_VALUES, **write.values}
         kind = _find_command(previous, values, is_first=not number)
         if kind is not None:
             command = Command(kind, values["skill_string"], write.time_us, values)
             script.commands.append(command)
             if kind is not CommandKind.CONTROL:
-                begun = command
+                current = command
         elif values["exclusive_controller"] != previous["exclusive_controller"]:
             pass  # the end of control: the run's own ReleaseControl causes the same write
-        elif begun is not None:
-            begun.later.append((write.time_us - begun.time_us, values))
+        elif current is not None:
+            current.later_writes.append((write.time_us - current.time_us, values))
         else:
             script.initial_writes.append((write.time_us, values))
         previous = values
@@ -107,7 +107,7 @@ def _find_command(previous: Values, values: Values, *, is_first: bool) -> Comman
     return CommandKind.CONTROL if has_new_controller else None
 
 
-def writes_of_statuses(skiller: str, statuses: Iterable[SkillStatus]) -> list[InterfaceWrite]:
+def reconstruct_writes(skiller: str, statuses: Iterable[SkillStatus]) -> list[InterfaceWrite]:
     """Reconstruct the writes of a Skiller from its statuses. Error texts are lost."""
     # statuses name no controller; a reader of the Skiller counts as having requested control
     return [
@@ -115,7 +115,7 @@ def writes_of_statuses(skiller: str, statuses: Iterable[SkillStatus]) -> list[In
             skill_status.time_us,
             f"SkillerInterface::{skiller}",
             {
-                **_IDLE,
+                **_IDLE_VALUES,
                 "skill_string": skill_status.skill_string,
                 "exclusive_controller": "the reader",
                 "msgid": skill_status.msgid,
@@ -151,7 +151,7 @@ class Execution:
         return self.duration_us is not None and self.outcome != _CANCELLED
 
     def __str__(self) -> str:
-        return call_text(self.skill, self.parameters)
+        return format_call(self.skill, self.parameters)
 
 
 @dataclass(slots=True)
@@ -164,7 +164,7 @@ class ExecutorScript:
     executions: list[Execution] = field(default_factory=list)
 
 
-def call_text(skill: str, parameters: Mapping[str, Any] | None) -> str:
+def format_call(skill: str, parameters: Mapping[str, Any] | None) -> str:
     """Return a skill call as text for messages."""
     if parameters is None:
         return skill

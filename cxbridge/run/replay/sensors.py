@@ -15,6 +15,7 @@ from cxbridge.run.components.component import Component
 from cxbridge.trace.replay.blocks import BlockMaker
 
 OWNER = "cxbridge replay"
+"""The owner of the writers that replay a recording."""
 
 
 class YieldingBoard(LocalBlackBoard):
@@ -52,7 +53,7 @@ class SensorPlayer(Component):
         self._writes: Iterator[InterfaceWrite] = iter(writes)
         for uid, sample in samples.items():
             self._open_writer(uid, sample)
-        self._next = next(self._writes, None)
+        self._next_write = next(self._writes, None)
         board.release = self._release_writer
 
     def _open_writer(self, uid: str, sample: InterfaceWrite) -> None:
@@ -65,22 +66,22 @@ class SensorPlayer(Component):
             # a warning, because the run lacks the data of an interface that only another program defines
             self._log.warn(f"{uid} is not replayed: {error.message}")
             return
-        maker = BlockMaker(interface_class)
-        maker.check_fields(sample.values, uid)
+        block_maker = BlockMaker(interface_class)
+        block_maker.check_fields(sample.values, uid)
         try:
             writer = self._board.open_for_writing(kind, interface_id, owner=OWNER)
         except CxbridgeError as error:
             # no warning, because the run itself usually writes the interface
             self._log.info(f"{uid} is not replayed: {error.message}")
             return
-        self._opened[key] = writer, maker, b""
+        self._opened[key] = writer, block_maker, b""
 
     def loop(self) -> None:
         """Write the values that are due, and drop messages to the interfaces."""
         now_us = self._board.clock.now_us()
-        while self._next is not None and self._next.time_us < now_us:
-            self._write(self._next)
-            self._next = next(self._writes, None)
+        while self._next_write is not None and self._next_write.time_us < now_us:
+            self._write(self._next_write)
+            self._next_write = next(self._writes, None)
         # the recording has no replies to these messages, whose queues would otherwise fill
         for writer, _, _ in self._opened.values():
             writer.msgq_flush()
@@ -96,19 +97,19 @@ class SensorPlayer(Component):
         opened = self._opened.get(key)
         if opened is None:
             return
-        writer, maker, previous = opened
-        block = maker.make_block(event.values, event.time_us, event.uid)
+        writer, block_maker, previous = opened
+        block = block_maker.make_block(event.values, event.time_us, event.uid)
         data = block[STAMP.size :]
         writer.set_from_chunk(block)
         # listeners must see a change only if the values differ, not at each write
         if data != previous:
-            self._opened[key] = writer, maker, data
+            self._opened[key] = writer, block_maker, data
             writer.mark_data_changed()
         writer.write()
 
     def _release_writer(self, key: tuple[str, str]) -> None:
         """Release an interface to the run's writer."""
-        opened = self._opened.pop(key, None)
-        if opened is not None:
+        if key in self._opened:
+            writer, _, _ = self._opened.pop(key)
             self._log.debug(f"{'::'.join(key)} is no longer replayed: the run itself writes it")
-            self._board.close(opened[0])
+            self._board.close(writer)

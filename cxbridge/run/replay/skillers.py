@@ -53,13 +53,13 @@ class RecordedSkiller(SkillerBackend):
         self.expected = Expectation(
             f"SkillerInterface::{name}", commands, start_us, is_complete=is_complete, report=report
         )
-        self._begun: Command | None = None
-        self._due: deque[tuple[int, Values]] = deque()
+        self._current: Command | None = None
+        self._pending_writes: deque[tuple[int, Values]] = deque()
 
     @property
     def running(self) -> bool:
         """Whether recorded writes are pending."""
-        return bool(self._due or self._initial_writes)
+        return bool(self._pending_writes or self._initial_writes)
 
     def loop(self) -> None:
         """Handle messages and make the writes that are due."""
@@ -70,8 +70,8 @@ class RecordedSkiller(SkillerBackend):
         while self._initial_writes and self._initial_writes[0][0] <= now_us:
             self._write(self._initial_writes.popleft()[1])
         self._take_messages(now_us)
-        while self._due and self._due[0][0] <= now_us:
-            self._write(self._due.popleft()[1])
+        while self._pending_writes and self._pending_writes[0][0] <= now_us:
+            self._write(self._pending_writes.popleft()[1])
         self.expected.check(now_us)
 
     def close(self) -> None:
@@ -89,7 +89,7 @@ class RecordedSkiller(SkillerBackend):
             elif message.type != "ExecSkillMessage" or self._control.admit(
                 message,
                 is_second=command is not None and command.type == "ExecSkillMessage",
-                is_running=bool(self._due),
+                is_running=bool(self._pending_writes),
             ):
                 command = message  # the Skiller obeys the last command of a loop
         if command is not None:
@@ -98,10 +98,10 @@ class RecordedSkiller(SkillerBackend):
     def _handle_acquisition(self, message: Message) -> None:
         if not self._control.acquire(message):
             return
-        recorded = self._controls.popleft() if self._controls else None
-        if recorded is not None and not self._interface.skill_string:
+        recorded_command = self._controls.popleft() if self._controls else None
+        if recorded_command is not None and not self._interface.skill_string:
             # Fawkes' simulator writes the id of the message here, Fawkes' Skiller writes 0
-            self._interface.msgid = message.id if recorded.values["msgid"] else 0
+            self._interface.msgid = message.id if recorded_command.values["msgid"] else 0
         self._interface.write()
 
     def _handle_command(self, message: Any, now_us: int) -> None:
@@ -113,24 +113,26 @@ class RecordedSkiller(SkillerBackend):
         if expected is None or not expected.is_for(kind, text):
             self.expected.refuse(f"{kind.value} '{text}'" if text else kind.value, now_us)
             return
-        if self._due:
+        if self._pending_writes:
             self._log.warn(
                 f"{self.name}: {expected} came before the commands that precede it in the recording"
             )
         self.expected.meet(now_us)
-        self._begun = expected
+        self._current = expected
         self._initial_writes.clear()
         self._interface.skill_string = text
         self._interface.msgid = message.id if kind is CommandKind.EXEC else 0
-        self._due = deque((now_us + after_us, values) for after_us, values in expected.later)
+        self._pending_writes = deque(
+            (now_us + after_us, values) for after_us, values in expected.later_writes
+        )
         self._write(expected.values)
 
     def _write(self, values: Values) -> None:
         """Repeat a recorded write, with skill string, message id and controller of this run."""
-        begun = self._begun
+        current = self._current
         for name, value in values.items():
             is_of_this_run = name == "exclusive_controller" or (
-                begun is not None and name in ("skill_string", "msgid") and value == begun.values[name]
+                current is not None and name in ("skill_string", "msgid") and value == current.values[name]
             )
             if not is_of_this_run:
                 self._interface.set(name, value)

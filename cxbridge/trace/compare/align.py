@@ -13,7 +13,7 @@ from collections.abc import Callable, Hashable, Iterator, Sequence
 from typing import Any, Final, TypeAlias, TypeVar
 
 MAX_EDITS: Final = 64
-"""The maximal number of insertions and deletions in a range for the exact algorithm.
+"""The maximum number of insertions and deletions in a range for the exact algorithm.
 
 Its time grows with the square of this number.
 """
@@ -39,7 +39,7 @@ def align(a: Sequence[int], b: Sequence[int]) -> list[tuple[int, int]]:
     stack: list[Range] = [(0, len(a), 0, len(b))]
     while stack:
         a_from, a_to, b_from, b_to = stack.pop()
-        # equal starts and ends are most of two similar runs, and cost nothing here
+        # similar runs consist mostly of equal starts and ends, which cost nothing here
         while a_from < a_to and b_from < b_to and a[a_from] == b[b_from]:
             pairs.append((a_from, b_from))
             a_from, b_from = a_from + 1, b_from + 1
@@ -103,7 +103,9 @@ def _find_edit_path(a: Sequence[int], b: Sequence[int], ranges: Range) -> tuple[
             reach[diagonal] = (x, path)
             if x <= a_to and x + shift <= b_to:
                 candidates.append((x, x + shift, path))
-    x, y, path = max(candidates, key=lambda each: each[0] + each[1], default=(a_from, b_from, None))
+    x, y, path = max(
+        candidates, key=lambda candidate: candidate[0] + candidate[1], default=(a_from, b_from, None)
+    )
     return path, (x, y)
 
 
@@ -140,6 +142,7 @@ def longest_increasing(pairs: list[tuple[int, int]]) -> list[tuple[int, int]]:
     chains: list[BlockChain] = []
     for index_a, index_b in pairs:
         position = bisect_left(ends, index_b)
+        # replaces the first end that is not smaller, or appends if there is none
         ends[position : position + 1] = [index_b]
         chains[position : position + 1] = [
             (chains[position - 1] if position else None, (index_a, index_b, 1))
@@ -177,6 +180,6 @@ def pop_equal_pairs(
 
 def remove_pairs(pairs: Sequence[tuple[Item, Item]], items_a: list[Item], items_b: list[Item]) -> None:
     """Remove the items of pairs from two lists."""
-    for run, items in enumerate((items_a, items_b)):
-        paired = {pair[run] for pair in pairs}
+    for run_index, items in enumerate((items_a, items_b)):
+        paired = {pair[run_index] for pair in pairs}
         items[:] = [item for item in items if item not in paired]

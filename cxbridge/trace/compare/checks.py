@@ -33,11 +33,11 @@ class TimeReference(Enum):
 class Tolerance:
     """The allowed difference between the times of paired events.
 
-    :param since: the event from which the times are measured.
+    :param reference: the event from which the times are measured.
     """
 
     seconds: float
-    since: TimeReference = TimeReference.THREAD
+    reference: TimeReference = TimeReference.THREAD
 
 
 class MessageIdCheck:
@@ -75,20 +75,20 @@ class TimeCheck:
 
     def __init__(self, tolerance: Tolerance, begin: tuple[int, int] | None = None) -> None:
         self._limit_us = round(tolerance.seconds * MICROSECONDS)
-        self._by_thread = tolerance.since is TimeReference.THREAD
+        self._by_thread = tolerance.reference is TimeReference.THREAD
         self._last_times: dict[Hashable, tuple[int, int]] = {}
         self._begin = begin
 
-    def exceeding_lag_s(self, thread: Hashable, a_us: int, b_us: int) -> float | None:
+    def measure_exceeding_lag_s(self, thread: Hashable, a_us: int, b_us: int) -> float | None:
         """Return the lag of the second run, negative if it is early; None within the tolerance."""
         times = (a_us, b_us)
         if self._by_thread:
             # the first event of a thread has no earlier time, so its lag is 0
-            reference = self._last_times.get(thread, times)
+            start_a_us, start_b_us = self._last_times.get(thread, times)
             self._last_times[thread] = times
         else:
-            reference = self._begin = self._begin or times
-        lag_us = (b_us - reference[1]) - (a_us - reference[0])
+            start_a_us, start_b_us = self._begin = self._begin or times
+        lag_us = (b_us - start_b_us) - (a_us - start_a_us)
         return None if abs(lag_us) <= self._limit_us else lag_us / MICROSECONDS
 
 

@@ -32,7 +32,7 @@ class DetailChanges:
         # as recorded saves the replacement
         self._last_details: dict[tuple[str, ...], tuple[tuple[str, ...], tuple[str, ...]]] = {}
 
-    def changed_details(self, event: Event) -> tuple[str, ...]:
+    def find_changed_details(self, event: Event) -> tuple[str, ...]:
         """Return the details of the next event with replaced times; unchanged details are empty."""
         kind = event.KIND
         missing = self._missing.get(type(event), ())
@@ -51,7 +51,7 @@ class DetailChanges:
         )
 
 
-def missing_details(runs: Sequence[Run]) -> MissingDetails:
+def find_missing_details(runs: Sequence[Run]) -> MissingDetails:
     """Return the details that the first event of each type lacks in at least one run.
 
     An empty text stands for a detail that a run does not record.
@@ -60,11 +60,11 @@ def missing_details(runs: Sequence[Run]) -> MissingDetails:
     for run in runs:
         examined: set[type[Event]] = set()
         for event in run.select(*TYPES_WITH_DETAILS):
-            kind = type(event)
-            if kind not in examined:
-                examined.add(kind)
+            event_type = type(event)
+            if event_type not in examined:
+                examined.add(event_type)
                 empty = frozenset(name for name in event.KIND.details if not getattr(event, name))
-                missing[kind] = missing.get(kind, frozenset()) | empty
+                missing[event_type] = missing.get(event_type, frozenset()) | empty
                 if len(examined) == len(TYPES_WITH_DETAILS):
                     break
     return missing

@@ -117,7 +117,7 @@ class Alignment:
             for kind, pairs in ((DifferenceKind.ORDER, moved), (DifferenceKind.CHANGED, changed))
             for pair in pairs
         ]
-        goals: dict[Hashable, Edit] = {}
+        goal_edits: dict[Hashable, Edit] = {}
         for run_index, index in chain(
             ((0, index) for index in unpaired_a), ((1, index) for index in unpaired_b)
         ):
@@ -130,12 +130,12 @@ class Alignment:
             goal = owner(run_index, index) if owner else None
             if goal is None:
                 edits.append(edit)
-            elif (run_index, goal) in goals:
-                goals[run_index, goal].count += 1
+            elif (run_index, goal) in goal_edits:
+                goal_edits[run_index, goal].count += 1
             else:
                 edit.is_whole_goal = True
-                goals[run_index, goal] = edit
-        edits += goals.values()
+                goal_edits[run_index, goal] = edit
+        edits += goal_edits.values()
         return _join_consecutive(sorted(edits, key=lambda edit: edit.sort_key), joined_kinds)
 
     def _count_thread_steps(self, run_index: int, thread: StateProperty) -> list[Hashable]:
@@ -144,9 +144,9 @@ class Alignment:
         paired = {pair[run_index] for pair in self.pairs}
         steps: list[Hashable] = []
         for index in range(self._lengths[run_index]):
-            name = thread(run_index, index)
-            steps.append((name, counts[name]))
-            counts[name] += index in paired
+            thread_id = thread(run_index, index)
+            steps.append((thread_id, counts[thread_id]))
+            counts[thread_id] += index in paired
         return steps
 
     def _make_sort_key(self, run_index: int, index: int) -> tuple[int, int, int]:

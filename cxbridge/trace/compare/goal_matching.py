@@ -16,16 +16,16 @@ from cxbridge.trace.compare.goals import Goal, GoalForest, goal_signatures
 from cxbridge.trace.compare.names import replace_names
 
 MIN_SIMILARITY: Final = 0.5
-"""The minimal similarity of paired goals whose classes or parents differ."""
+"""The minimum similarity of paired goals whose classes or parents differ."""
 
-MAX_COMPARED: Final = 900
-"""The maximal number of pairs of siblings whose similarity is computed; above it the order decides.
+MAX_COMPARED_PAIRS: Final = 900
+"""The maximum number of pairs of siblings whose similarity is computed; above it the order decides.
 
 The time grows with the square of the number of siblings.
 """
 
 MAX_CANDIDATES: Final = 50
-"""The maximal number of unpaired goals of the same kind to which a goal is compared."""
+"""The maximum number of unpaired goals of the same kind to which a goal is compared."""
 
 GoalPair: TypeAlias = tuple[Goal, Goal]
 
@@ -135,12 +135,12 @@ class _Matcher:
 def _pop_similar_pairs(goals_a: list[Goal], goals_b: list[Goal]) -> list[GoalPair]:
     """Remove pairs of the same kind from siblings, the most similar first, and return them."""
     kinds: dict[object, tuple[list[Goal], list[Goal]]] = defaultdict(lambda: ([], []))
-    for run, goals in enumerate((goals_a, goals_b)):
+    for run_index, goals in enumerate((goals_a, goals_b)):
         for goal in goals:
-            kinds[goal.kind][run].append(goal)
+            kinds[goal.kind][run_index].append(goal)
     pairs: list[GoalPair] = []
     for group in kinds.values():
-        is_comparable = 1 < len(group[0]) * len(group[1]) <= MAX_COMPARED
+        is_comparable = 1 < len(group[0]) * len(group[1]) <= MAX_COMPARED_PAIRS
         # one run may have more goals of a kind
         pairs += _pair_most_similar(*group, 0.0) if is_comparable else zip(*group, strict=False)
     remove_pairs(pairs, goals_a, goals_b)
@@ -149,7 +149,7 @@ def _pop_similar_pairs(goals_a: list[Goal], goals_b: list[Goal]) -> list[GoalPai
 
 def _pop_renamed_pairs(goals_a: list[Goal], goals_b: list[Goal]) -> list[GoalPair]:
     """Remove pairs of different kinds but similar behaviour from siblings, and return them."""
-    if len(goals_a) * len(goals_b) > MAX_COMPARED:
+    if len(goals_a) * len(goals_b) > MAX_COMPARED_PAIRS:
         return []
     pairs = [
         pair

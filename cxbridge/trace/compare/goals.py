@@ -160,10 +160,10 @@ class GoalForest:
         self._add_details(goal.plan_details.setdefault(plan, []), event, (event.action_id, event.action))
 
     def _add_details(self, steps: list[Step], event: Event, subject: State) -> None:
-        changes = zip(event.KIND.details, self._detail_changes.changed_details(event), strict=True)
-        words = [f"{name}={replace_fact_names(value)}" for name, value in changes if value]
-        if words:
-            steps.append(Step((*subject, *words), self.count, event.time_us))
+        changes = zip(event.KIND.details, self._detail_changes.find_changed_details(event), strict=True)
+        details = [f"{name}={replace_fact_names(value)}" for name, value in changes if value]
+        if details:
+            steps.append(Step((*subject, *details), self.count, event.time_us))
 
     def _link_goals(self) -> list[Goal]:
         """Link goals to their parents; return those without a known parent."""

@@ -43,10 +43,10 @@ NamedKey: TypeAlias = tuple[Key, Names]
 """A key and its names as numbers that are equal in both runs."""
 
 MAX_CHANGED_PARTS: Final = 3
-"""The maximal number of differing parts of an event that counts as changed."""
+"""The maximum number of differing parts of an event that counts as changed."""
 
 MIN_COMMON_SHARE: Final = 0.5
-"""The minimal share of common goal classes, rules and skills in two runs of one scenario."""
+"""The minimum share of common goal classes, rules and skills in two runs of one scenario."""
 
 MAX_LISTED_SCOPES: Final = 5
 """The number of classes, rules and skills listed in the hint."""
@@ -206,8 +206,8 @@ class TokenReader:
         self._events = events_with_content(run, view, selection)
         self._skillers = SkillerBacklog()
         self._key_makers = {
-            kind: _KeyMaker(form, self.namer, (missing or {}).get(kind, frozenset()))
-            for kind, form in KEY_FORMS.items()
+            event_type: _KeyMaker(form, self.namer, (missing or {}).get(event_type, frozenset()))
+            for event_type, form in KEY_FORMS.items()
         }
 
     def __iter__(self) -> Iterator[Token]:
@@ -249,7 +249,7 @@ class _KeyMaker:
 
     def __init__(self, form: KeyForm, namer: Namer, missing: Collection[str]) -> None:
         self._kind = form.kind
-        self._values = attrgetter(*(attribute for _, attribute in (*form.parts, *form.details)))
+        self._read_values = attrgetter(*(attribute for _, attribute in (*form.parts, *form.details)))
         self._named_indices = [
             index for index, (_, attribute) in enumerate(form.parts) if attribute in form.name_attributes
         ]
@@ -262,7 +262,7 @@ class _KeyMaker:
 
     def make_key(self, event: Event) -> tuple[Key, Names, int]:
         """Return the key, its names, and the number of names in the thread."""
-        values = list(self._values(event))
+        values = list(self._read_values(event))
         names: Names = ()
         thread_name_count = 0
         # other attributes are not searched for names: a class or a mode may look like an id of gensym
@@ -317,8 +317,8 @@ def describe_subject(event: Event) -> str:
 
 def key_scope(key: Key) -> str:
     """Return the part that distinguishes scenarios: goal class, rule, skill, deftemplate or interface."""
-    name, part = _FORMS_BY_KIND[key[0]].scope
-    return skill_scope(key[part]) if key[0] == "skill" else f"{name} {key[part]}"
+    noun, index = _FORMS_BY_KIND[key[0]].scope
+    return skill_scope(key[index]) if key[0] == "skill" else f"{noun} {key[index]}"
 
 
 def skill_scope(skill_string: str) -> str:

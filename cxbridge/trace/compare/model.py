@@ -11,7 +11,7 @@ from cxbridge.errors import TraceError
 from cxbridge.event_kinds import View
 
 MAX_DIFFERENCES: Final = 1000
-"""The maximal number of kept differences."""
+"""The maximum number of kept differences."""
 
 
 class Order(Enum):
@@ -24,16 +24,16 @@ class Order(Enum):
 _Choice = TypeVar("_Choice", bound=Enum)
 
 
-def parse_choice(kinds: type[_Choice], name: str, value: str) -> _Choice:
+def parse_choice(enumeration: type[_Choice], name: str, value: str) -> _Choice:
     """Return the member of an enumeration that an option or argument names.
 
     :param name: the name of the option or argument.
     :raises TraceError: if there is no such member.
     """
     try:
-        return kinds(value)
+        return enumeration(value)
     except ValueError:
-        values = ", ".join(str(kind.value) for kind in kinds)
+        values = ", ".join(str(member.value) for member in enumeration)
         raise TraceError(f"invalid value for {name}: '{value}' is not one of {values}") from None
 
 

@@ -16,9 +16,12 @@ from cxbridge.trace.codec import dump_json, values_with_enum_names
 # Without a lookbehind the search is fast: `_extract_names` checks the preceding character.
 _GENSYM = re.compile(r"gen\d+(?![A-Za-z0-9])")
 _UUID = re.compile(r"(?<![0-9A-Za-z])[0-9a-fA-F]{8}(?:-[0-9a-fA-F]{4}){3}-[0-9a-fA-F]{12}(?![0-9A-Za-z])")
+# A part of a UUID that is found faster than the whole.
 _UUID_MIDDLE = re.compile(r"-[0-9a-fA-F]{4}-[0-9a-fA-F]{4}-")
+# The indices of facts: `<Fact-12>`, and those in the slots of the core, `(...-idx 12)` and `(meta-fact 12)`.
 _INDEX = re.compile(r"(?<=<Fact-)\d+(?=>)|(?<=-idx )[1-9]\d*(?=\))|(?<=\(meta-fact )[1-9]\d*(?=\))")
 _INDEX_STARTS = ("-idx ", "(meta-fact ", "<Fact-")
+# Seconds since the epoch, alone, with a fraction, or followed by microseconds as in slots of facts.
 _TIMES = re.compile(r"(?<![\w.-])[1-9]\d{9}(?:\.\d+|[ ,]+(?:INTEGER )?\d{1,6})?(?![\w.-])")
 _SECONDS_AND_MICROSECONDS = re.compile(r"(?<![\w.-])(\d{1,9}) \d{1,6}(?![\w.-])")
 _MIN_DATED_US = 10**9 * MICROSECONDS  # in 2001: earlier times are times of day in a log without dates

@@ -65,17 +65,17 @@ def compare_partial(
 def _find_goal_differences(match: GoalMatch) -> Iterator[Difference]:
     """Yield the goals that only one run has, or that differ in parent or class."""
     missing = Side(None, "(no such goal)")
-    for run, kind in enumerate((DifferenceKind.ONLY_A, DifferenceKind.ONLY_B)):
-        for goal in match.unmatched_goals[run]:
+    for run_index, kind in enumerate((DifferenceKind.ONLY_A, DifferenceKind.ONLY_B)):
+        for goal in match.unmatched_goals[run_index]:
             side = Side(goal.first_position, _describe_goal(goal))
-            sides = (missing, side) if run else (side, missing)
-            yield Difference(f"a goal that only {'AB'[run]} has", match.labels[goal], *sides, kind)
-    for noun, text, pairs in (
+            sides = (missing, side) if run_index else (side, missing)
+            yield Difference(f"a goal that only {'AB'[run_index]} has", match.labels[goal], *sides, kind)
+    for noun, describe, pairs in (
         ("another parent", _describe_parent, match.moved_pairs),
         ("another class or id", _describe_class, match.renamed_pairs),
     ):
         for pair in pairs:
-            side_a, side_b = (Side(goal.first_position, text(goal)) for goal in pair)
+            side_a, side_b = (Side(goal.first_position, describe(goal)) for goal in pair)
             yield Difference(noun, f"goal {match.labels[pair[0]]}", side_a, side_b)
 
 
@@ -223,10 +223,10 @@ def compare_counts(a: Iterable[Event], b: Iterable[Event], view: View) -> Compar
     for text in runs[0].counts | runs[1].counts:
         counts = [run.counts[text] for run in runs]
         if counts[0] != counts[1]:
-            ours, theirs = (Side(run.last_position.get(text), f"{run.counts[text]} times") for run in runs)
+            side_a, side_b = (Side(run.last_position.get(text), f"{run.counts[text]} times") for run in runs)
             surplus = abs(counts[0] - counts[1])
             differences.append(
-                Difference("another number of times", text, ours, theirs, DifferenceKind.COUNT, surplus)
+                Difference("another number of times", text, side_a, side_b, DifferenceKind.COUNT, surplus)
             )
     comparison = Comparison(view, Order.PARTIAL, runs[0].counts.total(), runs[1].counts.total())
     comparison.keep(sorted(differences, key=lambda difference: difference.position))

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from cxbridge.errors import TraceError
 from cxbridge.event_kinds import View
 from cxbridge.trace.compare.checks import Tolerance
-from cxbridge.trace.compare.details import missing_details
+from cxbridge.trace.compare.details import find_missing_details
 from cxbridge.trace.compare.model import Comparison, Order
 from cxbridge.trace.compare.partial import compare_counts, compare_partial
 from cxbridge.trace.compare.selection import Selection, compared_contents
@@ -42,7 +42,7 @@ def compare_runs(
         )
     if selection:
         selection.check_level(view)
-    missing = missing_details([a, *others]) if view is View.TRANSITIONS else {}
+    missing = find_missing_details([a, *others]) if view is View.TRANSITIONS else {}
     if view is View.TRANSITIONS and order is Order.PARTIAL:
         events, *other_events = (compared_contents(run, view, selection) for run in (a, *others))
         comparison = compare_partial(events, other_events, tolerance, missing)

@@ -247,7 +247,9 @@ def _keep_selected_fields(event: Event, patterns: Sequence[EventPattern]) -> Eve
 def _remove_field(event: Event, field: str) -> Event:
     if isinstance(event, InterfaceWrite):
         glob = re.compile(translate(field))
-        return replace(event, values={k: v for k, v in event.values.items() if not glob.match(k)})
+        return replace(
+            event, values={name: value for name, value in event.values.items() if not glob.match(name)}
+        )
     if isinstance(event, FactChange):
         return replace(event, text=_remove_slots(event.text, field))
     attribute = event.KIND.patterns[field]

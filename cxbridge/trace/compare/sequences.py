@@ -71,16 +71,17 @@ class StepPair:
     has_times: bool = True
 
     def find_differences(
-        self, times: TimeCheck | None, begin: tuple[int, int], rows: RowMakers
+        self, time_check: TimeCheck | None, begin: tuple[int, int], row_makers: RowMakers
     ) -> list[Difference]:
         """Return the differences in the order of the first run.
 
         :param begin: the start of each run in microseconds.
-        :param rows: gets the function that makes the rows, if there are differences.
+        :param time_check: compares the times; None: times are not compared.
+        :param row_makers: gets the function that makes the rows, if there are differences.
         """
         states = [step_states(steps) for steps in self.steps]
-        times = times if self.has_times else None
-        if states[0] == states[1] and times is None:
+        time_check = time_check if self.has_times else None
+        if states[0] == states[1] and time_check is None:
             return []
         alignment = Alignment(*states)
         # all states have the same subject, so that states between the same pairs count as changed
@@ -88,42 +89,42 @@ class StepPair:
             lambda run, index: states[run][index], lambda _run, _index: None, joined_kinds=ONE_SIDED_KINDS
         )
         differences = [self._make_difference(alignment, edit) for edit in edits]
-        if times:
-            differences += self._find_late_steps(alignment, times)
+        if time_check:
+            differences += self._find_late_steps(alignment, time_check)
         if differences:
             # rows are made only for the first difference of the report
-            rows[self.subject] = lambda: alignment.make_rows(
+            row_makers[self.subject] = lambda: alignment.make_rows(
                 lambda run, index: self._make_line(run, index, begin)
             )
         return differences
 
-    def _find_late_steps(self, alignment: Alignment, times: TimeCheck) -> Iterator[Difference]:
+    def _find_late_steps(self, alignment: Alignment, time_check: TimeCheck) -> Iterator[Difference]:
         for pair in alignment.pairs:
             step_a, step_b = (steps[index] for steps, index in zip(self.steps, pair, strict=True))
-            lag_s = times.exceeding_lag_s(self.subject, step_a.time_us, step_b.time_us)
+            lag_s = time_check.measure_exceeding_lag_s(self.subject, step_a.time_us, step_b.time_us)
             if lag_s is not None:
-                position = f"its {self.noun} number {pair[0] + 1}: {describe_lag(lag_s)}"
+                description = f"its {self.noun} number {pair[0] + 1}: {describe_lag(lag_s)}"
                 yield Difference(
-                    position, self.subject, _make_side(step_a), _make_side(step_b), DifferenceKind.TIME
+                    description, self.subject, _make_side(step_a), _make_side(step_b), DifferenceKind.TIME
                 )
 
     def _make_difference(self, alignment: Alignment, edit: Edit) -> Difference:
         index_a, index_b = edit.indices
         index, run_name = (index_b, "B") if index_a == MISSING else (index_a, "A")
-        position = f"its {self.noun} number {index + 1}"
+        description = f"its {self.noun} number {index + 1}"
         if edit.count > 1:
-            position = f"its {self.noun}s number {index + 1} to {index + edit.count}"
+            description = f"its {self.noun}s number {index + 1} to {index + edit.count}"
         if edit.kind is DifferenceKind.ORDER:
-            position = f"{position} is its number {index_b + 1} in B"
+            description = f"{description} is its number {index_b + 1} in B"
         elif edit.kind in ONE_SIDED_KINDS:
-            position = f"{position}, which only {run_name} has"
+            description = f"{description}, which only {run_name} has"
         side_a, side_b = (
             _make_side(self.steps[run][index])
             if index != MISSING
             else self._make_missing_side(run, alignment.preceding_index(1 - run, index))
             for run, index in enumerate(edit.indices)
         )
-        return Difference(position, self.subject, side_a, side_b, edit.kind, edit.count)
+        return Difference(description, self.subject, side_a, side_b, edit.kind, edit.count)
 
     def _make_missing_side(self, run: int, preceding_index: int) -> Side:
         """Return the side of a run without a step.
@@ -156,16 +157,16 @@ def compare_steps(
     :param begin: the start of each run in microseconds.
     :param goal_differences: differences between goals.
     """
-    times = TimeCheck(tolerance, begin) if tolerance else None
-    rows: RowMakers = {}
+    time_check = TimeCheck(tolerance, begin) if tolerance else None
+    row_makers: RowMakers = {}
     differences = sorted(
-        chain(goal_differences, *(pair.find_differences(times, begin, rows) for pair in pairs)),
+        chain(goal_differences, *(pair.find_differences(time_check, begin, row_makers) for pair in pairs)),
         key=lambda difference: difference.position,
     )
     comparison.keep(differences)
     comparison.hints += early_end_hints(differences, comparison.count_a, comparison.count_b)
-    if differences and differences[0].subject in rows:
-        comparison.rows = rows[differences[0].subject]()
+    if differences and differences[0].subject in row_makers:
+        comparison.rows = row_makers[differences[0].subject]()
 
 
 def _make_side(step: Step) -> Side:

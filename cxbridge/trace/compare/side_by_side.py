@@ -21,10 +21,10 @@ from cxbridge.trace.compare.selection import Selection, compared_contents
 from cxbridge.trace.formats.base import Run
 
 MAX_EXPLAINED_DIFFERENCES: Final = 30
-"""The maximal number of differences with a context."""
+"""The maximum number of differences with a context."""
 
 MAX_ROWS: Final = 500
-"""The maximal number of displayed goals."""
+"""The maximum number of displayed goals."""
 
 Bar: TypeAlias = dict[str, Any]
 """A goal on the page: its name, class, begin, end, outcome and error."""
@@ -42,11 +42,11 @@ def page_report(
         each side; ``start_us``, the start of each side; and ``unit``, ``s``, or ``steps`` if a run has no
         times.
     """
-    explained = report.comparison.differences[:MAX_EXPLAINED_DIFFERENCES]
+    explained_differences = report.comparison.differences[:MAX_EXPLAINED_DIFFERENCES]
     contexts: list[list[dict[str, Any]]] = []
     for run, sides in (
-        (report.a, [difference.a for difference in explained]),
-        (report.b, [difference.b for difference in explained]),
+        (report.a, [difference.a for difference in explained_differences]),
+        (report.b, [difference.b for difference in explained_differences]),
     ):
         positions = [side.position for side in sides]
         contexts_by_position = read_contexts(run, report.comparison.view, positions, selection)
@@ -122,11 +122,13 @@ def _sort_rows(rows: Mapping[str, dict[str, Any]]) -> Iterator[dict[str, Any]]:
         parent = label.rpartition("/")[0]
         children.setdefault(parent if parent in rows else "", []).append(label)
 
-    def begin(label: str) -> float:
+    def find_begin(label: str) -> float:
         return min((bar["begin"] for bar in rows[label].values() if bar is not None), default=0)
 
-    stack = [(label, 0) for label in sorted(children.get("", ()), key=begin, reverse=True)]
+    stack = [(label, 0) for label in sorted(children.get("", ()), key=find_begin, reverse=True)]
     while stack:
         label, depth = stack.pop()
         yield {"label": label.rpartition("/")[2], "depth": depth, **rows[label]}
-        stack += [(child, depth + 1) for child in sorted(children.get(label, ()), key=begin, reverse=True)]
+        stack += [
+            (child, depth + 1) for child in sorted(children.get(label, ()), key=find_begin, reverse=True)
+        ]

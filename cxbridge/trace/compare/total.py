@@ -102,10 +102,10 @@ def compare_total(
         differences += divergence.find_differences(checks, len(window))
         # rows show the first difference: a difference before the divergence is a message id or a time, and
         # the events around are equal
-        comparison.rows = divergence.rows() if is_first else []
+        comparison.rows = divergence.make_rows() if is_first else []
         longer = max(comparison.count_a, comparison.count_b)
         comparison.paired_share = (longer - divergence.unpaired_count) / longer
-        comparison.hints = divergence.hints(differences)
+        comparison.hints = divergence.make_hints(differences)
     comparison.keep(differences)
     return comparison
 
@@ -122,7 +122,9 @@ class _PartnerChecks:
         if self._msgids.has_new_offset(message_stream(token_a.key), token_a.msgid or 0, token_b.msgid or 0):
             yield _make_partner_difference(token_a, token_b, DifferenceKind.MSGID, "another message id")
         if self._times:
-            lag_s = self._times.exceeding_lag_s(token_a.thread, token_a.event.time_us, token_b.event.time_us)
+            lag_s = self._times.measure_exceeding_lag_s(
+                token_a.thread, token_a.event.time_us, token_b.event.time_us
+            )
             if lag_s is not None:
                 yield _make_partner_difference(token_a, token_b, DifferenceKind.TIME, describe_lag(lag_s))
 
@@ -188,11 +190,11 @@ class Divergence:
                 )
         return [difference for _, difference in sorted(differences, key=lambda difference: difference[0])]
 
-    def rows(self) -> list[AlignedRow]:
+    def make_rows(self) -> list[AlignedRow]:
         """Return both runs side by side around the first difference."""
         return self._alignment.make_rows(self._make_event_line)
 
-    def hints(self, differences: list[Difference]) -> list[str]:
+    def make_hints(self, differences: list[Difference]) -> list[str]:
         """Return hints for the user."""
         if all(difference.kind is DifferenceKind.ORDER for difference in differences):
             return ["only the order differs: compare with --order partial if the order does not matter"]
@@ -322,10 +324,12 @@ class Divergence:
         if edit.kind is DifferenceKind.ORDER:
             is_later = edit.sort_key[:2] == (edit.indices[0], 0)
             return f"{events} in another order: {'later' if is_later else 'earlier'} in B"
-        run_name, other, other_name = ("A", 1, "B") if edit.kind is DifferenceKind.ONLY_A else ("B", 0, "A")
+        run_name, other_index, other_name = (
+            ("A", 1, "B") if edit.kind is DifferenceKind.ONLY_A else ("B", 0, "A")
+        )
         if edit.is_whole_goal:
             return f"a goal that only {run_name} has, with {edit.count} event{'' if edit.count == 1 else 's'}"
-        if self._alignment.has_ended(other, edit):
+        if self._alignment.has_ended(other_index, edit):
             return f"{other_name} ends here, {run_name} continues"
         return f"{events} that only {run_name} has"
 

@@ -17,7 +17,7 @@ from cxbridge.numbers import parse_decimal
 from cxbridge.trace.formats.files import writing
 
 MAX_NOTES = 100
-"""The maximal number of notes about a run."""
+"""The maximum number of notes about a run."""
 
 
 class Attachment(Struct, frozen=True):

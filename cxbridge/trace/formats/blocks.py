@@ -69,15 +69,14 @@ def block_events(
 
 
 def write_events(
-    kind: str, uid: str, time_us: int, values: Mapping[str, Any]
+    interface_type: str, uid: str, time_us: int, values: Mapping[str, Any]
 ) -> Iterator[InterfaceWrite | SkillStatus]:
     """Yield the write of values, and the state of the Skiller for a SkillerInterface.
 
-    :param kind: the type of the interface.
     :param uid: ``Type::id``.
     """
     yield InterfaceWrite(time_us, uid, values)
-    if kind == _SKILLER_TYPE and "skill_string" in values:
+    if interface_type == _SKILLER_TYPE and "skill_string" in values:
         skill, msgid, status = (values.get(name) for name in ("skill_string", "msgid", "status"))
         number = msgid if isinstance(msgid, int) else 0
         yield SkillStatus(time_us, ENV, uid.partition("::")[2], str(skill), number, str(status))

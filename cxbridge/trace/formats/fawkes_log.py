@@ -23,7 +23,7 @@ from cxbridge.history.transitions import TransitionTracker
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.printing import escape_log_entry, escape_record, unescape_record
 from cxbridge.trace.formats.base import CopyFormat, Format, RecordedRun, Run, StreamWriter
-from cxbridge.trace.formats.files import MAX_LINE, open_exclusively, read_lines, writing
+from cxbridge.trace.formats.files import MAX_LINE_BYTES, open_exclusively, read_lines, writing
 
 _ENTRY_LINES = re.compile(r"([DIWE]) (\d\d:\d\d:\d\d)\.(\d{6}) (.*?): (.*)", re.DOTALL)
 _TIME_STAMP = re.compile(r"[DIWE] \d\d:\d\d:\d\d\.\d{6} ")
@@ -55,7 +55,7 @@ class _LogEntry:
     size: int
     is_complete: bool
 
-    def fields(self) -> tuple[str, ...] | None:
+    def parse_fields(self) -> tuple[str, ...] | None:
         """Return letter, time of day, fraction, component and text, or None if the entry is invalid."""
         match = _ENTRY_LINES.match("\n".join(self.lines))
         return None if match is None else match.groups()
@@ -75,7 +75,7 @@ class FawkesLog(Run):
         trackers: dict[str, TransitionTracker] = {}
         days = _DayCounter()
         for line, (letter, clock, fraction, component, text) in self._join_entries():
-            time_us = days.time_us(clock, fraction)
+            time_us = days.to_time_us(clock, fraction)
             env = _find_environment(component) if letter == "D" else None
             event = parse_clips_event(time_us, env, text) if env is not None else None
             if event is None:
@@ -101,7 +101,7 @@ class FawkesLog(Run):
         """
         unfinished: tuple[int, tuple[str, ...]] | None = None
         for entry in self._read_entries():
-            fields = entry.fields()
+            fields = entry.parse_fields()
             if fields is None:
                 self.note(f"line {entry.line}: not a log entry, left out")
                 continue
@@ -111,7 +111,7 @@ class FawkesLog(Run):
                 if (
                     component == fact_component
                     and not text.startswith(_CLIPS_STARTS)
-                    and len(fact) < MAX_LINE
+                    and len(fact) < MAX_LINE_BYTES
                 ):
                     text = f"{fact}\n{text}"
                     fields = (*stamp, component, text)
@@ -139,9 +139,9 @@ class FawkesLog(Run):
             else:
                 entry.size += len(text) + 1
                 # a binary file may start like a log, and must not fill the memory
-                if entry.size > MAX_LINE:
+                if entry.size > MAX_LINE_BYTES:
                     raise TraceError(
-                        f"an entry of more than {MAX_LINE >> 20} MiB", file=self.path, line=entry.line
+                        f"an entry of more than {MAX_LINE_BYTES >> 20} MiB", file=self.path, line=entry.line
                     )
                 entry.lines.append(text)
                 entry.is_complete = is_complete
@@ -163,7 +163,7 @@ class _DayCounter:
         self._clock = ""
         self._clock_us = 0
 
-    def time_us(self, clock: str, fraction: str) -> int:
+    def to_time_us(self, clock: str, fraction: str) -> int:
         """Return microseconds since the midnight before the first entry.
 
         :param clock: ``HH:MM:SS``.
@@ -205,9 +205,10 @@ def parse_clips_event(time_us: int, env: str, text: str) -> Event | None:
 class FawkesLogWriter(StreamWriter):
     """A text log as Fawkes writes it with CLIPS debugging: log lines, facts and firings.
 
-    A write flushes the file if the last flush was half a second of real time ago.
+    A write flushes the file if the last flush was more than half a second of real time ago, so that a killed
+    run loses few lines.
 
-    :param path: replaced if it exists.
+    :param path: replaced if it exists, unless another process writes the file.
     :param utc: use UTC for times of day instead of the machine's time zone, which Fawkes uses: the log of a
         run on the virtual clock is then the same on every machine.
     :raises TraceError: if the file cannot be created.
@@ -223,7 +224,7 @@ class FawkesLogWriter(StreamWriter):
         self._clock = ""
 
     def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:  # noqa: ARG002 - the log has the same events at any level
-        """Return log lines, firings and facts, of which a reader makes the run."""
+        """Return log lines, firings and facts, from which a reader makes the run."""
         return frozenset({LogLine, RuleFired, FactChange})
 
     def write(self, event: Event) -> None:

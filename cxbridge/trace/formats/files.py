@@ -13,8 +13,8 @@ from typing import BinaryIO
 from cxbridge.errors import TraceError
 
 # far above the size of any fact, far below the memory of any machine
-MAX_LINE = 4 * 1024 * 1024
-"""The maximal number of bytes of a line, or of an entry of several lines."""
+MAX_LINE_BYTES = 4 * 1024 * 1024
+"""The maximum number of bytes of a line, or of an entry of several lines."""
 
 
 def reading(path: Path) -> AbstractContextManager[None]:
@@ -46,15 +46,15 @@ def read_lines(path: Path) -> Iterator[tuple[int, str, bool]]:
 
     Only line feeds end lines. Bytes that are not UTF-8 become ``\xNN``.
 
-    :raises TraceError: if the file cannot be read, or a line is longer than :data:`MAX_LINE`.
+    :raises TraceError: if the file cannot be read, or a line is longer than :data:`MAX_LINE_BYTES`.
     """
     number = 0
     with reading(path), path.open("rb") as file:
-        while line := file.readline(MAX_LINE + 1):
+        while line := file.readline(MAX_LINE_BYTES + 1):
             number += 1
-            if len(line) > MAX_LINE:
+            if len(line) > MAX_LINE_BYTES:
                 raise TraceError(
-                    f"a line of more than {MAX_LINE >> 20} MiB",
+                    f"a line of more than {MAX_LINE_BYTES >> 20} MiB",
                     file=path,
                     line=number,
                     hint="this is not a text log of a run, or it is damaged here",

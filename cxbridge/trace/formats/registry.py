@@ -89,9 +89,9 @@ def _read_head(path: Path) -> bytes:
     """Return the start of a file, empty for a folder."""
     mode = path.stat().st_mode
     if stat.S_ISDIR(mode):
-        with os.scandir(path) as entries:  # raises an error if the folder may not be read
+        with os.scandir(path) as entries:  # raises an error if the folder cannot be listed
             for entry in entries:
-                entry.stat(follow_symlinks=False)  # raises an error if the folder must not be searched
+                entry.stat(follow_symlinks=False)  # raises an error if files of the folder cannot be accessed
                 break
         return b""
     if not stat.S_ISREG(mode):

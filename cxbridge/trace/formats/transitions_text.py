@@ -73,6 +73,7 @@ def _format_line(event: Transition) -> str:
 
 
 def parse_transition(line: str, time_us: int = 0) -> Transition | None:
+    """Return the transition in a line of text; None for other lines."""
     env, line = DEFAULT_ENV, unescape_record(line)
     if match := _ENVIRONMENT_PREFIX.fullmatch(line):
         env, line = match.groups()
@@ -111,7 +112,7 @@ class TransitionsText(Run):
                 pending = event
             elif not is_complete:
                 self.note(f"line {number}: the file ends within this line")
-            # a time holds for all transitions up to the next time
+            # a time applies to all transitions up to the next time
             elif match := _TIME_LINE.fullmatch(line):
                 at_us = round(float(match.group(1)) * MICROSECONDS)
             elif pending is not None and (match := _DETAIL_LINE.fullmatch(unescape_record(line))):

@@ -64,12 +64,12 @@ class BlockMaker:
         return bytes(block)
 
 
-def make_message(reader: Interface, kind: str, values: Mapping[str, Any]) -> Message:
+def make_message(reader: Interface, message_type: str, values: Mapping[str, Any]) -> Message:
     """Return a recorded message for ``reader`` to send.
 
     :raises InterfaceError: if the interface has no such message, or a value does not fit.
     """
-    message = reader.create_message(kind)
+    message = reader.create_message(message_type)
     for name, value in values.items():
         message.set(name, value)
     return message

@@ -17,7 +17,7 @@ from cxbridge.events import InterfaceMessage, InterfaceWrite
 from cxbridge.trace.formats.base import Run
 
 MAX_OUT_OF_ORDER_US: Final = MICROSECONDS
-"""The maximal step back in time of a write out of order; a larger step means that the clock was set."""
+"""The maximum step back in time of a write out of order; a larger step means that the clock was set."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +58,7 @@ class ReplayPositions:
         self._offset_us = -start_us
         self._last_stamps_us: dict[str, int] = {}
 
-    def position_us(self, event: InterfaceWrite | InterfaceMessage) -> int:
+    def find_position_us(self, event: InterfaceWrite | InterfaceMessage) -> int:
         """Return the position of the next event of the run."""
         time_us = event.time_us
         if isinstance(event, InterfaceWrite):
@@ -134,7 +134,7 @@ def replay_moves(run: Run, selection: ReplaySelection) -> Iterator[ReplayMove]:
         # replayed interface
         if selection.replays(event.uid) != is_write or not (is_write or selection.sends_messages):
             continue
-        at_us = positions.position_us(event)
+        at_us = positions.find_position_us(event)
         if end_us is not None and at_us > end_us:
             continue  # later events may be out of order and precede the end
         if selection.start_s is not None and at_us < start_us and not has_begun:

@@ -45,9 +45,9 @@ class TimedPace:
 
     def wait(self, at_us: int) -> bool:
         due_s = self._start_s + (at_us - self._first_us) / MICROSECONDS / self._speed
-        while (rest_s := due_s - time.monotonic()) > 0:
+        while (remaining_s := due_s - time.monotonic()) > 0:
             self._on_wait()
-            if self._stop.wait(min(rest_s, _WAIT_SLICE_S)):
+            if self._stop.wait(min(remaining_s, _WAIT_SLICE_S)):
                 return False
         return not self._stop.is_set()
 

@@ -114,7 +114,7 @@ def _option_arguments(options: RunOptions, folder: Path) -> Iterator[tuple[str, 
         value = _to_literal(getattr(options, key), folder)
         if value:
             yield key, value
-    for group in options.more:
+    for group in options.plugin_groups:
         yield from ((key, _to_literal(value, folder)) for key, value in vars(group).items() if value)
 
 

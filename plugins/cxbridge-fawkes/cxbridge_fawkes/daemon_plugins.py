@@ -100,7 +100,9 @@ class DaemonPlugins:
                 continue
             has_processed = True
             try:
-                (self._manager.start_one if request.is_load else self._manager.stop_one)(request.name)
+                (self._manager.start_component if request.is_load else self._manager.stop_component)(
+                    request.name
+                )
             except CxbridgeError as error:
                 request.error = error
             request.processed.set()

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 from cxbridge.events import LogLine, Sink
 from cxbridge.run.options import RunOptions
-from cxbridge.run.program.additions import NOTHING, Additions
+from cxbridge.run.program.additions import NO_ADDITIONS, Additions
 from cxbridge.skiller.simulation.estimators import SkillPattern
 from cxbridge_explore.game.judge import GameState
 from cxbridge_explore.game.playing import play_game
@@ -130,7 +130,9 @@ class LeagueGame(LeagueSettings):
         failure = SkillFailure(error="a randomly drawn failure", probability=self.failures)
         return WorldModel(default_skill=SkillModel(SkillPattern("*"), (failure,)))
 
-    def make(self, seed: int, options: RunOptions, additions: Additions = NOTHING) -> LeagueRun | LeagueTeam:
+    def make(
+        self, seed: int, options: RunOptions, additions: Additions = NO_ADDITIONS
+    ) -> LeagueRun | LeagueTeam:
         """Create the run of a game.
 
         :param seed: the seed for the field, the orders and all further random choices.

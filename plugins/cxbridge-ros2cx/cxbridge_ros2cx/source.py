@@ -127,8 +127,8 @@ class Ros2CxSource(Source):
             folders.append(checkout.core_folder)  # the agents are in the core's folder
         return RunPaths(
             config_file=config_file,
-            library=HOST_LIBRARY if is_builtin else checkout.library_folder,
-            cx=BUILTIN_CX if is_builtin else checkout.core_folder,
+            library_dir=HOST_LIBRARY if is_builtin else checkout.library_folder,
+            core_dir=BUILTIN_CX if is_builtin else checkout.core_folder,
             override_dirs=(ROS2CX_CLIPS, ROS2CX_SANE_CLIPS) if is_builtin else early_clips,
             clips_dirs=tuple(dict.fromkeys(folders)),
             interface_dirs=(*options.interface_dirs, shipped_dir("interfaces")),

@@ -101,7 +101,7 @@ class MessagesContract(Contract):
         assert writer.msgq_first() is writer.msgq_first()
         assert (writer.msgq_first_is(Add), writer.msgq_first_is(Reset)) == (True, False)
         assert [message.type for message in writer.msgq_iter()] == ["AddMessage", "ResetMessage"]
-        with pytest.raises(errors.WrongMessageError, match="Message is not of desired type"):
+        with pytest.raises(errors.UnexpectedMessageTypeError, match="Message is not of desired type"):
             writer.msgq_first_as(Reset)
         writer.msgq_flush()
         assert writer.msgq_empty()
@@ -185,7 +185,7 @@ class MessagesContract(Contract):
 
     def test_a_message_of_another_interface_is_refused(self, reader, writer):
         for message in (OtherInterface.SetCountMessage(1), OtherInterface.MESSAGES["SetCountMessage"]()):
-            with pytest.raises(errors.InvalidMessageError) as caught:
+            with pytest.raises(errors.ForeignMessageError) as caught:
                 reader.msgq_enqueue(message)
             assert caught.value.message == (
                 "Message of type 'SetCountMessage' cannot be enqueued in interface of type 'SampleInterface'"
@@ -202,7 +202,7 @@ class MessagesContract(Contract):
         assert writer.msgq_first_as(twin.AddMessage).addend == 2
 
     def test_a_message_of_another_version_is_refused(self, reader, writer):
-        with pytest.raises(errors.InvalidMessageError):
+        with pytest.raises(errors.ForeignMessageError):
             reader.msgq_enqueue(NewerSampleInterface.AddMessage(1, 2))
 
     def test_a_message_is_sent_once(self, pair, reader, writer):

@@ -33,7 +33,7 @@ def script(*writes: tuple[str, int, str, str]) -> SkillerScript:
 
 def told(found: SkillerScript) -> list[tuple[CommandKind, str, list[Any]]]:
     return [
-        (each.kind, each.text, [(after, values["status"]) for after, values in each.later])
+        (each.kind, each.text, [(after, values["status"]) for after, values in each.later_writes])
         for each in found.commands
     ]
 
@@ -84,7 +84,7 @@ def test_what_is_left_of_an_earlier_run_is_no_command() -> None:
 )
 def test_no_write_is_lost_but_those_that_end_control(writes: list[tuple[str, int, str, str]]) -> None:
     found = script(*writes)
-    kept = len(found.initial_writes) + sum(1 + len(each.later) for each in found.commands)
+    kept = len(found.initial_writes) + sum(1 + len(each.later_writes) for each in found.commands)
     ends = sum(one[3] != other[3] for one, other in zip([("", 0, "", ""), *writes], writes, strict=False))
     assert len(writes) - ends <= kept <= len(writes)
     times = [each.time_us for each in found.commands]

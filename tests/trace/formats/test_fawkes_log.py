@@ -15,7 +15,7 @@ from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, FactChange, GoalTransition, Level, LogLine, RuleFired
 from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.trace.formats.fawkes_log import FawkesLog, FawkesLogWriter
-from cxbridge.trace.formats.files import MAX_LINE
+from cxbridge.trace.formats.files import MAX_LINE_BYTES
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.formats.transitions_text import format_transition
 from tests.support import many, needs_shared
@@ -158,14 +158,14 @@ def test_environments_have_their_own_goals(tmp_path: Path) -> None:
 @pytest.mark.parametrize("prefix", ["", "D 01:37:20.000000 A: "])
 def test_a_huge_line_is_refused(tmp_path: Path, prefix: str) -> None:
     path = tmp_path / "log"
-    path.write_text(ENTRY + prefix + "x" * (MAX_LINE + 1))
+    path.write_text(ENTRY + prefix + "x" * (MAX_LINE_BYTES + 1))
     with pytest.raises(TraceError, match=r"log:2: a line of more than 4 MiB"):
         list(open_run(path))
 
 
 def test_a_huge_entry_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "log"
-    path.write_text(ENTRY + ("x" * 99 + "\n") * (MAX_LINE // 100 + 10))
+    path.write_text(ENTRY + ("x" * 99 + "\n") * (MAX_LINE_BYTES // 100 + 10))
     with pytest.raises(TraceError, match=r"log:1: an entry of more than 4 MiB"):
         list(open_run(path))
 

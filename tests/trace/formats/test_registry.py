@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from cxbridge.errors import CxbridgeError, TraceError
 from cxbridge.history.transitions import TRANSITION_TYPES
-from cxbridge.trace.formats.files import MAX_LINE
+from cxbridge.trace.formats.files import MAX_LINE_BYTES
 from cxbridge.trace.formats.mcap.records import MAGIC as MCAP
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
@@ -39,7 +39,7 @@ def read(path: Path, content: bytes) -> int:
         (b"hello\n", "not a recorded run"),
         (b"\0" * 5000, "not a recorded run"),
         (bytes(Random(1).randbytes(100_000)), "not a recorded run"),
-        (b"x" * (MAX_LINE + 10), "not a recorded run"),
+        (b"x" * (MAX_LINE_BYTES + 10), "not a recorded run"),
         (b"MThd" + b"\0" * 50, "not a recorded run"),
         (MCAP[:7], "not a recorded run"),
         (MCAP, "damaged or cut off before the first event"),

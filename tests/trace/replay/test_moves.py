@@ -73,7 +73,7 @@ def test_positions_never_go_back_by_more_than_what_is_out_of_order(times: list[t
     positions = ReplayPositions(times[0][1])
     high = 0
     for uid, time_us in times:
-        at_us = positions.position_us(InterfaceWrite(time_us, uid, {}))
+        at_us = positions.find_position_us(InterfaceWrite(time_us, uid, {}))
         assert at_us >= high - MAX_OUT_OF_ORDER_US
         high = max(high, at_us)
 
@@ -82,6 +82,6 @@ def test_positions_never_go_back_by_more_than_what_is_out_of_order(times: list[t
 def test_times_in_order_keep_their_distances(times: list[int]) -> None:
     times.sort()
     positions = ReplayPositions(times[0])
-    assert [positions.position_us(InterfaceWrite(time, "x", {})) for time in times] == [
+    assert [positions.find_position_us(InterfaceWrite(time, "x", {})) for time in times] == [
         time - times[0] for time in times
     ]

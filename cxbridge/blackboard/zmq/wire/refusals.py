@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import NoReturn
 
 from cxbridge.blackboard.errors import (
+    ForeignMessageError,
     InvalidInstanceError,
-    InvalidMessageError,
     InvalidNameError,
     NoWriterError,
     QueueFullError,
@@ -48,7 +48,7 @@ def raise_refusal(
         case ResultCode.INVALID_INSTANCE:
             raise InvalidInstanceError(uid, serial, "msgq_enqueue()")
         case ResultCode.UNKNOWN_MESSAGE:
-            raise InvalidMessageError(message_type, interface_type)
+            raise ForeignMessageError(message_type, interface_type)
         case ResultCode.TIMEOUT:
             raise RequestTimeoutError(f"the writer of {uid} did not accept the message in time")
         case _:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 class _ComparisonOptions:
     """The options that select the events, and how they are compared."""
 
-    level: Annotated[str, typer.Option(help="compare these events of the runs")] = "transitions"
+    level: Annotated[str, typer.Option(help="the events to compare")] = "transitions"
     order: Annotated[
         str,
         typer.Option(help="compare all events in one order (total), or only causes before effects (partial)"),
@@ -61,20 +61,20 @@ class _ComparisonOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class _DiffOutputs:
-    """The options for reports."""
+    """The options for the output of a comparison."""
 
     as_json: Annotated[bool, typer.Option("--json", help="print one JSON object")] = False
     junit: Annotated[Path | None, typer.Option(metavar="FILE", help="also write a JUnit file for CI")] = None
-    page: Annotated[
+    html: Annotated[
         Path | None, typer.Option("--html", metavar="FILE", help="also write a page that works offline")
     ] = None
 
 
 @option_groups
 def diff(
-    a: Annotated[Path, typer.Argument(metavar="A", help="the run to compare")],
-    b: Annotated[list[Path], typer.Argument(metavar="B...", help="the runs to compare with A")],
-    method: _ComparisonOptions,
+    first_path: Annotated[Path, typer.Argument(metavar="A", help="the run to compare")],
+    other_paths: Annotated[list[Path], typer.Argument(metavar="B...", help="the runs to compare with A")],
+    options: _ComparisonOptions,
     outputs: _DiffOutputs,
 ) -> None:
     """Compare recorded runs. Exit status: 0 equal; 1 different; 2 a run is unreadable.
@@ -92,16 +92,16 @@ def diff(
     from cxbridge.trace.compare.side_by_side import page_report
     from cxbridge.trace.formats.registry import open_run
 
-    _check_outputs((a, *b), outputs.junit, outputs.page)
-    view, order = parse_choice(View, "--level", method.level), parse_choice(Order, "--order", method.order)
-    selection = Selection(method.only, method.ignore)
-    run, other_runs = open_run(a), [open_run(path) for path in b]
-    tolerance = _make_tolerance(method.time_tolerance, method.time_from)
+    _check_outputs((first_path, *other_paths), outputs.junit, outputs.html)
+    view, order = parse_choice(View, "--level", options.level), parse_choice(Order, "--order", options.order)
+    selection = Selection(options.only, options.ignore)
+    run, other_runs = open_run(first_path), [open_run(path) for path in other_paths]
+    tolerance = _make_tolerance(options.time_tolerance, options.time_from)
     comparison = compare_runs(run, other_runs, view, order, selection=selection, tolerance=tolerance)
     report = make_report(comparison, run, other_runs, selection)
-    if outputs.page is not None:
-        _write_page(outputs.page, page_report(report, method.to_json(), selection))
-    _print_outcome(report, outputs, method.to_json())
+    if outputs.html is not None:
+        _write_page(outputs.html, page_report(report, options.to_json(), selection))
+    _print_comparison(report, outputs, options.to_json())
     for note in _list_notes(report, selection):
         say(note, err=True)
     if not comparison.same:
@@ -120,19 +120,19 @@ def _check_outputs(runs: tuple[Path, ...], *outputs: Path | None) -> None:
             raise typer.BadParameter(f"'{output}' is one of the runs")
 
 
-def _make_tolerance(seconds: float | None, since: str) -> Tolerance | None:
+def _make_tolerance(seconds: float | None, time_from: str) -> Tolerance | None:
     """Return the tolerance of times, or None if times are not compared."""
     from cxbridge.trace.compare.checks import TimeReference, Tolerance
     from cxbridge.trace.compare.model import parse_choice
 
-    reference = parse_choice(TimeReference, "--time-from", since)
+    reference = parse_choice(TimeReference, "--time-from", time_from)
     return None if seconds is None else Tolerance(seconds, reference)
 
 
-def _print_outcome(report: ComparisonReport, outputs: _DiffOutputs, method: dict[str, Any]) -> None:
-    """Print the outcome, and write the requested files.
+def _print_comparison(report: ComparisonReport, outputs: _DiffOutputs, method: dict[str, Any]) -> None:
+    """Print the comparison, and write the JUnit file of the options.
 
-    :param method: the options of the comparison.
+    :param method: the options of the comparison, for JSON.
     """
     from cxbridge.trace.compare.render.json import report_to_json
     from cxbridge.trace.compare.render.junit import write_junit

@@ -45,13 +45,13 @@ def record(
         raise typer.BadParameter(f"'{duplicate}' is named twice", param_hint="--output")
     shows_progress = sys.stderr.isatty() and not console.quiet
     on_progress = _show_progress if shows_progress else do_nothing
-    report = record_board(options, console=console.log(info=True), on_progress=on_progress)
+    report = record_board(options, console=console.make_log(info=True), on_progress=on_progress)
     if shows_progress:
         unfiltered_stream(sys.stderr).write(_CLEAR_LINE)
     if as_json:
         say_json(report.to_json(), indent=2)
     else:
-        for line in report.lines():
+        for line in report.to_lines():
             say(line)
     for error in report.errors:
         complain(error)

@@ -18,14 +18,14 @@ if TYPE_CHECKING:
     from cxbridge.daemon.services.replay import ReplayReport
     from cxbridge.trace.replay.moves import ReplayMove
 
-LOST = 4
+CONNECTION_LOST = 4
 """The exit status after a lost connection."""
 
 INTERRUPTED = 130
 """The exit status after Ctrl-C."""
 
 _CLEAR_LINE = "\r\x1b[K"
-_MAX_CHARACTERS = 100  # limit of an event, so that its line fits into most terminals
+_MAX_EVENT_CHARACTERS = 100  # limit of an event, so that its line fits into most terminals
 
 
 @option_groups
@@ -55,7 +55,7 @@ def replay(
         report = replaying.replay(
             options,
             keys=keys,
-            console=console.log(),
+            console=console.make_log(),
             on_progress=_show_progress if shows_progress else do_nothing,
             announce=_announce if options.step and not console.quiet else do_nothing,
         )
@@ -66,11 +66,11 @@ def replay(
     if as_json:
         say_json(report.to_json(), indent=2)
     else:
-        for line in report.lines():
+        for line in report.to_lines():
             say(line)
     if report.end == replaying.LOST:
         complain(f"the connection to {options.url} was lost")
-        return LOST
+        return CONNECTION_LOST
     return INTERRUPTED if report.end == replaying.INTERRUPTED and not options.loop else 0
 
 
@@ -90,5 +90,5 @@ def _announce(move: ReplayMove) -> None:
     from cxbridge.trace.listing import describe_event
 
     text = describe_event(move.event)
-    text = text if len(text) <= _MAX_CHARACTERS else f"{text[:_MAX_CHARACTERS]} ..."
+    text = text if len(text) <= _MAX_EVENT_CHARACTERS else f"{text[:_MAX_EVENT_CHARACTERS]} ..."
     say(f"{move.at_us / 1e6:12.6f} {text}", err=True)

@@ -25,7 +25,7 @@ MAX_LISTED_DIFFERENCES: Final = 10
 """The number of listed differences after the first."""
 
 MAX_EVENT_CHARACTERS: Final = 400
-"""The maximal number of displayed characters of an event."""
+"""The maximum number of displayed characters of an event."""
 
 EVENT_NOUNS: Final = {
     "transitions": "transitions",

@@ -29,7 +29,7 @@ _DATA_END: Final = 0x0F
 # The start of a message up to its data: its record's head, channel, sequence, log time, publish time.
 _MESSAGE: Final = struct.Struct("<BQHIQQ")
 _MESSAGE_FIELDS_SIZE: Final = _MESSAGE.size - mcap.HEAD.size
-_MAX_TIME_NS: Final = (1 << 64) - 1  # mcap times are unsigned 64 bit integers
+_MAX_TIME_NS: Final = (1 << 64) - 1  # mcap times are unsigned 64-bit integers
 
 
 _LENGTH: Final = struct.Struct("<I")
@@ -218,7 +218,7 @@ class McapFile:
 
     def _pack_statistics(self) -> bytes:
         message_count = sum(self._message_counts.values())
-        counts = [struct.pack("<HQ", *item) for item in self._message_counts.items()]
+        counts = [struct.pack("<HQ", channel, count) for channel, count in self._message_counts.items()]
         return pack_record(
             _STATISTICS,
             struct.pack(

@@ -24,7 +24,7 @@ from cxbridge.trace.formats.mcap.records import (
 )
 
 # The start of a message: its kind, its size, its channel.
-_MESSAGE_HEAD: Final = Struct("<BQH")
+_MESSAGE_START: Final = Struct("<BQH")
 # Channel, sequence and two times precede the data of a message.
 _MESSAGE_FIELDS_SIZE: Final = 22
 
@@ -41,7 +41,7 @@ class McapRun(Run):
     def select(self, *types: type[Event]) -> Iterator[Event]:
         """Yield the events of some types in the order of the file, and decode only these."""
         channels = _ChannelDecoders(types)
-        unpack, head_size = _MESSAGE_HEAD.unpack_from, _MESSAGE_HEAD.size
+        unpack, head_size = _MESSAGE_START.unpack_from, _MESSAGE_START.size
         has_messages = False
         with self._opened_file() as file, self._translating_event_errors(), self._noting_damage():
             for block in self._message_blocks(file):
@@ -82,7 +82,7 @@ class McapRun(Run):
     def files(self) -> Iterator[StoredFile]:
         """Yield the attached files."""
         with self._opened_file() as file:
-            for record in self._intact_records(file, mcap.ATTACHMENT):
+            for record in self._readable_records(file, mcap.ATTACHMENT):
                 with self._noting_damage():
                     stored = mcap.read_attachment_head(file, record)
                     yield StoredFile(
@@ -99,11 +99,13 @@ class McapRun(Run):
             try:
                 return mcap.read_attachment_data(file, stored, record)
             except DamageError as error:
-                raise TraceError(f"{stored.name} in it is damaged: {error}", file=self.path) from error
+                raise TraceError(
+                    f"the attachment {stored.name} is damaged: {error}", file=self.path
+                ) from error
 
     def _metadata_records(self, name: str) -> Iterator[dict[str, str]]:
         with self._opened_file() as file:
-            for record in self._intact_records(file, mcap.METADATA):
+            for record in self._readable_records(file, mcap.METADATA):
                 with self._noting_damage():
                     fields = FieldReader(mcap.read_content(file, record))
                     if fields.read_text() == name:
@@ -123,7 +125,7 @@ class McapRun(Run):
 
     def _message_blocks(self, file: IO[bytes]) -> Iterator[bytes]:
         """Yield the content of each chunk, and each record with a definition or message outside of chunks."""
-        for record in self._intact_records(file, mcap.CHUNK, mcap.SCHEMA, mcap.CHANNEL, mcap.MESSAGE):
+        for record in self._readable_records(file, mcap.CHUNK, mcap.SCHEMA, mcap.CHANNEL, mcap.MESSAGE):
             try:
                 if record.kind == mcap.CHUNK:
                     yield mcap.unpack_chunk(
@@ -135,8 +137,8 @@ class McapRun(Run):
                 self._note_damage(error)
                 return
 
-    def _intact_records(self, file: IO[bytes], *kinds: int) -> Iterator[Record]:
-        """Yield the complete records of some kinds, and a truncated chunk."""
+    def _readable_records(self, file: IO[bytes], *kinds: int) -> Iterator[Record]:
+        """Yield the complete records of some kinds, and a truncated chunk, whose start is readable."""
         is_first = True
         with self._noting_damage():
             for record in mcap.walk_records(file):
@@ -154,7 +156,7 @@ class McapRun(Run):
 
     @contextmanager
     def _opened_file(self) -> Iterator[IO[bytes]]:
-        """Open the file, with errors of the system as errors of cxbridge."""
+        """Open the file; an error of the operating system becomes a :class:`TraceError`."""
         with reading(self.path), self.path.open("rb") as file:
             yield file
 
@@ -180,7 +182,7 @@ class _ChannelDecoders:
             if event_type.KIND.name
         }
         self.decoders: dict[int, Callable[[bytes], Event]] = {}
-        self._by_schema: dict[int, Callable[[bytes], Event]] = {}
+        self._decoders_by_schema: dict[int, Callable[[bytes], Event]] = {}
 
     def add_definition(self, kind: int, data: bytes) -> None:
         """Process the record of a schema or a channel.
@@ -188,16 +190,16 @@ class _ChannelDecoders:
         :param kind: ``SCHEMA`` or ``CHANNEL``.
         """
         fields = FieldReader(data)
-        number = fields.read_uint16()
+        definition_id = fields.read_uint16()
         if kind == mcap.SCHEMA:
             event_type = self._types_by_schema_name.get(fields.read_text())
             # each chunk may repeat schemas and channels
-            if event_type is not None and number not in self._by_schema:
-                self._by_schema[number] = make_decoder(event_type)
+            if event_type is not None and definition_id not in self._decoders_by_schema:
+                self._decoders_by_schema[definition_id] = make_decoder(event_type)
         else:
-            decode = self._by_schema.get(fields.read_uint16())
+            decode = self._decoders_by_schema.get(fields.read_uint16())
             if decode is not None:
-                self.decoders[number] = decode
+                self.decoders[definition_id] = decode
 
 
 def _read_available_content(file: IO[bytes], record: Record) -> bytes:

@@ -31,7 +31,7 @@ SOURCE_NAME: Final = "cxbridge.source"
 
 # Larger sizes count as damage.
 MAX_RECORD_SIZE: Final = 256 * 1024 * 1024
-"""The maximal number of bytes of a record, and of an unpacked chunk."""
+"""The maximum number of bytes of a record, and of an unpacked chunk."""
 
 HEADER: Final = 0x01
 FOOTER: Final = 0x02
@@ -125,15 +125,15 @@ class FieldReader:
         """The offset of the next field."""
 
     def read_uint16(self) -> int:
-        """Return a 16 bit number."""
+        """Return a 16-bit number."""
         return int.from_bytes(self._next_bytes(2), "little")
 
     def read_uint32(self) -> int:
-        """Return a 32 bit number."""
+        """Return a 32-bit number."""
         return int.from_bytes(self._next_bytes(4), "little")
 
     def read_uint64(self) -> int:
-        """Return a 64 bit number."""
+        """Return a 64-bit number."""
         return int.from_bytes(self._next_bytes(8), "little")
 
     def read_text(self) -> str:
@@ -206,7 +206,7 @@ def read_attachment_data(file: IO[bytes], stored: StoredAttachment, record: Reco
 def unpack_chunk(data: bytes, *, is_complete: bool) -> bytes:
     """Return the records within a chunk.
 
-    :param is_complete: whether the data are complete.
+    :param is_complete: whether the data are complete; of an incomplete chunk, the existing part is returned.
     :raises DamageError: if they are damaged or too large, or have an unknown compression.
     """
     fields = FieldReader(data)
@@ -221,7 +221,7 @@ def unpack_chunk(data: bytes, *, is_complete: bool) -> bytes:
         raise DamageError("a chunk that is too large")
     packed = data[fields.offset :]
     if not is_complete:
-        return b"" if compression else packed
+        return b"" if compression else packed  # without its end, a compressed chunk cannot be unpacked
     records = _decompress(compression, packed, size)
     if len(records) != size or (crc and crc != zlib.crc32(records)):
         raise DamageError("a chunk with a wrong checksum")

@@ -31,10 +31,10 @@ _MAX_PENDING_EVENTS = 512  # writing many events in a row costs a third of writi
 class McapWriter(RunWriter):
     """An mcap file.
 
-    A write flushes the file if the last flush was half a second of real time ago: a killed run loses few
-    events.
+    A write flushes the file if the last flush was more than half a second of real time ago, so that a killed
+    run loses few events.
 
-    :param path: replaced if it exists.
+    :param path: replaced if it exists, unless another process writes the file.
     :param definition: returns the definition of an interface type, which is attached before the first event
         of the type; gets the type and the time in microseconds.
     :param files: whether to attach the run's sources.
@@ -83,9 +83,9 @@ class McapWriter(RunWriter):
         """Write the queued events."""
         pending, self._pending = self._pending, []
         with writing(self.path):
-            self._mcap.add_messages(self._messages(pending))
+            self._mcap.add_messages(self._make_messages(pending))
 
-    def _messages(self, events: Iterable[Event]) -> Iterator[tuple[int, int, bytes]]:
+    def _make_messages(self, events: Iterable[Event]) -> Iterator[tuple[int, int, bytes]]:
         """Yield events as messages of channel, time and JSON, and write the run's sources."""
         channels = self._channels
         for event in events:
@@ -153,17 +153,17 @@ class McapWriter(RunWriter):
             with writing(self.path):
                 self._file.close()
 
-    def _add_channel(self, event_type: type[Event], topic_end: str) -> int:
+    def _add_channel(self, event_type: type[Event], topic_suffix: str) -> int:
         """Add the channel of a kind of event, with its schema.
 
-        :param topic_end: the value with which the topic ends, such as the uid of an interface.
+        :param topic_suffix: the value with which the topic ends, such as the uid of an interface.
         """
         schema = self._schemas.get(event_type)
         if schema is None:
             data = dump_json(event_json_schema(event_type)).encode()
             schema = self._mcap.add_schema(f"cxbridge.{event_type.__name__}", "jsonschema", data)
             self._schemas[event_type] = schema
-        topic = event_type.KIND.topic + topic_end.replace("::", "/", 1)
+        topic = event_type.KIND.topic + topic_suffix.replace("::", "/", 1)
         return self._mcap.add_channel(topic, "json", schema)
 
 

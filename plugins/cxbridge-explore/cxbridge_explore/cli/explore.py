@@ -17,7 +17,7 @@ from cxbridge.cli.console import complain, make_output_folders, say, say_json
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.errors import CxbridgeError
 from cxbridge.printing import one_line, unfiltered_stream
-from cxbridge.run.options import BrokenOptions, RunOptions, ScenarioOptions, SourceOptions
+from cxbridge.run.options import RunOptions, ScenarioOptions, SourceOptions, StrictnessOptions
 from cxbridge_explore.bounds import Bounds, ExecutionOptions
 from cxbridge_explore.game.kinds import EXPLORED_GAMES, ExploredGameOptions, find_chosen_game
 
@@ -32,7 +32,7 @@ DEFAULT_CHECKPOINT: Final = "explore.resume"  # the file that an interrupted exp
 
 
 @dataclass(frozen=True, kw_only=True)
-class _AgentOptions(ScenarioOptions, SourceOptions, BrokenOptions):
+class _AgentOptions(ScenarioOptions, SourceOptions, StrictnessOptions):
     """Options that select the agent."""
 
     timeout: Annotated[
@@ -94,7 +94,7 @@ class _GameOptions:
 
     added_groups: ClassVar[Callable[[], list[type[Any]]]] = _game_options
 
-    more: tuple[ExploredGameOptions, ...] = ()
+    plugin_groups: tuple[ExploredGameOptions, ...] = ()
 
 
 @option_groups
@@ -126,7 +126,7 @@ def explore(
     from cxbridge_explore.worldmodel.reading import read_world
     from cxbridge_explore.worlds.run import make_scenario
 
-    game = find_chosen_game(games.more)
+    game = find_chosen_game(games.plugin_groups)
     make_output_folders(settings.html)
     options = RunOptions(**vars(agent), skiller="none")
     make: MakeAssembly = make_scenario

@@ -17,7 +17,7 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.closing import Closing
 from cxbridge.mainloop import Hook
 from cxbridge.run.options import RunOptions
-from cxbridge.run.program.additions import NOTHING, Additions
+from cxbridge.run.program.additions import NO_ADDITIONS, Additions
 from cxbridge.run.run import make_run
 from cxbridge.run.source import source_of
 from cxbridge.run.team import AgentWatcher, Team
@@ -112,7 +112,7 @@ class WorldRun(Closing):
     def _make_additions(self) -> Additions:
         planner = self._world_model.planner
         if planner is None:
-            return NOTHING
+            return NO_ADDITIONS
         return Additions(values={PLANNER_FAULTS: partial(self._choose_planner_fault, planner)})
 
     def _choose_planner_fault(self, planner: PlannerModel, env: str, problem: str) -> tuple[str, float]:

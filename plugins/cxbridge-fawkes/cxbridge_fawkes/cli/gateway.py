@@ -46,5 +46,7 @@ def gateway(
     """
     from cxbridge_fawkes.gateway.service import run_gateway
 
-    run_gateway((left, right), interface, interface_dirs=interface_dir or (), console=console.log(info=True))
+    run_gateway(
+        (left, right), interface, interface_dirs=interface_dir or (), console=console.make_log(info=True)
+    )
     return 0

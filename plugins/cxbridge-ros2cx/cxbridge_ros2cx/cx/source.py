@@ -136,8 +136,8 @@ class CxSource(Source):
     def find_paths(self, config: Configuration, config_file: Path) -> RunPaths:  # noqa: ARG002
         return RunPaths(
             config_file=config_file,
-            library=HOST_LIBRARY,
-            cx=BUILTIN_CX,
+            library_dir=HOST_LIBRARY,
+            core_dir=BUILTIN_CX,
             clips_dirs=self.options.clips_dirs,
             interface_dirs=(*self.options.interface_dirs, shipped_dir("interfaces")),
             skill_dirs=self.options.skill_dirs,

@@ -24,7 +24,7 @@ ENV = "/api/cxbridge/environments/executive"
 
 def options(**more: Any) -> DaemonOptions:
     given = {"ros2cx": ROS2CX_DIR, "spec": "test-nav2", "settings": QUIET} | more
-    return DaemonOptions(more=tuple(take_plugin_options(given)), **given)
+    return DaemonOptions(plugin_groups=tuple(take_plugin_options(given)), **given)
 
 
 def wait_for(what: str, lines: list[str], start: int = 0) -> None:
@@ -44,7 +44,9 @@ def test_it_plans_and_moves_and_clients_see_it(core):
     from web_tests.support import serving
 
     settings = (FAST, *([("core", core)] if core else []))
-    with serving(settings, more=tuple(take_plugin_options({"ros2cx": ROS2CX_DIR})), spec="test-nav2") as (
+    with serving(
+        settings, plugin_groups=tuple(take_plugin_options({"ros2cx": ROS2CX_DIR})), spec="test-nav2"
+    ) as (
         _,
         client,
         lines,
@@ -79,7 +81,7 @@ def test_after_a_reset_it_begins_again_with_its_executors(tmp_path):
         "        yield 0.5\n"
     )
     more = tuple(take_plugin_options({"ros2cx": ROS2CX_DIR, "executors": (f"move={file}:Move",)}))
-    with serving((FAST,), more=more, spec="test-nav2") as (_, client, lines):
+    with serving((FAST,), plugin_groups=more, spec="test-nav2") as (_, client, lines):
         wait_for("TESTGOAL.* completed", lines)
         start = len(lines)
         assert client.ask("POST", "/api/cxbridge/reset").status == 200

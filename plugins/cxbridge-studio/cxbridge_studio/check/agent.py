@@ -239,7 +239,7 @@ class Agent(Closing):
 
     def is_core_path(self, file: str) -> bool:
         """Return whether a path belongs to the built-in core or to Fawkes' core."""
-        folders = (self.context.paths.cx, *self.context.paths.override_dirs)
+        folders = (self.context.paths.core_dir, *self.context.paths.override_dirs)
         return any(Path(file).is_relative_to(folder) for folder in folders)
 
     @cached_property
@@ -331,7 +331,7 @@ class Agent(Closing):
             return
         # The constructor has loaded these two files. The order below is that of a run's initialisation.
         for name in ("saliences.clp", "init.clp"):
-            self._add_file(self.context.paths.cx / name, ())
+            self._add_file(self.context.paths.core_dir / name, ())
         self._request_feature("blackboard")
         for interface in self.config.get_strings(
             f"/clips-executive/specs/{self.spec}/blackboard-preload", default=[]
@@ -430,7 +430,7 @@ class Agent(Closing):
     def _add_file(self, path: Path, diagnostics: tuple[Diagnostic, ...]) -> ClipsFile:
         """List a file that CLIPS has loaded."""
         text = path.read_text("utf-8", "surrogateescape")
-        is_core = path.is_relative_to(self.context.paths.cx) and self.context.paths.is_builtin
+        is_core = path.is_relative_to(self.context.paths.core_dir) and self.context.paths.is_builtin
         file = (_make_core_file if is_core else ClipsFile)(path, text, diagnostics)
         self.files.append(file)
         return file

@@ -13,7 +13,7 @@ import typer
 from cxbridge.cli.commands.skill import Skiller
 from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, Connect, InterfaceDirs, connect, say_unmatched
 from cxbridge.cli.console import say, say_text
-from cxbridge.cli.option_groups import INTERFACE_DIR, option_groups
+from cxbridge.cli.option_groups import INTERFACE_DIR_OPTION, option_groups
 from cxbridge.file_access import write_file
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ class _SkillFiles:
         tuple[Path, ...], typer.Option("--skill-dir", metavar="DIR", help="a folder with Lua skills")
     ] = ()
     fawkes_dir: Annotated[Path | None, typer.Option(metavar="DIR", help="a Fawkes checkout")] = None
-    interface_dirs: Annotated[tuple[Path, ...], INTERFACE_DIR] = ()
+    interface_dirs: Annotated[tuple[Path, ...], INTERFACE_DIR_OPTION] = ()
 
     def folders(self) -> tuple[list[Path], list[Path]]:
         """Return the folders of the skills, and those of the interface definitions."""

@@ -187,7 +187,7 @@ class Adapter:
             response.message = f"the arguments are invalid: {error}"
         except Exception as error:  # noqa: BLE001 - a client waits for each response
             traceback.print_exc()
-            response.message = f"a fault of cxbridge: {type(error).__name__}: {error}"
+            response.message = f"an internal error of cxbridge: {type(error).__name__}: {error}"
         if not response.success:
             response.body = {"error": {"id": 1, "format": response.message, "showUser": True}}
         self._wire.write(response)

@@ -139,7 +139,7 @@ class Explainer(Component):
             self._answer = _error_to_json(error)
         except Exception as error:  # noqa: BLE001 - no question may end a daemon
             self._answer = _error_to_json(
-                CxbridgeError(f"a fault of cxbridge: {type(error).__name__}: {error}")
+                CxbridgeError(f"an internal error of cxbridge: {type(error).__name__}: {error}")
             )
 
     def _publish(self, text: str) -> None:
@@ -240,7 +240,7 @@ def _explain_to_json(evidence: Evidence, name: str, kind: str, rule_count: int) 
     explanation = explain(evidence, name, kind, rule_count)
     text = json.dumps({"lines": explanation.lines, "data": explanation.data})
     if len(text) > _MAX_ANSWER_BYTES:  # `dumps` writes ASCII: a character is a byte
-        raise CxbridgeError("the answer is too long", hint="ask about one goal: its id, or CLASS#NUMBER")
+        raise CxbridgeError("the reply is too long", hint="ask about one goal: its id, or CLASS#NUMBER")
     return text
 
 

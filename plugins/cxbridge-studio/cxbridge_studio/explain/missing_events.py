@@ -138,7 +138,7 @@ def _describe_unhandled_sub_types(agent: Run) -> dict[str, str]:
     handled_sub_types = {
         name for rule in rules for name in sub_types.find_handled_sub_types(parse_rule_condition(rule))
     }
-    files = sub_types.find_core_files(*agent.paths.override_dirs, agent.paths.cx)
+    files = sub_types.find_core_files(*agent.paths.override_dirs, agent.paths.core_dir)
     texts = {}
     for goal, sub_type in sub_types_by_goal.items():
         if sub_type not in handled_sub_types:
@@ -173,7 +173,7 @@ def _describe_deffacts(agent: Run) -> Iterator[str]:
     """Yield the deffacts of the agent's files, whose facts are never asserted."""
     # As in Fawkes, nothing resets the environment, and only a reset asserts deffacts.
     for file in agent.executive.env.loader.files:
-        if file.is_relative_to(agent.paths.cx) or file.is_relative_to(agent.paths.library):
+        if file.is_relative_to(agent.paths.core_dir) or file.is_relative_to(agent.paths.library_dir):
             continue
         try:
             text = file.read_text("utf-8", "surrogateescape")

@@ -14,7 +14,7 @@ from cxbridge.events import Event, FactChange, Level, LogLine, RuleFired
 from cxbridge.history.transitions import Transition, TransitionTracker
 from cxbridge.trace.formats.base import Format, Run
 from cxbridge.trace.formats.fawkes_log import parse_clips_event
-from cxbridge.trace.formats.files import MAX_LINE, read_lines
+from cxbridge.trace.formats.files import MAX_LINE_BYTES, read_lines
 
 ENVIRONMENT = "executive"
 """The environment of all events: the output does not name one."""
@@ -86,9 +86,9 @@ class ClipsWatch(Run):
             lines.append(text)
             size += len(text) + 1
             is_complete = has_line_end  # a line without a line end is the last, and may be cut
-            if size > MAX_LINE:
+            if size > MAX_LINE_BYTES:
                 raise TraceError(
-                    f"an entry of more than {MAX_LINE >> 20} MiB", file=self.path, line=first_line
+                    f"an entry of more than {MAX_LINE_BYTES >> 20} MiB", file=self.path, line=first_line
                 )
             if has_line_end and not _is_incomplete(lines):
                 yield first_line, "\n".join(lines), True

@@ -67,12 +67,12 @@ class AgentFiles(Struct, frozen=True):
 
 def _find_host_files(paths: RunPaths) -> Iterator[Path]:
     """Yield the CLIPS files that the host loads for every agent."""
-    yield from sorted(paths.library.glob("*.clp"))
+    yield from sorted(paths.library_dir.glob("*.clp"))
     for folder in _HOST_FOLDERS:
         yield from sorted((CORE_DIR / folder).glob("*.clp"))
     for module in dict.fromkeys(row.target.partition(":")[0] for row in FEATURES.rows if row.origin):
         spec = find_spec(module)  # the folder of a feature's module has its CLIPS files
         if spec is not None and spec.origin is not None:
             yield from sorted(Path(spec.origin).parent.glob("*.clp"))
-    fawkes_file = paths.cx.parents[1] / "clips-robot-memory" / "robot-memory.clp"
+    fawkes_file = paths.core_dir.parents[1] / "clips-robot-memory" / "robot-memory.clp"
     yield fawkes_file if fawkes_file.is_file() else CORE_DIR / "cx" / "robot-memory.clp"

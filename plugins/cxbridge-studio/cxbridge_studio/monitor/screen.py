@@ -153,7 +153,7 @@ class MonitorApp(App[None]):
             except CxbridgeError as error:
                 self._results.append(error.message)
             except Exception as error:  # noqa: BLE001 - shown, since the screen would freeze without a reason
-                self._results.append(f"a fault of cxbridge: {type(error).__name__}: {error}")
+                self._results.append(f"an internal error of cxbridge: {type(error).__name__}: {error}")
             self._wakeup.wait(self._source.period_s)
             self._wakeup.clear()
         self._source.close()

@@ -49,7 +49,7 @@ def view(
     from cxbridge_web.settings import WebSettings
 
     bus = EventBus(RealClock())
-    bus.subscribe(console.log(), LogLine)
+    bus.subscribe(console.make_log(), LogLine)
     settings = WebSettings(port=port)
     recordings = RecordingsApp(runs)
     server = HttpThread(settings, bus.logger("Web"))

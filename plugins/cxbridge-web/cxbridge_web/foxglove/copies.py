@@ -25,10 +25,10 @@ class FoxgloveWriter(McapWriter):
         self._panel_channels: dict[str, int] = {}
         self._panel_schemas: dict[str, int] = {}
 
-    def _messages(self, events: Iterable[Event]) -> Iterator[tuple[int, int, bytes]]:
+    def _make_messages(self, events: Iterable[Event]) -> Iterator[tuple[int, int, bytes]]:
         """Yield events as messages, each followed by its messages for panels."""
         for event in events:
-            yield from super()._messages((event,))
+            yield from super()._make_messages((event,))
             for message in foxglove_messages(event):
                 data = dump_json(message.data).encode("utf-8", "backslashreplace")
                 time_ns = event.time_us * 1000

@@ -34,7 +34,7 @@ class WebComponent(Component):
     def __init__(self, daemon: Daemon) -> None:
         settings, self._daemon = daemon.section("web"), daemon
         assert isinstance(settings, WebSettings)
-        self._options = daemon.options.group(WebOptions)
+        self._options = daemon.options.find_group(WebOptions)
         raise_file_limit()  # each client is an open connection
         self._server = WebServer(DaemonHost(daemon), settings)
 
@@ -107,4 +107,4 @@ class DaemonHost(WebHost):
 
     def load_plugin(self, name: str, *, load: bool) -> None:
         manager = self._daemon.lifecycle
-        (manager.start_one if load else manager.stop_one)(name)
+        (manager.start_component if load else manager.stop_component)(name)

@@ -80,7 +80,7 @@ def _make_game(options: RunOptions, play: PlayOptions, game_options: GameOptions
     """Make the game of the scenario, or the game that options of a plug-in select."""
     from cxbridge_explore.game.scenario import ScenarioGame
 
-    plugin_game = find_chosen_game(game_options.more)
+    plugin_game = find_chosen_game(game_options.plugin_groups)
     if plugin_game is not None:
         return plugin_game.make_game(options, minutes=play.minutes, world=play.world, is_series=is_series)
     options.check()

@@ -82,9 +82,9 @@ def _game_options() -> list[type[Any]]:
 class GameOptions:
     """Options with which plug-ins select a game in place of a scenario.
 
-    :cvar added_groups: returns the groups of options of plug-ins, which become the values of ``more``.
+    :cvar added_groups: returns the groups of options of plug-ins, which become ``plugin_groups``.
     """
 
     added_groups: ClassVar[Callable[[], list[type[Any]]]] = _game_options
 
-    more: tuple[PlayedGameOptions, ...] = ()
+    plugin_groups: tuple[PlayedGameOptions, ...] = ()

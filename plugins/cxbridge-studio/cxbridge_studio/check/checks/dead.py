@@ -304,7 +304,7 @@ def _find_unhandled_sub_types(
         *(sub_types.find_handled_sub_types(rule.condition) for rule in usage.constructs)
     )
     compared_words = usage.configured_words.union(*(rule.compared_words for rule in usage.constructs))
-    files = sub_types.find_core_files(*agent.context.paths.override_dirs, agent.context.paths.cx)
+    files = sub_types.find_core_files(*agent.context.paths.override_dirs, agent.context.paths.core_dir)
     for construct, goal, start in _find_sub_type_uses(
         agent, usage, own_constructs, handled_sub_types | files.keys()
     ):

@@ -49,7 +49,7 @@ def check(agent: Agent) -> Iterator[Finding]:
         )
         yield Finding(MISSING_FILE, missing_file.place, f"there is no file {missing_file.name}", hint)
     for requested_file in agent.requested_files:
-        core_file = agent.context.paths.cx / requested_file.name
+        core_file = agent.context.paths.core_dir / requested_file.name
         candidates = (folder / requested_file.name for folder in agent.context.paths.clips_dirs)
         hidden_file = next((path for path in candidates if path.is_file()), None)
         if hidden_file is not None and core_file.is_file() and not hidden_file.samefile(core_file):

@@ -82,11 +82,11 @@ def test_the_loop_goes_on_while_an_answer_is_made(daemon, monkeypatch):
 def test_a_fault_or_an_answer_that_is_too_long_ends_nothing(daemon, monkeypatch):
     with connected(daemon) as board:
         monkeypatch.setattr(daemon_explain, "_MAX_ANSWER_BYTES", 10)
-        with pytest.raises(CxbridgeError, match="the answer is too long"):
+        with pytest.raises(CxbridgeError, match="the reply is too long"):
             ask(board, "mini-never")
         monkeypatch.undo()
         monkeypatch.setattr(daemon_explain, "_explain_to_json", lambda *_: 1 // 0)
-        with pytest.raises(CxbridgeError, match="a fault of cxbridge: ZeroDivisionError"):
+        with pytest.raises(CxbridgeError, match="an internal error of cxbridge: ZeroDivisionError"):
             ask(board, "mini-never")
         monkeypatch.undo()
         assert "mini.clp:26)" in ask(board, "mini-never")

@@ -176,7 +176,7 @@ def test_less_is_asked_for_when_an_answer_is_too_long(monkeypatch):
     def too_long(_board, verb, _timeout, **given):
         asked.append(given["goals"])
         if given["goals"] > 300:
-            raise CxbridgeError("the answer is too long")
+            raise CxbridgeError("the reply is too long")
         return {"goals": []}
 
     monkeypatch.setattr(live, "request", too_long)

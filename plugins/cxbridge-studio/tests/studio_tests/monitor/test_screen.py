@@ -307,7 +307,7 @@ def test_a_source_that_goes_is_told_and_it_may_come_back():
         source.error = ""
         await until(lambda: text(app, "status") == "robot: running")
         source.fault = True
-        await until(lambda: "a fault of cxbridge: ZeroDivisionError" in text(app, "status"))
+        await until(lambda: "an internal error of cxbridge: ZeroDivisionError" in text(app, "status"))
 
     drive(make_monitor_app(source), script)
 

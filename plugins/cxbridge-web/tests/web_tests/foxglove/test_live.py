@@ -244,11 +244,11 @@ def test_without_the_package_the_error_names_the_extra(monkeypatch):
 
 @pytest.mark.parametrize(("given", "port"), [(None, None), ("", 8765), ("0", 0), ("9001", 9001)])
 def test_the_option_may_go_without_a_number(given, port):
-    options = DaemonOptions(more=(FoxgloveOptions(foxglove=given),))
+    options = DaemonOptions(plugin_groups=(FoxgloveOptions(foxglove=given),))
     assert dict(options.all_settings()).get("foxglove/port") == port
 
 
 @pytest.mark.parametrize("given", ["70000", "-1", "here"])
 def test_an_option_that_is_no_port_is_one_clear_error(given):
     with pytest.raises(CxbridgeError, match="--foxglove cannot use the port"):
-        dict(DaemonOptions(more=(FoxgloveOptions(foxglove=given),)).all_settings())
+        dict(DaemonOptions(plugin_groups=(FoxgloveOptions(foxglove=given),)).all_settings())
