@@ -20,7 +20,7 @@ def events() -> Iterator[str]:
 
 def codes() -> Iterator[str]:
     """Yield a row for each code of the check."""
-    from cxbridge_studio.check.table import codes as known
+    from cxbridge_studio.check.table import load_codes as known
 
     yield from ("| code | severity | finding |", "| --- | --- | --- |")
     for code in known().values():

@@ -18,7 +18,7 @@ from clips._clips import lib
 from cxbridge.clock import MICROSECONDS, VIRTUAL_EPOCH_US, split_us
 from cxbridge.executive.host.capi import NULL, CData, decode
 from cxbridge.executive.host.values import Symbol
-from cxbridge_studio.constructs import rule_texts
+from cxbridge_studio.constructs import read_rule_texts
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.local import LocalBlackBoard
@@ -262,7 +262,7 @@ def _list_hidden_reasons(agent: Run) -> list[str]:
     drawing = _find_drawing_functions(env)
     reasons += [
         f"rule {name} draws random numbers"
-        for name, text in rule_texts(env).items()
+        for name, text in read_rule_texts(env).items()
         if drawing.intersection(_CALLED_FUNCTION.findall(text))
     ]
     return reasons

@@ -25,7 +25,7 @@ from cxbridge_ros2.stamps import stamp_to_ns, us_to_stamp
 
 STATUS_TYPE: Final = "action_msgs/msg/GoalStatusArray"
 
-_MAX_RESULTS: Final = 100  # results of ended goals that a server keeps for late requests; bounds its memory
+_MAX_RESULTS: Final = 100  # limit of the results that a server keeps for late requests
 
 
 class GoalStatus(IntEnum):
@@ -64,16 +64,16 @@ class CancelCode(IntEnum):
 class GoalObserver:
     """Callbacks for the events of a sent goal, in the order of the events. The defaults do nothing."""
 
-    def on_response(self, sent: SentGoal) -> None:
+    def on_response(self, sent_goal: SentGoal) -> None:
         """Handle the acceptance or rejection of the goal."""
 
-    def on_feedback(self, sent: SentGoal, feedback: Message) -> None:
+    def on_feedback(self, sent_goal: SentGoal, feedback: Message) -> None:
         """Handle feedback about the goal."""
 
-    def on_end(self, sent: SentGoal) -> None:
+    def on_end(self, sent_goal: SentGoal) -> None:
         """Handle the end of the goal, whose result is set."""
 
-    def on_cancel_response(self, sent: SentGoal, response: Message) -> None:
+    def on_cancel_response(self, sent_goal: SentGoal, response: Message) -> None:
         """Handle the response to a cancel request."""
 
 
@@ -81,7 +81,7 @@ class SentGoal:
     """A goal that was sent to a server. Polling the node updates the attributes.
 
     :ivar is_accepted: None before the server's response.
-    :ivar accepted_s: the time of the acceptance, in seconds since the epoch; 0.0 before.
+    :ivar accepted_s: the time of the acceptance, in seconds since the epoch; 0.0 before the acceptance.
     :ivar status: the last known status.
     :ivar feedback: the last feedback, or None.
     :ivar result: the result message; None before the end.
@@ -150,9 +150,9 @@ class ActionClient(Closing):
     def has_server(self) -> bool:
         return all(client.has_server for client in self._clients)
 
-    def missing_server_reason(self) -> str:
+    def explain_missing_server(self) -> str:
         """Return why the action has no server; empty if the transport does not know."""
-        return self._goal_client.missing_server_reason()
+        return self._goal_client.explain_missing_server()
 
     @property
     def _clients(self) -> tuple[Client, ...]:
@@ -165,77 +165,81 @@ class ActionClient(Closing):
         :raises Ros2Error: if the goal does not have the type of the action.
         """
         goal_id = uuid.uuid4().bytes
-        sent = SentGoal(self, goal_id, observer or GoalObserver())
-        sent.server_numbers = self._result_client.server_numbers
+        sent_goal = SentGoal(self, goal_id, observer or GoalObserver())
+        sent_goal.server_numbers = self._result_client.server_numbers
 
         def handle_response(response: Message) -> None:
-            sent.is_accepted = bool(response["accepted"])
-            if not sent.is_accepted:
+            sent_goal.is_accepted = bool(response["accepted"])
+            if not sent_goal.is_accepted:
                 self._goals.pop(goal_id, None)
-                sent.observer.on_response(sent)
+                sent_goal.observer.on_response(sent_goal)
                 return
-            sent.accepted_s = stamp_to_ns(response["stamp"]) / 1e9
+            sent_goal.accepted_s = stamp_to_ns(response["stamp"]) / 1e9
             # the status topic may have reported a later status already
-            sent.status = max(sent.status, GoalStatus.ACCEPTED)
-            sent.observer.on_response(sent)
-            self._request_result(sent)
+            sent_goal.status = max(sent_goal.status, GoalStatus.ACCEPTED)
+            sent_goal.observer.on_response(sent_goal)
+            self._request_result(sent_goal)
             # an earlier cancel request may have been refused for an unknown goal
-            if sent.is_cancel_requested:
-                self.cancel(sent)
+            if sent_goal.is_cancel_requested:
+                self.cancel(sent_goal)
 
-        self._goals[goal_id] = sent  # feedback may arrive before the response
+        self._goals[goal_id] = sent_goal  # feedback may arrive before the response
         try:
             self._goal_client.call(
                 {"goal_id": {"uuid": goal_id}, "goal": goal},
                 handle_response,
-                partial(self._end_without_result, sent, GoalStatus.ABORTED),
+                partial(self._end_without_result, sent_goal, GoalStatus.ABORTED),
             )
         except Exception:
             del self._goals[goal_id]
             raise
-        return sent
+        return sent_goal
 
-    def check_server(self, sent: SentGoal) -> None:
+    def check_server(self, sent_goal: SentGoal) -> None:
         """End the goal with the status UNKNOWN if the server of the goal was restarted."""
         present_servers = self._result_client.server_numbers
-        if present_servers - sent.server_numbers and sent.is_accepted:
-            # there is a new server: if it replaces that of the goal, it responds with the status UNKNOWN
-            self._request_result(sent)
-        elif present_servers and sent.server_numbers.isdisjoint(present_servers) and sent.is_accepted is None:
+        if present_servers - sent_goal.server_numbers and sent_goal.is_accepted:
+            # if the new server replaces the server of the goal, it responds with the status UNKNOWN
+            self._request_result(sent_goal)
+        elif (
+            present_servers
+            and sent_goal.server_numbers.isdisjoint(present_servers)
+            and sent_goal.is_accepted is None
+        ):
             # all servers that could have accepted the goal are gone
-            self._end_without_result(sent, GoalStatus.UNKNOWN, "")
-        sent.server_numbers |= present_servers
+            self._end_without_result(sent_goal, GoalStatus.UNKNOWN, "")
+        sent_goal.server_numbers |= present_servers
 
-    def _end_without_result(self, sent: SentGoal, status: GoalStatus, reason: str) -> None:
-        if self._goals.pop(sent.goal_id, None) is not None:
-            sent.status, sent.result, sent.reason = status, {}, reason
-            sent.observer.on_end(sent)
+    def _end_without_result(self, sent_goal: SentGoal, status: GoalStatus, reason: str) -> None:
+        if self._goals.pop(sent_goal.goal_id, None) is not None:
+            sent_goal.status, sent_goal.result, sent_goal.reason = status, {}, reason
+            sent_goal.observer.on_end(sent_goal)
 
-    def _request_result(self, sent: SentGoal) -> None:
+    def _request_result(self, sent_goal: SentGoal) -> None:
         """Request the result of a goal; the server responds when the goal has ended."""
 
         def handle_result(response: Message) -> None:
-            if self._goals.pop(sent.goal_id, None) is not None:
-                sent.status = GoalStatus(response["status"])
-                sent.result = response["result"]
-                sent.observer.on_end(sent)
+            if self._goals.pop(sent_goal.goal_id, None) is not None:
+                sent_goal.status = GoalStatus(response["status"])
+                sent_goal.result = response["result"]
+                sent_goal.observer.on_end(sent_goal)
 
         self._result_client.call(
-            {"goal_id": {"uuid": sent.goal_id}},
+            {"goal_id": {"uuid": sent_goal.goal_id}},
             handle_result,
-            partial(self._end_without_result, sent, GoalStatus.ABORTED),
+            partial(self._end_without_result, sent_goal, GoalStatus.ABORTED),
         )
 
-    def cancel(self, sent: SentGoal) -> None:
+    def cancel(self, sent_goal: SentGoal) -> None:
         """Send a cancel request. If the goal is not accepted yet, repeat the request after the acceptance."""
-        sent.is_cancel_requested = True
+        sent_goal.is_cancel_requested = True
 
         def handle_response(response: Message) -> None:
             code = CancelCode(response["return_code"])
-            sent.cancel_refusal = None if code == CancelCode.NONE else code
-            sent.observer.on_cancel_response(sent, response)
+            sent_goal.cancel_refusal = None if code == CancelCode.NONE else code
+            sent_goal.observer.on_cancel_response(sent_goal, response)
 
-        self._cancel_client.call({"goal_info": {"goal_id": {"uuid": sent.goal_id}}}, handle_response)
+        self._cancel_client.call({"goal_info": {"goal_id": {"uuid": sent_goal.goal_id}}}, handle_response)
 
     def cancel_goals_until(self, accepted_s: float, on_response: Callable[[Message], None]) -> None:
         """Request to cancel the goals of all clients that were accepted until a time.
@@ -246,9 +250,9 @@ class ActionClient(Closing):
         sec, nanosec = divmod(round(accepted_s * 1e9), 10**9)
         self._cancel_client.call({"goal_info": {"stamp": {"sec": sec, "nanosec": nanosec}}}, on_response)
 
-    def forget(self, sent: SentGoal) -> None:
+    def forget(self, sent_goal: SentGoal) -> None:
         """Stop waiting for a goal whose server is gone."""
-        self._goals.pop(sent.goal_id, None)
+        self._goals.pop(sent_goal.goal_id, None)
 
     def close(self) -> None:
         for client in self._clients:
@@ -257,16 +261,16 @@ class ActionClient(Closing):
             unsubscribe()
 
     def _receive_feedback(self, message: Message) -> None:
-        sent = self._goals.get(message["goal_id"]["uuid"])
-        if sent is not None:
-            sent.feedback = message["feedback"]
-            sent.observer.on_feedback(sent, message["feedback"])
+        sent_goal = self._goals.get(message["goal_id"]["uuid"])
+        if sent_goal is not None:
+            sent_goal.feedback = message["feedback"]
+            sent_goal.observer.on_feedback(sent_goal, message["feedback"])
 
     def _receive_status(self, message: Message) -> None:
         for goal_status in message["status_list"]:
-            sent = self._goals.get(goal_status["goal_info"]["goal_id"]["uuid"])
-            if sent is not None and not sent.status.is_final:
-                sent.status = GoalStatus(goal_status["status"])
+            sent_goal = self._goals.get(goal_status["goal_info"]["goal_id"]["uuid"])
+            if sent_goal is not None and not sent_goal.status.is_final:
+                sent_goal.status = GoalStatus(goal_status["status"])
 
 
 class GoalResponse(IntEnum):
@@ -313,14 +317,14 @@ class ServedGoal:
 class GoalHandler:
     """Callbacks of a goal server. The defaults accept each goal and each cancel request."""
 
-    def decide(self, served: ServedGoal) -> GoalResponse:  # noqa: ARG002
+    def decide(self, served_goal: ServedGoal) -> GoalResponse:  # noqa: ARG002
         """Decide about a new goal, before the client gets a response."""
         return GoalResponse.ACCEPT_AND_EXECUTE
 
-    def begin(self, served: ServedGoal) -> None:
+    def begin(self, served_goal: ServedGoal) -> None:
         """Start an accepted goal."""
 
-    def may_cancel(self, served: ServedGoal) -> bool:  # noqa: ARG002
+    def may_cancel(self, served_goal: ServedGoal) -> bool:  # noqa: ARG002
         """Return whether a goal may be cancelled on a client's request."""
         return True
 
@@ -377,32 +381,36 @@ class GoalServer(Closing):
 
     @property
     def running_goals(self) -> list[ServedGoal]:
-        return [served for goal_id, served in self._goals.items() if goal_id not in self._result_responses]
+        return [
+            served_goal
+            for goal_id, served_goal in self._goals.items()
+            if goal_id not in self._result_responses
+        ]
 
-    def publish_feedback(self, served: ServedGoal, feedback: Mapping[str, Any]) -> None:
-        self._feedback_publisher.publish({"goal_id": {"uuid": served.goal_id}, "feedback": feedback})
+    def publish_feedback(self, served_goal: ServedGoal, feedback: Mapping[str, Any]) -> None:
+        self._feedback_publisher.publish({"goal_id": {"uuid": served_goal.goal_id}, "feedback": feedback})
 
-    def set_status(self, served: ServedGoal, status: GoalStatus) -> None:
-        served.status = status
+    def set_status(self, served_goal: ServedGoal, status: GoalStatus) -> None:
+        served_goal.status = status
         self._publish_status()
 
-    def finish(self, served: ServedGoal, status: GoalStatus, result: Mapping[str, Any]) -> None:
+    def finish(self, served_goal: ServedGoal, status: GoalStatus, result: Mapping[str, Any]) -> None:
         """End a goal and answer the requests for its result."""
-        goal_id = served.goal_id
+        goal_id = served_goal.goal_id
         response = {"status": status, "result": result}
         # a wrong result is an error of the first reply: the goal then continues
         for reply in self._result_requests.get(goal_id, ()):
             reply(response)
         self._result_requests.pop(goal_id, None)
         self._result_responses[goal_id] = response
-        self.set_status(served, status)
+        self.set_status(served_goal, status)
         while len(self._result_responses) > _MAX_RESULTS:
             oldest = next(iter(self._result_responses))
             del self._result_responses[oldest], self._goals[oldest]
 
     def close(self) -> None:
-        for served in self.running_goals:
-            self.finish(served, GoalStatus.ABORTED, {})
+        for served_goal in self.running_goals:
+            self.finish(served_goal, GoalStatus.ABORTED, {})
         for end_service in self._close_functions:
             end_service()
         self._feedback_publisher.close()
@@ -410,16 +418,16 @@ class GoalServer(Closing):
 
     def _handle_goal_request(self, request: Message) -> Mapping[str, Any]:
         goal_id = request["goal_id"]["uuid"]
-        served = ServedGoal(self, goal_id, request["goal"], us_to_stamp(self._clock.now_us()))
-        response = GoalResponse.REJECT if goal_id in self._goals else self._handler.decide(served)
+        served_goal = ServedGoal(self, goal_id, request["goal"], us_to_stamp(self._clock.now_us()))
+        response = GoalResponse.REJECT if goal_id in self._goals else self._handler.decide(served_goal)
         if response == GoalResponse.REJECT:
-            return {"accepted": False, "stamp": served.stamp}
-        self._goals[goal_id] = served
+            return {"accepted": False, "stamp": served_goal.stamp}
+        self._goals[goal_id] = served_goal
         if response == GoalResponse.ACCEPT_AND_EXECUTE:
-            served.status = GoalStatus.EXECUTING
-        self._handler.begin(served)
+            served_goal.status = GoalStatus.EXECUTING
+        self._handler.begin(served_goal)
         self._publish_status()
-        return {"accepted": True, "stamp": served.stamp}
+        return {"accepted": True, "stamp": served_goal.stamp}
 
     def _handle_cancel_request(self, request: Message) -> Mapping[str, Any]:
         goal_id = request["goal_info"]["goal_id"]["uuid"]
@@ -504,17 +512,17 @@ class ActionServer(Closing, GoalHandler):
 
     def step(self) -> None:
         """Execute the next step of each goal."""
-        for goal_id, (served, steps) in list(self._executions.items()):
+        for goal_id, (served_goal, steps) in list(self._executions.items()):
             try:
                 feedback = next(steps)
             except StopIteration as end:
-                status = GoalStatus.CANCELED if served.is_cancel_requested else GoalStatus.SUCCEEDED
+                status = GoalStatus.CANCELED if served_goal.is_cancel_requested else GoalStatus.SUCCEEDED
                 self._finish(goal_id, status, end.value)
             except AbortedError as error:
                 self._finish(goal_id, GoalStatus.ABORTED, error.result)
             else:
                 if feedback is not None:
-                    served.publish_feedback(feedback)
+                    served_goal.publish_feedback(feedback)
 
     def close(self) -> None:
         """Abort all goals and close the server."""
@@ -522,10 +530,10 @@ class ActionServer(Closing, GoalHandler):
             self._finish(goal_id, GoalStatus.ABORTED, {})
         self._server.close()
 
-    def begin(self, served: ServedGoal) -> None:
-        self._executions[served.goal_id] = (served, self._execute(served))
+    def begin(self, served_goal: ServedGoal) -> None:
+        self._executions[served_goal.goal_id] = (served_goal, self._execute(served_goal))
 
     def _finish(self, goal_id: bytes, status: GoalStatus, result: Mapping[str, Any]) -> None:
-        served, steps = self._executions.pop(goal_id)
+        served_goal, steps = self._executions.pop(goal_id)
         steps.close()
-        served.finish(status, result)
+        served_goal.finish(status, result)

@@ -58,7 +58,7 @@ class Definitions:
     """The known types.
 
     :param folders: packages, or folders with packages.
-    :param distribution: the distribution of the well-known types; None for no such types.
+    :param distribution: the distribution of the well-known types; None for no well-known types.
     :param environment: the environment with ``AMENT_PREFIX_PATH``; by default that of the process.
     :param texts: further definitions by type, with less priority than files.
     :ivar has_type_hashes: whether types have hashes and services have events, as since ROS 2 Iron.
@@ -78,10 +78,10 @@ class Definitions:
             self._store.fielddefs[name] = (constants, _replace_char_fields(fields))
         self._definition_files: dict[str, Path] = {}
         prefixes = (os.environ if environment is None else environment).get("AMENT_PREFIX_PATH", "")
-        sourced = [Path(prefix) / "share" for prefix in prefixes.split(os.pathsep) if prefix]
+        sourced_folders = [Path(prefix) / "share" for prefix in prefixes.split(os.pathsep) if prefix]
         # reversed, since the files of a later folder replace those of an earlier folder
         for folder in (
-            *reversed([folder for folder in sourced if folder.is_dir()]),
+            *reversed([folder for folder in sourced_folders if folder.is_dir()]),
             *reversed([Path(folder) for folder in folders]),
         ):
             self._definition_files.update(_find_definition_files(folder))
@@ -94,14 +94,14 @@ class Definitions:
 
     # --- known types --------------------------------------------------------------------------------------
 
-    def names(self) -> list[str]:
-        """Return the names of all available types."""
+    def find_names(self) -> list[str]:
+        """Return the names of all known types and of all types with a definition."""
         well_known = (
             name for name in self._store.fielddefs if str(_find_definition_name(parse_type(name))) == name
         )
         return sorted({*well_known, *self._definition_files, *self._definition_texts})
 
-    def fields(self, name: TypeName) -> Sequence[tuple[str, FieldType]]:
+    def find_fields(self, name: TypeName) -> Sequence[tuple[str, FieldType]]:
         """Return the fields of a message in order.
 
         :raises Ros2Error: if the type is unknown, or its file is broken.
@@ -116,7 +116,7 @@ class Definitions:
         :raises Ros2Error: if the message lacks a field, its type is unknown, or its file is broken.
         """
         field, _, inner_path = path.partition(".")
-        fields = dict(self.fields(name))
+        fields = dict(self.find_fields(name))
         if field not in fields:
             raise Ros2Error(
                 f"{name} has no field '{field}'",
@@ -128,11 +128,11 @@ class Definitions:
         if inner_path:
             self.check_path(parse_type(details), inner_path)
 
-    def defaults(self, name: TypeName) -> Mapping[str, Any]:
+    def find_defaults(self, name: TypeName) -> Mapping[str, Any]:
         """Return the default values other than zero, by field."""
         return self._defaults.get(str(name), {})
 
-    def type_hash(self, name: TypeName) -> str:
+    def compute_type_hash(self, name: TypeName) -> str:
         """Return the hash of a type: ``RIHS01_`` and 64 hexadecimal digits.
 
         :param name: a message, a service, an action, or a message derived from these.
@@ -196,11 +196,11 @@ class Definitions:
         for fields in messages.values():
             self._load_nested(fields, messages)
 
-    def _load_nested(self, fields: Fields, registered: Collection[str] = ()) -> None:
+    def _load_nested(self, fields: Fields, registered_messages: Collection[str] = ()) -> None:
         """Load the nested types of fields, except registered messages of the same definition."""
         for _, field_type in fields:
-            nested_name = _nested_type(field_type)
-            if nested_name is not None and nested_name not in registered:
+            nested_name = _find_nested_type(field_type)
+            if nested_name is not None and nested_name not in registered_messages:
                 self._load(parse_type(nested_name))
 
     def _derive_messages(self, name: TypeName) -> Iterator[tuple[str, Fields]]:
@@ -212,9 +212,9 @@ class Definitions:
         if name.kind == "msg":
             yield str(name), sections[0]
         elif name.kind == "srv":
-            yield from _service_messages(name, sections[0], sections[1], self.has_type_hashes)
+            yield from _make_service_messages(name, sections[0], sections[1], self.has_type_hashes)
         else:
-            yield from _action_messages(name, sections, self.has_type_hashes)
+            yield from _make_action_messages(name, sections, self.has_type_hashes)
 
     def _read_sections(self, name: TypeName) -> tuple[list[Fields], list[dict[str, Any]]]:
         """Return the fields and the defaults of each section of a definition."""
@@ -240,7 +240,7 @@ class Definitions:
     def _make_unknown_type_error(self, name: TypeName) -> Ros2Error:
         return Ros2Error(
             f"unknown ROS 2 type {name}",
-            hint=did_you_mean(str(name), self.names(), "name the folder of its package"),
+            hint=did_you_mean(str(name), self.find_names(), "name the folder of its package"),
         )
 
 
@@ -312,7 +312,7 @@ def _parse_section(text: str, name: TypeName, file: Path | None, line: int) -> F
     # rosbags takes wstring for the name of a message in this package
     wide_types = (f"{name.package}/msg/wstring", f"{name.package}/msg/wchar")
     for field, field_type in fields:
-        if _nested_type(field_type) in wide_types:
+        if _find_nested_type(field_type) in wide_types:
             raise Ros2Error(
                 f"{name}: the field '{field}' is a wide string, which is not supported", file=file
             )
@@ -335,7 +335,7 @@ def _parse_idl(text: str, name: TypeName, file: Path) -> Fields:
 # --- messages derived from services and actions -------------------------------------------------------------
 
 
-def _service_messages(
+def _make_service_messages(
     name: TypeName, request: Fields, response: Fields, has_event: bool
 ) -> Iterator[tuple[str, Fields]]:
     """Yield the messages of a service: request, response, event, and a message of all three for the hash."""
@@ -359,7 +359,7 @@ def _service_messages(
     )
 
 
-def _action_messages(
+def _make_action_messages(
     name: TypeName, sections: list[Fields], has_events: bool
 ) -> Iterator[tuple[str, Fields]]:
     """Yield the messages of an action: goal, result, feedback, and those of its services and topics."""
@@ -372,10 +372,10 @@ def _action_messages(
     goal_id = ("goal_id", _make_named_type(_UUID_TYPE))
     acceptance: Fields = [("accepted", _make_base_type("bool")), ("stamp", _make_named_type(_TIME_TYPE))]
     status_and_result: Fields = [("status", _make_base_type("int8")), ("result", _make_named_type(result))]
-    yield from _service_messages(
+    yield from _make_service_messages(
         send_goal, [goal_id, ("goal", _make_named_type(goal))], acceptance, has_events
     )
-    yield from _service_messages(get_result, [goal_id], status_and_result, has_events)
+    yield from _make_service_messages(get_result, [goal_id], status_and_result, has_events)
     yield str(feedback_message), [goal_id, ("feedback", _make_named_type(feedback))]
     if not has_events:
         return
@@ -411,11 +411,11 @@ def _replace_char_type(field_type: FieldType) -> FieldType:
     return _make_base_type("uint8") if node == Nodetype.BASE and details[0] == "char" else field_type
 
 
-def _nested_type(field_type: FieldType) -> str | None:
+def _find_nested_type(field_type: FieldType) -> str | None:
     """Return the name of the message in a field or in its elements; None for base types."""
     node, details = field_type
     if node in (Nodetype.ARRAY, Nodetype.SEQUENCE):
-        return _nested_type(details[0])
+        return _find_nested_type(details[0])
     return str(details) if node == Nodetype.NAME else None
 
 

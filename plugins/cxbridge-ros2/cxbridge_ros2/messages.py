@@ -60,7 +60,7 @@ class Codec:
 
         :raises Ros2Error: if the bytes are not a message of this type.
         """
-        self._definitions.fields(name)  # loads the type into the store
+        self._definitions.find_fields(name)  # loads the type into the store
         try:
             instance = self._deserialize(name, data)
         except Exception:  # noqa: BLE001 - generated code raises many kinds of errors
@@ -84,12 +84,12 @@ class Codec:
     def _to_instance(self, name: TypeName, message: object, path: str) -> Any:
         if not isinstance(message, Mapping):
             raise Ros2Error(f"{path} must be a mapping of the fields of {name}, not {message!r}")
-        fields = dict(self._definitions.fields(name))
+        fields = dict(self._definitions.find_fields(name))
         for key in message:
             if key not in fields or key == EMPTY_MESSAGE_FIELD:
                 hint = did_you_mean(str(key), [field for field in fields if field != EMPTY_MESSAGE_FIELD])
                 raise Ros2Error(f"{path}: {name} has no field '{key}'", hint=hint or None)
-        field_values = {**self._definitions.defaults(name), **message}
+        field_values = {**self._definitions.find_defaults(name), **message}
         values = [
             self._to_ros(field_type, field_values[field], f"{path}.{field}")
             if field in field_values
@@ -146,7 +146,7 @@ class Codec:
             field: self._to_python(
                 field_type, getattr(instance, field if hasattr(instance, field) else f"{field}_")
             )
-            for field, field_type in self._definitions.fields(name)
+            for field, field_type in self._definitions.find_fields(name)
             if field != EMPTY_MESSAGE_FIELD
         }
 

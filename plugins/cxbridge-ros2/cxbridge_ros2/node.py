@@ -117,7 +117,7 @@ class Client(ABC):
     def has_server(self) -> bool:
         return bool(self.server_numbers)
 
-    def missing_server_reason(self) -> str:
+    def explain_missing_server(self) -> str:
         """Return why the service has no server; empty if the transport does not know."""
         return ""
 

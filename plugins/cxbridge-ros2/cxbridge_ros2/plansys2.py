@@ -26,7 +26,7 @@ class PlanSys2Protocol(HubProtocol):
     heartbeat_type = "plansys2_msgs/msg/ActionPerformerStatus"
     arguments_field = "arguments"
     progress_field = "completion"
-    patience_s = 30.0
+    server_timeout_s = 30.0
     request_lifetime_s = 1.0
 
     def encode_heartbeat(self, heartbeat: Heartbeat, now_us: int) -> Mapping[str, Any]:

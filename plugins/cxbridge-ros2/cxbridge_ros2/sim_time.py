@@ -24,7 +24,7 @@ from cxbridge_ros2.settings import read_node_section
 from cxbridge_ros2.stamps import stamp_to_us
 
 CLOCK_TOPIC: Final = "/clock"
-DEFAULT_PATIENCE_S: Final = 10.0  # limit of real time in seconds for the first message
+DEFAULT_SERVER_TIMEOUT_S: Final = 10.0  # limit of real time in seconds for the first message
 _CLOCK_SECTION: Final = "/ros2/clock"
 
 _CLOCK_TYPE: Final = "rosgraph_msgs/msg/Clock"
@@ -54,13 +54,15 @@ class SimTimeClock(Clock):
     Time never goes backwards: after a reset of the simulation, it continues from the old time.
 
     :param join_domain: makes the node that receives the messages.
-    :param patience_s: the limit of real time for the first message.
+    :param server_timeout_s: the limit of real time for the first message.
     """
 
     name = "ros2"
 
-    def __init__(self, join_domain: Callable[[], Node], patience_s: float = DEFAULT_PATIENCE_S) -> None:
-        self._join_domain, self._patience_s = join_domain, patience_s
+    def __init__(
+        self, join_domain: Callable[[], Node], server_timeout_s: float = DEFAULT_SERVER_TIMEOUT_S
+    ) -> None:
+        self._join_domain, self._server_timeout_s = join_domain, server_timeout_s
         self._time_changed = threading.Condition()
         self._thread: threading.Thread | None = None
         self._is_closed = False
@@ -100,7 +102,7 @@ class SimTimeClock(Clock):
         self._thread = threading.Thread(target=self._follow, args=(node,), name="clock of ROS 2", daemon=True)
         self._thread.start()
         atexit.register(self.close)
-        deadline = time.monotonic() + self._patience_s
+        deadline = time.monotonic() + self._server_timeout_s
         with self._time_changed:
             while not self._now_us and time.monotonic() < deadline:
                 self._earliest_wake_us = 0  # the first message wakes this thread
@@ -108,7 +110,7 @@ class SimTimeClock(Clock):
         if not self._now_us:
             self.close()
             raise Ros2Error(
-                f"no time was received on {CLOCK_TOPIC} within {self._patience_s:g} s",
+                f"no time was received on {CLOCK_TOPIC} within {self._server_timeout_s:g} s",
                 hint="is the simulation running, and is it in the same ROS_DOMAIN_ID and range of discovery?",
             )
 

@@ -27,7 +27,7 @@ class SkillExecutionProtocol(HubProtocol):
     heartbeat_type = "cx_msgs/msg/SkillExecutionerInformation"
     arguments_field = "action_parameters"
     progress_field = "progress"
-    patience_s = 4.0
+    server_timeout_s = 4.0
     request_lifetime_s = 4.0
     has_agents = True
 

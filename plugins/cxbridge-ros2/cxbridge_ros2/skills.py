@@ -26,7 +26,7 @@ from cxbridge_ros2.names import check_topic, parse_type
 from cxbridge_ros2.node import Client
 from cxbridge_ros2.settings import NodeSettings, check_keys, nest_settings
 
-DEFAULT_PATIENCE_S: Final = 5.0  # default limit in seconds without a server until a skill fails
+DEFAULT_SERVER_TIMEOUT_S: Final = 5.0  # default limit in seconds without a server until a skill fails
 
 _ACTION_KEYS: Final = ("action", "name", "goal", "feedback", "error", "timeout", "patience")
 _SERVICE_KEYS: Final = ("service", "name", "request", "success", "error", "timeout", "patience")
@@ -43,7 +43,7 @@ class RosSkill(Struct, frozen=True):
     :param success_path: the field of a response that must be true; empty if any response is a success.
     :param error_path: the field of a result or response with the error; may be empty.
     :param timeout_s: the limit in seconds for the skill.
-    :param patience_s: the limit in seconds without a server.
+    :param server_timeout_s: the limit in seconds without a server.
     """
 
     type_name: str
@@ -54,7 +54,7 @@ class RosSkill(Struct, frozen=True):
     success_path: str
     error_path: str
     timeout_s: float
-    patience_s: float
+    server_timeout_s: float
 
 
 class RosSkills(RosExecutor):
@@ -90,7 +90,7 @@ class RosSkills(RosExecutor):
             name_of_type = parse_type(skill.type_name, "action" if skill.is_action else "srv")
             response = name_of_type.derive("Result" if skill.is_action else "Response")
             try:
-                definitions.fields(response)
+                definitions.find_fields(response)
             except Ros2Error as error:
                 yield _prefix_skill(name, error)
                 continue  # without the type, the paths in it cannot be checked
@@ -128,8 +128,8 @@ class RosSkills(RosExecutor):
     def _wait_for_server(self, skill: RosSkill, client: ActionClient | Client) -> Generator[None, None, None]:
         start_us = self.clock.now_us()
         while not client.has_server:
-            if self.clock.now_us() - start_us > skill.patience_s * MICROSECONDS:
-                reason = client.missing_server_reason()
+            if self.clock.now_us() - start_us > skill.server_timeout_s * MICROSECONDS:
+                reason = client.explain_missing_server()
                 raise SkillFailedError(
                     f"{skill.name} ({skill.type_name}) has no server{f': {reason}' if reason else ''}"
                 )
@@ -170,7 +170,7 @@ class RosSkills(RosExecutor):
             client.check_server(sent)
             if client.has_server:
                 last_served_us = now_us
-            elif now_us - last_served_us > skill.patience_s * MICROSECONDS:
+            elif now_us - last_served_us > skill.server_timeout_s * MICROSECONDS:
                 raise SkillFailedError(f"the server of {skill.name} has vanished")
             if sent.feedback is None or sent.feedback is shown_feedback:
                 yield None
@@ -264,5 +264,5 @@ def _read_skill(name: str, settings: Any, namespace: str) -> RosSkill:
         success_path=str(settings.get("success", "")),
         error_path=str(settings.get("error", "")),
         timeout_s=parse_seconds(name, "timeout", settings.get("timeout", DEFAULT_TIMEOUT_S)),
-        patience_s=parse_seconds(name, "patience", settings.get("patience", DEFAULT_PATIENCE_S)),
+        server_timeout_s=parse_seconds(name, "patience", settings.get("patience", DEFAULT_SERVER_TIMEOUT_S)),
     )

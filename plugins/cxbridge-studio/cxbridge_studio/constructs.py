@@ -17,29 +17,29 @@ if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
 
 
-def defrules(env: ClipsEnvironment) -> Iterator[tuple[str, CData]]:
+def iterate_rules(env: ClipsEnvironment) -> Iterator[tuple[str, CData]]:
     """Yield the name and the pointer of each rule. Call this between runs of the rules."""
     for rule in items_of(lib.GetNextDefrule, env.c_env):
         yield decode(lib.DefruleName(rule)), rule
 
 
-def rule_texts(env: ClipsEnvironment) -> dict[str, str]:
+def read_rule_texts(env: ClipsEnvironment) -> dict[str, str]:
     """Return the texts of all rules by name, as the host rewrote them.
 
     :mod:`cxbridge.executive.host.source` describes the rewriting. Call this between runs of the rules.
     """
     # With (conserve-mem on), CLIPS keeps no text of a rule.
-    forms = ((name, lib.DefrulePPForm(rule)) for name, rule in defrules(env))
+    forms = ((name, lib.DefrulePPForm(rule)) for name, rule in iterate_rules(env))
     return {name: decode(form) for name, form in forms if form != NULL}
 
 
-def unknown_template_error(env: ClipsEnvironment, name: str) -> ClipsError:
+def make_unknown_template_error(env: ClipsEnvironment, name: str) -> ClipsError:
     """Return the error about an unknown deftemplate."""
     templates = construct_names(env, "deftemplate")
     return ClipsError(f"there is no deftemplate '{name}'", hint=did_you_mean(name, templates) or None)
 
 
-def allowed_values(env: ClipsEnvironment, template: str, slot: str) -> tuple[str, ...]:
+def read_allowed_values(env: ClipsEnvironment, template: str, slot: str) -> tuple[str, ...]:
     """Return a slot's allowed values; empty if the slot accepts any value or is unknown."""
     if not env.has_template(template):
         return ()

@@ -17,20 +17,20 @@ def find_building_steps(run: Run, owner: str, until_us: int | None = None) -> li
     :raises TraceError: if the recording cannot be read.
     """
     steps: list[RunSource] = []
-    file_steps: dict[str, int] = {}
+    step_indices: dict[str, int] = {}
     for source in run_sources(run, "environment", "clips", "construct", "function", "feature", owner=owner):
         if until_us is not None and source.time_us > until_us:
             break
         if source.role == "environment":
-            steps, file_steps = [], {}
+            steps, step_indices = [], {}
             continue
         # A source that a file has loaded precedes the file, because its constructs existed before those of
         # the file.
-        enclosing = source.details.get("within", "")
-        index = file_steps.get(enclosing, len(steps)) if enclosing else len(steps)
+        enclosing_file = source.details.get("within", "")
+        index = step_indices.get(enclosing_file, len(steps)) if enclosing_file else len(steps)
         steps.insert(index, source)
-        for file, file_index in file_steps.items():
-            file_steps[file] = file_index + (file_index >= index)
+        for file, file_index in step_indices.items():
+            step_indices[file] = file_index + (file_index >= index)
         if source.role == "clips":
-            file_steps[source.name] = index
+            step_indices[source.name] = index
     return steps

@@ -37,10 +37,10 @@ def explainer(run: RecordedRun, at_s: float | None, env: str | None) -> Explaine
     from cxbridge_studio.explain.recorded import RecordedEvidence  # noqa: PLC0415
 
     evidence = RecordedEvidence(run, at_s, env)
-    notes_of_source = [*evidence.notes]
+    recording_notes = [*evidence.notes]
 
     def answer(kind: str, name: str) -> Mapping[str, Any]:
-        evidence.notes = [*notes_of_source]  # drops the notes of earlier questions
+        evidence.notes = [*recording_notes]  # drops the notes of earlier questions
         explanation = explain(evidence, name, kind)
         return {"lines": explanation.lines, "data": explanation.data}
 
@@ -66,7 +66,7 @@ def place_of_action(files: Sequence[Path], action: str) -> str:
     """Return the position in an agent's files where an action is put into a plan, ``FILE:LINE``."""
     from cxbridge_studio.explain.source_positions import SourcePositions  # noqa: PLC0415
 
-    return SourcePositions(files).action_position(action)
+    return SourcePositions(files).find_action_position(action)
 
 
 def missing_events(agent: Run, failed_rules: Iterable[str]) -> str:

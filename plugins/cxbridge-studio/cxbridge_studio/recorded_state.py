@@ -43,7 +43,7 @@ class EnvironmentFacts:
         duplicate.templates = {env: set(names) for env, names in self.templates.items()}
         return duplicate
 
-    def slots(self, env: str, template: str) -> list[Mapping[str, str]]:
+    def read_slots(self, env: str, template: str) -> list[Mapping[str, str]]:
         """Return the slots of a deftemplate's facts, as CLIPS prints their values."""
         slots: list[Mapping[str, str]] = []
         for change in self.by_env.get(env, {}).values():

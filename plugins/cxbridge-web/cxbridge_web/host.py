@@ -1,4 +1,4 @@
-"""The interface of the process around a web server: a daemon or a run."""
+"""The interface of the process that hosts a web server: a daemon or a run."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     from cxbridge.space.tf.listener import TransformListener
 
 _OWNER: Final = "TransformsRestApi"  # the reader of the transforms, named as in Fawkes
-_MAX_RULES: Final = 1  # how many fired rules an explanation lists before each step of a goal
+_MAX_RULES: Final = 1  # the number of fired rules that an explanation lists before each step of a goal
 
 
 class WebHost(ABC):
-    """The process around a web server. Methods run in the main loop's thread unless documented otherwise.
+    """The process that hosts a web server. Methods run in the main loop's thread unless documented otherwise.
 
     :param run: the run whose data the server shows; a daemon is a run, too.
     """
@@ -75,17 +75,17 @@ class WebHost(ABC):
         """Stop the rules that are running in this loop. Callable in any thread."""
 
     @abstractmethod
-    def plugins(self) -> Sequence[tuple[str, str, bool]]:
+    def list_plugins(self) -> Sequence[tuple[str, str, bool]]:
         """Return the name of each plugin, its description, and whether it is loaded."""
 
     @abstractmethod
-    def load_plugin(self, name: str, *, load: bool) -> None:
-        """Load or unload a plugin. A plugin that already is in the requested state stays so.
+    def set_plugin_loaded(self, name: str, *, is_loaded: bool) -> None:
+        """Load or unload a plugin; no effect if it already is in the requested state.
 
         :raises CxbridgeError: if the plugin is unknown, or cannot be loaded or unloaded.
         """
 
-    def frames(self) -> Mapping[str, str | None]:
+    def read_frames(self) -> Mapping[str, str | None]:
         """Return the parent of each coordinate frame; the first call subscribes to the transforms."""
         if self._transforms is None:
             from cxbridge.space.tf.listener import TransformListener  # noqa: PLC0415 - few clients request frames
@@ -96,7 +96,7 @@ class WebHost(ABC):
     def explain(self, name: str, kind: str, timeout_s: float) -> dict[str, Any] | None:
         """Explain a rule, a goal, an action, a fact or the run.
 
-        Not callable in the main loop's thread, which makes the explanation.
+        Not callable in the main loop's thread, because this thread makes the explanation.
 
         :param kind: ``rule``, ``goal``, ``action``, ``fact``, ``run`` or empty.
         :returns: the members ``lines`` and ``data``; None after the time limit.

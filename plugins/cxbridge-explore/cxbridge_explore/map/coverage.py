@@ -8,15 +8,15 @@ from typing import Any
 
 from cxbridge.run.options import RunOptions
 from cxbridge_explore.use import UsedPart
-from cxbridge_studio.check.sources import scenario_sources
+from cxbridge_studio.check.sources import read_scenario_sources
 from cxbridge_studio.explain.coverage.model import AgentSources, Coverage, RecordedUse, compute_coverage
-from cxbridge_studio.explain.coverage.report import short_names
+from cxbridge_studio.explain.coverage.report import shorten_names
 
 
 def compute_explored_coverage(options: RunOptions, used: Iterable[UsedPart]) -> Coverage:
     """Compute the coverage of an agent by an exploration. A count is 1 for a used part, otherwise 0."""
     agent, use = AgentSources(), RecordedUse()
-    for source in scenario_sources(options):  # from the files, since an exploration has no recording
+    for source in read_scenario_sources(options):  # from the files, since an exploration has no recording
         agent.add_source(source, include_core=False)
     for kind, name, detail in used:
         counts = getattr(use, kind)
@@ -52,7 +52,7 @@ def encode_coverage(coverage: Coverage) -> dict[str, Any]:
 
 def find_unfired_rules(coverage: Coverage) -> Iterable[tuple[str, int, str]]:
     """Yield the rules that have never fired: short name of the file, line, and name of the rule."""
-    names = short_names(coverage.files)
+    names = shorten_names(coverage.files)
     for name, file in zip(names, coverage.files, strict=True):
         for rule, count in file.rules:
             if count == 0:

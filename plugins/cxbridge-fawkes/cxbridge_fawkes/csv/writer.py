@@ -46,7 +46,7 @@ def convert_bblogger(run: Run, path: Path) -> list[str] | None:
         return None
     files = run.file_runs()
     if path.suffix == _SUFFIX and len(files) != 1:
-        raise _several_interfaces_error(path)
+        raise _make_several_interfaces_error(path)
     notes = list(run.notes)
     if path.suffix != _SUFFIX:
         _make_folder(path)
@@ -112,7 +112,7 @@ class CsvWriter(RunWriter):
         schema = self._registry.schema(uid.partition("::")[0])
         if self._is_single_file:
             if self._files:
-                raise _several_interfaces_error(self._path)
+                raise _make_several_interfaces_error(self._path)
             return _CsvFile(self._path, schema)
         name = Path(file_name(self._scenario, uid, self._start_us or 0)).with_suffix(_SUFFIX)
         return _CsvFile(self._path / name, schema)
@@ -138,12 +138,12 @@ class _CsvFile:
         self._file = _create(path)
         self._write_line(format_heading(schema).encode())
 
-    def write(self, since_us: int, values: Mapping[str, Any]) -> None:
+    def write(self, elapsed_us: int, values: Mapping[str, Any]) -> None:
         """Write a row.
 
         :param values: the values by field; bytes are written unchanged.
         """
-        cells = [_format_seconds(since_us)]
+        cells = [_format_seconds(elapsed_us)]
         for name, format_element, is_array in self._columns:
             value = values.get(name, "")
             if isinstance(value, bytes):
@@ -180,8 +180,8 @@ def _convert_file(run: BBLoggerFile, path: Path) -> None:
         run.note(header.problem)
     decode = BlockDecoder(header.schema, _encode_text).decode
     with closing(_CsvFile(path, header.schema)) as file:
-        for since_us, block in run.entries():
-            file.write(since_us, decode(block))
+        for elapsed_us, block in run.entries():
+            file.write(elapsed_us, decode(block))
 
 
 def _encode_text(field: bytes) -> bytes:
@@ -189,15 +189,15 @@ def _encode_text(field: bytes) -> bytes:
     return field if len(field) == 1 else field.split(b"\0", 1)[0]
 
 
-def _format_seconds(since_us: int) -> bytes:
+def _format_seconds(elapsed_us: int) -> bytes:
     """Return microseconds as seconds, rounded as in Fawkes."""
     # Fawkes adds two doubles: one division would round differently
-    seconds, microseconds = divmod(since_us, MICROSECONDS)
+    seconds, microseconds = divmod(elapsed_us, MICROSECONDS)
     return b"%f" % (seconds + microseconds / MICROSECONDS)
 
 
 def _create(path: Path) -> IO[bytes]:
-    """Create a file."""
+    """Create a file, and name the path in errors."""
     with writing(path):
         return path.open("wb")
 
@@ -223,7 +223,7 @@ def _find_scenario_name(metadata: Mapping[str, str]) -> str:
     return fit_text(name, _NAME_SIZE).decode("utf-8", "surrogateescape")
 
 
-def _several_interfaces_error(path: Path) -> TraceError:
+def _make_several_interfaces_error(path: Path) -> TraceError:
     return TraceError(
         "the run has several interfaces, or none",
         file=path,
@@ -237,13 +237,13 @@ def format_heading(schema: InterfaceSchema) -> str:
     return "".join([TITLE, *columns])
 
 
-def make_formatter(kind: str) -> Callable[[Any], str]:
+def make_formatter(type_name: str) -> Callable[[Any], str]:
     """Return a function for one element of a type other than ``string``."""
-    if kind == "bool":
+    if type_name == "bool":
         return lambda value: "true" if value else "false"
-    if kind in ("float", "double"):
+    if type_name in ("float", "double"):
         return _format_float
-    if kind in TYPES:
+    if type_name in TYPES:
         return str
     return lambda value: value if isinstance(value, str) else _UNKNOWN_ITEM
 

@@ -36,7 +36,7 @@ from cxbridge_ros2.messages import Codec, Message
 from cxbridge_ros2.names import parse_type
 from cxbridge_ros2.stamps import NS_PER_US
 
-METADATA_PREFIX: Final = "cxbridge"  # precedes the keys of the run in the custom metadata of a bag
+METADATA_PREFIX: Final = "cxbridge"  # the prefix of the keys of a run in the custom metadata of a bag
 
 ParsedT = TypeVar("ParsedT")
 
@@ -68,7 +68,7 @@ class BagRun(Run):
                     converters[topic, type_name] = converter
                 elif connection.msgcount:
                     omitted_counts[f"{topic} ({type_name})"] += connection.msgcount
-            for connection, time_ns, data in self._messages(
+            for connection, time_ns, data in self._read_messages(
                 bag, lambda connection: (connection.topic, connection.msgtype) in converters
             ):
                 message = self._decode(connection, time_ns, data)
@@ -99,10 +99,12 @@ class BagRun(Run):
         """Return the metadata of the run that the bag contains, with the ROS distribution."""
         with self._open() as bag:
             # some storages have no metadata, and some metadata has no custom values
-            custom: Mapping[str, Any] = getattr(getattr(bag.storage, "metadata", None), "custom", None) or {}
+            custom_values: Mapping[str, Any] = (
+                getattr(getattr(bag.storage, "metadata", None), "custom", None) or {}
+            )
             metadata = {
                 key.removeprefix(f"{METADATA_PREFIX}."): value
-                for key, value in custom.items()
+                for key, value in custom_values.items()
                 if key.startswith(f"{METADATA_PREFIX}.")
             }
             return {**metadata, "ros_distro": bag.ros_distro} if bag.ros_distro else metadata
@@ -116,7 +118,7 @@ class BagRun(Run):
     def _parse_topic(self, topic: str, parse: Callable[[Message], ParsedT]) -> Iterator[ParsedT]:
         """Yield the parsed messages of a topic of cxbridge."""
         with self._open() as bag:
-            for connection, time_ns, data in self._messages(
+            for connection, time_ns, data in self._read_messages(
                 bag, lambda connection: connection.topic == topic
             ):
                 message = self._decode(connection, time_ns, data)
@@ -150,14 +152,14 @@ class BagRun(Run):
         finally:
             bag.close()
 
-    def _messages(
+    def _read_messages(
         self, bag: Reader, is_selected: Callable[[Connection], bool]
     ) -> Iterator[tuple[Connection, int, bytes]]:
         """Yield the messages of the selected connections, up to the first damage of the bag."""
         connections = [connection for connection in bag.connections if is_selected(connection)]
         if not connections:
             return  # rosbags takes an empty list for all connections
-        messages = bag.messages([*connections, *_differing_connections(bag, connections)])
+        messages = bag.messages([*connections, *_find_differing_connections(bag, connections)])
         while True:
             try:
                 item = next(messages)
@@ -174,14 +176,14 @@ class BagRun(Run):
             name = parse_type(connection.msgtype)
             if connection.msgdef.data:
                 self._definitions.add_definition(connection.msgtype, connection.msgdef.data)
-            self._definitions.fields(name)
+            self._definitions.find_fields(name)
         except CxbridgeError as error:
             self.note(f"{connection.topic}: {error.message}")
             return False
         return True
 
 
-def _differing_connections(bag: Reader, connections: list[Connection]) -> Iterator[Connection]:
+def _find_differing_connections(bag: Reader, connections: list[Connection]) -> Iterator[Connection]:
     """Yield the connections in files of the bag whose QoS differs from that in the metadata.yaml.
 
     If rosbags does not get these connections, it leaves out the messages of the files.

@@ -42,9 +42,9 @@ _SKILL_STATUSES: Final = {
     GoalStatus.ABORTED: "S_FAILED",
 }
 _REQUEST_EVENTS: Final = (0, 1)  # REQUEST_SENT, REQUEST_RECEIVED of service_msgs/ServiceEventInfo
-_INTERFACE_SLASH_COUNT: Final = 3  # of /blackboard/TYPE/ID; a topic for messages to an interface has 4
+_INTERFACE_SLASH_COUNT: Final = 3  # the slashes in /blackboard/TYPE/ID; topics of messages have 4
 _MAX_GOALS: Final = 1000  # limits the memory for a long recording: the oldest goals are forgotten
-_MAX_ARGUMENTS_LENGTH: Final = 200  # characters of the arguments in a skill string, to keep it readable
+_MAX_ARGUMENTS_LENGTH: Final = 200  # limit of the characters of a skill string's arguments
 
 # Converts a message to events; called with the topic, the message, and the time in microseconds.
 Converter = Callable[[str, Message, int], Iterator[Event]]
@@ -143,12 +143,12 @@ class ConverterTable:
         return convert
 
     def _convert_transforms(self, topic: str, message: Message, time_us: int) -> Iterator[Event]:
-        for stamped in message["transforms"]:
+        for stamped_transform in message["transforms"]:
             # tf of ROS 1 began the names of frames with a slash, and some old nodes still do
-            child, transform = stamped["child_frame_id"].lstrip("/"), stamped["transform"]
+            child, transform = stamped_transform["child_frame_id"].lstrip("/"), stamped_transform["transform"]
             values = {
                 "static_transform": topic.endswith("_static"),
-                "frame": stamped["header"]["frame_id"].lstrip("/"),
+                "frame": stamped_transform["header"]["frame_id"].lstrip("/"),
                 "child_frame": child,
                 "translation": tuple(transform["translation"].values()),
                 "rotation": tuple(transform["rotation"].values()),
@@ -162,7 +162,7 @@ class _Goal(msgspec.Struct):
     :param action: the name of the action, or of the performer on a hub; stands for the Skiller in events.
     :param name: the last part of the action's name; stands for the skill.
     :param skill_string: the skill string in events.
-    :param status: the last reported status; empty before the first.
+    :param status: the last reported status; empty before the first status.
     """
 
     action: str
@@ -227,9 +227,11 @@ def decode_file(message: Message) -> StoredFile:
 
     :raises ValueError: if the message has no file.
     """
-    stored = msgspec.json.decode(message["data"], type=_EncodedFile)
-    data = base64.b64decode(stored.data, validate=True)
-    return StoredFile(stored.name, stored.media_type, len(data), stored.time_us, lambda: data)
+    encoded_file = msgspec.json.decode(message["data"], type=_EncodedFile)
+    data = base64.b64decode(encoded_file.data, validate=True)
+    return StoredFile(
+        encoded_file.name, encoded_file.media_type, len(data), encoded_file.time_us, lambda: data
+    )
 
 
 def _to_interface_value(field: FieldSchema, value: Any) -> Any:
@@ -243,8 +245,8 @@ def _flatten_fields(value: Any, path: str = "") -> dict[str, Any]:
     """Return the scalars in a message by dotted path, without empty texts and zeros."""
     if isinstance(value, Mapping):
         flat_values: dict[str, Any] = {}
-        for name, inner in value.items():
-            flat_values.update(_flatten_fields(inner, f"{path}.{name}" if path else name))
+        for name, inner_value in value.items():
+            flat_values.update(_flatten_fields(inner_value, f"{path}.{name}" if path else name))
         return flat_values
     is_scalar = isinstance(value, str | bool | int | float)
     return {path: value} if is_scalar and value else {}
@@ -252,9 +254,9 @@ def _flatten_fields(value: Any, path: str = "") -> dict[str, Any]:
 
 def _format_skill_string(name: str, values: Mapping[str, Any]) -> str:
     """Return a skill string, with long arguments cut."""
-    inner = ", ".join(f"{key}={msgspec.json.encode(value).decode()}" for key, value in values.items())
+    arguments = ", ".join(f"{key}={msgspec.json.encode(value).decode()}" for key, value in values.items())
     return (
-        f"{name}{{{inner}}}"
-        if len(inner) < _MAX_ARGUMENTS_LENGTH
-        else f"{name}{{{inner[:_MAX_ARGUMENTS_LENGTH]}...}}"
+        f"{name}{{{arguments}}}"
+        if len(arguments) < _MAX_ARGUMENTS_LENGTH
+        else f"{name}{{{arguments[:_MAX_ARGUMENTS_LENGTH]}...}}"
     )

@@ -23,7 +23,7 @@ MAX_UNPACKED_BYTES: Final = MAX_RECORD_SIZE  # limit of an unpacked chunk or mes
 # Limit of the expansion of a packed file. Every file may expand to at least `MAX_UNPACKED_BYTES`.
 MAX_EXPANSION_FACTOR: Final = 100
 
-_READ_BYTES: Final = 1024 * 1024  # bytes per read: the size is checked after each
+_READ_BYTES: Final = 1024 * 1024  # the number of bytes of a read, after which the size is checked
 
 
 def _decompress(make_decompressor: Callable[[], Any], data: bytes) -> bytes:

@@ -48,7 +48,9 @@ class Prompt(Closing):
         if command is not None:
             return self._run_line(command)
         status = 0
-        for line in self._typed_lines() if sys.stdin is not None and sys.stdin.isatty() else _piped_lines():
+        for line in (
+            self._read_typed_lines() if sys.stdin is not None and sys.stdin.isatty() else _read_piped_lines()
+        ):
             status = max(status, self._run_line(line))
             if self._terminal.is_over:
                 break
@@ -67,7 +69,7 @@ class Prompt(Closing):
             return _EXIT_INVALID
         return 0
 
-    def _typed_lines(self) -> Iterator[str]:
+    def _read_typed_lines(self) -> Iterator[str]:
         """Yield typed lines, with history and completion if the terminal supports them."""
         if sys.platform != "win32":  # Windows has no readline, and its console has a history
             import readline
@@ -87,7 +89,7 @@ class Prompt(Closing):
     def _find_completion(self, line: str, state: int) -> str | None:
         """Return a completion of a line; None after the last.
 
-        :param state: the number of the completion, which readline counts up from 0.
+        :param state: the index of the completion, which readline counts up from 0.
         """
         completions = self._terminal.find_completions(line)
         return f"{completions[state]} " if state < len(completions) else None
@@ -100,7 +102,7 @@ def _print_problem(text: str) -> None:
     complain(CxbridgeError(text))
 
 
-def _piped_lines() -> Iterator[str]:
+def _read_piped_lines() -> Iterator[str]:
     lines = CommandLines()
     while (line := lines.next(lambda: False)) is not None:  # no wait ends before the next line
         yield line

@@ -25,14 +25,14 @@ def package(
         list[str] | None,
         typer.Argument(
             metavar="[NAME...]",
-            help="the interface types that get messages; by default all",
+            help="The interface types that get messages; by default, all types.",
             autocompletion=shipped_interfaces,
         ),
     ] = None,
     output: Annotated[
         Path,
         typer.Option(
-            "-o", "--output", metavar="DIR", help="the folder for both packages, e.g. workspace/src"
+            "-o", "--output", metavar="DIR", help="The folder for both packages, e.g. workspace/src."
         ),
     ] = Path(),
     interface_dir: InterfaceDirs = None,
@@ -57,7 +57,8 @@ def terminal(
     command: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[COMMAND...]", help="carry out this command; by default those of a prompt or a pipe"
+            metavar="[COMMAND...]",
+            help="Carry out this command; by default, the commands of a prompt or a pipe.",
         ),
     ] = None,
     transport: Annotated[

@@ -42,7 +42,7 @@ class Ros2Interfaces(Component):
 
     def _join_domain(self, name: str, settings: NodeSettings, topics: list[TopicSettings]) -> None:
         context, registry = self._context, self._context.registry
-        schemas = {topic.key: [*map(registry.schema, self._matching_types(topic))] for topic in topics}
+        schemas = {topic.key: [*map(registry.schema, self._find_matching_types(topic))] for topic in topics}
         texts: dict[str, str] = {}
         for topic in topics:
             for schema in schemas[topic.key] if topic.type_name is None else ():
@@ -59,7 +59,7 @@ class Ros2Interfaces(Component):
             with locate_errors(context.config, f"{SECTION}/{topic.key}"):
                 self._add_topic(topic, node)
 
-    def _matching_types(self, topic: TopicSettings) -> list[str]:
+    def _find_matching_types(self, topic: TopicSettings) -> list[str]:
         """Return the names of the interface types that a topic's pattern matches."""
         registry, glob = self._context.registry, topic.pattern.type_glob
         matching_types = [name for name in registry.names() if fnmatchcase(name, glob)]

@@ -43,11 +43,11 @@ class Ros2NodeComponent(Component):
         self._daemon = daemon
         values, settings = read_node_section(daemon.config, _SECTION, _KEYS, daemon.paths.confdir, _COMPONENT)
         with locate_errors(daemon.config, _SECTION):
-            name, level = _parse_name_and_level(values)
+            name, min_level = _parse_name_and_level(values)
         warn = daemon.bus.logger("Ros2Node").warn
         self._node = node = settings.join(name, settings.load_definitions(), warn, daemon.rights)
         try:
-            self._rosout = RosoutPublisher(node, name, level)
+            self._rosout = RosoutPublisher(node, name, min_level)
             daemon.bus.subscribe(self._rosout, *RosoutPublisher.events)
             callbacks = {
                 DEACTIVATE: lambda: self._run_command("pause"),
@@ -55,8 +55,8 @@ class Ros2NodeComponent(Component):
                 SHUTDOWN: lambda: self._run_command("shutdown"),
                 CLEANUP: lambda: False,  # fails, since a daemon is always configured
             }
-            report = daemon.bus.logger("Ros2Node").error
-            self._lifecycle = Lifecycle(node, name, callbacks, daemon.clock, report, LifecycleState.ACTIVE)
+            log_error = daemon.bus.logger("Ros2Node").error
+            self._lifecycle = Lifecycle(node, name, callbacks, daemon.clock, log_error, LifecycleState.ACTIVE)
             # read-only, since the options of the daemon determine both when it starts
             parameters = {
                 "use_sim_time": Parameter(value=daemon.clock.name == "ros2", read_only=True),
@@ -82,14 +82,14 @@ class Ros2NodeComponent(Component):
         now_us = self._clock.now_us()
         if now_us >= self._next_diagnostics_us:
             self._next_diagnostics_us = now_us + MICROSECONDS  # once a second, the usual rate of /diagnostics
-            statuses = [self._make_status(row) for row in self._daemon.lifecycle.status()]
+            statuses = [self._make_status(component) for component in self._daemon.lifecycle.status()]
             self._diagnostics_publisher.publish(
                 {"header": {"stamp": us_to_stamp(now_us)}, "status": statuses}
             )
 
-    def _make_status(self, row: ComponentStatus) -> Mapping[str, Any]:
-        level = _ERROR if row.reason else _OK if row.state is State.ACTIVE else _WARN
-        name, message = f"{self._name}: {row.name}", row.reason or row.state.name.lower()
+    def _make_status(self, component: ComponentStatus) -> Mapping[str, Any]:
+        level = _ERROR if component.reason else _OK if component.state is State.ACTIVE else _WARN
+        name, message = f"{self._name}: {component.name}", component.reason or component.state.name.lower()
         return {"level": level, "name": name, "message": message, "hardware_id": self._name}
 
     def close(self) -> None:
@@ -98,13 +98,13 @@ class Ros2NodeComponent(Component):
 
 
 def _parse_name_and_level(values: Mapping[str, Any]) -> tuple[str, Level]:
-    log = typed_setting(values, "log", "info", _COMPONENT)
-    if log not in _LEVELS:
+    level = typed_setting(values, "log", "info", _COMPONENT)
+    if level not in _LEVELS:
         raise ConfigError(
-            f"unknown log level '{log}'",
-            hint=did_you_mean(log, _LEVELS, f"use one of: {', '.join(_LEVELS)}"),
+            f"unknown log level '{level}'",
+            hint=did_you_mean(level, _LEVELS, f"use one of: {', '.join(_LEVELS)}"),
         )
     name = typed_setting(values, "name", "cxbridge", _COMPONENT)
     if not name.isidentifier():
         raise ConfigError(f"'{name}' is not a valid node name", hint="use letters, digits and _")
-    return name, _LEVELS[log]
+    return name, _LEVELS[level]

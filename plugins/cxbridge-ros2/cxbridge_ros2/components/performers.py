@@ -42,9 +42,9 @@ class Ros2Performers(Component):
         self._nodes.append(node)
         performer = HubPerformer(settings, self._find_skill_calls, node, context.clock, log)
         self._performers.append(performer)
-        self._check_circle(key, settings, performer)
+        self._check_self_calls(key, settings, performer)
 
-    def _check_circle(self, key: str, settings: PerformerSettings, performer: HubPerformer) -> None:
+    def _check_self_calls(self, key: str, settings: PerformerSettings, performer: HubPerformer) -> None:
         """Raise an error if an executor executes a performer's skill by a request to the same performer.
 
         Such a request would never end.

@@ -66,9 +66,10 @@ class Ros2Skiller(Component):
                         break
                     if goal.is_cancel_requested:  # leaving the `with` block stops the skill
                         return {"success": False, "error": "it was cancelled"}
+                    # feedback that the newest status makes obsolete is never sent
                     yield {"status": statuses.pop()} if statuses else None
         except CxbridgeError as error:
-            # e.g. without a Skiller, or with a Skiller under control of another client: only the goal fails
+            # there is no Skiller, or another client controls it: this goal fails, but the component goes on
             raise AbortedError({"success": False, "error": error.message}) from None
         if result.outcome is not CallOutcome.FINAL:
             raise AbortedError({"success": False, "error": result.error})

@@ -11,10 +11,10 @@ from cxbridge_ros2.experts.definitions import SERVICE_TYPES
 from cxbridge_ros2.messages import Message
 from cxbridge_ros2.node import Client, Node
 
-DEFAULT_PATIENCE_S: Final = 5.0  # limit in seconds for a server to appear, and to respond
+DEFAULT_SERVER_TIMEOUT_S: Final = 5.0  # time limit for a server to appear, and to respond
 
-_POLL_S: Final = 0.05  # seconds of one poll, short enough for Ctrl-C
-_REPEAT_S: Final = 2.0  # seconds after which a request to a read-only service is repeated
+_POLL_TIMEOUT_S: Final = 0.05  # time limit of one poll, short so that Ctrl-C takes effect at once
+_REPEAT_PERIOD_S: Final = 2.0  # time after which a request to a read-only service is repeated
 # Starts of the names of read-only services. Their requests are repeated, since the first response may be lost
 # while the server discovers the client.
 _READ_ONLY_PREFIXES: Final = ("get_domain", "get_problem", "exist_", "is_")
@@ -29,44 +29,48 @@ class ExpertClient:
 
     :param clock: measures the waiting time.
     :param namespace: the prefix of all names.
-    :param patience_s: the limit in seconds for a server to appear, and to respond.
+    :param server_timeout_s: the limit in seconds for a server to appear, and to respond.
     """
 
     def __init__(
-        self, node: Node, clock: Clock, namespace: str = "", patience_s: float = DEFAULT_PATIENCE_S
+        self,
+        node: Node,
+        clock: Clock,
+        namespace: str = "",
+        server_timeout_s: float = DEFAULT_SERVER_TIMEOUT_S,
     ) -> None:
         self.node = node
         self.clock = clock
         self.namespace = namespace
-        self._patience_s = patience_s
+        self._server_timeout_s = server_timeout_s
         self._clients: dict[str, Client] = {}
 
     def call(
-        self, service: str, request: Mapping[str, Any] | None = None, patience_s: float = 0.0
+        self, service: str, request: Mapping[str, Any] | None = None, server_timeout_s: float = 0.0
     ) -> Message:
         """Return the response of a service, successful or not.
 
         :param service: the name of the service, such as ``/problem_expert/get_problem``.
-        :param patience_s: the limit in seconds for the response; 0 for the default.
+        :param server_timeout_s: the limit in seconds for the response; 0 for the default.
         :raises Ros2Error: if there is no server, or the server does not answer.
         """
         name = self.namespace + service
         if name not in self._clients:  # kept for further calls, since the discovery of a server takes a while
             self._clients[name] = self.node.create_client(name, SERVICE_TYPES[service])
         client = self._clients[name]
-        if not self.wait(lambda: client.has_server, self._patience_s):
+        if not self.wait(lambda: client.has_server, self._server_timeout_s):
             raise Ros2Error(
                 f"{name} has no server", hint="check 'ros2 service list', the domain and the reach"
             )
         responses: list[Message] = []
         reasons: list[str] = []
-        end_us = self.clock.now_us() + round((patience_s or self._patience_s) * MICROSECONDS)
+        end_us = self.clock.now_us() + round((server_timeout_s or self._server_timeout_s) * MICROSECONDS)
         request_numbers: list[int] = []
         while not (responses or reasons) and self.clock.now_us() < end_us:
             if not request_numbers or service.rpartition("/")[2].startswith(_READ_ONLY_PREFIXES):
                 request_numbers.append(client.call(request or {}, responses.append, reasons.append))
             remaining_s = (end_us - self.clock.now_us()) / MICROSECONDS
-            self.wait(lambda: bool(responses or reasons), min(_REPEAT_S, remaining_s))
+            self.wait(lambda: bool(responses or reasons), min(_REPEAT_PERIOD_S, remaining_s))
         for request_number in request_numbers:
             client.forget(request_number)
         if not responses:
@@ -74,23 +78,23 @@ class ExpertClient:
         return responses[0]
 
     def request(
-        self, service: str, request: Mapping[str, Any] | None = None, patience_s: float = 0.0
+        self, service: str, request: Mapping[str, Any] | None = None, server_timeout_s: float = 0.0
     ) -> Message:
         """Return the response of a service that reports success. The parameters are those of :meth:`call`.
 
         :raises ExpertRefusedError: if the service reports a failure.
         :raises Ros2Error: if no server responds.
         """
-        response = self.call(service, request, patience_s)
+        response = self.call(service, request, server_timeout_s)
         if not response.get("success", True):
             raise ExpertRefusedError(response["error_info"] or f"{service} has failed")
         return response
 
-    def wait(self, condition: Callable[[], bool], seconds: float) -> bool:
-        """Handle messages until a condition holds or the time is over; return whether the condition holds."""
-        end_us = self.clock.now_us() + round(seconds * MICROSECONDS)
+    def wait(self, condition: Callable[[], bool], timeout_s: float) -> bool:
+        """Handle messages until a condition is true or the time is over; return whether it is true."""
+        end_us = self.clock.now_us() + round(timeout_s * MICROSECONDS)
         while not condition():
             if self.clock.now_us() > end_us:
                 return False
-            self.node.poll(_POLL_S)
+            self.node.poll(_POLL_TIMEOUT_S)
         return True

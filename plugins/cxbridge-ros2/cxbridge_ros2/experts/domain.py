@@ -54,7 +54,7 @@ def _get_constants(expert: ProblemExpert, _codec: NodeCodec, request: Message) -
     domain, type_name = expert.domain, request["type"]
     _find_name(type_name, (ROOT_TYPE, *names_of(domain.types)), "type")
     return {
-        "constants": [name for name, kind in pairs_of(domain.constants) if (kind or ROOT_TYPE) == type_name]
+        "constants": [name for name, type_ in pairs_of(domain.constants) if (type_ or ROOT_TYPE) == type_name]
     }
 
 
@@ -68,13 +68,13 @@ def _get_action_details(expert: ProblemExpert, codec: NodeCodec, request: Messag
     domain = expert.domain
     action = _find_action(domain, request["action"], is_durative=False)
     parameters, names = _make_parameters(domain, action, request["parameters"])
-    tree = partial(codec.encode_formula, names=names, find_types=partial(_find_types, domain))
+    encode_tree = partial(codec.encode_formula, names=names, find_types=partial(_find_types, domain))
     return {
         "action": {
             "name": request["action"],
             "parameters": parameters,
-            "preconditions": tree(action.condition),
-            "effects": tree(action.effect),
+            "preconditions": encode_tree(action.condition),
+            "effects": encode_tree(action.effect),
         }
     }
 
@@ -85,9 +85,9 @@ def _get_durative_action_details(
     domain, name = expert.domain, request["durative_action"]
     action = _find_action(domain, name, is_durative=True)
     parameters, names = _make_parameters(domain, action, request["parameters"])
-    tree = partial(codec.encode_formula, names=names, find_types=partial(_find_types, domain))
+    encode_tree = partial(codec.encode_formula, names=names, find_types=partial(_find_types, domain))
     trees = {
-        field: tree(_select_timed(when, getattr(action, formula)))
+        field: encode_tree(_select_timed(when, getattr(action, formula)))
         for field, (when, formula) in _TIMED_FIELDS.items()
     }
     return {"durative_action": {"name": name, "parameters": parameters, **trees}}
@@ -103,14 +103,14 @@ def _get_declarations(
     expert: ProblemExpert, _codec: NodeCodec, _request: Message, *, kind: TreeNodeKind
 ) -> Mapping[str, Any]:
     declarations = _select_declarations(expert.domain, kind)
-    return {"states": [{"node_type": int(kind), "name": declared.name} for declared in declarations]}
+    return {"states": [{"node_type": int(kind), "name": declaration.name} for declaration in declarations]}
 
 
 def _get_declaration_details(
     expert: ProblemExpert, _codec: NodeCodec, request: Message, *, kind: TreeNodeKind
 ) -> Mapping[str, Any]:
     domain, noun = expert.domain, kind.name.lower()
-    declarations = {declared.name: declared for declared in _select_declarations(domain, kind)}
+    declarations = {declaration.name: declaration for declaration in _select_declarations(domain, kind)}
     declaration = declarations[_find_name(request["expression"], declarations, noun)]
     # names as in PlanSys2: ?robot0, ?room1
     parameters = [
@@ -172,7 +172,7 @@ def _find_action(domain: Domain, name: str, *, is_durative: bool) -> ActionSchem
 
 
 def _find_name(name: str, names: Iterable[str], noun: str) -> str:
-    """Return the equal name, or else the name that differs only in case: PDDL ignores the case.
+    """Return the equal name, or else a name that differs only in case, which PDDL ignores.
 
     :param noun: the kind of names, for the error.
     """

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from cxbridge.errors import Ros2Error
 from cxbridge_ros2.actions import ActionClient, GoalStatus, SentGoal
-from cxbridge_ros2.experts.client import DEFAULT_PATIENCE_S, ExpertClient, ExpertRefusedError
+from cxbridge_ros2.experts.client import DEFAULT_SERVER_TIMEOUT_S, ExpertClient, ExpertRefusedError
 from cxbridge_ros2.experts.definitions import EXECUTE_PLAN
 from cxbridge_ros2.messages import Message
 
@@ -71,34 +71,34 @@ def execute_plan(client: ExpertClient, items: Sequence[PlanItem]) -> Iterator[st
     """
     name = client.namespace + _ACTION_NAME
     with ActionClient(client.node, name, EXECUTE_PLAN) as executor:
-        if not client.wait(lambda: executor.has_server, DEFAULT_PATIENCE_S):
-            raise Ros2Error(f"{name} has no server", hint=executor.missing_server_reason() or None)
-        sent = executor.send({"plan": {"items": items}})
+        if not client.wait(lambda: executor.has_server, DEFAULT_SERVER_TIMEOUT_S):
+            raise Ros2Error(f"{name} has no server", hint=executor.explain_missing_server() or None)
+        sent_goal = executor.send({"plan": {"items": items}})
         states: dict[str, int] = {}
         try:
-            while not sent.is_over:
+            while not sent_goal.is_over:
                 has_changed = client.wait(
-                    lambda: sent.is_over or _has_changes(sent, states), DEFAULT_PATIENCE_S
+                    lambda: sent_goal.is_over or _has_changes(sent_goal, states), DEFAULT_SERVER_TIMEOUT_S
                 )
-                executor.check_server(sent)
+                executor.check_server(sent_goal)
                 if not has_changed and not executor.has_server:
                     raise Ros2Error(f"the executor of {name} has vanished")
-                yield from _describe_changes(_list_action_infos(sent.feedback), states)
+                yield from _describe_changes(_list_action_infos(sent_goal.feedback), states)
         finally:
-            if not sent.is_over:  # the caller has closed this generator, or the executor has vanished
-                sent.cancel()
-                client.wait(lambda: sent.is_over, DEFAULT_PATIENCE_S)
-    if sent.is_accepted is False:
+            if not sent_goal.is_over:  # the caller has closed this generator, or the executor has vanished
+                sent_goal.cancel()
+                client.wait(lambda: sent_goal.is_over, DEFAULT_SERVER_TIMEOUT_S)
+    if sent_goal.is_accepted is False:
         raise ExpertRefusedError(f"{name} has rejected the plan")
-    infos = _list_action_infos(sent.result)
+    infos = _list_action_infos(sent_goal.result)
     yield from _describe_changes(infos, states)
-    if sent.status is not GoalStatus.SUCCEEDED or not (sent.result or {}).get("success"):
-        failed = [
+    if sent_goal.status is not GoalStatus.SUCCEEDED or not (sent_goal.result or {}).get("success"):
+        failed_actions = [
             f"{_format_action(info)} {info['message_status']}".rstrip()
             for info in infos
             if info["status"] == _FAILED
         ]
-        reason = sent.reason or "; ".join(failed) or sent.status.name
+        reason = sent_goal.reason or "; ".join(failed_actions) or sent_goal.status.name
         raise ExpertRefusedError(f"the plan has failed: {reason}")
     yield "the plan has succeeded"
 
@@ -108,9 +108,10 @@ def _list_action_infos(message: Message | None) -> Sequence[Message]:
     return infos
 
 
-def _has_changes(sent: SentGoal, states: Mapping[str, int]) -> bool:
+def _has_changes(sent_goal: SentGoal, states: Mapping[str, int]) -> bool:
     return any(
-        states.get(info["action_full_name"]) != info["status"] for info in _list_action_infos(sent.feedback)
+        states.get(info["action_full_name"]) != info["status"]
+        for info in _list_action_infos(sent_goal.feedback)
     )
 
 

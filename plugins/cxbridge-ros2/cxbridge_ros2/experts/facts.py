@@ -116,13 +116,13 @@ class FactKnowledge(Knowledge):
                 self._env.retract(index)
 
 
-def extend_domain(env: ClipsEnvironment, parsed: Domain | None) -> Domain | None:
+def extend_domain(env: ClipsEnvironment, parsed_domain: Domain | None) -> Domain | None:
     """Extend a domain by the types, predicates and operators that exist only as facts.
 
-    :param parsed: the last parsed domain, or None.
+    :param parsed_domain: the last parsed domain, or None.
     :returns: the domain; None if there is neither a parsed domain nor a fact about a domain.
     """
-    domain = parsed or Domain(UNNAMED_DOMAIN, _REQUIREMENTS)
+    domain = parsed_domain or Domain(UNNAMED_DOMAIN, _REQUIREMENTS)
     type_names = {ROOT_TYPE, *names_of(domain.types)}
     types = tuple(
         TypedNames((str(name),), (str(parent),) if parent != name else ())
@@ -145,7 +145,7 @@ def extend_domain(env: ClipsEnvironment, parsed: Domain | None) -> Domain | None
     # the condition saves time: operators have many facts, and usually a parsed domain has all operators
     actions = tuple(_make_actions(env, operators)) if operators else ()
     if not (types or predicates or actions):
-        return parsed
+        return parsed_domain
     return domain.changed(
         types=domain.types + types,
         predicates=domain.predicates + predicates,

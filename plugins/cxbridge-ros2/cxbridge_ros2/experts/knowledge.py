@@ -187,8 +187,8 @@ class ProblemExpert:
         :raises PddlError: if there is no such instance.
         """
         if name not in self.knowledge.instances:
-            kind = "a constant of the domain, " if name in self.instances else ""
-            raise PddlError(f"'{name}' is {kind}not an instance")
+            qualifier = "a constant of the domain, " if name in self.instances else ""
+            raise PddlError(f"'{name}' is {qualifier}not an instance")
         for ground in list(self.knowledge.predicates):
             _, arguments = ground
             if name in arguments:
@@ -382,5 +382,5 @@ def _remove_from_goal(goal: str, name: str) -> str:
     """Return a goal without its conjuncts that name an instance; empty if no conjunct remains."""
     formula = parse_formula(goal)
     conjuncts = formula.parts if isinstance(formula, And) else (formula,)
-    remaining = tuple(part for part in conjuncts if name not in split_words(format_formula(part)))
-    return format_formula(And(remaining)) if remaining else ""
+    remaining_conjuncts = tuple(part for part in conjuncts if name not in split_words(format_formula(part)))
+    return format_formula(And(remaining_conjuncts)) if remaining_conjuncts else ""

@@ -74,10 +74,10 @@ class NodeCodec:
         self._is_before_jazzy = distribution in BEFORE_JAZZY
         if self._is_before_jazzy:
             self._kinds = self._kinds[: TreeNodeKind.NUMBER + 1]
-        self._numbers = {
+        self._operator_numbers = {
             operator: number for number, operator in enumerate((*_OPERATORS, *_CHANGES), len(self._kinds))
         }
-        self._operators = {number: operator for operator, number in self._numbers.items()}
+        self._operators = {number: operator for operator, number in self._operator_numbers.items()}
 
     # --- to messages
 
@@ -85,7 +85,7 @@ class NodeCodec:
         self,
         formula: Formula | None,
         names: Mapping[str, str],
-        find_types: FindParameterTypes = lambda _term_name: (),
+        find_types: FindParameterTypes = lambda _format_term_name: (),
     ) -> Message:
         """Return a formula as a tree; None gives an empty tree.
 
@@ -94,9 +94,9 @@ class NodeCodec:
         """
         nodes: list[Message] = []
         if formula is not None:
-            _TreeWriter(nodes, names, find_types, self._numbers, is_before_jazzy=self._is_before_jazzy).add(
-                formula
-            )
+            _TreeWriter(
+                nodes, names, find_types, self._operator_numbers, is_before_jazzy=self._is_before_jazzy
+            ).add(formula)
         return {"nodes": nodes}
 
     # --- from messages
@@ -131,7 +131,7 @@ class _TreeReader:
         """Return the formula of a node and its children."""
         node, kind = self._visit_node(index, depth)
         if kind is TreeNodeKind.PREDICATE:
-            return Atom(node["name"], tuple(map(_parse_term, _parameter_names(node))))
+            return Atom(node["name"], tuple(map(_parse_term, _list_parameter_names(node))))
         if kind is TreeNodeKind.EXPRESSION:
             operator, left, right = self._decode_operation(node["expression_type"], node, depth)
             if operator in _COMPARISONS:
@@ -167,7 +167,7 @@ class _TreeReader:
         if kind is TreeNodeKind.NUMBER:
             return Constant(format_number(node["value"]))
         if kind is TreeNodeKind.FUNCTION:
-            return FunctionTerm(node["name"], tuple(map(_parse_term, _parameter_names(node))))
+            return FunctionTerm(node["name"], tuple(map(_parse_term, _list_parameter_names(node))))
         if kind is TreeNodeKind.EXPRESSION:
             operator, left, right = self._decode_operation(node["expression_type"], node, depth)
             if operator in _OPERATORS and operator not in _COMPARISONS:
@@ -209,7 +209,7 @@ class _TreeWriter:
         is_before_jazzy: bool,
     ) -> None:
         self._nodes, self._variable_names, self._find_types = nodes, names, find_types
-        self._numbers, self._is_before_jazzy = numbers, is_before_jazzy
+        self._operator_numbers, self._is_before_jazzy = numbers, is_before_jazzy
 
     def add(self, formula: Formula) -> int:  # noqa: PLR0911 - a return for each kind of formula
         """Add the nodes of a formula, and return the index of its root."""
@@ -226,10 +226,10 @@ class _TreeWriter:
                 # PlanSys2 has no kind of node for an implication
                 return self._add_node(TreeNodeKind.OR, (Not(condition), consequence))
             case TermComparison(operator=operator, left=left, right=right):
-                number = self._numbers[operator]
+                number = self._operator_numbers[operator]
                 return self._add_node(TreeNodeKind.EXPRESSION, (left, right), expression_type=number)
             case NumericChange(operator=operator, target=left, amount=right):
-                number = self._numbers[operator]
+                number = self._operator_numbers[operator]
                 return self._add_node(TreeNodeKind.CHANGE, (left, right), modifier_type=number)
             case Quantified(quantifier="exists", variables=groups, part=part) if not self._is_before_jazzy:
                 parameters = [
@@ -253,7 +253,7 @@ class _TreeWriter:
     def _add_ground(self, kind: TreeNodeKind, name: str, terms: tuple[Term, ...]) -> int:
         types = (*self._find_types(name), *[""] * len(terms))  # an unknown predicate has no types
         parameters = [
-            make_param(self._term_name(term), text) for term, text in zip(terms, types, strict=False)
+            make_param(self._format_term_name(term), text) for term, text in zip(terms, types, strict=False)
         ]
         return self._add_node(kind, name=name, parameters=parameters)
 
@@ -262,7 +262,7 @@ class _TreeWriter:
             case FunctionTerm(function=name, arguments=terms) if name not in _OPERATORS:
                 return self._add_ground(TreeNodeKind.FUNCTION, name, terms)
             case FunctionTerm(function=operator, arguments=(left, right)):
-                number = self._numbers[operator]
+                number = self._operator_numbers[operator]
                 return self._add_node(TreeNodeKind.EXPRESSION, (left, right), expression_type=number)
             case FunctionTerm():
                 raise Ros2Error(f"PlanSys2's messages cannot express {format_term(term)}")
@@ -272,9 +272,9 @@ class _TreeWriter:
                 raise Ros2Error(f"PlanSys2's messages can only compare numbers, not {format_term(term)}")
             case _:
                 kind = TreeNodeKind.PARAMETER if isinstance(term, Variable) else TreeNodeKind.CONSTANT
-                return self._add_node(kind, name=self._term_name(term))
+                return self._add_node(kind, name=self._format_term_name(term))
 
-    def _term_name(self, term: Term) -> str:
+    def _format_term_name(self, term: Term) -> str:
         if isinstance(term, Variable):
             return self._variable_names.get(term.name, f"?{term.name}")
         return format_term(term)
@@ -299,10 +299,10 @@ def make_ground_node(
 
 def parse_ground_node(node: Message) -> Ground:
     """Return the predicate or function in a node."""
-    return node["name"], tuple(_parameter_names(node))
+    return node["name"], tuple(_list_parameter_names(node))
 
 
-def _parameter_names(node: Message) -> list[str]:
+def _list_parameter_names(node: Message) -> list[str]:
     return [parameter["name"] for parameter in node["parameters"]]
 
 

@@ -30,8 +30,8 @@ class PlanServer(Closing):
         self._service: Any = None
         self._calls: list[tuple[Any, SendResponse]] = []
 
-    def start_plan(self, request: Message, reply: SendResponse) -> None:
-        """Start to make a plan, which :meth:`send_plans` sends."""
+    def start_planning(self, request: Message, reply: SendResponse) -> None:
+        """Start planning; :meth:`send_plans` sends the plan."""
         try:
             domain = parse_domain(request["domain"])
             problem = parse_problem(request["problem"], domain)

@@ -98,7 +98,7 @@ class ExpertServer(Closing):
 
     :param namespace: the prefix of all names.
     :param node: a node with the rights of its clients, which the caller closes.
-    :param feature: has the environment.
+    :param feature: the feature that has the environment.
     :param log: logs each change by a client.
     """
 
@@ -120,20 +120,22 @@ class ExpertServer(Closing):
                 self._serve(expert, namespace + name, service_type)
         self._has_topics = "problem" in settings.served_nodes
         if self._has_topics:
-            latched = QosProfile(durability="transient_local", depth=TOPIC_DEPTH)
+            latched_profile = QosProfile(durability="transient_local", depth=TOPIC_DEPTH)
             topic, message_type = UPDATE_TOPIC
             self._update_publisher = node.create_publisher(
                 namespace + topic, message_type, QosProfile(depth=TOPIC_DEPTH)
             )
             topic, message_type = KNOWLEDGE_TOPIC
-            self._knowledge_publisher = node.create_publisher(namespace + topic, message_type, latched)
+            self._knowledge_publisher = node.create_publisher(
+                namespace + topic, message_type, latched_profile
+            )
 
     def _serve(self, expert: str, name: str, service_type: str) -> None:
         service_name = name.rpartition("/")[2]
         if expert == "planner":
             frame = "plan"
             handler = (
-                self._planner.start_plan if service_name == "get_plan" else self._planner.validate_domain
+                self._planner.start_planning if service_name == "get_plan" else self._planner.validate_domain
             )
         else:
             service = _SERVICE_TABLES[expert][service_name]

@@ -179,8 +179,8 @@ class Terminal:
 
     def _show_action(self, argument: str) -> OutputLines:
         name = _parse_single_name(argument, "get model action NAME")
-        durative = self._request_domain("_durative_actions")["actions"]
-        if name.lower() in map(str.lower, durative):
+        durative_names = self._request_domain("_durative_actions")["actions"]
+        if name.lower() in map(str.lower, durative_names):
             request = {"durative_action": name}
             action = self._request_domain("_durative_action_details", request)["durative_action"]
             formulas = [(text, action[field]) for field, text in _TIMED_FIELD_TITLES.items()]
@@ -293,15 +293,15 @@ class Terminal:
             yield f"{node} {action} {PerformerState(state).name if state in list(PerformerState) else state}"
 
     def _run_plan(self, argument: str) -> OutputLines:
-        kind, _, operand = argument.partition(" ")
+        mode, _, operand = argument.partition(" ")
         operand = operand.strip()
-        if not kind:
+        if not mode:
             items = self._make_plan()
-        elif kind == "num_actions" and (action_count := parse_decimal(operand)) is not None:
+        elif mode == "num_actions" and (action_count := parse_decimal(operand)) is not None:
             items = self._make_plan()[:action_count]
-        elif kind == "action" and (item := parse_item(f"0: {_add_parentheses(operand)}")):
+        elif mode == "action" and (item := parse_item(f"0: {_add_parentheses(operand)}")):
             items = [item]
-        elif kind == "plan-file" and operand:
+        elif mode == "plan-file" and operand:
             items = read_plan(Path(operand))
         else:
             raise UsageError(f"unknown command 'run {argument}'", hint="; ".join(_find_help("run")))

@@ -57,7 +57,7 @@ class HubSkill(Struct, frozen=True):
     arguments: list[Any] | None
     skill_string: str | None
     timeout_s: float
-    patience_s: float
+    server_timeout_s: float
 
     @classmethod
     def parse(cls, name: str, settings: Any, protocol: HubProtocol) -> HubSkill:
@@ -75,7 +75,9 @@ class HubSkill(Struct, frozen=True):
             arguments=None if arguments is None else to_list(arguments),
             skill_string=str(settings["mapped"]) if "mapped" in settings else None,
             timeout_s=parse_seconds(name, "timeout", settings.get("timeout", DEFAULT_TIMEOUT_S)),
-            patience_s=parse_seconds(name, "patience", settings.get("patience", protocol.patience_s)),
+            server_timeout_s=parse_seconds(
+                name, "patience", settings.get("patience", protocol.server_timeout_s)
+            ),
         )
 
     def make_arguments(self, call: SkillCall) -> tuple[str, ...]:
@@ -202,7 +204,7 @@ class HubSkills(RosExecutor):
             if open_request.performer:
                 return
             waited_us = self.clock.now_us() - start_us
-            if waited_us > skill.patience_s * MICROSECONDS:
+            if waited_us > skill.server_timeout_s * MICROSECONDS:
                 raise SkillFailedError(f"no performer of {key} answers on {self.topic}")
             if waited_us >= request_count * REQUEST_PERIOD_S * MICROSECONDS:
                 if request_count >= _MAX_UNANSWERED_REQUESTS:

@@ -92,7 +92,7 @@ class HubProtocol(ABC):
     :cvar topic: the topic of the hub.
     :cvar arguments_field: the field with the arguments of the action.
     :cvar progress_field: the field with the progress.
-    :cvar patience_s: seconds without a RESPONSE after which the project's own caller gives up.
+    :cvar server_timeout_s: seconds without a RESPONSE after which the project's own caller gives up.
     :cvar request_lifetime_s: seconds after which the project's own caller repeats a REQUEST or gives up, so
         that a later RESPONSE is of no use.
     :cvar has_agents: whether messages have the name of a robot and a skill string.
@@ -105,7 +105,7 @@ class HubProtocol(ABC):
     heartbeat_type: ClassVar[str]
     arguments_field: ClassVar[str]
     progress_field: ClassVar[str]
-    patience_s: ClassVar[float]
+    server_timeout_s: ClassVar[float]
     request_lifetime_s: ClassVar[float]
     has_agents: ClassVar[bool] = False
 

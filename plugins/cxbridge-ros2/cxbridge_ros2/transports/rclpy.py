@@ -208,14 +208,14 @@ class RclpyNode(Node):
 
     def _message_class(self, type_name: TypeName) -> Any:
         """Return the Python class of a message, after a check of its fields."""
-        self._definitions.fields(type_name)  # raises the error about an unknown type
+        self._definitions.find_fields(type_name)  # raises the error about an unknown type
         message_class = _import_class(type_name)
         self._check_fields(type_name, message_class)
         return message_class
 
     def _service_class(self, type_name: TypeName) -> Any:
         """Return the Python class of a service, after a check of the fields of its messages."""
-        self._definitions.fields(type_name.derive("Request"))  # raises the error about an unknown type
+        self._definitions.find_fields(type_name.derive("Request"))  # raises the error about an unknown type
         service_class = _import_class(type_name)
         self._check_fields(type_name.derive("Request"), service_class.Request)
         self._check_fields(type_name.derive("Response"), service_class.Response)
@@ -227,7 +227,7 @@ class RclpyNode(Node):
         CDR contains no names of fields, so that messages of another type would be misread.
         """
         our_fields = [
-            field for field, _ in self._definitions.fields(type_name) if field != EMPTY_MESSAGE_FIELD
+            field for field, _ in self._definitions.find_fields(type_name) if field != EMPTY_MESSAGE_FIELD
         ]
         sourced_fields = list(sourced_class.get_fields_and_field_types())
         if our_fields != sourced_fields:

@@ -36,7 +36,7 @@ def definitions(*folders: Path, distribution: str | None = "jazzy") -> Definitio
 
 @pytest.mark.parametrize("name", KNOWN)
 def test_hashes_are_those_of_rosidl(name: str):
-    assert definitions().type_hash(parse_type(name)) == f"RIHS01_{KNOWN[name]}"
+    assert definitions().compute_type_hash(parse_type(name)) == f"RIHS01_{KNOWN[name]}"
 
 
 @needs_ros
@@ -51,16 +51,16 @@ def test_all_hashes_are_those_of_rosidl():
     }
     real.pop(WIDE, None)
     assert len(real) > 200
-    assert {name: known.type_hash(parse_type(name)) for name in real} == real
+    assert {name: known.compute_type_hash(parse_type(name)) for name in real} == real
 
 
 @pytest.mark.parametrize("distribution", DISTRIBUTIONS)
 def test_each_distribution_has_the_types_of_an_action(distribution: str):
     known = Definitions([PACKAGES], distribution, environment={})
     assert known.has_type_hashes == (distribution != "humble")
-    fields = known.fields(parse_type("example_interfaces/action/Fibonacci_SendGoal_Request"))
+    fields = known.find_fields(parse_type("example_interfaces/action/Fibonacci_SendGoal_Request"))
     assert [name for name, _ in fields] == ["goal_id", "goal"]
-    assert known.fields(parse_type("action_msgs/srv/CancelGoal_Response"))
+    assert known.find_fields(parse_type("action_msgs/srv/CancelGoal_Response"))
 
 
 def write(folder: Path, name: str, text: str) -> Path:
@@ -80,28 +80,28 @@ def test_a_package_is_read_as_it_is(tmp_path: Path):
     write(tmp_path, "srv/Find.srv", "string name\n---\nPlace place\nbool found true\n")
     (tmp_path / "robot_msgs/package.xml").write_text("<package><name>my_robot_msgs</name></package>")
     known = definitions(tmp_path)
-    assert {"my_robot_msgs/msg/Place", "my_robot_msgs/srv/Find"} <= set(known.names())
-    assert [name for name, _ in known.fields(parse_type("my_robot_msgs/msg/Place"))] == [
+    assert {"my_robot_msgs/msg/Place", "my_robot_msgs/srv/Find"} <= set(known.find_names())
+    assert [name for name, _ in known.find_fields(parse_type("my_robot_msgs/msg/Place"))] == [
         "name",
         "at",
         "parts",
     ]
-    known.fields(parse_type("my_robot_msgs/srv/Find_Response"))
-    assert known.defaults(parse_type("my_robot_msgs/srv/Find_Response")) == {"found": True}
-    assert known.defaults(parse_type("my_robot_msgs/msg/Place")) == {"name": "nowhere"}
+    known.find_fields(parse_type("my_robot_msgs/srv/Find_Response"))
+    assert known.find_defaults(parse_type("my_robot_msgs/srv/Find_Response")) == {"found": True}
+    assert known.find_defaults(parse_type("my_robot_msgs/msg/Place")) == {"name": "nowhere"}
 
 
 def test_the_folder_that_is_named_first_wins(tmp_path: Path):
     write(tmp_path / "one", "msg/Place.msg", "int8 one\n")
     write(tmp_path / "two", "msg/Place.msg", "int8 two\n")
     known = definitions(tmp_path / "one", tmp_path / "two")
-    assert [name for name, _ in known.fields(parse_type("robot_msgs/msg/Place"))] == ["one"]
+    assert [name for name, _ in known.find_fields(parse_type("robot_msgs/msg/Place"))] == ["one"]
 
 
 def test_a_sourced_ros_is_known(tmp_path: Path):
     write(tmp_path / "share", "msg/Place.msg", "int8 one\n")
     known = Definitions(environment={"AMENT_PREFIX_PATH": f"{tmp_path}:/nowhere"})
-    assert "robot_msgs/msg/Place" in known.names()
+    assert "robot_msgs/msg/Place" in known.find_names()
 
 
 BROKEN = {
@@ -122,13 +122,13 @@ def test_a_broken_definition_is_one_error(tmp_path: Path, file: str):
     text, name, message = BROKEN[file]
     write(tmp_path, file, text)
     with pytest.raises(Ros2Error) as caught:
-        definitions(tmp_path).fields(parse_type(name))
+        definitions(tmp_path).find_fields(parse_type(name))
     assert message in str(caught.value)
 
 
 def test_a_type_that_there_is_not_has_a_hint():
     with pytest.raises(Ros2Error, match="did you mean geometry_msgs/msg/PoseStamped"):
-        definitions().fields(parse_type("geometry_msgs/msg/PoseStampd"))
+        definitions().find_fields(parse_type("geometry_msgs/msg/PoseStampd"))
     with pytest.raises(Ros2Error, match="not the name of a ROS 2 type"):
         parse_type("PoseStamped")
     with pytest.raises(Ros2Error, match="no such folder"):
@@ -154,8 +154,8 @@ def test_packages_come_before_the_well_known_types(tmp_path: Path):
     (tmp_path / "std_msgs/package.xml").write_text("<package><name>std_msgs</name></package>")
     ours, usual = Definitions([tmp_path], environment={}), Definitions(environment={})
     header, pose = parse_type("std_msgs/msg/Header"), parse_type("geometry_msgs/msg/PoseStamped")
-    assert [field for field, _ in ours.fields(header)] == ["stamp", "frame_id", "seq"]
+    assert [field for field, _ in ours.find_fields(header)] == ["stamp", "frame_id", "seq"]
     codec = Codec(ours)
     assert codec.decode(pose, codec.encode(pose, {"header": {"seq": 7}}))["header"]["seq"] == 7
     for name in (header, pose):
-        assert ours.type_hash(name) != usual.type_hash(name)
+        assert ours.compute_type_hash(name) != usual.compute_type_hash(name)

@@ -83,7 +83,7 @@ class Enemy:
         self.random, self._types, self._codec = random.Random(seed), types, Codec(types)
 
     def message(self, name: TypeName) -> Mapping[str, Any]:
-        fields = self._types.fields(name)
+        fields = self._types.find_fields(name)
         return {field: self._value(kind) for field, kind in fields if not field.startswith("structure_needs")}
 
     def _value(self, kind: FieldType) -> Any:
@@ -266,7 +266,7 @@ def test_a_broken_response_is_reported_and_ends_no_loop(domain: int, cares: bool
             while not done():
                 node.poll(0.01)
                 victim.poll(0.01)
-                assert time.monotonic() < until_s, client.missing_server_reason()
+                assert time.monotonic() < until_s, client.explain_missing_server()
 
         pass_until(lambda: client.server_numbers)
         client.call({}, got.append, lost.append if cares else None)

@@ -301,7 +301,7 @@ def test_nobody_is_a_failure_that_names_the_hub(world: EtherWorld, protocol: str
     topic = "/actions_hub" if protocol == "plansys2" else "/skill_board"
     assert (state, error) == ("FAILED", f"no performer of (move r2 hall) answers on {topic}")
     seconds = (world.clock.now_us() - begin_us) / 1e6
-    assert abs(seconds - PROTOCOLS[protocol].patience_s) < 0.2
+    assert abs(seconds - PROTOCOLS[protocol].server_timeout_s) < 0.2
 
 
 def test_a_performer_that_vanishes_is_a_failure(world: EtherWorld, protocol: str):

@@ -29,7 +29,7 @@ from tests.support import many
 KNOWN = Definitions([PACKAGES], environment={})
 CODEC = Codec(KNOWN)
 POSE = parse_type("geometry_msgs/msg/PoseStamped")
-TYPE_DEFINITIONS = [name for name in KNOWN.names() if "/msg/" in name]
+TYPE_DEFINITIONS = [name for name in KNOWN.find_names() if "/msg/" in name]
 EMPTY = "structure_needs_at_least_one_member"
 
 
@@ -63,7 +63,7 @@ def _base(name: str, bound: int) -> st.SearchStrategy[Any]:
 
 
 def messages(name: str, depth: int = 0) -> st.SearchStrategy[dict[str, Any]]:
-    fields = [(field, kind) for field, kind in KNOWN.fields(parse_type(name)) if field != EMPTY]
+    fields = [(field, kind) for field, kind in KNOWN.find_fields(parse_type(name)) if field != EMPTY]
     return st.fixed_dictionaries({field: values(kind, depth) for field, kind in fields})
 
 

@@ -122,14 +122,14 @@ def test_why_nobody_serves(join: Join, domain: int):
     ours, _ = join()
     client = ours.create_client("/beep", "std_srvs/srv/Trigger")
     here = f"the domain {domain + 12} on this host (reach: subnet includes further hosts)"
-    assert client.missing_server_reason() == f"there is no other node in {here}"
+    assert client.explain_missing_server() == f"there is no other node in {here}"
     theirs, _ = join()
     end = theirs.serve("/beeep", "std_srvs/srv/Trigger", lambda _request: {})
-    poll_until(ours, client.missing_server_reason)
-    poll_until(ours, lambda: client.missing_server_reason() == "did you mean /beeep?")
+    poll_until(ours, client.explain_missing_server)
+    poll_until(ours, lambda: client.explain_missing_server() == "did you mean /beeep?")
     end()
     theirs.serve("/beep", "std_srvs/srv/SetBool", lambda _request: {})
-    poll_until(ours, lambda: client.missing_server_reason() == "it is served as std_srvs/srv/SetBool")
+    poll_until(ours, lambda: client.explain_missing_server() == "it is served as std_srvs/srv/SetBool")
 
 
 def test_without_somebody_who_hears_it_is_a_warning(domain: int):

@@ -197,7 +197,7 @@ def _word(ask: Asking) -> bool:
 
 
 def _expert(ask: Asking, frame: str) -> bool:
-    client = ExpertClient(ask.node, RealClock(), "", patience_s=20.0)
+    client = ExpertClient(ask.node, RealClock(), "", server_timeout_s=20.0)
     if frame == "read":
         return bool(client.call("/problem_expert/get_problem")["success"])
     if frame == "change":

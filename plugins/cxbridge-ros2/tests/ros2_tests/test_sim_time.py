@@ -69,8 +69,8 @@ def clock(domain: int) -> Iterator[SimTimeClock]:
     made.close()
 
 
-def a_clock(domain: int, patience_s: float = 20) -> SimTimeClock:
-    return SimTimeClock(lambda: DdsNode("follows", Definitions(environment={}), domain + 9), patience_s)
+def a_clock(domain: int, server_timeout_s: float = 20) -> SimTimeClock:
+    return SimTimeClock(lambda: DdsNode("follows", Definitions(environment={}), domain + 9), server_timeout_s)
 
 
 def test_it_goes_as_the_messages_say(simulation: Simulation, clock: SimTimeClock):

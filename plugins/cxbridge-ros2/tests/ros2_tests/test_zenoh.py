@@ -490,15 +490,15 @@ def test_nodes_that_do_not_fit_are_reported(plain: int):
             "/chatter: another node's publisher has the type std_msgs/msg/Int32, ours has std_msgs/msg/String"
         ]
         theirs.serve("/beeep", "std_srvs/srv/Trigger", lambda _request: {})
-        poll_until(ours, lambda: client.missing_server_reason() == "did you mean /beeep?")
+        poll_until(ours, lambda: client.explain_missing_server() == "did you mean /beeep?")
         theirs.serve("/beep", "std_srvs/srv/SetBool", lambda _request: {})
-        poll_until(ours, lambda: client.missing_server_reason() == "it is served as std_srvs/srv/SetBool")
+        poll_until(ours, lambda: client.explain_missing_server() == "it is served as std_srvs/srv/SetBool")
 
 
 def test_alone_nobody_serves(plain: int):
     with a_router() as url, ZenohNode("ours", types(), url, plain) as ours:
         client = ours.create_client("/beep", "std_srvs/srv/Trigger")
-        assert client.missing_server_reason() == f"there is no other node in the domain {plain}"
+        assert client.explain_missing_server() == f"there is no other node in the domain {plain}"
 
 
 def test_bytes_that_are_no_message_are_reported(plain: int):

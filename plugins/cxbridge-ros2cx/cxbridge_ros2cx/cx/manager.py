@@ -49,7 +49,7 @@ class CxManager(EnvironmentManager):
         self.tickers: tuple[CxPlugin, ...] = ()
         self._loaded_plugins: dict[str, list[str]] = {}
         self._reported_errors: set[str] = set()
-        # whether a plug-in that fails is an error; otherwise the environment runs without the plug-in
+        # whether a plug-in that cannot be created is an error; otherwise the environment runs without it
         self.is_strict = False
 
     def create(self, name: str, log_component: str | None = None) -> ClipsEnvironment:
@@ -94,8 +94,8 @@ class CxManager(EnvironmentManager):
         :raises CxbridgeError: if a plug-in is unknown or its parameters are invalid.
         """
         self.plugin_log.info(f"Loading plugins for {name}.")
-        for plugin in self.context.parameters.get_strings(f"{name}.plugins"):
-            self.request(name, plugin)
+        for plugin_name in self.context.parameters.get_strings(f"{name}.plugins"):
+            self.request(name, plugin_name)
 
     def request(self, name: str, feature_name: str) -> Value:
         """Load a plug-in into an environment; return FALSE if that fails.
@@ -137,18 +137,18 @@ class CxManager(EnvironmentManager):
             return False
         return True
 
-    def _get_plugin(self, name: str) -> CxPlugin:
+    def _get_plugin(self, plugin_name: str) -> CxPlugin:
         """Return a plug-in, created at the first request."""
-        if name not in self.plugins:
-            class_name = read_class_name(name, self.context.parameters)
-            plugin = find_plugin_class(name, class_name, self.context)(name, self.context)
-            self.plugin_log.info(f"Created plugin: {name} of type {class_name} on activation")
+        if plugin_name not in self.plugins:
+            class_name = read_class_name(plugin_name, self.context.parameters)
+            plugin = find_plugin_class(plugin_name, class_name, self.context)(plugin_name, self.context)
+            self.plugin_log.info(f"Created plugin: {plugin_name} of type {class_name} on activation")
             plugin.initialize()
-            self.plugins[name] = plugin
-            self._find_receivers_and_tickers()
-        return self.plugins[name]
+            self.plugins[plugin_name] = plugin
+            self._update_receivers_and_tickers()
+        return self.plugins[plugin_name]
 
-    def _find_receivers_and_tickers(self) -> None:
+    def _update_receivers_and_tickers(self) -> None:
         plugins = self.plugins.values()
         self.receivers = tuple(
             plugin for plugin in plugins if type(plugin).receive_messages is not CxPlugin.receive_messages
@@ -160,7 +160,7 @@ class CxManager(EnvironmentManager):
         return tuple(self._loaded_plugins[name])
 
     def destroy_context(self, name: str, feature_name: str) -> None:
-        """Unload a plug-in from an environment.
+        """Unload a plug-in, which replaces a feature here, from an environment.
 
         :raises ClipsError: if the environment lacks the plug-in.
         """
@@ -173,29 +173,29 @@ class CxManager(EnvironmentManager):
         with env.lock:
             self._unload(env, feature_name)
 
-    def _unload(self, env: ClipsEnvironment, name: str) -> None:
-        plugin = self.plugins[name]
+    def _unload(self, env: ClipsEnvironment, plugin_name: str) -> None:
+        plugin = self.plugins[plugin_name]
         self.attempt(plugin, partial(plugin.context_destroyed, env))
-        self._loaded_plugins[env.name].remove(name)
-        reason = f"the plug-in '{name}' was unloaded from the environment '{env.name}'"
+        self._loaded_plugins[env.name].remove(plugin_name)
+        reason = f"the plug-in '{plugin_name}' was unloaded from the environment '{env.name}'"
         # a plug-in that was loaded twice keeps its functions until the second unloading
-        if name not in self._loaded_plugins[env.name]:
-            env.udfs.revoke(self._managed_environments[env.name].functions.pop(name, ()), reason)
+        if plugin_name not in self._loaded_plugins[env.name]:
+            env.udfs.revoke(self._managed_environments[env.name].functions.pop(plugin_name, ()), reason)
 
     def unload_plugins(self, name: str) -> None:
         """Unload all plug-ins of an environment, the last one first."""
         env = self._managed_environments[name].environment
         with env.lock:
-            for plugin in reversed(self._loaded_plugins[name][:]):
-                self._unload(env, plugin)
+            for plugin_name in reversed(self._loaded_plugins[name][:]):
+                self._unload(env, plugin_name)
 
     def finalize_plugins(self) -> None:
         """Finalize all plug-ins after their environments have unloaded them."""
-        for name in reversed(list(self.plugins)):
-            plugin = self.plugins.pop(name)
-            self._find_receivers_and_tickers()
+        for plugin_name in reversed(list(self.plugins)):
+            plugin = self.plugins.pop(plugin_name)
+            self._update_receivers_and_tickers()
             self.attempt(plugin, plugin.finalize)
-            self.plugin_log.info(f"[{name}] Deactivated!")
+            self.plugin_log.info(f"[{plugin_name}] Deactivated!")
 
     def destroy(self, name: str) -> None:
         """Unload the plug-ins of an environment, then destroy the environment."""
@@ -225,7 +225,7 @@ def read_environment_names(context: NodeContext) -> tuple[str, ...]:
         raise parameters.make_error(
             ENVIRONMENTS,
             "is missing: these are parameters of another node",
-            "name the parameter file of clips_manager; one of a learner is for gymnasium.make",
+            "pass the parameter file of clips_manager; the file of a learner is for gymnasium.make",
         )
     if not names:
         raise parameters.make_error(

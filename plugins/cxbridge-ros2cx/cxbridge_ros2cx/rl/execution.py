@@ -12,10 +12,10 @@ from typing import Any
 
 from cxbridge.errors import CxbridgeError
 from cxbridge_ros2cx.rl.interface import LEARNER_NODE, LearningAgent, format_message
-from cxbridge_ros2cx.rl.spaces import NO_OP, Mask, Observation, Spaces
+from cxbridge_ros2cx.rl.spaces import NO_OP, ActionMask, Groundings, Observation
 
 # returns the index of an action for an observation and the mask of executable actions
-Policy = Callable[[Observation, Mask], int]
+Policy = Callable[[Observation, ActionMask], int]
 
 
 def execute(
@@ -46,7 +46,7 @@ def execute(
         ) as agent,
     ):
         chosen_actions: list[str] = []
-        spaces = Spaces.from_agent(agent)
+        spaces = Groundings.from_agent(agent)
 
         def choose_action(request: Mapping[str, Any]) -> Mapping[str, Any]:
             executable = dict(

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from cxbridge.errors import CxbridgeError
 from cxbridge_ros2cx.cx.parameters import NodeParameters
 from cxbridge_ros2cx.rl.interface import LEARNER_NODE, Decision, LearningAgent
-from cxbridge_ros2cx.rl.spaces import Observation, Spaces
+from cxbridge_ros2cx.rl.spaces import Groundings, Observation
 
 _DONE_INFO, _ABORTED_INFO = "Done", "Aborted"  # texts in the agent's results
 
@@ -64,7 +64,7 @@ class ClipsGym(gymnasium.Env[Observation, np.int64]):
         except BaseException:  # also after an interrupt: close() is never called then
             self._folder.cleanup()
             raise
-        self.spaces = Spaces.from_agent(self.agent)
+        self.spaces = Groundings.from_agent(self.agent)
         self.observables = self.spaces.predicate_indices  # index of each predicate in an observation
         self.actions = self.spaces.actions  # names of the actions by index
         self.observation_space = Box(0.0, 1.0, (len(self.observables),), np.float32)

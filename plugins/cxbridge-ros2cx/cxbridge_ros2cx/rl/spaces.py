@@ -19,10 +19,10 @@ NO_OP: Final = "no-op"  # the action with index 0, which has no effect
 
 Observation = NDArray[np.float32]  # 1 for each true predicate
 
-Mask = NDArray[np.int8]  # 1 for each action that the free robot can execute
+ActionMask = NDArray[np.int8]  # 1 for each action that the free robot can execute
 
 
-class Spaces(Struct, frozen=True):
+class Groundings(Struct, frozen=True):
     """The groundings of an agent's predicates and actions.
 
     :param predicate_indices: the index of each predicate in an observation.
@@ -35,7 +35,7 @@ class Spaces(Struct, frozen=True):
     action_indices: dict[str, int]
 
     @classmethod
-    def from_agent(cls, agent: LearningAgent) -> Spaces:
+    def from_agent(cls, agent: LearningAgent) -> Groundings:
         """Query an agent for its predicates, actions and objects."""
         predicates = sorted({*agent.observables()})
         actions = [NO_OP, *sorted({*agent.all_actions()})]
@@ -46,14 +46,15 @@ class Spaces(Struct, frozen=True):
         )
 
     def encode_observation(self, predicates: Iterable[str]) -> Observation:
+        """Return the observation of true predicates; as in ``CXRLGym``, unknown predicates are ignored."""
         observed = np.zeros(len(self.predicate_indices), dtype=np.float32)
         observed[[self.predicate_indices[name] for name in predicates if name in self.predicate_indices]] = (
             1.0
         )
         return observed
 
-    def make_action_mask(self, actions: Iterable[str]) -> Mask:
-        """Return the mask of executable actions; if there are none, the mask allows ``no-op``."""
+    def make_action_mask(self, actions: Iterable[str]) -> ActionMask:
+        """Return the mask of executable actions, or of ``no-op`` without any; unknown actions are ignored."""
         mask = np.zeros(len(self.actions), dtype=np.int8)
         mask[[self.action_indices[name] for name in actions if name in self.action_indices]] = 1
         if not mask.any():

@@ -13,7 +13,7 @@ from typing import Final
 from cxbridge.clipstext.syntax import SyntaxNode, literal, read, without_module
 from cxbridge_studio.agent.condition import CE, GroupCE, TestCE, parse_elements, split_rule
 from cxbridge_studio.agent.names import Mention, Name, NameKind, Piece, PlacedPiece, SourceFile, Use
-from cxbridge_studio.agent.top_level import TopLevelList, top_level_lists
+from cxbridge_studio.agent.top_level import TopLevelList, split_top_level_lists
 
 # The heads of conditional elements that contain patterns.
 CONDITION_HEADS: Final = frozenset({"and", "or", "not", "exists", "forall", "logical"})
@@ -108,7 +108,7 @@ def read_clips(path: str, text: str, previous: SourceFile | None = None) -> Sour
     :param previous: the previous version of the file; the pieces of unchanged constructs are reused.
     """
     pieces = {} if previous is None else {placed.piece.text: placed.piece for placed in previous.pieces}
-    lists = top_level_lists(text)
+    lists = split_top_level_lists(text)
     return SourceFile(
         path,
         text,
@@ -122,7 +122,7 @@ def read_clips(path: str, text: str, previous: SourceFile | None = None) -> Sour
 def _read_piece(top_list: TopLevelList, previous: Piece | None) -> Piece:
     """Return the piece of a top-level list.
 
-    :param previous: the piece with the same text in the previous version of the file; None if there is none.
+    :param previous: the piece with the same text in the previous version of the file; None for new text.
     """
     # The same text may be a whole list in one version, and cut off by a new construct in the other version.
     if previous is not None and previous.is_closed is top_list.is_closed:
@@ -150,7 +150,7 @@ def _is_variable(node: SyntaxNode) -> bool:
 
 
 def _find_rebound_variables(construct: SyntaxNode) -> Iterator[str]:
-    """Yield the variables that a construct binds to other values than a fact that it asserts or modifies."""
+    """Yield the variables that a construct binds to a value other than a fact that it asserts or modifies."""
     for node in construct.walk():
         if node.head == "bind" and len(node.arguments) > 1 and node.arguments[1].head != "assert":
             variable, value = node.arguments[:2]
@@ -163,8 +163,8 @@ def _find_rebound_variables(construct: SyntaxNode) -> Iterator[str]:
             if not keeps_template:
                 yield variable.text
         elif node.head in _LOOP_FUNCTIONS and node.arguments:
-            loop = node.arguments[0]
-            yield loop.items[0].text if loop.items else loop.text
+            binding = node.arguments[0]  # ?x, or (?x VALUES)
+            yield binding.items[0].text if binding.items else binding.text
 
 
 class _ConstructReader:
@@ -175,8 +175,9 @@ class _ConstructReader:
 
     def __init__(self) -> None:
         self.mentions: list[Mention] = []
-        self._templates_by_variable: dict[str, str] = {}  # empty for an ambiguous template
-        # The variables that the construct binds to other values, so that they may hold no fact.
+        # The template of the fact that each variable holds; empty if it is ambiguous.
+        self._templates_by_variable: dict[str, str] = {}
+        # The variables that the construct also binds to a value other than a known fact.
         self._rebound_variables: frozenset[str] = frozenset()
         self._message_types_by_variable: dict[str, str] = {}  # the types of protobuf messages
 
@@ -332,14 +333,14 @@ class _ConstructReader:
             for value in filter(literal, values):
                 self._add_mention(NameKind.PARAMETER, value, use)
         elif (template, slot) == ("wm-fact", "key"):
-            words = [value.text for value in values[:2]]
-            if words == ["domain", "fact"] and len(values) > len(words) and literal(values[2]):
+            key_words = [value.text for value in values[:2]]
+            if key_words == ["domain", "fact"] and len(values) > len(key_words) and literal(values[2]):
                 self._add_mention(NameKind.PREDICATE, values[2], use)
 
     def _record_template(self, variable: str, template: str) -> None:
         """Record the template of the fact that a variable holds."""
-        recorded = self._templates_by_variable.setdefault(variable, template)
-        if recorded != template or variable in self._rebound_variables:
+        previous_template = self._templates_by_variable.setdefault(variable, template)
+        if previous_template != template or variable in self._rebound_variables:
             self._templates_by_variable[variable] = ""
 
     # ---- expressions

@@ -57,7 +57,7 @@ class FieldConstraint:
 
     @property
     def words(self) -> frozenset[str] | None:
-        """The words that the field allows; None if it allows more than words."""
+        """The words that the field allows; None if it also allows other values."""
         # Several terms, a variable or a function allow values that are not in the text.
         literals = [
             literal(terms[0][0]) if len(terms) == len(terms[0]) == 1 else "" for terms in self.alternatives
@@ -115,7 +115,7 @@ class SlotConstraint:
 
     @property
     def words(self) -> frozenset[str] | None:
-        """The words that a single field allows; None if it allows more than words, or there are several."""
+        """The words that a single field allows; None for several fields, or if it allows other values."""
         return self.fields[0].words if len(self.fields) == 1 else None
 
     @property

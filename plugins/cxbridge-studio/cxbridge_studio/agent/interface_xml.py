@@ -17,7 +17,7 @@ from cxbridge_studio.agent.names import (
 
 
 def read_interface(path: str, text: str) -> SourceFile:
-    """Read an interface definition. Broken files, and XML files of other kinds, have no names."""
+    """Read an interface definition. Broken files, and XML files that define no interface, have no names."""
     # Parsing is slow, and most XML files of a checkout define no interface.
     if "<interface" not in text:
         return SourceFile(path, text, ())

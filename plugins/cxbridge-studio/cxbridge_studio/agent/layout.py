@@ -10,7 +10,7 @@ from itertools import takewhile
 from typing import Final
 
 from cxbridge.clipstext.syntax import PARENTHESIS, TOKEN, blank
-from cxbridge_studio.agent.top_level import top_level_lists
+from cxbridge_studio.agent.top_level import split_top_level_lists
 
 _INDENT_STEP: Final = 2  # columns per level
 _BLANKS: Final = frozenset(" \t\n\r\f\v")
@@ -31,7 +31,7 @@ _IF_KEYWORDS: Final = frozenset({"then", "else"})
 
 def is_balanced(text: str) -> bool:
     """Return whether a text closes all its parentheses and strings, and has no surplus ``)``."""
-    if any(not top_list.is_closed for top_list in top_level_lists(text)):
+    if any(not top_list.is_closed for top_list in split_top_level_lists(text)):
         return False
     depth = 0
     for match in PARENTHESIS.finditer(blank(text)):
@@ -48,7 +48,7 @@ def indent_clips(text: str) -> str:
     line_end = "\r\n" if "\r\n" in text else "\n"
     writer = _TokenWriter()
     for match in TOKEN.finditer(text.replace("\r\n", "\n")):
-        writer.add_token(match.group(), is_blank=match.lastgroup == "blank")
+        writer.add_token(match.group(), is_trivia=match.lastgroup == "blank")
     return writer.text().replace("\n", line_end)
 
 
@@ -96,12 +96,12 @@ class _TokenWriter:
         self._source_column = 0
         self._is_at_line_start = True
 
-    def add_token(self, token: str, *, is_blank: bool) -> None:
+    def add_token(self, token: str, *, is_trivia: bool) -> None:
         """Write a token: code, a comment, or white space.
 
-        :param is_blank: whether the token is a comment or white space.
+        :param is_trivia: whether the token is a comment or white space.
         """
-        if not is_blank:
+        if not is_trivia:
             self._write_indentation(token)
             self._write_code(token)
         elif token.startswith(";"):
@@ -119,8 +119,8 @@ class _TokenWriter:
 
     def text(self) -> str:
         """Return the written text, ending with one line end."""
-        written = "".join(self._tokens).rstrip("".join(_BLANKS))
-        return written + "\n" if written else ""
+        text = "".join(self._tokens).rstrip("".join(_BLANKS))
+        return text + "\n" if text else ""
 
     def _write_indentation(self, token: str) -> None:
         """Write the indentation before a token that begins its line."""
@@ -146,8 +146,8 @@ class _TokenWriter:
             inner_list.head = token
         elif inner_list.argument_column is None and inner_list.head != "(":
             # Only an argument in the line of the head sets the column for further arguments.
-            since_head = takewhile(lambda written: written != inner_list.head, reversed(self._tokens))
-            on_same_line = not any("\n" in written for written in since_head)
+            tokens_after_head = takewhile(lambda earlier: earlier != inner_list.head, reversed(self._tokens))
+            on_same_line = not any("\n" in earlier for earlier in tokens_after_head)
             inner_list.argument_column = self._column if on_same_line else inner_list.column + _INDENT_STEP
 
     def _write(self, text: str) -> None:

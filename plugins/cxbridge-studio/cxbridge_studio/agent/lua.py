@@ -51,7 +51,7 @@ def read_lua(path: str, text: str) -> SourceFile:
     return make_single_piece_file(path, text, "skill" if skill else "lua", skill_name, mentions)
 
 
-def skill_documentation(text: str) -> str:
+def find_documentation(text: str) -> str:
     """Return the documentation in the text of a skill; empty if there is none."""
     match = _DOCUMENTATION.search(text)
     return match[2].strip() if match else ""

@@ -81,7 +81,7 @@ class AgentModel:
     def files(self) -> tuple[SourceFile, ...]:
         return tuple(self._files.values())
 
-    def file(self, path: str) -> SourceFile | None:
+    def find_file(self, path: str) -> SourceFile | None:
         return self._files.get(path)
 
     def add_file(self, file: SourceFile) -> None:
@@ -89,39 +89,39 @@ class AgentModel:
         self._files[file.path] = file
 
     def remove(self, path: str) -> None:
-        """Remove a file; unknown paths are ignored."""
+        """Remove a file; an unknown path has no effect."""
         self._files.pop(path, None)
 
-    def mentions(self, name: Name, *uses: Use) -> Iterator[FileMention]:
-        """Yield the mentions of a name in all its kinds, see :func:`name_variants`, file by file.
+    def find_mentions(self, name: Name, *uses: Use) -> Iterator[FileMention]:
+        """Yield the mentions of a name in all its kinds (see :func:`find_name_variants`), file by file.
 
         :param uses: the uses to include; without uses, all mentions are included.
         """
-        names = name_variants(name)
+        names = find_name_variants(name)
         for file in self._files.values():
-            positions = [position for same in names for position in file.mentions_by_name.get(same, ())]
+            positions = [position for variant in names for position in file.mentions_by_name.get(variant, ())]
             if len(names) > 1:
                 positions.sort(key=lambda position: position[0])  # in the order of the pieces
             for start, mention in positions:
                 if not uses or mention.use in uses:
                     yield FileMention(file, mention.shifted(start))
 
-    def calls(self, function: str) -> Iterator[FileMention]:
+    def find_calls(self, function: str) -> Iterator[FileMention]:
         """Yield the calls of a function, including the calls in ordered facts, which look like slots."""
-        yield from self.mentions(Name(NameKind.FUNCTION, function), Use.CALLED)
+        yield from self.find_mentions(Name(NameKind.FUNCTION, function), Use.CALLED)
         for file in self._files.values():
             for start, piece in file.pieces:
                 for mention in piece.asserted_slots.get(function, ()):
                     if not self.is_defined(Name(NameKind.TEMPLATE, mention.name.owner)):
                         yield FileMention(file, mention.shifted(start))
 
-    def definitions(self, name: Name) -> list[FileMention]:
-        return list(self.mentions(name, Use.DEFINED))
+    def find_definitions(self, name: Name) -> list[FileMention]:
+        return list(self.find_mentions(name, Use.DEFINED))
 
     def is_defined(self, name: Name) -> bool:
-        return next(self.mentions(name, Use.DEFINED), None) is not None
+        return next(self.find_mentions(name, Use.DEFINED), None) is not None
 
-    def definitions_of_kind(self, kind: NameKind, owner: str | None = None) -> Iterator[FileMention]:
+    def find_definitions_of_kind(self, kind: NameKind, owner: str | None = None) -> Iterator[FileMention]:
         """Yield the definitions of all names of a kind.
 
         :param owner: the owner of the names, such as a template for slots; None for any owner.
@@ -132,7 +132,7 @@ class AgentModel:
                     if mention.name.kind is kind and owner in (None, mention.name.owner):
                         yield FileMention(file, mention.shifted(start))
 
-    def names(self, kind: NameKind, *uses: Use, owner: str | None = None) -> set[str]:
+    def find_names(self, kind: NameKind, *uses: Use, owner: str | None = None) -> set[str]:
         """Return the names of a kind that have one of the uses; without uses, all names of the kind."""
         return {
             name.text
@@ -144,7 +144,7 @@ class AgentModel:
         }
 
 
-def name_variants(name: Name) -> tuple[Name, ...]:
+def find_name_variants(name: Name) -> tuple[Name, ...]:
     """Return a name in all its kinds: an interface is also a template, and its fields are slots."""
     if name.kind in _COUNTERPARTS:
         return name, Name(_COUNTERPARTS[name.kind], name.text, name.owner)

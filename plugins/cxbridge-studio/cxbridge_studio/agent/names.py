@@ -55,7 +55,7 @@ class Use(StrEnum):
     CALLED = "called"
     READ = "read"
     SET = "set"
-    NAMED = "named"  # any other use
+    NAMED = "named"  # in any other way
 
 
 class Name(NamedTuple):

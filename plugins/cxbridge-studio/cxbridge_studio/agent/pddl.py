@@ -46,7 +46,7 @@ _COMMENT: Final = re.compile(r";[^\n]*")
 
 
 def read_pddl(path: str, text: str) -> SourceFile:
-    """Read a PDDL file. In a broken file, only the sections that can be parsed have names."""
+    """Read a PDDL file. In a broken file, only sections that can be parsed alone have names."""
     try:
         items = read_items(text)
     except PddlError as error:
@@ -98,13 +98,13 @@ def _find_parsable_sections(text: str) -> Iterator[PlacedPiece]:
     starts = [match.start(1) for match in _SECTION.finditer(text)]
     for start, end in zip(starts, [*starts[1:], len(text)], strict=True):
         code = _blank_comments(text[start:end])
-        missing = code.count("(") - code.count(")")
+        missing_count = code.count("(") - code.count(")")
         # The last section also contains the bracket that closes the whole definition.
-        while missing < 0 and (last := code.rfind(")")) >= 0:
+        while missing_count < 0 and (last := code.rfind(")")) >= 0:
             code = code[:last] + " " + code[last + 1 :]
-            missing += 1
+            missing_count += 1
         try:
-            items = read_items(code + ")" * missing)
+            items = read_items(code + ")" * missing_count)
         except PddlError:  # the section has another mistake
             continue
         if items and isinstance(items[0], Group):
@@ -215,13 +215,13 @@ class _SectionReader:
         # A loop instead of recursion: formulas may be nested deeper than Python's stack.
         pending = [item]
         while pending:
-            word = pending.pop()
-            if isinstance(word, Group):
-                pending += self._read_operands(word)
-            elif word.text.startswith("?"):
-                self._record_words((word,), NameKind.PARAMETER, Use.READ, action)
-            elif not word.text[0].isdigit():
-                self._record_words((word,), NameKind.CONSTANT, Use.NAMED)
+            part = pending.pop()
+            if isinstance(part, Group):
+                pending += self._read_operands(part)
+            elif part.text.startswith("?"):
+                self._record_words((part,), NameKind.PARAMETER, Use.READ, action)
+            elif not part.text[0].isdigit():
+                self._record_words((part,), NameKind.CONSTANT, Use.NAMED)
 
     def _read_operands(self, group: Group) -> tuple[Item, ...]:
         """Record the predicate of a group and return the remaining items."""

@@ -20,34 +20,34 @@ _BLOCK_KEYWORDS: Final = frozenset({"message", "enum", "oneof", "extend", "servi
 
 def read_proto(path: str, text: str) -> SourceFile:
     """Read a .proto file. A broken file is read as far as possible."""
-    words = [match for match in _TOKEN.finditer(text) if match["word"]]
+    word_matches = [match for match in _TOKEN.finditer(text) if match["word"]]
     mentions: list[Mention] = []
     package = ""
     blocks: list[_Block] = []  # the open blocks, outermost first
     statement_start = 0  # index of the statement's first word
-    for index, match in enumerate(words):
-        word = match["word"]
-        if word not in "{};":
+    for index, match in enumerate(word_matches):
+        mark = match["word"]
+        if mark not in "{};":
             continue
-        statement, statement_start = words[statement_start:index], index + 1
-        texts = [match["word"] for match in statement]
-        if word == "}":
+        statement, statement_start = word_matches[statement_start:index], index + 1
+        words = [match["word"] for match in statement]
+        if mark == "}":
             if blocks:  # a broken file may have a surplus brace
                 blocks.pop()
-        elif word == "{":
-            keyword = next((text for text in texts if text in _BLOCK_KEYWORDS), "")
+        elif mark == "{":
+            keyword = next((word for word in words if word in _BLOCK_KEYWORDS), "")
             name_word = statement[-1] if statement else None
             message = blocks[-1].message if blocks else package
             if keyword == "message" and name_word is not None:
                 message = ".".join(filter(None, (message, name_word["word"])))
                 mentions.append(_make_definition(NameKind.PROTO_MESSAGE, message, "", name_word))
             blocks.append(_Block(keyword, message))
-        elif texts[:1] == ["package"] and len(texts) > 1:
-            package = texts[1]
+        elif words[:1] == ["package"] and len(words) > 1:
+            package = words[1]
         # Only blocks with fields count: an enum also has statements NAME = NUMBER.
-        elif blocks and blocks[-1].keyword in ("message", "oneof") and "=" in texts[1:]:
-            name_word = statement[texts.index("=") - 1]
-            if texts[0] not in ("option", "reserved", "extensions"):
+        elif blocks and blocks[-1].keyword in ("message", "oneof") and "=" in words[1:]:
+            name_word = statement[words.index("=") - 1]
+            if words[0] not in ("option", "reserved", "extensions"):
                 mentions.append(
                     _make_definition(NameKind.PROTO_FIELD, name_word["word"], blocks[-1].message, name_word)
                 )

@@ -29,7 +29,7 @@ class Prefix:
     def __init__(self, ces: Sequence[CE]) -> None:
         self.texts: list[str] = []
         self.fact_variables: list[str] = []
-        self._binding_ce_numbers: dict[str, int] = {}  # by variable
+        self._binding_ce_numbers: dict[str, int] = {}  # the number of the binding element by variable
         for number, ce in enumerate(ces, 1):
             if not isinstance(ce, PatternCE):
                 self.texts.append(ce.text)
@@ -86,7 +86,7 @@ def parse_rule(text: str) -> Condition:
     except RecursionError:
         raise ClipsError(f"the condition of {name} is nested too deeply") from None
     salience = one_line(entries[-1].arguments[0].text) if entries else ""
-    return Condition(name, salience, ces, called_names(condition), global_names_in(condition))
+    return Condition(name, salience, ces, find_called_names(condition), find_global_names(condition))
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,9 +119,9 @@ def find_dependencies(condition: Condition, find_function_text: Callable[[str], 
                 continue
             texts[name] = ""  # so that a recursive function is visited only once
             nodes = tuple(read(text))
-            callees = called_names(nodes)
+            callees = find_called_names(nodes)
             function_names.update(callees)
-            global_names.update(global_names_in(nodes))
+            global_names.update(find_global_names(nodes))
             add_callees(callees)
             del texts[name]  # the new key comes after those of the callees
             texts[name] = text
@@ -134,11 +134,11 @@ def find_dependencies(condition: Condition, find_function_text: Callable[[str], 
     return Dependencies(tuple(filter(None, texts.values())), frozenset(global_names), queries_facts)
 
 
-def called_names(nodes: tuple[SyntaxNode, ...]) -> frozenset[str]:
+def find_called_names(nodes: tuple[SyntaxNode, ...]) -> frozenset[str]:
     """Return the first words of all lists: the called functions, and the heads of other lists."""
-    return frozenset(node.head for top in nodes for node in top.walk() if node.head)
+    return frozenset(node.head for root in nodes for node in root.walk() if node.head)
 
 
-def global_names_in(nodes: tuple[SyntaxNode, ...]) -> frozenset[str]:
-    matches = (_GLOBAL.match(node.text) for top in nodes for node in top.walk() if node.items is None)
+def find_global_names(nodes: tuple[SyntaxNode, ...]) -> frozenset[str]:
+    matches = (_GLOBAL.match(node.text) for root in nodes for node in root.walk() if node.items is None)
     return frozenset(match[1] for match in matches if match)

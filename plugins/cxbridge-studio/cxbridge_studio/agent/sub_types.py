@@ -40,8 +40,8 @@ def _find_handled_by_ce(ce: CE) -> frozenset[str]:
     if not isinstance(ce, GroupCE) or ce.kind not in ("and", "or", "exists"):
         return frozenset()
     branches = [_find_handled_by_ce(item) for item in ce.items]
-    is_sure = ce.kind != "or" or all(branches)
-    return frozenset().union(*branches) if is_sure else frozenset()
+    counts = ce.kind != "or" or all(branches)
+    return frozenset().union(*branches) if counts else frozenset()
 
 
 @cache

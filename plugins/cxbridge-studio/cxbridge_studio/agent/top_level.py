@@ -33,7 +33,7 @@ class TopLevelList(Struct, frozen=True):
     is_closed: bool
 
 
-def top_level_lists(text: str) -> tuple[TopLevelList, ...]:
+def split_top_level_lists(text: str) -> tuple[TopLevelList, ...]:
     """Return the top-level lists of a text, in order.
 
     In text with unbalanced parentheses or quotes, each beginning of a construct at the start of a line begins
@@ -65,7 +65,7 @@ def _split_at_constructs(text: str) -> Iterator[TopLevelList]:
             yield TopLevelList(begin + start, text[begin + start : begin + list_end], stop is not None)
 
 
-def open_lists(text: str) -> list[int]:
+def find_open_lists(text: str) -> list[int]:
     """Return the offsets of the lists that are never closed, outermost first."""
     open_starts: list[int] = []
     for match in PARENTHESIS.finditer(blank(text)):

@@ -17,9 +17,9 @@ from msgspec import Struct
 from cxbridge.clipstext.syntax import HIDDEN, TOKEN, Lines, read
 
 _TAB_COLUMNS: Final = 2  # columns of a tab in Fawkes' files
-# With more positions than this, only those at line ends are tried, which bounds the time.
+# In a construct with more positions, only the positions at line ends are tried, which bounds the time.
 _MAX_POSITIONS: Final = 1500
-# The time grows with each missing parenthesis. If more than three are missing, a piece of text was deleted.
+# The time grows with each missing parenthesis. If more are missing, a piece of text was probably deleted.
 _MAX_MISSING: Final = 3
 
 # Costs of oddities, from certain mistakes to mere style. `python -m studio_tests.check.deletions` measures
@@ -70,12 +70,12 @@ class _OpenList(Struct, frozen=True):
     """An open list.
 
     :param token: the opening parenthesis.
-    :param children: the number of elements that were read after the head.
+    :param child_count: the number of elements that were read after the head.
     """
 
     token: _Token
     head: str = ""
-    children: int = 0
+    child_count: int = 0
 
 
 def find_unclosed_lists(text: str, slots: Mapping[str, Collection[str]] | None = None) -> list[int]:
@@ -85,10 +85,10 @@ def find_unclosed_lists(text: str, slots: Mapping[str, Collection[str]] | None =
     :param slots: the slot names of the known deftemplates, by deftemplate.
     """
     tokens = list(_tokenize(text))
-    missing = sum((token.text == "(") - (token.text == ")") for token in tokens)
+    missing_count = sum((token.text == "(") - (token.text == ")") for token in tokens)
     names = _SlotNames(slots or {})
     starts: list[int] = []
-    for _ in range(min(missing, _MAX_MISSING)):
+    for _ in range(min(missing_count, _MAX_MISSING)):
         index, opening = _find_best_position(tokens, names)
         starts.append(opening.start)
         last = tokens[index - 1]
@@ -112,7 +112,7 @@ def _find_best_position(tokens: list[_Token], names: _SlotNames) -> tuple[int, _
     best, lowest_cost = (len(tokens), tokens[0]), float("inf")
     for index, state in reversed(states):
         opening = state.stack[-1].token if state.stack else tokens[0]
-        cost = state.cost_with(index, lowest_cost)
+        cost = state.compute_cost_with(index, lowest_cost)
         if cost < lowest_cost:
             best, lowest_cost = (index, opening), cost
     return best
@@ -154,7 +154,7 @@ class _SlotNames:
         self.slots = slots
         self.all_slots = frozenset(name for names in slots.values() for name in names)
 
-    def opening_cost(self, stack: list[_OpenList], head: str) -> float:
+    def compute_opening_cost(self, stack: list[_OpenList], head: str) -> float:
         """Return the cost of opening a list with this head within the open lists."""
         parent = stack[-1].head
         grandparent = stack[-2].head if len(stack) > 1 else ""
@@ -194,7 +194,7 @@ class _Reading:
         other.stack, other.cost = [*self.stack], self.cost
         return other
 
-    def cost_with(self, insertion_index: int, limit: float) -> float:
+    def compute_cost_with(self, insertion_index: int, limit: float) -> float:
         """Return the cost of the whole construct with a ``)`` inserted before a token.
 
         :param insertion_index: the index of that token, which is the next to read.
@@ -226,34 +226,34 @@ class _Reading:
     def _open_list(self, token: _Token, index: int) -> None:
         head = self._tokens[index + 1].text if index + 1 < len(self._tokens) else ""
         if self.stack:
-            self.cost += self._names.opening_cost(self.stack, head)
+            self.cost += self._names.compute_opening_cost(self.stack, head)
             self._count_element()
         self.stack.append(_OpenList(token))
 
     def _read_word(self, token: _Token, *, is_head: bool) -> None:
-        inner = self.stack[-1]
+        inner_list = self.stack[-1]
         if is_head:
-            self.stack[-1] = _OpenList(inner.token, token.text)
+            self.stack[-1] = _OpenList(inner_list.token, token.text)
             return
         self._count_element()
         if token.text == "=>":  # belongs directly into the rule
             self.cost += _BROKEN_COST * (len(self.stack) - 1)
         elif token.text in _KEYWORDS:
-            self.cost += _HARD_COST * (inner.head != _KEYWORDS[token.text])
+            self.cost += _HARD_COST * (inner_list.head != _KEYWORDS[token.text])
         elif token.text == "<-":
-            self.cost += _HARD_COST * (len(self.stack) > 1 and inner.head not in _CONDITION_HEADS)
+            self.cost += _HARD_COST * (len(self.stack) > 1 and inner_list.head not in _CONDITION_HEADS)
 
     def _count_element(self) -> None:
-        inner = self.stack[-1]
-        self.stack[-1] = _OpenList(inner.token, inner.head, inner.children + 1)
+        inner_list = self.stack[-1]
+        self.stack[-1] = _OpenList(inner_list.token, inner_list.head, inner_list.child_count + 1)
 
     def _close_list(self) -> None:
         if not self.stack:
             return
         closed_list = self.stack.pop()
         is_comparison = closed_list.head in _COMPARISON_FUNCTIONS
-        if closed_list.children != _ARGUMENT_COUNTS.get(closed_list.head, closed_list.children) or (
-            is_comparison and closed_list.children < _MIN_COMPARED_VALUES
+        if closed_list.child_count != _ARGUMENT_COUNTS.get(closed_list.head, closed_list.child_count) or (
+            is_comparison and closed_list.child_count < _MIN_COMPARED_VALUES
         ):
             self.cost += _SOFT_COST
 
@@ -305,9 +305,9 @@ def describe_unclosed(
         hint = f'a " is missing in line {lines.at(start + quote)} or before {end}'
         return UnclosedConstruct(start + quote, f"{message}: its string is open", hint)
     hint = f"a ) is missing before {end}"
-    if inner := next(iter(find_unclosed_lists(construct, slots)), 0):  # 0 is the construct itself
-        start += inner
-        head = read(construct[inner:], close=True)[0].head
+    if list_offset := next(iter(find_unclosed_lists(construct, slots)), 0):  # 0 is the construct itself
+        start += list_offset
+        head = read(construct[list_offset:], close=True)[0].head
         message += f": its list ({head} is open" if head else ": a list in it is open"
         hint += f"; {beginning[1] if beginning else 'the construct'} begins in line {line}"
     return UnclosedConstruct(start, message, hint)

@@ -135,12 +135,12 @@ def find_parent_keys(file: SourceFile, offset: int) -> Iterator[str]:
 
     Only the indentation counts, because the file is often not valid YAML while a user types.
     """
-    rows = file.text[: file.text.find("\n", offset) if "\n" in file.text[offset:] else None].split("\n")
-    indent = len(rows[-1]) - len(rows[-1].lstrip(" "))
-    if not rows[-1].strip():  # in an empty line, the cursor is the indentation
-        indent = len(rows[-1])
-    for row in reversed(rows[:-1]):
-        match = re.match(r"( *)(?:- +)*([\w/-]+):", row)
+    lines = file.text[: file.text.find("\n", offset) if "\n" in file.text[offset:] else None].split("\n")
+    indent = len(lines[-1]) - len(lines[-1].lstrip(" "))
+    if not lines[-1].strip():  # in an empty line, the cursor is the indentation
+        indent = len(lines[-1])
+    for line in reversed(lines[:-1]):
+        match = re.match(r"( *)(?:- +)*([\w/-]+):", line)
         if match and (depth := match.start(2)) < indent:
             indent = depth
             yield match[2]

@@ -84,7 +84,7 @@ class ClipsFile:
         """Return the position of an offset in the text."""
         return SourcePlace.at(str(self.path), self.lines, offset)
 
-    def calls(self, *names: str) -> Iterator[SyntaxNode]:
+    def find_calls(self, *names: str) -> Iterator[SyntaxNode]:
         """Yield the calls of functions, or other lists that begin with one of these words."""
         return (node for head, node in self._headed_lists if head in names)
 
@@ -149,7 +149,7 @@ class Agent(Closing):
         try:
             self.manager, self.executive = make_executive(context, StubbedEnvironment)
             assert isinstance(self.env, StubbedEnvironment)
-            self.env.folders = self._search_folders = search_folders(options.scenario)
+            self.env.folders = self._search_folders = find_search_folders(options.scenario)
             try:
                 self.executive.load_core()
                 for name in unasked_features(context):
@@ -213,7 +213,8 @@ class Agent(Closing):
         values = list(self.config.walk("/"))
         words = {word for value in values for text in (value.text, *value.items) for word in text.split()}
         functions = (
-            definition.mention.name.text for definition in self.model.definitions_of_kind(NameKind.FUNCTION)
+            definition.mention.name.text
+            for definition in self.model.find_definitions_of_kind(NameKind.FUNCTION)
         )
         # The source of a run, such as a ROS 2 program, may call functions that no file calls.
         words.update(filter(self.context.source.calls, functions))
@@ -267,7 +268,7 @@ class Agent(Closing):
     def slots(self) -> dict[str, set[str]]:
         """The slot names by deftemplate, including deftemplates that CLIPS drops."""
         slots = {name: set(names) for name, names in self._clips_slots.items()}
-        for definition in self.model.definitions_of_kind(NameKind.SLOT):
+        for definition in self.model.find_definitions_of_kind(NameKind.SLOT):
             slots.setdefault(definition.mention.name.owner, set()).add(definition.mention.name.text)
         return slots
 
@@ -418,11 +419,11 @@ class Agent(Closing):
 
     def _carry_out_requests(self, file: ClipsFile) -> None:
         """Load the files, request the features and open the interfaces that a loaded file names."""
-        for call in file.calls("ff-feature-request"):
+        for call in file.find_calls("ff-feature-request"):
             self._request_feature(_read_first_argument(call))
-        for call in file.calls(*_INTERFACE_FUNCTIONS):
+        for call in file.find_calls(*_INTERFACE_FUNCTIONS):
             self._preload_interface(_read_first_argument(call))
-        for call in file.calls(*_LOAD_FUNCTIONS, *_BATCH_FUNCTIONS):
+        for call in file.find_calls(*_LOAD_FUNCTIONS, *_BATCH_FUNCTIONS):
             if name := _read_first_argument(call):
                 prefix = "BATCH|" if call.head in _BATCH_FUNCTIONS else ""
                 self._load_file(f"{prefix}{name}", file.place(call))
@@ -459,7 +460,7 @@ def place_of(value: ConfigValue) -> SourcePlace:
     return SourcePlace(value.file, value.line, value.mark.column or 0)
 
 
-def search_folders(program: Path | None) -> tuple[Path, ...]:
+def find_search_folders(program: Path | None) -> tuple[Path, ...]:
     """Return the folders to search for files that a CLIPS program loads; empty for a scenario."""
     is_program = program is not None and program.suffix == CLIPS_SUFFIX and program.is_file()
     return tuple(program.resolve().parents[:MAX_PARENT_FOLDERS]) if program is not None and is_program else ()

@@ -14,10 +14,10 @@ from cxbridge.executive.pddl import Domain, load_domain, pairs_of
 from cxbridge_studio.check.agent import Agent, ClipsFile, literal_text
 
 MIN_PREDICATE_LIKENESS: Final = 0.75
-"""The similarity from which a predicate counts as a misspelling of a declared one."""
+"""The minimum similarity with which a predicate counts as a misspelling of a declared predicate."""
 
-_PARSE: Final = "parse-pddl-domain"
-_PLANNERS: Final = ("planner-plan", "planner-plan-with", "planner-plan-part")
+_PARSE_FUNCTION: Final = "parse-pddl-domain"
+_PLANNER_FUNCTIONS: Final = ("planner-plan", "planner-plan-with", "planner-plan-part")
 
 
 @dataclass(slots=True)
@@ -42,11 +42,11 @@ class DomainCall:
     warnings: list[PddlError] = field(default_factory=list)
 
 
-def domain_calls(agent: Agent) -> Iterator[DomainCall]:
+def find_domain_calls(agent: Agent) -> Iterator[DomainCall]:
     """Yield the calls that parse a domain, each with its domain."""
     fawkes_compat = reads_as_fawkes(agent.config)
     for file in agent.own_files:
-        for node in file.calls(_PARSE):
+        for node in file.find_calls(_PARSE_FUNCTION):
             call = DomainCall(file, node, literal_text(node.arguments[0]) if node.arguments else "")
             call.path = agent.find_file(call.name) if call.name else None
             if call.path is not None:
@@ -60,10 +60,10 @@ def domain_calls(agent: Agent) -> Iterator[DomainCall]:
             yield call
 
 
-def planner_goals(agent: Agent) -> Iterator[tuple[ClipsFile, SyntaxNode, str]]:
+def find_planner_goals(agent: Agent) -> Iterator[tuple[ClipsFile, SyntaxNode, str]]:
     """Yield the CLIPS file, the call and the goal of each planner call; a computed goal is an empty text."""
     for file in agent.own_files:
-        for call in file.calls(*_PLANNERS):
+        for call in file.find_calls(*_PLANNER_FUNCTIONS):
             yield file, call, literal(call.arguments[1]) if len(call.arguments) > 1 else ""
 
 

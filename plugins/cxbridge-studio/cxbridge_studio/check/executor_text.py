@@ -80,13 +80,13 @@ def _parse_file(file: Path) -> ast.Module:
 
 def _find_module_file(name: str) -> Path | None:
     """Return the Python file of a module without importing it; None if it has no file."""
-    top, *inner = name.split(".")
+    package, *inner = name.split(".")
     try:
-        spec = importlib.util.find_spec(top)
+        spec = importlib.util.find_spec(package)
         for depth in range(len(inner)):
             if spec is None:
                 break
-            submodule = ".".join((top, *inner[: depth + 1]))
+            submodule = ".".join((package, *inner[: depth + 1]))
             spec = PathFinder.find_spec(submodule, spec.submodule_search_locations or [])
     except (ImportError, ValueError):
         spec = None

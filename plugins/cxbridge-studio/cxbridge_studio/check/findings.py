@@ -13,7 +13,7 @@ from cxbridge.printing import one_line
 
 
 class Severity(StrEnum):
-    """How bad a finding is. Errors make ``cxbridge check`` exit with status 1."""
+    """The severity of a finding. Errors make ``cxbridge check`` exit with status 1."""
 
     ERROR = "error"
     WARNING = "warning"
@@ -90,7 +90,7 @@ class Finding:
 
 
 def shorten_path(finding: Finding) -> Finding:
-    """Return a finding with the path from the working directory, if the file is in that."""
+    """Return a finding with the path from the working directory, if the file is below it."""
     path, folder = Path(finding.place.file), Path.cwd()
     if not path.is_absolute() or not path.is_relative_to(folder):
         return finding

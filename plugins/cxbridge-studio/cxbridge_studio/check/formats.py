@@ -17,10 +17,10 @@ _GITHUB_LEVELS: Final = {Severity.ERROR: "error", Severity.WARNING: "warning", S
 
 def format_text(findings: Sequence[Finding]) -> str:
     """Return an entry for each finding, and a last line with the counts."""
-    return "\n".join([*map(str, findings), severity_counts(findings)])
+    return "\n".join([*map(str, findings), format_severity_counts(findings)])
 
 
-def severity_counts(findings: Sequence[Finding]) -> str:
+def format_severity_counts(findings: Sequence[Finding]) -> str:
     """Return the number of findings of each severity, such as ``1 error, 2 warnings``."""
     counts = Counter(finding.code.severity for finding in findings)
     texts = [

@@ -49,18 +49,18 @@ skiller/instances/NAME: kind skillspace mode
 
 
 @cache
-def known_keys() -> tuple[tuple[str, ...], ...]:
+def list_known_keys() -> tuple[tuple[str, ...], ...]:
     """Return the paths of all keys, split at the slashes."""
     lines = (line.partition(": ") for line in _KNOWN_KEYS.split("\n") if line)
     return tuple(split_path(f"{base}/{key}") for base, _, keys in lines for key in keys.split())
 
 
 def find_unknown_name(path: tuple[str, ...]) -> tuple[int, set[str]] | None:
-    """Return the index of the first unknown name in a path, and the names that are known there.
+    """Return the index of the first unknown name in a path, and the known names at this index.
 
-    None if all names are known.
+    The result is None if all names are known.
     """
-    keys = list(known_keys())
+    keys = list(list_known_keys())
     for index, name in enumerate(path):
         if any(key[index] == "..." for key in keys):
             return None
@@ -74,7 +74,7 @@ def find_unknown_name(path: tuple[str, ...]) -> tuple[int, set[str]] | None:
 
 
 def _is_wildcard(name: str) -> bool:
-    """Whether a name in the list stands for any name."""
+    """Return whether a name in the list stands for any name."""
     return name.isupper() or name == "..."
 
 

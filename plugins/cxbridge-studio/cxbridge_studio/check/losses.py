@@ -41,14 +41,14 @@ class Losses:
 
     def __str__(self) -> str:
         lists = (
-            _list_text(self.constructs, ""),
-            _list_text(self.goals, "goals of class "),
-            _list_text(self.actions, "the action "),
+            _format_names(self.constructs, ""),
+            _format_names(self.goals, "goals of class "),
+            _format_names(self.actions, "the action "),
         )
         return f"lost with it: {', '.join(filter(None, lists))}" if self else ""
 
 
-def _list_text(names: list[str], prefix: str) -> str:
+def _format_names(names: list[str], prefix: str) -> str:
     """Return the first names with a prefix, and the number of further names."""
     further = f" and {len(names) - _MAX_LISTED} more" if len(names) > _MAX_LISTED else ""
     return ", ".join(f"{prefix}{name}" for name in names[:_MAX_LISTED]) + further
@@ -63,7 +63,7 @@ class LossFinder:
     def __init__(self, usage: Usage, own_constructs: Sequence[Construct]) -> None:
         self._usage = usage
         self._own_constructs = own_constructs
-        self._matched_classes = usage.model.names(NameKind.GOAL_CLASS, Use.MATCHED)
+        self._matched_classes = usage.model.find_names(NameKind.GOAL_CLASS, Use.MATCHED)
 
     def find_swallowed_losses(self, file: str, start: int) -> Losses:
         """Return the losses of an unclosed construct, which include all later constructs of the file.

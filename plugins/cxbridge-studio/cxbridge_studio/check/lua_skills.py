@@ -1,4 +1,4 @@
-"""Finds the mistakes in the text of a Lua skill with which the skill does not load, or fails at a call.
+"""Finds mistakes in the text of a Lua skill that keep it from loading, or make a call fail.
 
 The skill is not executed: only names that the text has as literals are compared, and a skill that computes a
 name has no finding about it.
@@ -33,12 +33,12 @@ _TARGET_FIELDS: Final = ("fail_to", "final_to", "exit_to", "timeout_to", "next_s
 
 
 def find_load_mistakes(
-    text: str, schema_of: Callable[[str], InterfaceSchema] | None = None
+    text: str, find_schema: Callable[[str], InterfaceSchema] | None = None
 ) -> Iterator[SkillMistake]:
-    """Yield the mistakes with which a skill does not load.
+    """Yield the mistakes that keep a skill from loading.
 
-    :param schema_of: returns the schema of an interface type, or raises InterfaceError; None: interfaces are
-        not checked.
+    :param find_schema: returns the schema of an interface type, or raises InterfaceError; None to skip the
+        check of interfaces.
     """
     tokens = read_tokens(text)
     if not any(token.text in {"module", "return"} for token in tokens):
@@ -46,16 +46,16 @@ def find_load_mistakes(
         yield 0, f"the file {state}, so there is no skill", "begin it with module(..., skillenv.module_init)"
         return
     yield from _find_missing_settings(tokens)
-    if schema_of is not None:
+    if find_schema is not None:
         for type_token in _find_dependencies(tokens).values():
             try:
-                schema_of(type_token.literal or "")
+                find_schema(type_token.literal or "")
             except InterfaceError as error:
                 yield type_token.offset, error.message, error.hint or ""
     yield from _find_unknown_states(tokens)
 
 
-def find_unknown_methods(text: str, schema_of: Callable[[str], InterfaceSchema]) -> Iterator[SkillMistake]:
+def find_unknown_methods(text: str, find_schema: Callable[[str], InterfaceSchema]) -> Iterator[SkillMistake]:
     """Yield the calls of methods that the interfaces of a skill lack, in code and in conditions."""
     tokens = read_tokens(text)
     bound_names = set(_find_bound_names(tokens))
@@ -63,20 +63,21 @@ def find_unknown_methods(text: str, schema_of: Callable[[str], InterfaceSchema])
     for variable, type_token in _find_dependencies(tokens).items():
         if variable not in bound_names:
             try:
-                schema = schema_of(type_token.literal or "")
+                schema = find_schema(type_token.literal or "")
             except InterfaceError:
                 continue
-            methods[variable] = (schema.name, _methods_of(schema))
+            methods[variable] = (schema.name, _list_methods(schema))
     for variable, method in _find_method_calls(tokens):
-        type_name, known = methods.get(variable, ("", frozenset()))
-        if type_name and method.text not in known:
+        type_name, method_names = methods.get(variable, ("", frozenset()))
+        if type_name and method.text not in method_names:
             hint = (
-                did_you_mean(method.text, known) or f"it has: {', '.join(sorted(known - INTERFACE_METHODS))}"
+                did_you_mean(method.text, method_names)
+                or f"it has: {', '.join(sorted(method_names - INTERFACE_METHODS))}"
             )
             yield method.offset, f"{type_name} has no method '{method.text}'", hint
 
 
-def _methods_of(schema: InterfaceSchema) -> frozenset[str]:
+def _list_methods(schema: InterfaceSchema) -> frozenset[str]:
     """Return the methods of an interface in Lua, and its names that a call may also reach."""
     names = {message.name for message in schema.messages}
     for field in schema.fields:
@@ -95,7 +96,7 @@ def _find_method_calls(tokens: Sequence[Token]) -> Iterator[tuple[str, Token]]:
         ):
             for variable, method in _find_method_calls(read_tokens(token.literal)):
                 yield variable, Token(method.kind, method.text, token.offset + 1 + method.offset)
-        is_call = token.kind == "name" and [each.text for each in after[::2]] == [":", "("]
+        is_call = token.kind == "name" and [neighbour.text for neighbour in after[::2]] == [":", "("]
         if is_call and previous not in {".", ":"}:
             yield token.text, after[1]
 
@@ -107,7 +108,7 @@ def _find_bound_names(tokens: Sequence[Token]) -> Iterator[str]:
     """
     is_binding = False
     for index, token in enumerate(tokens):
-        following = tokens[index + 1].text if index + 1 < len(tokens) else ""
+        next_text = tokens[index + 1].text if index + 1 < len(tokens) else ""
         if token.text in {"local", "for", "function"}:
             is_binding = True
         elif is_binding and token.kind == "name" and token.text not in {"in", "do"}:
@@ -115,7 +116,7 @@ def _find_bound_names(tokens: Sequence[Token]) -> Iterator[str]:
         elif token.text not in {",", "(", ".", ":"}:
             is_binding = False
         value = tokens[index + 2].text if index + 2 < len(tokens) else ""
-        if following == "=" and token.kind == "name" and value != token.text:
+        if next_text == "=" and token.kind == "name" and value != token.text:
             yield token.text
 
 
@@ -133,11 +134,11 @@ class _States:
 
 def _find_missing_settings(tokens: Sequence[Token]) -> Iterator[SkillMistake]:
     """Yield the settings without which ``skill_module`` refuses a skill."""
-    # a function that makes skills sets them in a table of its own
+    # calls within a function are left out: a function that makes skills sets them in its own table
     calls = [token for token, _ in find_calls(tokens, "skill_module") if not token.depth]
     if not calls:
         return
-    assigned = {
+    assigned_names = {
         token.text
         for token, sign in pairwise(tokens)
         if sign.text in {"=", ","} and token.kind == "name" and not token.depth
@@ -146,9 +147,9 @@ def _find_missing_settings(tokens: Sequence[Token]) -> Iterator[SkillMistake]:
     if any(token.text in {"_M", "setfenv"} and token.depth == 0 for token in tokens):
         return
     for setting in ("name", "documentation"):
-        if setting not in assigned:
-            near = did_you_mean(setting, assigned, f"add {setting} = ... above skill_module")
-            hint = near.replace("did you mean", "is it")
+        if setting not in assigned_names:
+            suggestion = did_you_mean(setting, assigned_names, f"add {setting} = ... above skill_module")
+            hint = suggestion.replace("did you mean", "is it")
             yield calls[0].offset, f"the skill sets no '{setting}'", hint
 
 
@@ -181,7 +182,11 @@ def _find_unknown_states(tokens: Sequence[Token]) -> Iterator[SkillMistake]:
         return
     for name in _find_state_uses(tokens, states):
         if name.literal not in states.names:
-            yield name.offset, f"there is no state '{name.literal}'", _hint_state(name.literal, states.names)
+            yield (
+                name.offset,
+                f"there is no state '{name.literal}'",
+                _make_state_hint(name.literal, states.names),
+            )
     if not states.are_exported:
         return
     # A name that the text only uses to define methods is not the name of another value.
@@ -192,18 +197,18 @@ def _find_unknown_states(tokens: Sequence[Token]) -> Iterator[SkillMistake]:
         name, sign, method = tokens[index + 1 : index + 4]
         is_method = token.text == "function" and sign.text == ":" and method.text in _STATE_METHODS
         if is_method and name.text not in states.names | other_names:
-            yield name.offset, f"there is no state '{name.text}'", _hint_state(name.text, states.names)
+            yield name.offset, f"there is no state '{name.text}'", _make_state_hint(name.text, states.names)
 
 
-def _hint_state(name: str | None, names: Collection[str]) -> str:
+def _make_state_hint(name: str | None, names: Collection[str]) -> str:
     return did_you_mean(name or "", names) or f"there are: {', '.join(sorted(names))}"
 
 
 def _read_states(tokens: Sequence[Token]) -> _States | None:
     """Return the states of a skill; None if there are several state machines, or states are computed."""
     words = [token.text for token in tokens]
-    machines = [index for index, word in enumerate(words) if word in {"HSM", "SkillHSM", "FSM"}]
-    if len(machines) != 1 or words[machines[0]] != "SkillHSM":
+    machine_indices = [index for index, word in enumerate(words) if word in {"HSM", "SkillHSM", "FSM"}]
+    if len(machine_indices) != 1 or words[machine_indices[0]] != "SkillHSM":
         return None
     if not {"no_default_states", "new_jump_state", "define_state", "states"}.isdisjoint(words):
         return None

@@ -23,7 +23,7 @@ _PDDL_COMMENT: Final = re.compile(r";[^\n]*")
 
 
 def check_pddl_file(file: Path, text: str | None = None, *, fawkes_compat: bool = False) -> list[Finding]:
-    """Return the findings for a PDDL file. Those for a problem include the findings for its domain.
+    """Return the findings for a PDDL file; the findings for a problem include those for its domain.
 
     :param text: the text to check instead of the file's content.
     :param fawkes_compat: see :func:`~cxbridge.executive.pddl.parse_domain`.
@@ -66,10 +66,7 @@ def _make_findings(file: Path, file_doubts: Iterator[doubts.Doubt]) -> Iterator[
 
 
 def _find_domain(problem: Path, name: str) -> Path | None:
-    """Return the file in a problem's folder that defines a domain; None if there is none.
-
-    PDDL ignores the case of names.
-    """
+    """Return the file in a problem's folder that defines a domain; PDDL ignores the case of names."""
     for path in sorted(problem.parent.glob(f"*{PDDL_SUFFIX}")):
         try:
             match = _DOMAIN_DEFINITION.search(_PDDL_COMMENT.sub("", read_text(path, "PDDL file")))

@@ -51,7 +51,7 @@ class _Builder:
     values_index: int | None
     wildcard_index: int | None
 
-    def argument_values(self, call: SyntaxNode, index: int | None) -> ValueNodes | None:
+    def read_argument(self, call: SyntaxNode, index: int | None) -> ValueNodes | None:
         """Return the values of an argument of a call; None if they are missing or computed."""
         if index is None or index >= len(call.arguments):
             # A call may omit the wildcard, which is then an empty list.
@@ -66,11 +66,11 @@ def find_source_actions(files: Iterable[ClipsFile]) -> Iterator[SourceAction]:
     files = list(files)
     builders = dict(pair for file in files for pair in _find_builders(file))
     for file in files:
-        for call in file.calls("assert"):
+        for call in file.find_calls("assert"):
             for fact in call.arguments:
                 if fact.head == _PLAN_ACTION:
                     yield from _find_fact_actions(file, fact)
-        for call in file.calls(*builders):
+        for call in file.find_calls(*builders):
             builder = builders[call.head]
             if len(call.arguments) > builder.action_index and literal(call.arguments[builder.action_index]):
                 yield SourceAction(
@@ -78,8 +78,8 @@ def find_source_actions(files: Iterable[ClipsFile]) -> Iterator[SourceAction]:
                     call.arguments[builder.action_index],
                     call,
                     # An empty list of names means that the operator of the domain has the names.
-                    builder.argument_values(call, builder.names_index) or None,
-                    builder.argument_values(call, builder.values_index),
+                    builder.read_argument(call, builder.names_index) or None,
+                    builder.read_argument(call, builder.values_index),
                 )
 
 
@@ -109,19 +109,19 @@ def _find_builders(file: ClipsFile) -> Iterator[tuple[str, _Builder]]:
         # The body may refer to the parameter $?x as ?x or as $?x.
         names = [text.removeprefix("$") for text in parameters]
 
-        # `names` as a default binds the names of this construct, not those of a later one
-        def parameter_index(fact: SyntaxNode, slot: str, names: list[str] = names) -> int | None:
+        # The default of `names` keeps the names of this construct; a closure would see those of later ones.
+        def find_parameter_index(fact: SyntaxNode, slot: str, names: list[str] = names) -> int | None:
             """Return the index of the parameter that is the only value of a slot."""
             values = next((item.arguments for item in fact.arguments if item.head == slot), ())
             text = values[0].text.removeprefix("$") if len(values) == 1 else ""
             return names.index(text) if text in names else None
 
         for fact in construct.node.walk():
-            action_index = parameter_index(fact, "action-name") if fact.head == _PLAN_ACTION else None
+            action_index = find_parameter_index(fact, "action-name") if fact.head == _PLAN_ACTION else None
             if action_index is not None:
                 wildcards = (index for index, text in enumerate(parameters) if text.startswith("$"))
-                names_index = parameter_index(fact, "param-names")
-                values_index = parameter_index(fact, "param-values")
+                names_index = find_parameter_index(fact, "param-names")
+                values_index = find_parameter_index(fact, "param-values")
                 builder = _Builder(action_index, names_index, values_index, next(wildcards, None))
                 yield construct.name, builder
 
@@ -135,7 +135,7 @@ def literal_values(values: ValueNodes) -> ValueNodes | None:
     return values
 
 
-def literal_count(values: ValueNodes) -> int | None:
+def count_literals(values: ValueNodes) -> int | None:
     """Return the number of values; None if a call or a multifield variable gives an unknown number."""
     is_open = any(value.items is not None or value.text.startswith("$?") for value in values)
     return None if is_open else len(values)

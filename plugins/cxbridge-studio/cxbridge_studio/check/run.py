@@ -23,8 +23,8 @@ from cxbridge_studio.check.agent import (
     MAX_PARENT_FOLDERS,
     Agent,
     find_agent_names,
+    find_search_folders,
     needs_batch,
-    search_folders,
 )
 from cxbridge_studio.check.findings import (
     CONFLICTING_PROGRAM,
@@ -73,8 +73,8 @@ def _check_agents(options: RunOptions, *, errors_only: bool, portable: bool) -> 
 def _check_clips_file(options: RunOptions, file: Path, *, errors_only: bool, portable: bool) -> list[Finding]:
     """Return the findings in a CLIPS file.
 
-    The file is checked as a part of the agent in a folder above, if that loads the file, or else as an agent
-    alone.
+    The file is checked as a part of the agent in a folder above, if that loads the file, or else as a
+    separate agent.
     """
     for folder in file.parents[:MAX_PARENT_FOLDERS]:
         scenario = folder / SCENARIO_FILE
@@ -107,7 +107,7 @@ def _is_program(file: Path) -> bool:
     """Return whether CLIPS loads a file without the executive's core."""
     env = StubbedEnvironment("program", EventBus(VirtualClock()))
     try:
-        env.folders = search_folders(file)
+        env.folders = find_search_folders(file)
         (env.loader.batch if needs_batch(file) else env.loader.load)(str(file))
         return not env.loader.diagnostics
     finally:
@@ -121,11 +121,11 @@ def drop_silenced_findings(findings: Iterable[Finding]) -> list[Finding]:
 
 
 def _is_silenced(finding: Finding, lines: list[str]) -> bool:
-    """Whether a comment in the line of a finding, or in the line above, silences the finding."""
-    number = finding.place.line
+    """Return whether a comment in the line of a finding, or in the line above, silences the finding."""
+    line_number = finding.place.line
     return any(
         finding.code.name in re.split(r", ?", match["codes"])
-        for line in lines[max(number - 2, 0) : number]
+        for line in lines[max(line_number - 2, 0) : line_number]
         if (match := _SILENCING_COMMENT.search(line))
     )
 

@@ -15,15 +15,15 @@ from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.run.options import RunOptions
 from cxbridge.trace.sourcing import emit_configuration
 from cxbridge_studio.check.agent import Agent, find_agent_names
-from cxbridge_studio.check.domain_calls import domain_calls
-from cxbridge_studio.constructs import rule_texts
+from cxbridge_studio.check.domain_calls import find_domain_calls
+from cxbridge_studio.constructs import read_rule_texts
 from cxbridge_studio.explain.rules.constructs import Constructs, TextFile
 from cxbridge_studio.explain.rules.environment import read_rulebook, restore_sources, take_snapshot
 from cxbridge_studio.explain.rules.snapshot import Rulebook, Snapshot
 
 
 class ScenarioRules:
-    """The rules of a scenario's files. This class is a source of rules for ``RecordedEvidence``.
+    """The rules of a scenario's files, a source of rules for ``RecordedEvidence``.
 
     :param env: the environment that has loaded the files.
     :param folders: the folders that the agent searches for CLIPS files.
@@ -36,10 +36,10 @@ class ScenarioRules:
         # take the place of the values.
         self._globals = Constructs(_read_texts(env.loader.files)).global_texts
 
-    def rulebook(self) -> Rulebook:
+    def read_rulebook(self) -> Rulebook:
         return read_rulebook(self._env, self._folders)
 
-    def snapshot(self, rule: str, env: str, time_us: int) -> Snapshot:
+    def take_snapshot(self, rule: str, env: str, time_us: int) -> Snapshot:
         """Return a snapshot of a rule, without facts."""
         rule_snapshot = take_snapshot(self._env, rule, max_facts=0)
         return replace(
@@ -55,13 +55,13 @@ class ScenarioRules:
             halt_reason="",
         )
 
-    def rule_texts(self) -> Mapping[str, str]:
+    def read_rule_texts(self) -> Mapping[str, str]:
         """Return the texts of the defrules by name."""
-        return restore_sources(rule_texts(self._env))
+        return restore_sources(read_rule_texts(self._env))
 
 
 @contextmanager
-def scenario_rules(options: RunOptions, env: str | None = None) -> Iterator[ScenarioRules]:
+def load_scenario_rules(options: RunOptions, env: str | None = None) -> Iterator[ScenarioRules]:
     """Load a scenario without running it and yield its rules.
 
     :param env: the name of the environment, which is the name of the agent in a scenario with several agents.
@@ -73,7 +73,7 @@ def scenario_rules(options: RunOptions, env: str | None = None) -> Iterator[Scen
         yield ScenarioRules(agent.env, agent.context.paths.clips_dirs)
 
 
-def scenario_sources(options: RunOptions) -> list[SourceRead]:
+def read_scenario_sources(options: RunOptions) -> list[SourceRead]:
     """Return the source files of a scenario in the order of reading.
 
     No rule fires, so files whose names rules compute are missing.
@@ -87,7 +87,7 @@ def scenario_sources(options: RunOptions) -> list[SourceRead]:
 
     with Agent(options, keep_source) as agent:
         emit_configuration(agent.context.bus, agent.config)
-        for path in dict.fromkeys(call.path for call in domain_calls(agent) if call.path is not None):
+        for path in dict.fromkeys(call.path for call in find_domain_calls(agent) if call.path is not None):
             agent.context.bus.emit_source("pddl", "", str(path), path.read_bytes(), kind="domain")
     return sources
 

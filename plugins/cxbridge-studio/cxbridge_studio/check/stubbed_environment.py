@@ -129,11 +129,11 @@ class StubbedEnvironment(ClipsEnvironment):
             return
         record = ffi.cast("intptr_t *", EXTRA_FUNCTIONS.FindFunction(self.c_env, encode(name)))
         types = int(ffi.cast("unsigned *", record + _TYPES_OFFSET)[0])
-        # One stub serves all functions with the same types of results; `open` has the key -1.
+        # One stub serves all functions with the same result types; `open` has its own, with the key -1.
         key = -1 if name == "open" else types
         if key not in self._stubs:
-            answer = _answer_open if name == "open" else _make_stub_function(types)
-            self._stubs[key] = make_callback("void(Environment *, UDFContext *, UDFValue *)", answer)
+            stub_function = _answer_open if name == "open" else _make_stub_function(types)
+            self._stubs[key] = make_callback("void(Environment *, UDFContext *, UDFValue *)", stub_function)
         record[_POINTER_OFFSET] = int(ffi.cast("intptr_t", self._stubs[key]))
 
     def _count_step(self, _env: CData, _context: CData) -> None:
@@ -159,16 +159,18 @@ def _check_record_layout(env: CData) -> None:
 
 def _make_stub_function(types: int) -> Callable[[CData, CData, CData], None]:
     """Return the function of a stub, whose result has one of these types; FALSE if any type is valid."""
-    known = (value for bit, value in _RESULTS_BY_TYPE if types & bit and types & _ALL_TYPES != _ALL_TYPES)
-    value = next(known, None if types == lib.VOID_BIT else FALSE)
+    typed_results = (
+        value for bit, value in _RESULTS_BY_TYPE if types & bit and types & _ALL_TYPES != _ALL_TYPES
+    )
+    value = next(typed_results, None if types == lib.VOID_BIT else FALSE)
 
-    def answer(env: CData, _context: CData, result: CData) -> None:
+    def store_result(env: CData, _context: CData, result: CData) -> None:
         if value is None:
             result.voidValue = lib.VoidConstant(env)
         else:
             store_value(env, value, result)
 
-    return answer
+    return store_result
 
 
 def _answer_open(env: CData, context: CData, result: CData) -> None:

@@ -14,7 +14,7 @@ from cxbridge_studio.check.findings import CONFLICTING_PROGRAM, UNREADABLE_AGENT
 # The check modules. Plug-ins add rows; docs/plugins.md describes how.
 CHECKS: Final[Table[ModuleType]] = Table(
     "CHECKS",
-    lambda loaded: hasattr(loaded, "CODES") and hasattr(loaded, "check"),
+    lambda module: hasattr(module, "CODES") and hasattr(module, "check"),
     "a module with CODES and check(agent)",
     *make_module_rows(checks),
 )
@@ -28,7 +28,7 @@ def load_check_modules() -> list[ModuleType]:
     return [CHECKS.load_target(row) for row in CHECKS.rows]
 
 
-def codes() -> dict[str, Code]:
+def load_codes() -> dict[str, Code]:
     """Return the codes of all check modules by name, in the order of the names."""
     all_codes = [
         # These two mistakes prevent loading the agent, so no check module can report them.

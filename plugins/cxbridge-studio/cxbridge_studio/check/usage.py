@@ -31,11 +31,11 @@ from cxbridge_studio.check.findings import SourcePlace
 _WORD: Final = re.compile(r"[^\s()\"&|~;?$]+")
 # The template of a fact in a string, such as the argument of `assert-string`.
 _FACT_IN_STRING: Final = re.compile(r"\(\s*([A-Za-z][\w:/-]*)")
-_MIN_MISSPELT_LIKENESS: Final = 0.93  # the similarity from which a name counts as misspelt
-# Functions that compare values, so that their words may select a goal class or a sub-type.
+_MIN_MISSPELT_LIKENESS: Final = 0.93  # the minimum similarity with which a name counts as misspelt
+# Functions that compare values: their words may select a goal class or a sub-type.
 _COMPARISON_FUNCTIONS: Final = frozenset({"eq", "member$", "switch", "case", "create$"})
 
-# Matches the names of templates whose facts cxbridge or its features assert, and names with such a beginning.
+# Matches the templates whose facts cxbridge or its features assert, and templates with such a prefix.
 PROGRAM_TEMPLATES: Final = re.compile(
     r"(init|time|startup|confval|plan|plan-action|plugin-status|acquire-control)"
     r"|(executive|ff-feature|domain|pddl|grounded|protobuf|navgraph|robmem|mutex|blackboard|skill|ros2?)-?.*"
@@ -152,13 +152,13 @@ class Construct:
             return frozenset()
         words = [node.text for node in self.node.walk() if node.items is None]
         condition_words = set(words[: words.index("=>")] if "=>" in words else ())
-        # A variable that an action binds again may hold a multifield then.
-        rebound = {
+        # After an action has bound a variable again, the variable may hold a multifield.
+        rebound_variables = {
             node.arguments[0].text for node in self.node.walk() if node.head == "bind" and node.arguments
         }
         return frozenset(
             word
-            for word in condition_words - rebound
+            for word in condition_words - rebound_variables
             if word.startswith("?") and f"${word}" not in condition_words
         )
 
@@ -224,7 +224,7 @@ def _make_fact_use(node: SyntaxNode, single_valued_variables: frozenset[str]) ->
 
 @dataclass
 class Usage:
-    """All facts that an agent's files match and assert.
+    """All facts that an agent's files match and assert, and the words in them.
 
     :param configured_words: the words in the configuration, which rules may read.
     :param deftemplates: the names of the deftemplates with slots in CLIPS.
@@ -264,7 +264,7 @@ class Usage:
         return Counter(word for construct in self.constructs for word in construct.action_literals)
 
     def is_duplicated(self, template: str) -> bool:
-        """Return whether a rule matches facts of a template and duplicates a fact, perhaps one of these."""
+        """Return whether a rule that matches facts of a template duplicates a fact, perhaps one of them."""
         return any(
             node.head == "duplicate"
             for construct in self.constructs
@@ -273,7 +273,7 @@ class Usage:
         )
 
     def is_made_elsewhere(self, template: str) -> bool:
-        """Return whether facts of a template may come from elsewhere than literal assertions in the files."""
+        """Return whether facts of a template may come from anything but literal assertions in the files."""
         if template in self.templates_in_strings or self._is_program_template(template) or self._loads_facts:
             return True
         is_defined = self.model.is_defined(Name(NameKind.TEMPLATE, template))
@@ -283,7 +283,7 @@ class Usage:
     @cached_property
     def _loads_facts(self) -> bool:
         """Whether the agent loads facts from files, which the check does not read."""
-        functions = self.model.names(NameKind.FUNCTION, Use.CALLED)
+        functions = self.model.find_names(NameKind.FUNCTION, Use.CALLED)
         return not functions.isdisjoint(("load-facts", "bload-facts", "bload"))
 
     def _is_program_template(self, template: str) -> bool:

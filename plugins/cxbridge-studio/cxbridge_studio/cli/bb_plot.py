@@ -21,8 +21,8 @@ from cxbridge_studio.terminal.metering import OWNER, draw_plot
 if TYPE_CHECKING:
     from cxbridge.blackboard.following import Deadline, Feed, InterfaceChange
 
-_FRAME_S: Final = 0.1  # between two drawings
-_MAX_POINTS: Final = 100_000  # points of a field that are kept, so that the memory is bounded
+_FRAME_PERIOD_S: Final = 0.1  # the time between two drawings
+_MAX_POINTS: Final = 100_000  # the limit of kept points of a field, which bounds the memory
 # a field is NAME or NAME[INDEX]
 _FIELD_PATTERN: Final = re.compile(r"(\w+)(?:\[(\d{1,9})\])?\Z")
 # escape sequences of terminals; the plot is on the alternative screen, so that the shell's text stays
@@ -47,7 +47,9 @@ def plot(
     span: Annotated[float, typer.Option(min=0.1, metavar="SECONDS", help="Time span of the plot.")] = 30.0,
     count: Annotated[int | None, typer.Option(min=1, help="End after N writes.")] = None,
     timeout: Annotated[float | None, typer.Option(min=0, help="End after SECONDS.")] = None,
-    lines: Annotated[bool, typer.Option("--lines", help="Print lines on a terminal, too.")] = False,
+    lines: Annotated[
+        bool, typer.Option("--lines", help="Print lines instead of a plot on a terminal, too.")
+    ] = False,
 ) -> int:
     """Plot fields of an interface, live. Ends with Ctrl-C.
 
@@ -64,7 +66,7 @@ def plot(
         instance = feed.open(*parse_uid(uid))
         initial = feed.read_change(instance)
         for name in fields:
-            field_number(name, initial.values)  # reports a mistake before the screen changes
+            read_number(name, initial.values)  # reports a mistake before the screen changes
         writes = _follow_writes(feed, initial, Deadline(timeout))
         if lines or not sys.stdout.isatty():
             write_count = _print_writes(writes, fields, count)
@@ -73,10 +75,10 @@ def plot(
     return 0 if count is None or write_count >= count else TIMED_OUT
 
 
-def field_number(field: str, values: Mapping[str, Any]) -> float:
+def read_number(field: str, values: Mapping[str, Any]) -> float:
     """Return a field, or an element of an array, as a number.
 
-    :raises BlackBoardError: if there is no such field or element, or the value is a text.
+    :raises BlackBoardError: if there is no such field or element, or the value is text.
     """
     from cxbridge.errors import BlackBoardError
     from cxbridge.suggestions import did_you_mean
@@ -110,15 +112,17 @@ def _follow_writes(
 ) -> Iterator[tuple[float, Mapping[str, Any] | None]]:
     """Yield the seconds since the start and the values of each write, until the deadline.
 
-    The values are None if there was no write for a frame: the plot moves with the time.
+    The values are None if there was no write for the time of a frame: the plot then only moves on.
     """
     from cxbridge.blackboard.following import Deadline
 
     begin_s = time.monotonic()
     if initial.time_us:  # 0 means that the interface has never been written
         yield 0.0, initial.values
-    while (left_s := deadline.remaining_s()) != 0:
-        change = feed.wait_for_change(Deadline(_FRAME_S if left_s is None else min(_FRAME_S, left_s)))
+    while (remaining_s := deadline.remaining_s()) != 0:
+        change = feed.wait_for_change(
+            Deadline(_FRAME_PERIOD_S if remaining_s is None else min(_FRAME_PERIOD_S, remaining_s))
+        )
         seconds = time.monotonic() - begin_s
         if change is None:
             yield seconds, None
@@ -133,7 +137,7 @@ def _print_writes(
     printed_count = 0
     for seconds, values in writes:
         if values is not None:
-            numbers = (f"{field_number(name, values):g}" for name in fields)
+            numbers = (f"{read_number(name, values):g}" for name in fields)
             say("\t".join([f"{seconds:.3f}", *numbers]), flush=True)
             printed_count += 1
         if printed_count == count:
@@ -150,16 +154,16 @@ def _draw_writes(
 ) -> int:
     """Draw a plot for each field, one below the other, and return the number of writes."""
     points: dict[str, deque[tuple[float, float]]] = {name: deque(maxlen=_MAX_POINTS) for name in fields}
-    terminal, write_count, drawn_s = unfiltered_stream(sys.stdout), 0, -_FRAME_S
+    terminal, write_count, last_frame_s = unfiltered_stream(sys.stdout), 0, -_FRAME_PERIOD_S
     terminal.write(_ENTER_SCREEN)
     try:
         for seconds, values in writes:
             if values is not None:
                 write_count += 1
                 for name in fields:
-                    points[name].append((seconds, field_number(name, values)))
-            if seconds - drawn_s >= _FRAME_S:
-                drawn_s = seconds
+                    points[name].append((seconds, read_number(name, values)))
+            if seconds - last_frame_s >= _FRAME_PERIOD_S:
+                last_frame_s = seconds
                 size = shutil.get_terminal_size()
                 screen = make_screen_lines(uid, points, seconds, span_s, (size.columns, size.lines))
                 # lines are overwritten, since a cleared screen would flicker
@@ -193,13 +197,13 @@ def make_screen_lines(
     height = max(2, (rows - 1) // len(points) - 3)
     screen = []
     for name, all_points in points.items():
-        visible = [point for point in all_points if point[0] >= now_s - span_s]
-        if not visible and all_points:
+        visible_points = [point for point in all_points if point[0] >= now_s - span_s]
+        if not visible_points and all_points:
             # the field keeps its last value, which the plot shows as a horizontal line
-            visible = [(now_s - span_s, all_points[-1][1])]
+            visible_points = [(now_s - span_s, all_points[-1][1])]
         value = f"{all_points[-1][1]:g}" if all_points else "not written yet"
-        if visible:
-            visible.append((now_s, visible[-1][1]))
+        if visible_points:
+            visible_points.append((now_s, visible_points[-1][1]))
         screen.append(one_line(f"{uid} {name} = {value}")[:columns])
-        screen += draw_plot(visible, columns, height, span_s)
+        screen += draw_plot(visible_points, columns, height, span_s)
     return [*screen[: rows - 1], "Ctrl-C ends"]

@@ -123,9 +123,9 @@ def _print_reports(
 
 
 def _make_json_row(uid: str, rate: Rate | None, size: int) -> dict[str, Any]:
-    """Return the report about an interface as JSON values."""
-    measured = {} if rate is None else {**asdict(rate), "bytes_per_s": rate.hz * size}
-    return {"uid": uid, "block_bytes": size, **measured}
+    """Return the report about an interface as a JSON object."""
+    measurements = {} if rate is None else {**asdict(rate), "bytes_per_s": rate.hz * size}
+    return {"uid": uid, "block_bytes": size, **measurements}
 
 
 def _measure_rates(

@@ -32,11 +32,11 @@ class _AgentOptions(ScenarioOptions, SourceOptions):
 
 @option_groups
 def check(
-    agent: _AgentOptions,
+    options: _AgentOptions,
     form: Annotated[
         str, typer.Option("--format", metavar="text|json|sarif|github", help="Output format of the findings.")
     ] = _TEXT,
-    as_json: Annotated[bool, typer.Option("--json", help="The same as --format json.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, as --format json does.")] = False,
     portable: Annotated[
         bool, typer.Option("--portable", help="Also report code that Fawkes does not accept.")
     ] = False,
@@ -57,10 +57,10 @@ def check(
     from cxbridge_studio.check.findings import Severity, shorten_path
     from cxbridge_studio.check.formats import FORMATS
     from cxbridge_studio.check.run import check as find_mistakes
-    from cxbridge_studio.check.table import codes
+    from cxbridge_studio.check.table import load_codes
 
     if explain:
-        all_codes = codes()
+        all_codes = load_codes()
         if explain not in all_codes:
             raise CxbridgeError(f"there is no code '{explain}'", hint=f"there are: {', '.join(all_codes)}")
         code = all_codes[explain]
@@ -69,10 +69,10 @@ def check(
     form = "json" if as_json else form
     if form not in FORMATS:
         raise CxbridgeError(f"--format cannot be '{form}'", hint=f"use one of: {', '.join(FORMATS)}")
-    options = RunOptions(**vars(agent))
-    if not source_of(options).is_named:
-        options = dataclasses.replace(options, scenario=Path())
-    findings = [shorten_path(finding) for finding in find_mistakes(options, portable=portable)]
+    run_options = RunOptions(**vars(options))
+    if not source_of(run_options).is_named:
+        run_options = dataclasses.replace(run_options, scenario=Path())
+    findings = [shorten_path(finding) for finding in find_mistakes(run_options, portable=portable)]
     if text := FORMATS[form](findings):
         say_text(text)
     return int(any(finding.code.severity is Severity.ERROR for finding in findings))

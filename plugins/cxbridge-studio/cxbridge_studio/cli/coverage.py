@@ -23,7 +23,7 @@ _EXECUTIVE = "executive"
 
 @dataclass(frozen=True, kw_only=True)
 class _ScenarioOptions:
-    """The options that select the scenario with the counted files."""
+    """The options that select the scenario whose files are counted."""
 
     scenario: Annotated[
         Path | None,
@@ -41,7 +41,7 @@ class _ScenarioOptions:
     fawkes_dir: Annotated[
         Path | None,
         typer.Option(
-            help="A Fawkes checkout; its files are counted, or the files of --scenario.", show_default=False
+            help="A Fawkes checkout: count its files, or the files of --scenario in it.", show_default=False
         ),
     ] = None
 
@@ -96,38 +96,38 @@ def coverage(
     fail_under = outputs.fail_under
     if fail_under is not None and not 0 <= fail_under <= 100:  # noqa: PLR2004  per cent
         raise CxbridgeError(f"--fail-under cannot be {fail_under:g}", hint="use a number from 0 to 100")
-    agent, use = _read_runs(runs, scenario, env, core=core)
-    firings_known = len(use.runs_without_firings) < len(runs)
-    if not firings_known and (outputs.lcov is not None or fail_under is not None):
+    agent, recorded_use = _read_runs(runs, scenario, env, core=core)
+    has_firings = len(recorded_use.runs_without_firings) < len(runs)
+    if not has_firings and (outputs.lcov is not None or fail_under is not None):
         raise TraceError(
             "no firings are recorded", file=runs[0], hint="record with --trace-level rules or facts"
         )
-    result = compute_coverage(agent, use, tuple(files or ()))
+    result = compute_coverage(agent, recorded_use, tuple(files or ()))
     if files and not result.files:
         raise CxbridgeError(
             f"no file with rules matches {', '.join(files)}", hint="omit --files to see all files"
         )
-    _write_outputs(outputs, result, firings_known=firings_known)
+    _write_outputs(outputs, result, has_firings=has_firings)
     return 1 if fail_under is not None and result.percent < fail_under else 0
 
 
 def _read_runs(
     paths: list[Path], scenario: _ScenarioOptions, env: str, *, core: bool
 ) -> tuple[AgentSources, RecordedUse]:
-    """Return the agent's sources, from the scenario or the recordings, and the uses of the recordings."""
+    """Return the agent's sources, from the scenario or the recordings, and their recorded use."""
     from cxbridge.trace.formats.registry import open_run
-    from cxbridge_studio.check.sources import scenario_sources
+    from cxbridge_studio.check.sources import read_scenario_sources
     from cxbridge_studio.explain.coverage.model import AgentSources, RecordedUse, add_recorded_agent
 
     # open all recordings first: a file of another format is an error before the slow part
     runs = [open_run(path) for path in paths]
-    agent, use = AgentSources(), RecordedUse()
+    agent, recorded_use = AgentSources(), RecordedUse()
     if scenario.spec is not None and not scenario.is_named:
         raise CxbridgeError("--spec needs a scenario", hint="name it with --scenario")
-    for source in scenario_sources(RunOptions(**vars(scenario))) if scenario.is_named else ():
+    for source in read_scenario_sources(RunOptions(**vars(scenario))) if scenario.is_named else ():
         agent.add_source(source, include_core=core)
     for run in runs:
-        use.add(run, env)
+        recorded_use.add(run, env)
         if not scenario.is_named and not add_recorded_agent(agent, run, env, include_core=core):
             raise TraceError(
                 "this recording contains no CLIPS files, so its rules are unknown",
@@ -135,18 +135,18 @@ def _read_runs(
                 hint="name the scenario that was run (--scenario), "
                 "or the Fawkes checkout that wrote the log (--fawkes-dir)",
             )
-    return agent, use
+    return agent, recorded_use
 
 
-def _write_outputs(outputs: _CoverageOutputs, result: Coverage, *, firings_known: bool) -> None:
-    """Print the result and write the requested files."""
+def _write_outputs(outputs: _CoverageOutputs, result: Coverage, *, has_firings: bool) -> None:
+    """Write the requested files, and print the result as text or JSON."""
     from cxbridge_studio.explain.coverage import report
 
     if outputs.lcov is not None:
-        text = "".join(f"{line}\n" for line in report.lcov_lines(result))
+        text = "".join(f"{line}\n" for line in report.format_lcov_lines(result))
         write_file(outputs.lcov, text.encode("utf-8", "surrogateescape"))
     if outputs.as_json:
         say_json(report.to_json(result), indent=2)
     else:
-        for line in report.report_lines(result, firings_known=firings_known):
+        for line in report.format_report(result, has_firings=has_firings):
             say(line)

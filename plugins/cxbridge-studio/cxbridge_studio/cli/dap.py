@@ -15,7 +15,7 @@ def dap() -> int:
 
     The editor's launch configuration names the scenario or the recording; see docs/editors.md.
 
-    Exit status: 0 the editor has ended the session; 2 the editor has sent an invalid message.
+    Exit status: 0 the editor ended the session; 2 the editor sent an invalid message.
 
     Example: cxbridge dap
     """
@@ -23,7 +23,7 @@ def dap() -> int:
     from cxbridge_studio.dap.adapter import Adapter
     from cxbridge_studio.dap.wire import Wire
 
-    # from now on printed text goes to standard error, so that it does not mix with the protocol
+    # printed text goes to standard error from here on, so that it does not mix with the protocol
     source = os.fdopen(os.dup(sys.stdin.fileno()), "rb", buffering=0)
     with os.fdopen(os.dup(sys.stdout.fileno()), "wb") as sink:
         os.dup2(sys.stderr.fileno(), sys.stdout.fileno())

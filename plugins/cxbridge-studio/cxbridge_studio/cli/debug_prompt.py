@@ -22,10 +22,10 @@ from cxbridge.run.servers import RunServer
 from cxbridge_studio.debugger.breakpoints import Breakpoint, Stop, parse_breakpoint
 from cxbridge_studio.debugger.debugger import STEP_UNITS, debugger_of
 from cxbridge_studio.debugger.fact_words import parse_fact_change, parse_number
-from cxbridge_studio.debugger.names import Mistakes, OccurredNames
+from cxbridge_studio.debugger.names import BreakpointMistakes, OccurredNames
 from cxbridge_studio.explain.answer import explain
 from cxbridge_studio.explain.evidence import History
-from cxbridge_studio.explain.rules.environment import fact_slots, read_rulebook
+from cxbridge_studio.explain.rules.environment import read_fact_slots, read_rulebook
 from cxbridge_studio.explain.rules.missing import explain_missing_rule
 from cxbridge_studio.explain.scenario import EnvironmentEvidence
 
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from cxbridge.run.result import RunResult
     from cxbridge.run.team import Team
 
-_MAX_ROWS: Final = 200  # rows of a listing that are printed
+_MAX_ROWS: Final = 200  # limit of the printed rows of a listing
 
 HELP: Final = """\
 c                               continue
@@ -54,7 +54,7 @@ h                               show this text"""
 
 
 class DebugPrompt(RunServer):
-    """Reports stops, and executes commands.
+    """Reports stops of the rules, and executes the commands that the user types.
 
     :param specs: the specifications of the first breakpoints.
     :param commands: the input; at its end, the prompt removes all breakpoints, and the run continues.
@@ -66,7 +66,8 @@ class DebugPrompt(RunServer):
         self._commands = commands
         self._out = out
         self._agents: list[_PromptAgent] = []
-        self._mistakes: list[dict[str, ExecutiveError]] = []  # of each initialised agent, by breakpoint
+        # the mistakes in the breakpoints of each initialised agent, by breakpoint
+        self._mistakes: list[dict[str, ExecutiveError]] = []
         self._is_quit = False
 
     @contextmanager
@@ -75,15 +76,15 @@ class DebugPrompt(RunServer):
             self._attach(agent)
         yield
 
-    def _attach(self, assembly: Run) -> None:
-        agent = _PromptAgent(assembly, self._say)
+    def _attach(self, run: Run) -> None:
+        agent = _PromptAgent(run, self._say)
         self._agents.append(agent)
         for spec in self._specs:
             agent.debugger.add(spec)
         agent.debugger.on_stop = lambda stop: self._serve_stop(agent, stop)
         agent.debugger.names.on_mistakes = lambda mistakes: self._check_mistakes(agent, mistakes)
 
-    def _check_mistakes(self, agent: _PromptAgent, mistakes: Mistakes) -> None:
+    def _check_mistakes(self, agent: _PromptAgent, mistakes: BreakpointMistakes) -> None:
         """Store the mistakes in an agent's breakpoints, which are known after its initialisation.
 
         :raises ExecutiveError: if all agents are initialised, and none can reach a breakpoint.
@@ -101,21 +102,21 @@ class DebugPrompt(RunServer):
             return
         for point in dict.fromkeys(point for agent in self._agents for point in agent.debugger.breakpoints):
             counts = [agent.debugger.counts(point.number) for agent in self._agents]
-            why = _explain_unreached(
+            reason = _explain_unreached(
                 point,
                 sum(hits for hits, _ in counts),
                 sum(true_hits for _, true_hits in counts),
             )
-            unknown_names = [agent.occurred_names.missing_name_message(point) for agent in self._agents]
-            if why:
+            unknown_names = [agent.occurred_names.describe_missing_name(point) for agent in self._agents]
+            if reason:
                 detail = f": {unknown_names[0]}" if all(unknown_names) else ""
-                self._say(f"breakpoint {point.number} ({point}) {why}{detail}")
+                self._say(f"breakpoint {point.number} ({point}) {reason}{detail}")
         self._out.flush()
 
     def _serve_stop(self, agent: _PromptAgent, stop: Stop) -> None:
         """Execute commands until a command resumes the run, or the run is interrupted."""
         agent.print_stop(stop, with_name=len(self._agents) > 1)
-        env = agent.assembly.executive.env
+        env = agent.run.executive.env
         self._is_quit = True  # stays true if the run ends at this stop
         while agent.debugger.stopped is not None:
             if self._commands.is_terminal:
@@ -136,8 +137,8 @@ class DebugPrompt(RunServer):
 
     def _detach(self, agent: _PromptAgent) -> None:
         """Remove all breakpoints and resume the run, since the input has ended."""
-        for member in self._agents:
-            member.debugger.clear()
+        for other_agent in self._agents:
+            other_agent.debugger.clear()
         agent.debugger.go_on()
 
     def _say(self, *lines: str) -> None:
@@ -148,24 +149,22 @@ class DebugPrompt(RunServer):
 class _PromptAgent:
     """An agent of the run, and the commands about the agent.
 
-    :param assembly: the agent's parts.
+    :param run: the run of the agent.
     :param say: prints lines.
     """
 
-    def __init__(self, assembly: Run, say: Callable[..., None]) -> None:
-        self.assembly = assembly
-        self.debugger = debugger_of(assembly.executive)
-        self._context = OperationContext(ALL_RIGHTS, lambda: assembly.executive)
+    def __init__(self, run: Run, say: Callable[..., None]) -> None:
+        self.run = run
+        self.debugger = debugger_of(run.executive)
+        self._context = OperationContext(ALL_RIGHTS, lambda: run.executive)
         self._say = say
-        self._start_us = assembly.clock.now_us()
+        self._start_us = run.clock.now_us()
         self._with_name = False
-        env = assembly.executive.env
+        env = run.executive.env
         self.occurred_names = OccurredNames()
-        assembly.bus.subscribe(self.occurred_names.add_event, *TRANSITION_TYPES)
-        self._history = History(env.name, find_facts=partial(fact_slots, env))
-        assembly.bus.subscribe(
-            self._history.add_event, *TRANSITION_TYPES, PlannerCall, LogLine, InterfaceWrite
-        )
+        run.bus.subscribe(self.occurred_names.add_event, *TRANSITION_TYPES)
+        self._history = History(env.name, find_facts=partial(read_fact_slots, env))
+        run.bus.subscribe(self._history.add_event, *TRANSITION_TYPES, PlannerCall, LogLine, InterfaceWrite)
         self._commands: dict[str, Callable[[str], None]] = {
             "c": lambda _: self._execute_operation("go-on"),
             "s": lambda unit: self._execute_operation("step", what=unit or STEP_UNITS[0]),
@@ -200,12 +199,12 @@ class _PromptAgent:
 
     def _execute_operation(self, name: str, **arguments: Any) -> Any:
         """Execute an operation on the environment of this agent."""
-        return carry_out(self._context, name, **{"env": self.assembly.executive.env.name, **arguments})
+        return carry_out(self._context, name, **{"env": self.run.executive.env.name, **arguments})
 
     def print_stop(self, stop: Stop, *, with_name: bool) -> None:
         seconds = (stop.time_us - self._start_us) / MICROSECONDS
         number = f" (breakpoint {stop.breakpoint})" if stop.breakpoint else ""
-        name = f"{self.assembly.name}: " if with_name else ""
+        name = f"{self.run.name}: " if with_name else ""
         self._with_name = with_name
         self._say(
             f"{name}{seconds:.3f} s: stopped {stop.reason}{number}",
@@ -214,13 +213,13 @@ class _PromptAgent:
 
     def add_cause(self, point: Breakpoint, error: ExecutiveError) -> ExecutiveError:
         """Return the error about a breakpoint, with the reason why its rule is missing, if there is one."""
-        book = read_rulebook(self.assembly.executive.env, self.assembly.paths.clips_dirs)
+        book = read_rulebook(self.run.executive.env, self.run.paths.clips_dirs)
         cause = explain_missing_rule(point.name, book) if point.is_rule_breakpoint else ""
         return ExecutiveError(error.message, hint=cause) if cause else error
 
     def _quit(self) -> None:
         """End the run without firing further rules."""
-        self.assembly.interrupt()
+        self.run.interrupt()
         raise KeyboardInterrupt
 
     def _print_last_stop(self) -> None:
@@ -254,21 +253,21 @@ class _PromptAgent:
             self._say(f"... more than {_MAX_ROWS}")
 
     def _print_goals(self) -> None:
-        goals = self.assembly.executive.goals.open_goals.values()
+        goals = self.run.executive.goals.open_goals.values()
         self._say(*(line.text for line in goal_lines(goals, show_modes=True)))
 
     def _print_explanation(self, question: str) -> None:
         kind, _, name = question.rpartition(" ")
         if not name or kind not in ("", "rule", "goal"):
             raise CxbridgeError("why needs a name", hint="why [rule|goal] NAME")
-        now_us = self.assembly.clock.now_us()
-        where = f"{self.assembly.spec} at {(now_us - self._start_us) / MICROSECONDS:.3f} s"
+        now_us = self.run.clock.now_us()
+        where = f"{self.run.spec} at {(now_us - self._start_us) / MICROSECONDS:.3f} s"
         evidence = EnvironmentEvidence(
             where,
             (self._start_us, now_us),
             self._history,
-            self.assembly.executive.env,
-            self.assembly.paths.clips_dirs,
+            self.run.executive.env,
+            self.run.paths.clips_dirs,
         )
         self._say(*explain(evidence, name, kind).lines)
 

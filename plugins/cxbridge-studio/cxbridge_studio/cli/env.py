@@ -96,7 +96,7 @@ def add_logger(
     priority: Annotated[
         int,
         typer.Option(
-            metavar="N", help="a logger with more priority receives lines first; the first logger has 30"
+            metavar="N", help="a logger with a higher priority receives lines first; the first logger has 30"
         ),
     ] = ADDED_LOGGER_PRIORITY,
     level: Annotated[str, typer.Option(metavar="LEVEL", help="minimum level of the lines")] = "debug",
@@ -293,8 +293,8 @@ def evaluate(
     if as_json:
         say_json(value, indent=2)
         return
-    for format_line in (*value["output"], *filter(None, [value["text"]])):
-        say(format_line)
+    for line in (*value["output"], *filter(None, [value["text"]])):
+        say(line)
 
 
 @app.command("assert")
@@ -316,8 +316,8 @@ def retract(
 
     Example: cxbridge env retract executive f-12
     """
-    for word in indices:
-        ask_daemon(url, "retract", env=env, index=parse_number(word))
+    for index in indices:
+        ask_daemon(url, "retract", env=env, index=parse_number(index))
 
 
 @app.command()
@@ -334,9 +334,9 @@ def modify(
     Example: cxbridge env modify executive f-12 mode=FINISHED outcome=COMPLETED
     """
     changes: dict[str, Any] = {}
-    for word in slots:
-        slot, equals, value = word.partition("=")
+    for assignment in slots:
+        slot, equals, value = assignment.partition("=")
         if not slot or not equals:
-            raise typer.BadParameter(f"'{word}' is not SLOT=VALUE", param_hint="SLOT=VALUE...")
+            raise typer.BadParameter(f"'{assignment}' is not SLOT=VALUE", param_hint="SLOT=VALUE...")
         changes[slot] = value
     say(f"f-{ask_daemon(url, 'modify', env=env, index=parse_number(index), slots=changes)}")

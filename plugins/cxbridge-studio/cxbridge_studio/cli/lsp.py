@@ -21,7 +21,7 @@ class _AgentOptions(ScenarioOptions, SourceOptions):
 
 @option_groups
 def lsp(
-    agent: _AgentOptions,
+    options: _AgentOptions,
     recording: Annotated[
         Path | None,
         typer.Option(
@@ -35,21 +35,21 @@ def lsp(
 
     Without a scenario, the server uses the scenario in the editor's folder. See docs/editors.md.
 
-    Exit status: 0 the editor has ended the server; 2 bad usage.
+    Exit status: 0 the editor ended the server; 2 bad usage.
 
     Example: cxbridge lsp scenarios/test-scenario
     """
     from cxbridge_studio.lsp.handlers import make_server
 
-    options = {name: _to_json_value(value) for name, value in vars(agent).items()}
-    _check_options(agent)
+    json_options = {name: _to_json_value(value) for name, value in vars(options).items()}
+    _check_options(options)
     if recording is not None and not recording.is_file():
         raise CxbridgeError("there is no such recording", file=recording)
-    make_server({**options, "recording": _to_json_value(recording)}).start_io()
+    make_server({**json_options, "recording": _to_json_value(recording)}).start_io()
     return 0
 
 
-def _check_options(agent: _AgentOptions) -> None:
+def _check_options(options: _AgentOptions) -> None:
     """Check the options as far as that is possible before the editor sends its folder.
 
     :raises CxbridgeError: if an option is invalid.
@@ -58,16 +58,18 @@ def _check_options(agent: _AgentOptions) -> None:
     from cxbridge.run.specs import choose_spec
     from cxbridge_studio.lsp.session import find_scenario
 
-    options, has_scenario = RunOptions(**vars(agent)), True
-    if not source_of(options).is_named:
+    run_options, has_scenario = RunOptions(**vars(options)), True
+    if not source_of(run_options).is_named:
         scenario = find_scenario(Path.cwd())
-        options = dataclasses.replace(options, scenario=scenario or Path())
+        # an empty path keeps the check from asking for a scenario
+        run_options = dataclasses.replace(run_options, scenario=scenario or Path())
         has_scenario = scenario is not None
-    options.check()
-    if not has_scenario or not any(vars(agent).values()):
+    run_options.check()
+    # without options, nothing selects a part of the configuration: the editor shows its mistakes
+    if not has_scenario or not any(vars(options).values()):
         return
     try:
-        config, file = source_of(options).load_configuration()
+        config, file = source_of(run_options).load_configuration()
     except CxbridgeError as error:
         # a missing file is an error here; the editor shows the mistakes within a file
         if error.line is None:
@@ -81,7 +83,7 @@ def _check_options(agent: _AgentOptions) -> None:
 
 
 def _to_json_value(value: Any) -> Any:
-    """Return an option as a JSON value: paths become absolute, and empty values stay empty."""
+    """Return an option as a JSON value: existing paths become absolute, and empty values stay empty."""
     if isinstance(value, tuple):
         return [_to_json_value(item) for item in value]
     return str(value.resolve()) if isinstance(value, Path) and value.exists() else value and str(value)

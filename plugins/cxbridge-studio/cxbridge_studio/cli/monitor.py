@@ -26,7 +26,7 @@ def monitor(
     """Watch and control a daemon in the terminal, or scrub through a recorded run.
 
     Shows goals, plan-actions, skills, interfaces with their values, facts, the agenda, breakpoints and the
-    log; '?' lists the keys. See docs/see.md#the-monitor. Exit status: 0 the user has left; 2 no server, or no
+    log; '?' lists the keys. See docs/see.md#the-monitor. Exit status: 0 the user quit; 2 no server, or no
     recording; 130 ended by a signal.
 
     Example: cxbridge monitor out/run.mcap

@@ -87,7 +87,7 @@ class _SkillFiles:
     fawkes_dir: Annotated[Path | None, typer.Option(metavar="DIR", help="a Fawkes checkout")] = None
     interface_dirs: Annotated[tuple[Path, ...], INTERFACE_DIR_OPTION] = ()
 
-    def folders(self) -> tuple[list[Path], list[Path]]:
+    def find_folders(self) -> tuple[list[Path], list[Path]]:
         """Return the folders of the skills, and those of the interface definitions."""
         from cxbridge.skiller.make import FAWKES_INTERFACES_DIR, skill_folders
 
@@ -151,7 +151,7 @@ def graph(
     if url is None:
         text = make_graph(
             skill,
-            *files.folders(),
+            *files.find_folders(),
             space=files.space,
             direction=direction or "TB",
             coloured=colour is not False,

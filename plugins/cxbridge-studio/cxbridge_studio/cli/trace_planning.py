@@ -40,6 +40,6 @@ def planning(
         raise typer.BadParameter(f"must be one of {', '.join(SECTIONS)}, not '{section}'", param_hint="PART")
     run = open_run(file)
     answer = find_answer(run, call)
-    for line in answer.section_lines(section) if section else answer.terminal_lines():
+    for line in answer.format_section(section) if section else answer.format_sections():
         say(line)
     print_notes(run.notes, file)

@@ -41,7 +41,7 @@ def repair(
     Example: cxbridge trace repair out/run.mcap --dry-run
     """
     from cxbridge.errors import CxbridgeError
-    from cxbridge_studio.repair.recordings import recordings_in
+    from cxbridge_studio.repair.recordings import find_recordings
 
     if output is not None and in_place:
         raise typer.BadParameter("cannot be combined with --in-place", param_hint="--output")
@@ -49,7 +49,7 @@ def repair(
         raise typer.BadParameter(f"'{output}' exists already", param_hint="--output")
     status = 0
     results = []
-    files = list(recordings_in(file)) if file.is_dir() else [file]
+    files = list(find_recordings(file)) if file.is_dir() else [file]
     if not files:
         raise typer.BadParameter("no recording in this folder", param_hint="FILE")
     if output is not None and file.is_dir() and not dry_run:
@@ -74,7 +74,7 @@ def repair(
 
 
 def _repair_file(path: Path, output: Path | None, *, in_place: bool, dry_run: bool) -> dict[str, Any]:
-    """Repair one file; return the result."""
+    """Repair one file, and return the report as a JSON object."""
     from cxbridge_studio.repair.recordings import check_events, examine
 
     file_repair = examine(path)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 _RUN_END = "end"
 _EXECUTIVE = "executive"
-_ANSWER_TIMEOUT_S = 30.0  # for the daemon's answer
+_ANSWER_TIMEOUT_S = 30.0  # the time limit of the daemon's answer
 _RUN = "run"
 
 
@@ -102,7 +102,7 @@ def why(
         ),
     ] = None,
     *,
-    agent: _AgentOptions,
+    agent_options: _AgentOptions,
     rules: Annotated[
         int, typer.Option(min=0, max=3, help="Number of rules to show before each step of a goal.")
     ] = 1,
@@ -119,11 +119,11 @@ def why(
     from cxbridge_studio.explain.answer import explain
 
     kind, name, scenario = _parse_words(words)
-    if scenario is None and agent.fawkes_dir is None:
-        agent.check_unused()
-    if scenario is None and run is None and agent.fawkes_dir is None:
+    if scenario is None and agent_options.fawkes_dir is None:
+        agent_options.check_unused()
+    if scenario is None and run is None and agent_options.fawkes_dir is None:
         return _ask_daemon(url, kind, name, rules, moment, env, as_json=as_json)
-    options = RunOptions(scenario=scenario, **vars(agent))
+    options = RunOptions(scenario=scenario, **vars(agent_options))
     with _open_evidence(options, run, _parse_moment(moment), env) as evidence:
         explanation = explain(evidence, name, kind, rules)
     _print_explanation(explanation.lines, explanation.data, as_json=as_json)
@@ -165,22 +165,22 @@ def _open_evidence(
     options: RunOptions, run: Path | None, at_s: float | None, env: str | None
 ) -> Iterator[Evidence]:
     """Yield the evidence from a scenario, a recording, or a recording with the rules of a scenario."""
-    from cxbridge_studio.explain.scenario import scenario_evidence
+    from cxbridge_studio.explain.scenario import collect_scenario_evidence
 
     has_scenario = options.scenario is not None or options.fawkes_dir is not None
     if run is None:
-        with scenario_evidence(options, at_s, env) as evidence:
+        with collect_scenario_evidence(options, at_s, env) as evidence:
             yield evidence
         return
     from cxbridge.trace.formats.registry import open_run
-    from cxbridge_studio.check.sources import scenario_rules
+    from cxbridge_studio.check.sources import load_scenario_rules
     from cxbridge_studio.explain.recorded import RecordedEvidence
 
     recording = open_run(run)
     if not has_scenario:
         yield RecordedEvidence(recording, at_s, env)
         return
-    with scenario_rules(options, env=env) as rules:
+    with load_scenario_rules(options, env=env) as rules:
         yield RecordedEvidence(recording, at_s, env, rules)
 
 

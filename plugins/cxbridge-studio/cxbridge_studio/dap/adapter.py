@@ -41,7 +41,7 @@ CAPABILITIES: Final = {
     "exceptionBreakpointFilters": [{"filter": name, "label": title} for name, (title, _) in FILTERS.items()],
 }
 
-_POLL_S: Final = 0.2  # the time between two checks whether the stop is over
+_POLL_PERIOD_S: Final = 0.2  # the time between two checks whether the stop is over
 # the targets of the request `stepIn`: the unit of the step and its title, by the number that the client sends
 _STEP_TARGETS: Final = {
     1: ("rule", "the next rule"),
@@ -75,7 +75,7 @@ class Adapter:
         thread_arguments, frame_arguments, no_arguments = (
             protocol.ThreadArguments,
             protocol.FrameArguments,
-            protocol.Nothing,
+            protocol.NoArguments,
         )
         # by request: the type of its arguments, its handler, and the phases in which the request is valid
         self._handlers: Mapping[str, tuple[type[Any], Callable[[Any], Any], SessionPhase]] = {
@@ -143,7 +143,7 @@ class Adapter:
         try:
             while (request := self._wire.read()) is not None:
                 if request.command in _ENDING_REQUESTS and self._target is not None:
-                    # at once, not from the queue: the main thread may run rules that fire without end
+                    # at once, not from the queue: the main thread may run rules that never stop firing
                     self._target.interrupt()
                 self._requests.put(request)
         except (WireError, OSError) as error:
@@ -238,7 +238,7 @@ class Adapter:
         try:
             while not is_over() and not self._is_over:
                 with suppress(queue.Empty):
-                    self._handle_request(self._requests.get(timeout=_POLL_S))
+                    self._handle_request(self._requests.get(timeout=_POLL_PERIOD_S))
         finally:
             self._stop_view = None
 
@@ -275,15 +275,15 @@ class Adapter:
         if self._target.can_go_back:
             self.send_event("capabilities", {"capabilities": {"supportsStepBack": True}})
 
-    def _configuration_done(self, _arguments: protocol.Nothing) -> None:
+    def _configuration_done(self, _arguments: protocol.NoArguments) -> None:
         self._run_phase = SessionPhase.RUNNING
 
-    def _terminate(self, _arguments: protocol.Nothing) -> None:
+    def _terminate(self, _arguments: protocol.NoArguments) -> None:
         if self._phase is SessionPhase.LAUNCHED:  # before the run, whose end would send this event
             self._run_phase = SessionPhase.OVER
             self.send_event("terminated")
 
-    def _disconnect(self, _arguments: protocol.Nothing) -> None:
+    def _disconnect(self, _arguments: protocol.NoArguments) -> None:
         self._is_over = True
 
     # -- setting breakpoints
@@ -300,7 +300,7 @@ class Adapter:
         return {"breakpoints": self._breakpoints.set_exception_filters(arguments)}
 
     def _list_breakpoint_lines(self, arguments: protocol.BreakpointLocationsArguments) -> Mapping[str, Any]:
-        return {"breakpoints": [{"line": line} for line in self._breakpoints.lines_between(arguments)]}
+        return {"breakpoints": [{"line": line} for line in self._breakpoints.find_lines_between(arguments)]}
 
     # -- inspection
 
@@ -310,7 +310,7 @@ class Adapter:
             threads = ", ".join(f"{thread} ({name})" for thread, name in enumerate(agents, start=1))
             raise CxbridgeError(f"there is no thread {number}", hint=f"the threads are {threads or 'none'}")
 
-    def _list_threads(self, _arguments: protocol.Nothing) -> Mapping[str, Any]:
+    def _list_threads(self, _arguments: protocol.NoArguments) -> Mapping[str, Any]:
         agents = () if self._phase is SessionPhase.OVER else self._current_target.agents
         return {"threads": [{"id": number, "name": name} for number, name in enumerate(agents, start=1)]}
 
@@ -318,14 +318,14 @@ class Adapter:
         self._check_thread(arguments.thread_id)
         if arguments.thread_id != self._current_stop.target_stop.agent:
             return {"stackFrames": [], "totalFrames": 0}
-        return self._current_stop.frames(arguments.start_frame, arguments.levels)
+        return self._current_stop.list_frames(arguments.start_frame, arguments.levels)
 
     def _list_scopes(self, arguments: protocol.FrameArguments) -> Mapping[str, Any]:
-        return {"scopes": self._current_stop.scopes(arguments.frame_id)}
+        return {"scopes": self._current_stop.list_scopes(arguments.frame_id)}
 
     def _list_variables(self, arguments: protocol.VariablesArguments) -> Mapping[str, Any]:
         reference, start, count = arguments.variables_reference, arguments.start, arguments.count
-        variables = self._current_stop.variables(reference, start, count)
+        variables = self._current_stop.list_variables(reference, start, count)
         # all variables here have names: a request for indexed variables gets none
         return {"variables": [] if arguments.filter == "indexed" else variables}
 
@@ -337,8 +337,8 @@ class Adapter:
     def _evaluate(self, arguments: protocol.EvaluateArguments) -> protocol.EvaluateBody:
         if arguments.frame_id is not None:
             self._current_stop.check_frame(arguments.frame_id)
-        body, printed = self._current_stop.evaluate(arguments.expression)
-        for line in printed:
+        body, output_lines = self._current_stop.evaluate(arguments.expression)
+        for line in output_lines:
             self.send_event("output", {"category": "console", "output": f"{line}\n"})
         if arguments.context == "repl":
             self._send_invalidated()
@@ -353,9 +353,11 @@ class Adapter:
         _, text = self._sources.find_text(source)
         return {"content": text, "mimeType": "text/x-clips"}
 
-    def _list_loaded_sources(self, _arguments: protocol.Nothing) -> Mapping[str, Any]:
+    def _list_loaded_sources(self, _arguments: protocol.NoArguments) -> Mapping[str, Any]:
         return {
-            "sources": [self._sources.make_source(FileLine(file, 1)) for file in self._current_target.files()]
+            "sources": [
+                self._sources.make_source(FileLine(file, 1)) for file in self._current_target.list_files()
+            ]
         }
 
     # -- stepping

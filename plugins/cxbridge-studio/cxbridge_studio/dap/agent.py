@@ -19,7 +19,7 @@ from cxbridge.rights import ALL_RIGHTS
 from cxbridge_studio.dap.expressions import expand_known_variables
 from cxbridge_studio.dap.probes import Probes
 from cxbridge_studio.dap.target import FileLine, Firing, StoppedEnvironment
-from cxbridge_studio.debugger.agenda import activations
+from cxbridge_studio.debugger.agenda import read_activations
 from cxbridge_studio.debugger.debugger import debugger_of
 from cxbridge_studio.debugger.environments import EnvironmentService
 from cxbridge_studio.explain.rules.environment import take_snapshot
@@ -101,7 +101,7 @@ class DebuggedAgent:
     def _expand_variables(self, text: str, stop: Stop) -> str:
         return expand_known_variables(text, LiveStoppedEnvironment(self, stop)) if "?" in text else text
 
-    def rule_position(self, rule: str) -> FileLine | None:
+    def find_rule_position(self, rule: str) -> FileLine | None:
         """Return the position of a rule, in the last loaded file that defines it."""
         # reads only the files that have been loaded since the last call
         files = self.env.loader.files
@@ -117,7 +117,7 @@ class LiveStoppedEnvironment(StoppedEnvironment):
     """The environment of an agent whose rules are stopped."""
 
     def __init__(self, agent: DebuggedAgent, stop: Stop) -> None:
-        last_firing, next_activation = agent.last_firing, next(activations(agent.env), None)
+        last_firing, next_activation = agent.last_firing, next(read_activations(agent.env), None)
         # a stop before a rule is about the next rule, any other stop about the rule that has fired
         if stop.line or stop.kind in ("transition", "after") or next_activation is None:
             firing = None if last_firing is None else Firing(last_firing.rule, last_firing.basis, stop.line)
@@ -129,26 +129,26 @@ class LiveStoppedEnvironment(StoppedEnvironment):
         self._env = agent.env
         self._is_within_rule = bool(stop.line)
 
-    def rule_position(self, rule: str) -> FileLine | None:
-        return self._agent.rule_position(rule)
+    def find_rule_position(self, rule: str) -> FileLine | None:
+        return self._agent.find_rule_position(rule)
 
-    def rule_without_facts(self, rule: str) -> Snapshot:
+    def take_rule_snapshot(self, rule: str) -> Snapshot:
         return take_snapshot(self._env, rule, max_facts=0)
 
-    def fact_counts(self) -> Mapping[str, int]:
+    def count_facts(self) -> Mapping[str, int]:
         return Counter(name for _, name, _ in self._env.facts())
 
     def find_template(self, name: str) -> FactTemplate | None:
         pointer = lib.FindDeftemplate(self._env.c_env, encode(name))
         return None if pointer == NULL else template_of(pointer)
 
-    def facts(self, template: str) -> Sequence[FactChange]:
+    def read_facts(self, template: str) -> Sequence[FactChange]:
         if not self._env.has_template(template):
             return ()
         indices = [index for index, _, _ in self._env.facts(template)]
-        return [fact for fact in map(self.fact, indices) if fact is not None]
+        return [fact for fact in map(self.find_fact, indices) if fact is not None]
 
-    def fact(self, index: int) -> FactChange | None:
+    def find_fact(self, index: int) -> FactChange | None:
         pointer = self._env.maker.find_fact(index)
         if pointer == NULL:
             return self._agent.retracted_facts.get(index)
@@ -156,13 +156,13 @@ class LiveStoppedEnvironment(StoppedEnvironment):
         text = self._env.watcher.fact_text(pointer)
         return FactChange(0, self._env.name, asserted=True, index=index, template=template, text=text)
 
-    def agenda(self) -> Sequence[tuple[int, str, str]] | None:
+    def read_agenda(self) -> Sequence[tuple[int, str, str]] | None:
         return [
             (int(salience), str(rule), str(basis))
             for salience, rule, basis in self._agent.carry_out_operation("agenda")
         ]
 
-    def local_variables(self) -> Mapping[str, Value] | None:
+    def read_local_variables(self) -> Mapping[str, Value] | None:
         probes = self._agent.probes
         return None if probes is None or not self._is_within_rule else probes.values()
 

@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 
 # The prefix of the variables for the facts that the condition does not bind to a variable.
 _FACT_VARIABLE_PREFIX: Final = "cx-dap-fact-"
-_MAX_BRANCHES: Final = 64  # alternatives of nested (or ...), whose number multiplies, that are tried
-_MAX_MATCHES: Final = 1000  # matches of a rule that are compared with the firing
+_MAX_BRANCHES: Final = 64  # limit of the tried alternatives, whose number grows exponentially with (or ...)
+_MAX_MATCHES: Final = 1000  # limit of the matches that are compared with the firing
 
 
 def parse_basis(basis: str) -> list[int]:
@@ -37,22 +37,24 @@ def parse_basis(basis: str) -> list[int]:
 
 
 def find_bindings(
-    snapshot: Snapshot, basis: str, fact: Callable[[int], FactChange | None]
+    snapshot: Snapshot, basis: str, find_fact: Callable[[int], FactChange | None]
 ) -> dict[str, Value]:
-    """Return the values of the variables in a rule's condition, by name without ``?``.
+    """Return the values of the variables in a rule's condition, by their names without ``?``.
 
     :param snapshot: the rule, without facts.
     :param basis: the facts that the rule fires for, in the notation ``f-1,*``.
-    :param fact: returns a fact by its index; None if it is unknown.
+    :param find_fact: returns the fact with an index, or None if the fact is unknown.
     :raises ClipsError: if a fact is unknown, or the condition cannot be matched here.
     """
     condition = parse_rule(snapshot.text)
     indices = parse_basis(basis)
-    changes = [change for index in dict.fromkeys(indices) if (change := fact(index)) is not None]
+    changes = [change for index in dict.fromkeys(indices) if (change := find_fact(index)) is not None]
     if len(changes) < len(set(indices)):
         raise ClipsError("a fact that the rule fired for is no longer known")
-    names = {pattern.template for pattern in find_patterns(condition.ces)}
-    templates_of_rule = {name: template for name, template in snapshot.templates.items() if name in names}
+    used_templates = {pattern.template for pattern in find_patterns(condition.ces)}
+    templates_of_rule = {
+        name: template for name, template in snapshot.templates.items() if name in used_templates
+    }
     templates, rows = parse_rows(changes, templates_of_rule)
     with Matcher(replace(snapshot, templates=templates, facts=tuple(rows), needs_all_facts=False)) as matcher:
         failure = ClipsError("the facts no longer match the condition")
@@ -60,11 +62,11 @@ def find_bindings(
             fact_patterns = [ce for ce in ces if isinstance(ce, PatternCE)]
             if len(fact_patterns) != len(indices):
                 continue  # the rule fired for another alternative
-            # without tests, a condition also matches facts that the rule has changed since
-            for without_tests in (False, True):
+            # without tests and constraints, a condition also matches facts that the rule has changed since
+            for is_relaxed in (False, True):
                 try:
                     bound_values = _match_variables(
-                        matcher, ces, fact_patterns, indices, without_tests=without_tests
+                        matcher, ces, fact_patterns, indices, is_relaxed=is_relaxed
                     )
                 except ClipsError as error:
                     failure = error  # e.g. about a function that only the run has
@@ -83,7 +85,7 @@ def _expand_alternatives(ces: Sequence[CE]) -> Iterator[list[PatternCE | TestCE]
         elif ce.kind == "and":
             choices.append(list(islice(_expand_alternatives(ce.items), _MAX_BRANCHES)))
         elif ce.kind == "or":
-            alternatives = (ces for branch in ce.items for ces in _expand_alternatives((branch,)))
+            alternatives = (option for branch in ce.items for option in _expand_alternatives((branch,)))
             choices.append(list(islice(alternatives, _MAX_BRANCHES)))
         # `not`, `exists` and `forall` bind no variable
     for alternative in product(*choices):
@@ -96,32 +98,32 @@ def _match_variables(
     fact_patterns: Sequence[PatternCE],
     indices: Sequence[int],
     *,
-    without_tests: bool,
+    is_relaxed: bool,
 ) -> dict[str, Value] | None:
-    """Return the variables of the match with these facts in this order; None if there is none.
+    """Return the variables of the match with these facts in this order; None without such a match.
 
-    :param without_tests: whether to leave out the tests and the constraints of the slots.
+    :param is_relaxed: whether to leave out the tests and the constraints of the slots.
     """
     if not fact_patterns:
         return {}
     texts: list[str] = []
-    facts: list[str] = []
-    names: dict[str, None] = {}  # in the order of the condition, as the editor shows them
+    fact_variables: list[str] = []
+    variable_names: dict[str, None] = {}  # in the order of the condition, as the editor shows them
     for ce in ces:
         if isinstance(ce, TestCE):
-            texts += [] if without_tests else [ce.text]
+            texts += [] if is_relaxed else [ce.text]
             continue
-        variable = ce.variable or f"{_FACT_VARIABLE_PREFIX}{len(facts)}"
-        texts.append(
-            f"?{variable} <- {_strip_constraints(ce) if without_tests else ce.text_without_variable()}"
+        variable = ce.variable or f"{_FACT_VARIABLE_PREFIX}{len(fact_variables)}"
+        texts.append(f"?{variable} <- {_strip_constraints(ce) if is_relaxed else ce.text_without_variable()}")
+        fact_variables.append(variable)
+        variable_names |= dict.fromkeys((variable,))
+        variable_names |= dict.fromkeys(
+            field.name for part in ce.parts for field in part.fields if field.name
         )
-        facts.append(variable)
-        names |= dict.fromkeys((variable,))
-        names |= dict.fromkeys(field.name for part in ce.parts for field in part.fields if field.name)
     fact_refs = [FactRef(index) for index in indices]
-    for values in matcher.match_values(texts, list(names), _MAX_MATCHES):
-        bound_values = dict(zip(names, values, strict=True))
-        if [bound_values[variable] for variable in facts] == fact_refs:
+    for values in matcher.match_values(texts, list(variable_names), _MAX_MATCHES):
+        bound_values = dict(zip(variable_names, values, strict=True))
+        if [bound_values[variable] for variable in fact_variables] == fact_refs:
             return {
                 name: value
                 for name, value in bound_values.items()

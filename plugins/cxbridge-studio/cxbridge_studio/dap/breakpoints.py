@@ -47,7 +47,7 @@ class Breakpoints:
         self._last_number = 0
         self._breakpoint_groups: dict[str, dict[int, Breakpoint]] = {}
         self._line_breakpoints: dict[str, list[_LineBreakpoint]] = {}
-        self._functions: dict[int, protocol.Breakpoint] = {}
+        self._function_states: dict[int, protocol.Breakpoint] = {}
         self._target: Target | None = None
 
     def attach(self, target: Target) -> None:
@@ -79,16 +79,16 @@ class Breakpoints:
         breakpoints: dict[int, Breakpoint] = {}
         states: list[protocol.Breakpoint] = []
         line_breakpoints: list[_LineBreakpoint] = []
-        for requested in arguments.requested_breakpoints:
+        for request in arguments.requested_breakpoints:
             number = self._take_number()
-            position = lines.find_position(requested.line) if requested.line > 0 else None
-            problem = _find_problem(requested, position)
+            position = lines.find_position(request.line) if request.line > 0 else None
+            problem = _find_problem(request, position)
             if position is None or problem:
-                line = requested.line if position is None else position.line
+                line = request.line if position is None else position.line
                 states.append(protocol.Breakpoint(number, verified=False, message=problem, line=line))
                 continue
             breakpoints[number] = position.breakpoint(
-                requested.condition, requested.hit_condition, requested.log_message
+                request.condition, request.hit_condition, request.log_message
             )
             message = (
                 f"within the right-hand side of rule {position.rule}"
@@ -104,7 +104,7 @@ class Breakpoints:
         return states
 
     def _verify_line(self, line_breakpoint: _LineBreakpoint) -> protocol.Breakpoint:
-        """Return the state of a breakpoint; before rules are loaded, the state by the text of its file."""
+        """Return the state of a breakpoint; before rules are loaded, the text of its file decides."""
         is_loaded = self._target is not None and self._target.is_loaded
         reason = (
             self._target.explain_no_stop(line_breakpoint.rule, line_breakpoint.file)
@@ -125,15 +125,15 @@ class Breakpoints:
             for line_breakpoint in file_breakpoints
         ]
         pairs += [
-            (self._verify_name(number, tested_breakpoint), self._functions[number])
+            (self._verify_name(number, tested_breakpoint), self._function_states[number])
             for number, tested_breakpoint in self._breakpoint_groups.get(_FUNCTIONS_GROUP, {}).items()
         ]
         return [state for state, previous in pairs if state.verified != previous.verified]
 
-    def lines_between(self, arguments: protocol.BreakpointLocationsArguments) -> list[int]:
+    def find_lines_between(self, arguments: protocol.BreakpointLocationsArguments) -> list[int]:
         """Return the lines of a range where a breakpoint is possible."""
         _, lines = self._open_source(arguments.source)
-        return lines.possible_lines(arguments.line, arguments.end_line or arguments.line)
+        return lines.find_possible_lines(arguments.line, arguments.end_line or arguments.line)
 
     # -- breakpoints on names
 
@@ -142,25 +142,27 @@ class Breakpoints:
     ) -> list[protocol.Breakpoint]:
         """Replace the breakpoints on goals, plan-actions, skills and rules, and return their states."""
         breakpoints: dict[int, Breakpoint] = {}
-        self._functions.clear()
+        self._function_states.clear()
         for function in requested:
             number = self._take_number()
             try:
                 parsed_breakpoint = parse_breakpoint(function.name)
                 check_hit_count(function.hit_condition)
             except CxbridgeError as error:
-                self._functions[number] = protocol.Breakpoint(number, verified=False, message=str(error))
+                self._function_states[number] = protocol.Breakpoint(
+                    number, verified=False, message=str(error)
+                )
                 continue
             # as in `cxbridge run --break`, the name may include a condition and a hit count
             condition = function.condition or parsed_breakpoint.condition
             hits = function.hit_condition or parsed_breakpoint.hits
             breakpoints[number] = replace(parsed_breakpoint, condition=condition, hits=hits)
-            self._functions[number] = self._verify_name(number, breakpoints[number])
+            self._function_states[number] = self._verify_name(number, breakpoints[number])
         self._replace(_FUNCTIONS_GROUP, breakpoints)
-        return list(self._functions.values())
+        return list(self._function_states.values())
 
     def _verify_name(self, number: int, tested_breakpoint: Breakpoint) -> protocol.Breakpoint:
-        """Return the state of a breakpoint on a name; before the rules are loaded, each is verified."""
+        """Return the state of a breakpoint on a name, which is verified until the rules are loaded."""
         is_loaded = self._target is not None and self._target.is_loaded
         reason = self._target.explain_unreachable(tested_breakpoint) if self._target and is_loaded else ""
         return protocol.Breakpoint(number, verified=not reason, message=reason)
@@ -172,10 +174,10 @@ class Breakpoints:
         if arguments.exception_options or any(option.condition for option in arguments.filter_options):
             raise CxbridgeError("exception filters cannot have conditions or options")
         names = [*arguments.filters, *(option.filter_id for option in arguments.filter_options)]
-        unknown = [name for name in names if name not in FILTERS]
-        if unknown:
+        unknown_names = [name for name in names if name not in FILTERS]
+        if unknown_names:
             raise CxbridgeError(
-                f"there is no filter '{unknown[0]}'", hint=f"the filters are {', '.join(FILTERS)}"
+                f"there is no filter '{unknown_names[0]}'", hint=f"the filters are {', '.join(FILTERS)}"
             )
         breakpoints = {
             self._take_number(): parse_breakpoint(spec) for _, spec in map(FILTERS.__getitem__, names)
@@ -188,13 +190,13 @@ class Breakpoints:
         return number in self._breakpoint_groups.get(_FILTERS_GROUP, {})
 
 
-def _find_problem(requested: protocol.SourceBreakpoint, position: RulePosition | None) -> str:
+def _find_problem(request: protocol.SourceBreakpoint, position: RulePosition | None) -> str:
     """Return why a breakpoint on a line is impossible; empty if it is possible."""
     if position is None:
         no_rule = "no rule begins at this line or below"
-        return no_rule if requested.line > 0 else "lines are counted from 1"
+        return no_rule if request.line > 0 else "lines are counted from 1"
     try:
-        check_hit_count(requested.hit_condition)
+        check_hit_count(request.hit_condition)
     except CxbridgeError as error:
         return str(error)
     return ""

@@ -35,13 +35,13 @@ class ExpressionResult:
 
 
 def find_variables(stopped_env: StoppedEnvironment) -> dict[str, Value]:
-    """Return the variables of the stopped rule, by name without ``?``."""
-    firing, variables = stopped_env.firing, stopped_env.local_variables()
+    """Return the variables of the stopped rule, by their names without ``?``."""
+    firing, variables = stopped_env.firing, stopped_env.read_local_variables()
     if variables is not None:
         return dict(variables)
     if firing is None:
         return {}
-    return find_bindings(stopped_env.rule_without_facts(firing.rule), firing.basis, stopped_env.fact)
+    return find_bindings(stopped_env.take_rule_snapshot(firing.rule), firing.basis, stopped_env.find_fact)
 
 
 def evaluate(stopped_env: StoppedEnvironment, text: str) -> ExpressionResult:
@@ -72,7 +72,7 @@ def evaluate(stopped_env: StoppedEnvironment, text: str) -> ExpressionResult:
 
 def _find_matches(stopped_env: StoppedEnvironment, template: str, pattern: str) -> ExpressionResult:
     """Return the facts of a deftemplate that match a pattern."""
-    fact_template, facts = stopped_env.find_template(template), stopped_env.facts(template)
+    fact_template, facts = stopped_env.find_template(template), stopped_env.read_facts(template)
     assert fact_template is not None
     snapshot = Snapshot(stopped_env.agent, 0, "", {template: fact_template}, ())
     matching_indices = set(
@@ -105,8 +105,8 @@ def expand_variables(
     bound_names = {name for node in nodes for name in _find_bound_names(node)}
     pieces: list[str] = []
     position = 0
-    for top in nodes:
-        for node in top.walk():
+    for root in nodes:
+        for node in root.walk():
             if node.items is not None or not node.text.startswith(("?", "$?")):
                 continue
             name, _, slot = node.text.lstrip("$?").partition(":")
@@ -117,10 +117,10 @@ def expand_variables(
     return "".join((*pieces, text[position:]))
 
 
-def _find_bound_names(top: SyntaxNode) -> set[str]:
+def _find_bound_names(root: SyntaxNode) -> set[str]:
     """Return the variables that a list binds."""
     names = set()
-    for node in top.walk():
+    for node in root.walk():
         if node.items:
             first = node.items[1] if node.head in _BINDERS and len(node.items) > 1 else node.items[0]
             if first.items is None and first.text.startswith(("?", "$?")):

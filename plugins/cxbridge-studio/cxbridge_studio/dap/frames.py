@@ -54,7 +54,7 @@ def _make_rule_frame(stopped_env: StoppedEnvironment) -> Iterator[CallFrame]:
         if stopped_env.event is not None:
             yield CallFrame("event", describe_transition(stopped_env.event))
         return
-    position = stopped_env.rule_position(firing.rule)
+    position = stopped_env.find_rule_position(firing.rule)
     if position is not None and firing.line:
         position = FileLine(position.file, firing.line, position.text)
     yield CallFrame("rule", firing.rule, position)
@@ -80,7 +80,7 @@ def _make_goal_frames(stopped_env: StoppedEnvironment) -> Iterator[CallFrame]:
 
 def find_goals(stopped_env: StoppedEnvironment) -> tuple[dict[str, FactChange], Forest[str]]:
     """Return the facts of the goals by goal id, and the goals as trees."""
-    goals = {read_slots(fact).get("id", ""): fact for fact in stopped_env.facts(GOAL)}
+    goals = {read_slots(fact).get("id", ""): fact for fact in stopped_env.read_facts(GOAL)}
     return goals, Forest(
         {name: parent_id(read_slots(fact).get("parent", "")) for name, fact in goals.items()}
     )
@@ -95,7 +95,7 @@ def _find_subject(stopped_env: StoppedEnvironment) -> tuple[FactChange | None, s
         key = event.goal, event.plan, event.action_id
         return _find_plan_action(stopped_env, key), event.goal
     basis = () if stopped_env.firing is None else parse_basis(stopped_env.firing.basis)
-    facts = [fact for fact in map(stopped_env.fact, basis) if fact is not None]
+    facts = [fact for fact in map(stopped_env.find_fact, basis) if fact is not None]
     action = next((fact for fact in facts if fact.template == ACTION), None)
     if action is not None:
         key = goal_id, _, _ = _read_plan_action_key(action)
@@ -104,7 +104,8 @@ def _find_subject(stopped_env: StoppedEnvironment) -> tuple[FactChange | None, s
     # A rule often matches a goal and its parent, and then acts on the goal: sub-goals come first.
     ids = [read_slots(fact).get("id", "") for fact in facts if fact.template == GOAL]
     parents = {
-        read_slots(fact).get("id", ""): read_slots(fact).get("parent", "") for fact in stopped_env.facts(GOAL)
+        read_slots(fact).get("id", ""): read_slots(fact).get("parent", "")
+        for fact in stopped_env.read_facts(GOAL)
     }
     ids.sort(key=lambda goal_id: parents.get(goal_id) not in ids)
     other_ids = [read_slots(fact).get("goal-id", "") for fact in facts]
@@ -112,7 +113,7 @@ def _find_subject(stopped_env: StoppedEnvironment) -> tuple[FactChange | None, s
 
 
 def _find_plan_action(stopped_env: StoppedEnvironment, key: tuple[str, str, str]) -> FactChange | None:
-    return next((fact for fact in stopped_env.facts(ACTION) if _read_plan_action_key(fact) == key), None)
+    return next((fact for fact in stopped_env.read_facts(ACTION) if _read_plan_action_key(fact) == key), None)
 
 
 def _read_plan_action_key(action: FactChange) -> tuple[str, str, str]:

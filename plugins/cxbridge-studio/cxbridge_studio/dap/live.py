@@ -71,10 +71,10 @@ class LiveRun(Target):
         """Debug an agent before its start."""
         agent = DebuggedAgent(run, stops_at_actions=self.can_stop_at_actions)
         self._agents.append(agent)
-        number = len(self._agents)
+        thread_id = len(self._agents)
         for group, breakpoints in self._breakpoint_groups.items():
             agent.set_breakpoints(group, breakpoints)
-        agent.debugger.on_stop = lambda stop: self._serve_stop(client, number, stop)
+        agent.debugger.on_stop = lambda stop: self._serve_stop(client, thread_id, stop)
 
         def handle_queued_requests() -> None:
             agent.renew_watch()
@@ -83,28 +83,28 @@ class LiveRun(Target):
                 run.loop.stop()
 
         run.loop.add(Hook.PRE_LOOP, handle_queued_requests)
-        client.send_event("thread", {"reason": "started", "threadId": number})
+        client.send_event("thread", {"reason": "started", "threadId": thread_id})
         if self._stop_on_entry:
             agent.debugger.stop()
         if self._is_interrupted:
             run.interrupt()
 
-    def _serve_stop(self, client: DebugClient, number: int, stop: Stop) -> None:
-        agent = self._agents[number - 1]
+    def _serve_stop(self, client: DebugClient, thread_id: int, stop: Stop) -> None:
+        agent = self._agents[thread_id - 1]
         reason = _STOP_REASONS.get(stop.kind, "breakpoint")
         # a stop on entry is made like a pause: only its position is special
         if reason == "pause" and self._stop_on_entry and stop.loop == 1 and stop.fired == 0:
             reason = "entry"
         self._end_steps()
         stopped_env = LiveStoppedEnvironment(agent, stop)
-        stopped = TargetStop(
-            number,
+        target_stop = TargetStop(
+            thread_id,
             reason,
             f"Stopped {stop.reason}",
             stopped_env,
             agent.client_numbers.get(stop.breakpoint, 0),
         )
-        client.serve_stop(stopped, lambda: agent.debugger.stopped is None or agent.env.is_ended)
+        client.serve_stop(target_stop, lambda: agent.debugger.stopped is None or agent.env.is_ended)
         if agent.debugger.stopped is not None:
             agent.debugger.go_on()
 
@@ -123,7 +123,7 @@ class LiveRun(Target):
             agent.run.interrupt()
 
     def set_breakpoints(self, group: str, breakpoints: Mapping[int, Breakpoint]) -> None:
-        self._breakpoint_groups[group] = breakpoints  # for agents that are made later
+        self._breakpoint_groups[group] = breakpoints  # for agents that start later
         for agent in self._agents:
             agent.set_breakpoints(group, breakpoints)
 
@@ -152,7 +152,7 @@ class LiveRun(Target):
 
     @staticmethod
     def _explain_missing(agent: DebuggedAgent, rule: str, file: Path) -> str:
-        rule_position = agent.rule_position(rule)
+        rule_position = agent.find_rule_position(rule)
         if rule_position is not None and rule_position.file != file:
             return f"the rule {rule} that was loaded is the one in {rule_position.file}:{rule_position.line}"
         book = read_rulebook(agent.env, agent.run.paths.clips_dirs)
@@ -164,7 +164,7 @@ class LiveRun(Target):
         reasons = [_explain_unreachable(agent, tested_breakpoint) for agent in self._agents]
         return reasons[0] if all(reasons) else ""
 
-    def files(self) -> Iterator[Path]:
+    def list_files(self) -> Iterator[Path]:
         yield from dict.fromkeys(file.resolve() for agent in self._agents for file in agent.env.loader.files)
 
 

@@ -17,8 +17,7 @@ from cxbridge_studio.dap.expressions import find_variables
 from cxbridge_studio.dap.frames import ACTION, GOAL, CallFrame, find_goals, read_slots
 from cxbridge_studio.dap.target import StoppedEnvironment
 
-# The number of activations, and of facts of a deftemplate, that are shown: a client requests all of them at
-# once.
+# The limit of shown activations, and of shown facts of a deftemplate: a client requests all of them at once.
 MAX_ROWS: Final = 1000
 
 _TYPES: Final[Mapping[type, str]] = {int: "INTEGER", float: "FLOAT", str: "STRING", Symbol: "SYMBOL"}
@@ -69,7 +68,7 @@ class _TrackedFact:
         index = self._first_version.index
         while index in self._stopped_env.changed_indices:
             index = self._stopped_env.changed_indices[index]
-        fact = None if index == self._first_version.index else self._stopped_env.fact(index)
+        fact = None if index == self._first_version.index else self._stopped_env.find_fact(index)
         return fact or self._first_version
 
     def nodes(self) -> list[VariableNode]:
@@ -98,7 +97,7 @@ def make_scopes(stopped_env: StoppedEnvironment, frame: CallFrame) -> list[Varia
                 )
             )
     scopes.append(VariableScope("Goals", lambda: _make_goal_nodes(stopped_env)))
-    if stopped_env.agenda() is not None:
+    if stopped_env.read_agenda() is not None:
         scopes.append(VariableScope("Agenda", lambda: _make_activation_nodes(stopped_env)))
     scopes.append(VariableScope("Facts", lambda: _make_template_nodes(stopped_env), expensive=True))
     return scopes
@@ -119,7 +118,7 @@ def _make_variable_nodes(stopped_env: StoppedEnvironment) -> list[VariableNode]:
 
 
 def _make_variable_node(stopped_env: StoppedEnvironment, name: str, value: Value) -> VariableNode:
-    if isinstance(value, FactRef) and (fact := stopped_env.fact(value.index)) is not None:
+    if isinstance(value, FactRef) and (fact := stopped_env.find_fact(value.index)) is not None:
         text = f"f-{fact.index} {fact.text}"
         return VariableNode(name, text, fact.template, _TrackedFact(stopped_env, fact).nodes, None, name)
     if isinstance(value, tuple):
@@ -146,7 +145,7 @@ def _make_goal_nodes(stopped_env: StoppedEnvironment) -> list[VariableNode]:
 
 def _make_plan_nodes(stopped_env: StoppedEnvironment, goal: str) -> list[VariableNode]:
     nodes = []
-    for fact in stopped_env.facts(ACTION):
+    for fact in stopped_env.read_facts(ACTION):
         slots = read_slots(fact)
         if slots.get("goal-id") == goal:
             words = (slots.get("id", ""), slots.get("action-name", ""), slots.get("param-values", ""))
@@ -158,7 +157,7 @@ def _make_plan_nodes(stopped_env: StoppedEnvironment, goal: str) -> list[Variabl
 
 
 def _make_activation_nodes(stopped_env: StoppedEnvironment) -> list[VariableNode]:
-    rows = stopped_env.agenda() or ()
+    rows = stopped_env.read_agenda() or ()
     return [
         VariableNode(f"{number}", f"{salience} {rule}: {basis}", "activation")
         for number, (salience, rule, basis) in enumerate(rows[:MAX_ROWS], start=1)
@@ -173,13 +172,13 @@ def _make_template_nodes(stopped_env: StoppedEnvironment) -> list[VariableNode]:
             "deftemplate",
             partial(_make_fact_nodes, stopped_env, name),
         )
-        for name, count in sorted(stopped_env.fact_counts().items())
+        for name, count in sorted(stopped_env.count_facts().items())
         if count
     ]
 
 
 def _make_fact_nodes(stopped_env: StoppedEnvironment, template: str) -> list[VariableNode]:
-    facts = stopped_env.facts(template)
+    facts = stopped_env.read_facts(template)
     nodes = [make_fact_node(stopped_env, fact) for fact in facts[:MAX_ROWS]]
     if len(facts) > MAX_ROWS:
         text = f"{len(facts) - MAX_ROWS} more; a pattern in the console can select them"

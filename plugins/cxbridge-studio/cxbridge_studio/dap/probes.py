@@ -84,7 +84,7 @@ class Probes:
         self._context = context
         try:
             self._values = {name: self._read_next_value(context, value) for name in action.names}
-            self._debugger.at_line(rule, action.line)
+            self._debugger.stop_at_line(rule, action.line)
         finally:
             self._context, self._values = None, {}
 

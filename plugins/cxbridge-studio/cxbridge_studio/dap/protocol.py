@@ -13,7 +13,7 @@ import msgspec
 EMPTY_ARGUMENTS: Final = msgspec.Raw(b"{}")
 
 Count = Annotated[int, msgspec.Meta(ge=0)]
-Number = Annotated[int, msgspec.Meta(ge=1)]  # a line or column, counted from 1
+LineNumber = Annotated[int, msgspec.Meta(ge=1)]
 
 _T = TypeVar("_T")
 
@@ -43,8 +43,8 @@ class ProtocolObject(msgspec.Struct, rename="camel", omit_defaults=True):
     """An object of the protocol. Default values are omitted."""
 
 
-class Nothing(ProtocolObject):
-    """Arguments that are ignored."""
+class NoArguments(ProtocolObject):
+    """The arguments of requests without arguments; any arguments are ignored."""
 
 
 def parse_arguments(request: Request, arguments_type: type[_T]) -> _T:
@@ -123,8 +123,8 @@ class ExceptionBreakpointsArguments(ProtocolObject):
 
 class BreakpointLocationsArguments(ProtocolObject):
     source: Source
-    line: Number
-    end_line: Number | None = None
+    line: LineNumber
+    end_line: LineNumber | None = None
 
 
 class ThreadArguments(ProtocolObject):

@@ -56,9 +56,9 @@ class _RecordedSources:
         texts = {step.name: (step.data or b"").decode("utf-8", "surrogateescape") for step in steps}
         return cls(Constructs(TextFile(name, text) for name, text in texts.items()), texts)
 
-    def rule_position(self, rule: str) -> FileLine | None:
+    def find_rule_position(self, rule: str) -> FileLine | None:
         """Return the position of a rule, with the recorded text if the file has changed since."""
-        name, line = self.constructs.rulebook().positions.get(rule, ("", 0))
+        name, line = self.constructs.read_rulebook().positions.get(rule, ("", 0))
         if not name:
             return None
         text, path = self.texts[name], Path(name)
@@ -89,24 +89,24 @@ class RecordedStoppedEnvironment(StoppedEnvironment):
         self._retracted = retracted_facts
         self._sources = sources
 
-    def rule_position(self, rule: str) -> FileLine | None:
-        return self._sources.rule_position(rule)
+    def find_rule_position(self, rule: str) -> FileLine | None:
+        return self._sources.find_rule_position(rule)
 
-    def rule_without_facts(self, rule: str) -> Snapshot:
-        return self._sources.constructs.snapshot(rule, self.agent, 0)
+    def take_rule_snapshot(self, rule: str) -> Snapshot:
+        return self._sources.constructs.take_snapshot(rule, self.agent, 0)
 
-    def fact_counts(self) -> Mapping[str, int]:
+    def count_facts(self) -> Mapping[str, int]:
         return Counter(fact.template for fact in self._facts.values())
 
     def find_template(self, name: str) -> FactTemplate | None:
         """Return a deftemplate, derived from its facts if the sources lack it."""
         templates = self._sources.constructs.templates
-        return templates.get(name) or parse_rows(self.facts(name), templates)[0].get(name)
+        return templates.get(name) or parse_rows(self.read_facts(name), templates)[0].get(name)
 
-    def facts(self, template: str) -> Sequence[FactChange]:
+    def read_facts(self, template: str) -> Sequence[FactChange]:
         return [fact for fact in self._facts.values() if fact.template == template]
 
-    def fact(self, index: int) -> FactChange | None:
+    def find_fact(self, index: int) -> FactChange | None:
         return self._facts.get(index) or self._retracted.get(index)
 
     def has_function(self, name: str) -> bool:
@@ -194,20 +194,20 @@ class RecordedRun(Target):
     def explain_no_stop(self, rule: str, file: Path) -> str:
         if not self._has_rules:
             return "no rules were recorded: record with --trace-level rules"
-        if rule not in self._sources.constructs.rule_texts() and self._sources.texts:
+        if rule not in self._sources.constructs.read_rule_texts() and self._sources.texts:
             return f"the run had no rule {rule} of {file.name}"
         return ""
 
     def explain_unreachable(self, tested_breakpoint: Breakpoint) -> str:
-        met_names = OccurredNames()
+        occurred_names = OccurredNames()
         for event in filter(self._is_stop_event, self._scrubber.events):
             if _is_hit(tested_breakpoint, event):
                 return ""
-            met_names.add_event(event)
-        rules = self._sources.constructs.rule_texts()
+            occurred_names.add_event(event)
+        rules = self._sources.constructs.read_rule_texts()
         if not tested_breakpoint.is_rule_breakpoint:
             return (
-                met_names.missing_name_message(tested_breakpoint)
+                occurred_names.describe_missing_name(tested_breakpoint)
                 or f"nothing in the recording reaches {tested_breakpoint}"
             )
         if any(map(tested_breakpoint.matches_rule, rules)):
@@ -215,7 +215,7 @@ class RecordedRun(Target):
         name = tested_breakpoint.name
         return f"there is no rule '{name}' in the recording{or_similar(name, rules)}"
 
-    def files(self) -> Iterator[Path]:
+    def list_files(self) -> Iterator[Path]:
         yield from (Path(name).resolve() for name in self._sources.texts)
 
     # -- execution
@@ -225,12 +225,12 @@ class RecordedRun(Target):
         if self._next_move == "entry":
             return self._stop_at_entry()
         events, direction = self._scrubber.events, -1 if self._is_backwards else 1
-        # At a stop, the scrubber is behind the event of the stop: its number is one less.
-        number = self._scrubber.position - 1 + direction
-        while 0 <= number < len(events) and not self._is_over.is_set():
-            if self._is_stop_event(events[number]) and (stop := self._stop_at(number, client)):
+        # At a stop, the scrubber is behind the event of the stop: the index of the event is one less.
+        event_index = self._scrubber.position - 1 + direction
+        while 0 <= event_index < len(events) and not self._is_over.is_set():
+            if self._is_stop_event(events[event_index]) and (stop := self._stop_at(event_index, client)):
                 return stop
-            number += direction
+            event_index += direction
         if self._is_backwards:
             return self._stop_at_entry()
         if self._scrubber.position == len(events):
@@ -240,39 +240,39 @@ class RecordedRun(Target):
 
     def _stop_at_entry(self) -> TargetStop:
         events = self._scrubber.events
-        number = next((index for index, event in enumerate(events) if self._is_stop_event(event)), 0)
-        self._scrubber.go_to(number + 1)
-        return self._stop_here("entry", self._describe_event(events[number]), events[number])
+        event_index = next((index for index, event in enumerate(events) if self._is_stop_event(event)), 0)
+        self._scrubber.go_to(event_index + 1)
+        return self._stop_here("entry", self._describe_event(events[event_index]), events[event_index])
 
     def _is_stop_event(self, event: Event) -> bool:
         return isinstance(event, _STOP_TYPES) and event.env == self._env
 
-    def _stop_at(self, number: int, client: DebugClient) -> TargetStop | None:
+    def _stop_at(self, event_index: int, client: DebugClient) -> TargetStop | None:
         """Return the stop at an event; None if the recording does not stop there."""
-        event = self._scrubber.events[number]
-        is_change = isinstance(event, RuleFired) or self._is_change(number)
+        event = self._scrubber.events[event_index]
+        is_change = isinstance(event, RuleFired) or self._is_change(event_index)
         for breakpoints in self._breakpoint_groups.values() if is_change else ():
             for client_number, set_breakpoint in breakpoints.items():
                 if _is_hit(set_breakpoint, event) and (
-                    stop := self._count_hit(client_number, set_breakpoint, number, client)
+                    stop := self._count_hit(client_number, set_breakpoint, event_index, client)
                 ):
                     return stop
-        if self._ends_step(event, number):
-            self._scrubber.go_to(number + 1)
+        if self._ends_step(event, event_index):
+            self._scrubber.go_to(event_index + 1)
             return self._stop_here("step", self._describe_event(event), event)
         return None
 
-    def _is_change(self, number: int) -> bool:
+    def _is_change(self, event_index: int) -> bool:
         """Return whether a transition changes a state: a Skiller also repeats its status."""
         transitions = self._scrubber.transitions
-        index = bisect_left(transitions, number + 1)
-        return index < len(transitions) and transitions[index] == number + 1
+        index = bisect_left(transitions, event_index + 1)
+        return index < len(transitions) and transitions[index] == event_index + 1
 
-    def _ends_step(self, event: Event, number: int) -> bool:
+    def _ends_step(self, event: Event, event_index: int) -> bool:
         if self._next_move == "rule":
             return isinstance(event, RuleFired) or not self._has_rules
         if self._next_move == "transition":
-            return isinstance(event, TRANSITION_TYPES) and self._is_change(number)
+            return isinstance(event, TRANSITION_TYPES) and self._is_change(event_index)
         if self._next_move != "loop":
             return False
         # A loop begins with the first firing of a run of the rules; in a recording without firings, when the
@@ -280,18 +280,18 @@ class RecordedRun(Target):
         if isinstance(event, RuleFired) or self._has_rules:
             return isinstance(event, RuleFired) and event.number == 1
         times = self._scrubber.times
-        return number == 0 or times[number] != times[number - 1]
+        return event_index == 0 or times[event_index] != times[event_index - 1]
 
     def _count_hit(
-        self, client_number: int, hit_breakpoint: Breakpoint, number: int, client: DebugClient
+        self, client_number: int, hit_breakpoint: Breakpoint, event_index: int, client: DebugClient
     ) -> TargetStop | None:
         """Return the stop at a breakpoint; None if its condition, hit count or log message prevents the stop.
 
         :param client_number: the client's number of the breakpoint.
-        :param number: the number of the event.
+        :param event_index: the index of the event in the recording.
         """
-        self._scrubber.go_to(number + 1)
-        event = self._scrubber.events[number]
+        self._scrubber.go_to(event_index + 1)
+        event = self._scrubber.events[event_index]
         reason = "breakpoint" if hit_breakpoint.is_rule_breakpoint else "function breakpoint"
         target_stop = replace(
             self._stop_here(reason, self._describe_event(event), event), breakpoint=client_number
@@ -307,7 +307,7 @@ class RecordedRun(Target):
         if not hit_breakpoint.is_due(self._hit_counts[client_number]):
             return None
         if hit_breakpoint.log:
-            text = hit_breakpoint.log_text(
+            text = hit_breakpoint.format_log(
                 lambda expression: self._evaluate_or_error(target_stop.stopped_env, expression)
             )
             client.send_event("output", {"category": "console", "output": f"{text}\n"})
@@ -334,8 +334,8 @@ class RecordedRun(Target):
         """Return a stop at the position of the scrubber."""
         scrubber = self._scrubber
         state, seconds = scrubber.state, scrubber.now_us / MICROSECONDS
-        fired = state.rule if state.rule is not None and state.rule.env == self._env else None
-        firing = None if fired is None else Firing(fired.rule, fired.basis)
+        last_firing = state.rule if state.rule is not None and state.rule.env == self._env else None
+        firing = None if last_firing is None else Firing(last_firing.rule, last_firing.basis)
         transition = event if isinstance(event, TRANSITION_TYPES) else None
         stopped_env = RecordedStoppedEnvironment(
             self._env, firing, transition, state, self._find_retracted_facts(), self._sources
@@ -345,8 +345,8 @@ class RecordedRun(Target):
     def _find_retracted_facts(self) -> dict[int, FactChange]:
         """Return the facts that the current rule has retracted so far."""
         retracted_facts: dict[int, FactChange] = {}
-        for number in range(self._scrubber.position - 1, -1, -1):
-            event = self._scrubber.events[number]
+        for event_index in range(self._scrubber.position - 1, -1, -1):
+            event = self._scrubber.events[event_index]
             if isinstance(event, RuleFired) and event.env == self._env:
                 break
             if isinstance(event, FactChange) and event.env == self._env and not event.asserted:

@@ -175,7 +175,7 @@ class BreakpointLines:
             return RulePosition(rule.name, action_line, is_at_action=True)
         return RulePosition(rule.name, rule.first_line, is_at_action=False)
 
-    def possible_lines(self, first: int, last: int) -> list[int]:
+    def find_possible_lines(self, first: int, last: int) -> list[int]:
         """Return the possible lines in a range."""
         lines = set(self._first_lines)
         if self._includes_actions:

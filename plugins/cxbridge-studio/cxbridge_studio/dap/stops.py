@@ -20,12 +20,12 @@ class StopView:
     """A stop as the client sees it.
 
     :param target_stop: the stop of the target.
-    :param source_of: returns the client's name for the file of a position.
+    :param make_source: returns the client's name for the file of a position.
     """
 
-    def __init__(self, target_stop: TargetStop, source_of: Callable[[FileLine], protocol.Source]) -> None:
+    def __init__(self, target_stop: TargetStop, make_source: Callable[[FileLine], protocol.Source]) -> None:
         self.target_stop = target_stop
-        self._source_of = source_of
+        self._make_source = make_source
         self._frames: list[CallFrame] | None = None
         # The functions that make the children of a variable. A reference is an index of this list, from 1.
         # The list only grows, so references stay valid after a change.
@@ -43,7 +43,7 @@ class StopView:
             self._frames = make_frames(self.target_stop.stopped_env)
         return self._frames
 
-    def frames(self, start: int, levels: int) -> dict[str, object]:
+    def list_frames(self, start: int, levels: int) -> dict[str, object]:
         """Return a part of the stack."""
         frames = [self._make_frame(number, frame) for number, frame in enumerate(self._stack, start=1)]
         end = start + levels if levels else None
@@ -54,7 +54,7 @@ class StopView:
             # in the protocol, a frame without a source has the line 0
             return protocol.StackFrame(number, frame.name, 0, 0, None, "subtle")
         return protocol.StackFrame(
-            number, frame.name, frame.position.line, 1, self._source_of(frame.position)
+            number, frame.name, frame.position.line, 1, self._make_source(frame.position)
         )
 
     def check_frame(self, number: int) -> None:
@@ -65,16 +65,16 @@ class StopView:
         if not 0 < number <= len(self._stack):
             raise CxbridgeError(f"there is no frame {number} now")
 
-    def scopes(self, number: int) -> list[protocol.Scope]:
+    def list_scopes(self, number: int) -> list[protocol.Scope]:
         """Return the scopes of the frame with a number.
 
         :raises CxbridgeError: if there is no such frame.
         """
         self.check_frame(number)
-        groups = make_scopes(self.target_stop.stopped_env, self._stack[number - 1])
+        scopes = make_scopes(self.target_stop.stopped_env, self._stack[number - 1])
         return [
-            protocol.Scope(group.name, self._add_reference(group.children), group.expensive, group.hint)
-            for group in groups
+            protocol.Scope(scope.name, self._add_reference(scope.children), scope.expensive, scope.hint)
+            for scope in scopes
         ]
 
     def _add_reference(self, children: Callable[[], Sequence[VariableNode]]) -> int:
@@ -89,7 +89,7 @@ class StopView:
             self._nodes_by_reference[reference] = list(self._child_makers[reference - 1]())
         return self._nodes_by_reference[reference]
 
-    def variables(self, reference: int, start: int, count: int) -> list[protocol.Variable]:
+    def list_variables(self, reference: int, start: int, count: int) -> list[protocol.Variable]:
         """Return the child variables of a reference.
 
         :raises CxbridgeError: if there is no such reference.

@@ -51,7 +51,7 @@ class StoppedEnvironment(ABC):
     """A stopped CLIPS environment.
 
     :param agent: the name of the agent.
-    :param firing: the current rule; None if there is none.
+    :param firing: the current rule; None between two loops.
     :param event: the transition that caused the stop; None if the stop has another cause.
     """
 
@@ -63,14 +63,14 @@ class StoppedEnvironment(ABC):
         self.changed_indices: dict[int, int] = {}
 
     @abstractmethod
-    def rule_position(self, rule: str) -> FileLine | None:
+    def find_rule_position(self, rule: str) -> FileLine | None:
         """Return the position of a rule in a file; None if the position is unknown."""
 
     @abstractmethod
-    def rule_without_facts(self, rule: str) -> Snapshot: ...
+    def take_rule_snapshot(self, rule: str) -> Snapshot: ...
 
     @abstractmethod
-    def fact_counts(self) -> Mapping[str, int]:
+    def count_facts(self) -> Mapping[str, int]:
         """Return the number of facts by deftemplate."""
 
     @abstractmethod
@@ -78,17 +78,17 @@ class StoppedEnvironment(ABC):
         """Return a deftemplate; None if there is none of this name."""
 
     @abstractmethod
-    def facts(self, template: str) -> Sequence[FactChange]: ...
+    def read_facts(self, template: str) -> Sequence[FactChange]: ...
 
     @abstractmethod
-    def fact(self, index: int) -> FactChange | None:
-        """Return a fact, or a fact that the current rule has retracted; None if neither has the index."""
+    def find_fact(self, index: int) -> FactChange | None:
+        """Return the fact with an index, even if the current rule has retracted it, or None."""
 
-    def agenda(self) -> Sequence[tuple[int, str, str]] | None:
+    def read_agenda(self) -> Sequence[tuple[int, str, str]] | None:
         """Return the salience, rule and facts of each activation in order; None if the agenda is unknown."""
         return None
 
-    def local_variables(self) -> Mapping[str, Value] | None:
+    def read_local_variables(self) -> Mapping[str, Value] | None:
         """Return the variables of the stopped right-hand side; None outside of right-hand sides."""
         return None
 
@@ -128,7 +128,7 @@ class TargetStop:
 
 
 class DebugClient(Protocol):
-    """The client as a target uses it."""
+    """The interface of a client that a target uses."""
 
     def handle_queued_requests(self) -> None:
         """Execute the queued requests."""
@@ -202,5 +202,5 @@ class Target(ABC):
         """Return why no loaded rule can reach a breakpoint; empty if a rule can."""
 
     @abstractmethod
-    def files(self) -> Iterator[Path]:
+    def list_files(self) -> Iterator[Path]:
         """Yield the loaded CLIPS files."""

@@ -12,7 +12,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.numbers import parse_decimal
 from cxbridge_studio.dap.protocol import Event, Request, Response
 
-# limits of what a client may send, so that a faulty client cannot exhaust the memory
+# limits of a client's messages, so that a faulty client cannot exhaust the memory
 MAX_MESSAGE_BYTES: Final = 16 * 1024 * 1024
 _MAX_HEADERS: Final = 32
 _MAX_LINE_BYTES: Final = 4096

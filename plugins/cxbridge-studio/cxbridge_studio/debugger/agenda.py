@@ -1,4 +1,4 @@
-"""Reads the agenda of an environment: the activated rules in firing order."""
+"""Reads the agenda of an environment: the activations in firing order."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
 
 
-def activations(env: ClipsEnvironment) -> Iterator[tuple[int, str, str]]:
+def read_activations(env: ClipsEnvironment) -> Iterator[tuple[int, str, str]]:
     """Yield the salience, the rule and the facts (``f-1,f-2``) of each activation, in firing order."""
     for activation in items_of(lib.GetNextActivation, env.c_env):
         rule, basis = decode(lib.ActivationRuleName(activation)), env.watcher.activation_basis(activation)
@@ -26,5 +26,5 @@ def next_rule(env: ClipsEnvironment) -> str:
     return "" if activation == NULL else decode(lib.ActivationRuleName(activation))
 
 
-def activation_count(env: ClipsEnvironment) -> int:
+def count_activations(env: ClipsEnvironment) -> int:
     return sum(1 for _ in items_of(lib.GetNextActivation, env.c_env))

@@ -15,7 +15,7 @@ from cxbridge.history.transitions import Transition
 
 ANY_NAME: Final = "*"  # the pattern in place of an omitted part
 
-MAX_LENGTH: Final = 4096  # of the text of a breakpoint, because clients of a daemon set breakpoints, too
+MAX_LENGTH: Final = 4096  # limit of a breakpoint's text: clients of a daemon set breakpoints, too
 
 # The parts of the notation, from its end, as in: skill:NAME:S_FAILED hit 3 if (CLIPS) log "TEXT {CLIPS}"
 _STATUS_SUFFIX = re.compile(r"(.+):(S_[A-Z*?]+)", re.DOTALL)
@@ -32,13 +32,14 @@ _COMPARISONS: Final[Mapping[str, Callable[[int, int], bool]]] = {
     "<=": operator.le,
     ">": operator.gt,
     ">=": operator.ge,
-    "%": lambda hits, number: hits % number == 0,
+    "%": lambda hits, divisor: hits % divisor == 0,
 }
 
 _KINDS_BY_PREFIX: Final = {"rule": "before", "before": "before", "after": "after"} | {
     kind: kind for kind in ("goal", "action", "skill")
 }
-_MAX_PARTS: Final = {"before": 1, "after": 1, "goal": 3, "action": 2}  # after the kind, separated by colons
+# the maximum number of parts after the kind, separated by colons
+_MAX_PARTS: Final = {"before": 1, "after": 1, "goal": 3, "action": 2}
 _NOTATIONS: Final = (
     "rule:NAME, after:NAME, goal:NAME[:MODE[:OUTCOME]], action:NAME[:STATE], skill:SKILL[:STATUS]"
 )
@@ -48,15 +49,15 @@ _NOTATIONS: Final = (
 class Breakpoint:
     """A breakpoint. The name, the state and the outcome are shell patterns.
 
-    :param number: the number that :meth:`Debugger.add` assigns; 0 before.
+    :param number: the number that :meth:`Debugger.add` assigns; 0 before the assignment.
     :param kind: ``before`` or ``after`` a rule, a ``goal``, an ``action``, a ``skill``, or a ``line`` of a
-        right-hand side. A ``line`` breakpoint has no notation, see :meth:`Debugger.at_line`.
+        right-hand side. A ``line`` breakpoint has no notation, see :meth:`Debugger.stop_at_line`.
     :param name: the rule, the goal's id or class, the action, the skill string, or the skill's name.
     :param state: the goal's mode, the action's state, the skill's status, or the number of the line.
     :param outcome: the goal's outcome.
     :param condition: a CLIPS expression; FALSE prevents the stop. Empty without a condition.
     :param hits: the required count of hits, such as ``3``, ``>=3``, or ``%3`` for each third hit; empty for
-        any.
+        any count.
     :param log: a text to log instead of stopping, with CLIPS expressions in braces; empty to stop.
     """
 
@@ -99,7 +100,7 @@ class Breakpoint:
         elif isinstance(event, PlanActionTransition):
             kind, names, state = "action", [event.action], event.state
         else:
-            names = [event.skill_string, skill_name(event.skill_string)]
+            names = [event.skill_string, read_skill_name(event.skill_string)]
             kind, state = "skill", event.status
         return (
             self.kind == kind
@@ -108,7 +109,7 @@ class Breakpoint:
             and (not isinstance(event, GoalTransition) or fnmatchcase(event.outcome, self.outcome))
         )
 
-    def log_text(self, evaluate: Callable[[str], str]) -> str:
+    def format_log(self, evaluate: Callable[[str], str]) -> str:
         """Return the text to log, with the values of its expressions.
 
         :param evaluate: returns the value of a CLIPS expression as text.
@@ -162,7 +163,7 @@ def parse_breakpoint(spec: str) -> Breakpoint:
     return Breakpoint(0, kind, name, state, outcome, "".join(condition), "".join(hits[:1]), "".join(log[:1]))
 
 
-def skill_name(skill_string: str) -> str:
+def read_skill_name(skill_string: str) -> str:
     """Return the name of the skill in a skill string, such as ``say`` in ``say{text="x"}``."""
     return _ARGUMENTS_START.split(skill_string.strip(), maxsplit=1)[0]
 
@@ -182,7 +183,7 @@ class Stop:
     """A stop of the executive.
 
     :param kind: ``before`` or ``after`` a rule, at a ``line`` or ``transition``, at the end of a ``step``, or
-        ``asked`` for by a user.
+        ``asked`` if a user requested the stop.
     :param reason: the reason as text.
     :param breakpoint: the number of the breakpoint; 0 without a breakpoint.
     :param rule: the last rule fired in this loop; empty if none has fired.

@@ -2,7 +2,7 @@
 
 CLIPS cannot suspend a right-hand side, the actions of a rule. While the rules are stopped between two
 firings, the loop fires no rule. A stop within a right-hand side lasts as long as the call of
-:meth:`Debugger.at_line`.
+:meth:`Debugger.stop_at_line`.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from cxbridge.events import Event, SkillStatus
 from cxbridge.executive.host.capi import CData, decode, make_callback
 from cxbridge.executive.host.values import FALSE, show
 from cxbridge.history.transitions import TRANSITION_TYPES, Transition
-from cxbridge_studio.debugger.agenda import activations, next_rule
+from cxbridge_studio.debugger.agenda import next_rule, read_activations
 from cxbridge_studio.debugger.breakpoints import Breakpoint, Stop, describe_transition, parse_breakpoint
 from cxbridge_studio.debugger.names import AgentNames
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 STEP_UNITS: Final = ("rule", "loop", "transition")  # the units of steps
 
 # The unit of a step to the next line of a right-hand side. The debug adapter alone offers this unit: it
-# instruments rules with calls of `Debugger.at_line`.
+# instruments rules with calls of `Debugger.stop_at_line`.
 LINE_STEP: Final = "line"
 
 
@@ -61,12 +61,12 @@ class Debugger:
         self._env = env
         self.names = names or AgentNames(env)  # detects unreachable breakpoints
         self._log = env.bus.logger("Debugger")
-        # Is called at each stop, in the thread of the rules, with the environment locked.
+        # The callback for each stop, in the thread of the rules, with the environment locked.
         self.on_stop: Callable[[Stop], None] | None = None
         # Returns an expression of a breakpoint with the values of the rule's variables in place of the
         # variables.
         self.expand: Callable[[str, Stop], str] = lambda text, _stop: text
-        self.loop_count = 0  # of the debugged loops
+        self.loop_count = 0  # the number of debugged loops
         self._breakpoints: dict[int, Breakpoint] = {}
         self._last_number = 0
         # By number of the breakpoint: all hits, and the hits with a true condition.
@@ -176,7 +176,7 @@ class Debugger:
             self._update_subscription()
 
     def step(self, unit: str = "rule") -> None:
-        """Continue for one ``rule``, ``loop`` or ``transition``. While running, stop after the next of these.
+        """Continue for one ``rule``, ``loop`` or ``transition``. Running rules stop after the next unit.
 
         :raises ExecutiveError: if the unit is unknown.
         """
@@ -217,20 +217,20 @@ class Debugger:
 
     @property
     def watches_lines(self) -> bool:
-        """Whether instrumented rules must call :meth:`at_line` now."""
+        """Whether instrumented rules must call :meth:`stop_at_line` now."""
         return self._is_firing and (
             self._step_unit == LINE_STEP
             or any(candidate.kind == "line" for candidate in self._breakpoints.values())
         )
 
     def may_stop_at(self, rule: str, line: int) -> bool:
-        """Return whether :meth:`at_line` would evaluate a condition or stop."""
+        """Return whether :meth:`stop_at_line` would evaluate a condition or stop."""
         return self._step_unit == LINE_STEP or any(
             candidate.matches_line(rule, line) for candidate in self._breakpoints.values()
         )
 
-    def at_line(self, rule: str, line: int) -> None:
-        """Stop at a line of a right-hand side, if a breakpoint or a step asks for it.
+    def stop_at_line(self, rule: str, line: int) -> None:
+        """Stop at a line of a right-hand side, if a breakpoint or a step requires that.
 
         Instrumented rules call this before each action.
 
@@ -306,13 +306,13 @@ class Debugger:
         return fired
 
     def _stop_before(self, breakpoints: list[Breakpoint], next_rule: str) -> Stop | None:
-        """Return the stop before the next rule; None if there is none.
+        """Return the stop before the next rule; None without a stop.
 
         Each activation stops once, because it is still the first of the agenda after the stop.
         """
         for candidate in breakpoints:
             if candidate.kind == "before" and candidate.matches_rule(next_rule):
-                _, rule, basis = next(activations(self._env))
+                _, rule, basis = next(read_activations(self._env))
                 activation = f"{rule}: {basis}"
                 is_new = activation != self._passed_activation
                 if is_new and (stop := self._count_hit(candidate, f"before rule {rule}")):
@@ -321,7 +321,7 @@ class Debugger:
         return None
 
     def _stop_after(self, breakpoints: list[Breakpoint], fired: int) -> Stop | None:
-        """Return the stop after the last firing; None if there is none.
+        """Return the stop after the last firing; None without a stop.
 
         :param breakpoints: the breakpoints on rules.
         :param fired: the number of fired rules.
@@ -360,7 +360,7 @@ class Debugger:
         if not hit_breakpoint.is_due(self._true_hit_counts[hit_breakpoint.number]):
             return None
         if hit_breakpoint.log:
-            text = hit_breakpoint.log_text(lambda expression: self._format_value(expression, stop))
+            text = hit_breakpoint.format_log(lambda expression: self._format_value(expression, stop))
             self._log.info(text)
             return None
         return stop
@@ -406,7 +406,7 @@ class Debugger:
         if not isinstance(event, TRANSITION_TYPES) or event.env != self._env.name:
             return
         if isinstance(event, SkillStatus):
-            # Each new fact of the Skiller causes an event, and the first event shows the status from before.
+            # Each new fact of the Skiller causes an event, and the first event shows an earlier status.
             status = event.skill_string, event.status
             previous_status = self._last_statuses.get(event.skiller, status)
             self._last_statuses[event.skiller] = status

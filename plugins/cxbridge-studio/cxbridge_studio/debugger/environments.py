@@ -22,7 +22,7 @@ from cxbridge.executive.host.loggers import (
 from cxbridge.executive.host.values import FALSE
 from cxbridge.file_access import why_unreadable
 from cxbridge.suggestions import did_you_mean
-from cxbridge_studio.debugger.agenda import activation_count
+from cxbridge_studio.debugger.agenda import count_activations
 from cxbridge_studio.debugger.evaluating import Evaluation, evaluate
 from cxbridge_studio.debugger.fact_editing import count_facts
 from cxbridge_studio.debugger.levels import LevelName, find_level
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.executive.manager import EnvironmentManager, FeatureInfo
 
-_MAX_COMPONENT_LENGTH: Final = 64  # of the name of a log component
+_MAX_COMPONENT_LENGTH: Final = 64  # limit of the name of a log component
 _NAME = re.compile(r"[A-Za-z0-9_.-]{1,64}")
 
 
@@ -96,7 +96,7 @@ class EnvironmentService:
                 name=name,
                 own=name in self._manager.client_environments,
                 facts=count_facts(env),
-                agenda=activation_count(env),
+                agenda=count_activations(env),
                 features=self._manager.loaded_features(name),
                 watch=tuple(item for item, is_watched in watchers.items() if is_watched),
                 log_level=env.loggers.level_of(DEFAULT_LOGGER).name.lower(),
@@ -130,8 +130,8 @@ class EnvironmentService:
         :raises ClipsError: if the environment is unknown or the file unreadable.
         """
         env = self._manager.find(name)
-        if why := why_unreadable(file):
-            raise ClipsError(f"CLIPS cannot read this file: it {why}", file=file)
+        if reason := why_unreadable(file):
+            raise ClipsError(f"CLIPS cannot read this file: it {reason}", file=file)
         with env.lock:
             diagnostic_count = len(env.loader.diagnostics)
             (env.batch if batch else env.load)(file)
@@ -170,10 +170,10 @@ class EnvironmentService:
         with env.lock:
             construct = {"facts": "deftemplate", "rules": "defrule"}.get(item)
             defined_names = names if construct is None else construct_names(env, construct)
-            unknown_names = [word for word in names if word not in defined_names]
+            unknown_names = [unknown for unknown in names if unknown not in defined_names]
             if unknown_names:
                 construct = "deftemplate" if item == "facts" else "defrule"
-                # The text of CLIPS, which its users know.
+                # CLIPS' own message, which its users know.
                 message = f"Unable to find {construct} '{unknown_names[0]}'."
                 raise ClipsError(message, hint=did_you_mean(unknown_names[0], defined_names) or None)
             env.watcher.watch(item, names, on=on)

@@ -54,7 +54,7 @@ def evaluate(env: ClipsEnvironment, expression: str, limit_s: float = LIMIT_S) -
         value = env.eval(expression)
     except ClipsError as error:
         if is_late.is_set():
-            raise _timeout_error(expression, limit_s) from error
+            raise _make_timeout_error(expression, limit_s) from error
         raise
     finally:
         timer.cancel()
@@ -62,9 +62,9 @@ def evaluate(env: ClipsEnvironment, expression: str, limit_s: float = LIMIT_S) -
         env.output.redirect(previous_sink)
         env.api.clear_halt()
     if is_late.is_set():
-        raise _timeout_error(expression, limit_s)
+        raise _make_timeout_error(expression, limit_s)
     return Evaluation("" if value is None else show_alone(value), tuple(lines))
 
 
-def _timeout_error(expression: str, limit_s: float) -> ClipsError:
+def _make_timeout_error(expression: str, limit_s: float) -> ClipsError:
     return ClipsError(f"{expression} did not end within {limit_s:g} s", hint="it was ended")

@@ -20,7 +20,7 @@ from cxbridge.executive.host.facts.modify import Modify
 from cxbridge.executive.host.source import check_parser_limits
 from cxbridge.executive.host.values import FactAddress, Symbol, Value
 from cxbridge.suggestions import did_you_mean
-from cxbridge_studio.constructs import unknown_template_error
+from cxbridge_studio.constructs import make_unknown_template_error
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
@@ -28,27 +28,27 @@ if TYPE_CHECKING:
 _INVALID_SLOT: Final = re.compile(r"[Ii]nvalid slot '([^']+)'")
 
 
-def fact_texts(env: ClipsEnvironment, template: str = "") -> Iterator[tuple[int, str]]:
+def read_fact_texts(env: ClipsEnvironment, template: str = "") -> Iterator[tuple[int, str]]:
     """Yield the index and the text of all facts, or of one deftemplate's facts.
 
     :raises ClipsError: if the deftemplate is unknown.
     """
     if template and not env.has_template(template):
-        raise unknown_template_error(env, template)
+        raise make_unknown_template_error(env, template)
     for index, name, slots in env.facts(template or None):
         yield index, fact_text(name, slots)
 
 
 def search_facts(
-    env: ClipsEnvironment, words: str, after: int, max_count: int, max_seconds: float
+    env: ClipsEnvironment, search_text: str, after: int, max_count: int, max_seconds: float
 ) -> tuple[list[tuple[int, str]], int | None]:
     """Search facts by text, in bounded time.
 
-    :param words: a part of the text in any case; empty for all facts.
+    :param search_text: a part of the text in any case; empty for all facts.
     :param after: the index up to which facts are skipped.
     :param max_count: the maximum number of results.
     :param max_seconds: the maximum duration.
-    :returns: the index and the text of each fact, and the last searched index; None for the index at the end.
+    :returns: the index and the text of each fact, and the last searched index; None after the last fact.
     """
     facts: list[tuple[int, str]] = []
     deadline, last_index = perf_counter() + max_seconds, after
@@ -60,7 +60,7 @@ def search_facts(
                 return facts, last_index
             text = env.api.fact_text(fact)
             last_index = index
-            if words.lower() in text.lower():
+            if search_text.lower() in text.lower():
                 facts.append((index, text))
     return facts, None
 
@@ -143,8 +143,8 @@ def modify_fact(
         values = constant_values(text) if constant else text
         changes += (Symbol(slot), env.eval(f"(create$ {values})"))
     complaints: list[str] = []
-    modified = Modify(env.c_env, env.api, env.maker, complaints.append)(index, *changes)
+    new_fact = Modify(env.c_env, env.api, env.maker, complaints.append)(index, *changes)
     env.api.clear_halt()
-    if not isinstance(modified, FactAddress):
+    if not isinstance(new_fact, FactAddress):
         raise ClipsError(" ".join(complaints) or f"CLIPS refuses to modify f-{index}")
-    return int(lib.FactIndex(modified.pointer))
+    return int(lib.FactIndex(new_fact.pointer))

@@ -1,4 +1,4 @@
-"""The names of log levels in requests and answers of operations."""
+"""The names of log levels in requests and replies of operations."""
 
 from __future__ import annotations
 

@@ -18,8 +18,8 @@ from cxbridge.events import Event, GoalTransition, PlanActionTransition, SkillSt
 from cxbridge.executive.host.constructs import construct_names
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.suggestions import did_you_mean, or_similar
-from cxbridge_studio.constructs import allowed_values
-from cxbridge_studio.debugger.breakpoints import ANY_NAME, Breakpoint, skill_name
+from cxbridge_studio.constructs import read_allowed_values
+from cxbridge_studio.debugger.breakpoints import ANY_NAME, Breakpoint, read_skill_name
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
@@ -30,13 +30,13 @@ _LOADING_FUNCTIONS: Final = frozenset(
     | {"bload", "build"}
 )
 
-_ENDING_STATUS: Final = re.compile(r".*:(\w+)", re.DOTALL)
+_STATUS_SUFFIX: Final = re.compile(r".*:(\w+)", re.DOTALL)
 _LITERAL_START: Final = re.compile(r"[^*?\[{(]*")
 _WILDCARDS: Final = "*?["
-_MAX_NAMES: Final = 10_000  # the limit of the names that are kept for suggestions, per kind
+_MAX_NAMES: Final = 10_000  # the limit of the kept names of a kind, which serve suggestions
 
-# Unreachable breakpoints, with the reasons.
-Mistakes = Sequence[tuple[Breakpoint, ExecutiveError]]
+# Unreachable breakpoints, each with the reason as an error.
+BreakpointMistakes = Sequence[tuple[Breakpoint, ExecutiveError]]
 
 
 class AgentNames:
@@ -44,7 +44,7 @@ class AgentNames:
 
     :param env: the agent's environment.
     :param skills: returns the existing skills; None if they are unknown.
-    :param is_initial: returns whether a file belongs to the core, which loads files during the
+    :param is_core_file: returns whether a file belongs to the core, which loads files only during the
         initialisation.
     """
 
@@ -52,15 +52,15 @@ class AgentNames:
         self,
         env: ClipsEnvironment,
         skills: Callable[[], Collection[str] | None] = lambda: None,
-        is_initial: Callable[[Path], bool] = lambda _file: False,
+        is_core_file: Callable[[Path], bool] = lambda _file: False,
     ) -> None:
         self._env = env
         self._skills = skills
-        self._is_initial = is_initial
+        self._is_core_file = is_core_file
         self._log = env.bus.logger("Debugger")
         self._is_checked = False
-        # Gets the unreachable breakpoints once, after the agent's initialisation.
-        self.on_mistakes: Callable[[Mistakes], None] = self._log_mistakes
+        # The callback for the unreachable breakpoints, called once after the agent's initialisation.
+        self.on_mistakes: Callable[[BreakpointMistakes], None] = self._log_mistakes
 
     @property
     def is_initialized(self) -> bool:
@@ -89,7 +89,7 @@ class AgentNames:
                 mistakes.append((tested_breakpoint, error))
         self.on_mistakes(mistakes)
 
-    def _log_mistakes(self, mistakes: Mistakes) -> None:
+    def _log_mistakes(self, mistakes: BreakpointMistakes) -> None:
         for _, error in mistakes:
             self._log.warn(" ".join(str(error).split()))
 
@@ -115,7 +115,7 @@ class AgentNames:
         if tested_breakpoint.kind == "goal":
             return self._find_goal_mistake(tested_breakpoint)
         if tested_breakpoint.kind == "action":
-            states = allowed_values(self._env, "plan-action", "state")
+            states = read_allowed_values(self._env, "plan-action", "state")
             return _find_name_mistake(
                 tested_breakpoint.state, states, "plan-actions have no state", "the states are"
             )
@@ -131,8 +131,8 @@ class AgentNames:
 
     def _find_goal_mistake(self, tested_breakpoint: Breakpoint) -> tuple[str, str] | None:
         state = tested_breakpoint.state
-        modes = allowed_values(self._env, "goal", "mode")
-        outcomes = allowed_values(self._env, "goal", "outcome")
+        modes = read_allowed_values(self._env, "goal", "mode")
+        outcomes = read_allowed_values(self._env, "goal", "outcome")
         mistake = _find_name_mistake(state, modes, "goals have no mode", "the modes are")
         if mistake is None:
             outcome = tested_breakpoint.outcome
@@ -143,17 +143,17 @@ class AgentNames:
         return mistake
 
     def _find_skill_mistake(self, tested_breakpoint: Breakpoint) -> tuple[str, str] | None:
-        status_match = _ENDING_STATUS.fullmatch(tested_breakpoint.name)  # no skill string ends with a status
+        status_match = _STATUS_SUFFIX.fullmatch(tested_breakpoint.name)  # no skill string ends with a status
         status = status_match[1] if status_match else tested_breakpoint.state
-        mistake = _find_name_mistake(status, skill_statuses(), "skills have no status", "these are")
+        mistake = _find_name_mistake(status, read_skill_statuses(), "skills have no status", "these are")
         skills = None if mistake else self._skills()
         if mistake or skills is None:
             return mistake
         match = _LITERAL_START.match(tested_breakpoint.name)
-        literal = match[0] if match else ""
+        literal_prefix = match[0] if match else ""
         # With a wildcard after it, the literal is only the beginning of a skill's name.
-        is_whole_name = not tested_breakpoint.name[len(literal) :].startswith(tuple(_WILDCARDS))
-        name = literal.strip()
+        is_whole_name = not tested_breakpoint.name[len(literal_prefix) :].startswith(tuple(_WILDCARDS))
+        name = literal_prefix.strip()
         if any(skill == name if is_whole_name else skill.startswith(name) for skill in skills):
             return None
         all_skills = f"there are: {', '.join(sorted(skills)) or 'none'}"
@@ -165,7 +165,7 @@ class AgentNames:
     def _may_load_files(self) -> bool:
         """Whether the agent calls a loading function with a computed name, or with an unloaded file."""
         files = self._env.loader.files
-        texts = (_read_text(file) for file in dict.fromkeys(files) if not self._is_initial(file))
+        texts = (_read_text(file) for file in dict.fromkeys(files) if not self._is_core_file(file))
         return any(_loads_further_file(text, files) for text in texts)
 
 
@@ -185,19 +185,19 @@ class OccurredNames:
         elif isinstance(event, PlanActionTransition):
             self._add("action", event.action)
         elif isinstance(event, SkillStatus):
-            self._add("skill", skill_name(event.skill_string))
+            self._add("skill", read_skill_name(event.skill_string))
 
     def _add(self, kind: str, name: str) -> None:
         if name and len(self._names[kind]) < _MAX_NAMES:
             self._names[kind].add(name)
 
-    def missing_name_message(self, tested_breakpoint: Breakpoint) -> str:
+    def describe_missing_name(self, tested_breakpoint: Breakpoint) -> str:
         """Return a message if the name of a breakpoint has not occurred; empty if it has."""
         names = self._names.get(tested_breakpoint.kind)
         if names is None:
             return ""
         pattern = (
-            skill_name(tested_breakpoint.name)
+            read_skill_name(tested_breakpoint.name)
             if tested_breakpoint.kind == "skill"
             else tested_breakpoint.name
         )
@@ -210,7 +210,7 @@ class OccurredNames:
         )
 
 
-def skill_statuses() -> tuple[str, ...]:
+def read_skill_statuses() -> tuple[str, ...]:
     """Return the statuses of skills, as defined by SkillerInterface."""
     enums = InterfaceRegistry().schema("SkillerInterface").enums
     return tuple(status.name for enum in enums if enum.name == "SkillStatusEnum" for status in enum.items)
@@ -241,13 +241,13 @@ def _read_text(file: Path) -> str:
         return ""
 
 
-def _loads_further_file(text: str, loaded: Iterable[Path]) -> bool:
+def _loads_further_file(text: str, loaded_files: Iterable[Path]) -> bool:
     """Return whether a CLIPS text loads a file that is not loaded yet, or a file with a computed name."""
     tokens = (match[0] for match in TOKEN.finditer(text) if match.lastgroup != "blank")
     for token in tokens:
         if token in _LOADING_FUNCTIONS:
             argument = next(tokens, "")
             name = argument.strip('"') if argument.startswith('"') else ""
-            if not name or not any(f"/{file}".endswith(f"/{name}") for file in loaded):
+            if not name or not any(f"/{file}".endswith(f"/{name}") for file in loaded_files):
                 return True
     return False

@@ -9,7 +9,7 @@ from typing import Final
 from cxbridge.history.model import PLAN_ACTION, ActionKey
 from cxbridge.history.transitions import unquote
 from cxbridge.suggestions import or_similar
-from cxbridge_studio.explain.preconditions import FactLookup, Preconditions, atom_text, parse_fields
+from cxbridge_studio.explain.preconditions import FactLookup, Preconditions, format_atom, parse_fields
 
 FAILED_STATES: Final = ("EXECUTION-FAILED", "FAILED")
 
@@ -28,7 +28,8 @@ ACTION_TEMPLATES: Final = (
     "skiller-control",
 )
 
-_UNSET_SKILLER_VALUES: Final = ("", "nil")  # of the slot `skiller`: any Skiller may execute the action
+# the values of the slot `skiller` of an action that any Skiller may execute
+_UNSET_SKILLER_VALUES: Final = ("", "nil")
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,11 +95,11 @@ def _describe_failed_skill(find_facts: FactLookup, action: Mapping[str, str], ac
     if action.get("state") != "EXECUTION-FAILED":
         return ""
     error = unquote(action.get("error-msg", ""))
-    call = _find_fact(
+    execution = _find_fact(
         find_facts("skill-action-execinfo"),
         **dict(zip(("goal-id", "plan-id", "action-id"), action_key, strict=True)),
     )
-    skill = _find_fact(find_facts("skill"), id=call.get("skill-id", "")) if call else {}
+    skill = _find_fact(find_facts("skill"), id=execution.get("skill-id", "")) if execution else {}
     text = unquote(skill.get("skill-string", ""))
     return ": ".join(filter(None, (f"skill {text} failed" if text else "", error)))
 
@@ -109,13 +110,14 @@ def _describe_operator_mismatch(find_facts: FactLookup, action: Mapping[str, str
     name = action.get("action-name", "")
     if name not in operators:
         return f"the domain has no operator '{name}'{or_similar(name, operators)}" if operators else ""
-    expected = parse_fields(operators[name].get("param-names", ""))
+    expected_names = parse_fields(operators[name].get("param-names", ""))
     names, values = parse_fields(action.get("param-names", "")), parse_fields(action.get("param-values", ""))
-    if names and set(names) != set(expected):
+    if names and set(names) != set(expected_names):
         return (
-            f"its parameters are ({' '.join(names)}), but those of the operator {name} ({' '.join(expected)})"
+            f"its parameters are ({' '.join(names)}), but those of the operator {name} are "
+            f"({' '.join(expected_names)})"
         )
-    names = names or expected
+    names = names or expected_names
     if len(names) != len(values):
         return f"it has {len(values)} values for the {len(names)} parameters ({' '.join(names)})"
     # The effects of an action that has run may make its own precondition false.
@@ -132,7 +134,7 @@ def _describe_missing_effects(
     if action.get("state") != "SENSED-EFFECTS-WAIT":
         return ""
     atoms = [
-        atom_text((slots.get("name", ""), *parse_fields(slots.get("param-values", ""))))
+        format_atom((slots.get("name", ""), *parse_fields(slots.get("param-values", ""))))
         + (" to go" if slots.get("type") == "NEGATIVE" else "")
         for slots in find_facts("domain-pending-sensed-fact")
         if (slots.get("goal-id"), slots.get("plan-id"), slots.get("action-id")) == action_key
@@ -147,12 +149,12 @@ def _describe_skiller_problem(
     skiller = unquote(action.get("skiller", ""))
     if skiller in _UNSET_SKILLER_VALUES:
         return ""
-    for call in find_facts("skill-action-execinfo"):
-        if unquote(call.get("skiller", "")) == skiller:
-            goal, plan, action_id = (call.get(slot, "") for slot in ("goal-id", "plan-id", "action-id"))
+    for execution in find_facts("skill-action-execinfo"):
+        if unquote(execution.get("skiller", "")) == skiller:
+            goal, plan, action_id = (execution.get(slot, "") for slot in ("goal-id", "plan-id", "action-id"))
             if (goal, plan, action_id) == action_key:
                 return ""
-            skill = call.get("skill-name", "")
+            skill = execution.get("skill-name", "")
             return f"the Skiller {skiller} executes action {action_id} {skill} of goal {goal}"
     # A Skiller takes skills only from the program that has its exclusive control.
     controls = find_facts("skiller-control")

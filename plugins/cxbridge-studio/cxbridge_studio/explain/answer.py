@@ -11,7 +11,7 @@ from cxbridge_studio.explain.evidence import Evidence
 from cxbridge_studio.explain.goal_rules import find_formulating_rules
 from cxbridge_studio.explain.goals import UnknownGoalError
 from cxbridge_studio.explain.rules import report as rule_report
-from cxbridge_studio.explain.rules.missing import refused_rules, unloaded_rules
+from cxbridge_studio.explain.rules.missing import find_refused_rules, find_unloaded_rules
 
 # The kinds of subjects of an explanation. The kind `run` needs no name.
 KINDS: Final = ("rule", "goal", "action", "fact", "run")
@@ -45,10 +45,10 @@ def explain(evidence: Evidence, name: str, kind: str = "", rule_count: int = 1) 
             return _explain_action(evidence, name)
         case "fact":
             fact_story = facts.explain_fact(evidence, name)
-            return Explanation(tuple(facts.report_lines(fact_story)), facts.to_json(fact_story))
+            return Explanation(tuple(facts.format_report(fact_story)), facts.to_json(fact_story))
         case "run":
             story = run_story.tell_run(evidence)
-            return Explanation(tuple(run_story.report_lines(story)), run_story.to_json(story))
+            return Explanation(tuple(run_story.format_report(story)), run_story.to_json(story))
         case _:
             return _explain_rule_or_goal(evidence, name, rule_count)
 
@@ -56,7 +56,7 @@ def explain(evidence: Evidence, name: str, kind: str = "", rule_count: int = 1) 
 def _explain_rule_or_goal(evidence: Evidence, name: str, rule_count: int) -> Explanation:
     """Explain an existing rule, or else a goal, or else why a rule is missing."""
     try:
-        is_rule = name in evidence.rulebook().rules
+        is_rule = name in evidence.read_rulebook().rules
     except CxbridgeError as rules_error:
         return _explain_goal_without_rules(evidence, name, rule_count, rules_error)
     if is_rule:
@@ -91,7 +91,7 @@ def _explain_goal_without_rules(
 
 def _explain_rule(evidence: Evidence, name: str) -> Explanation:
     story = rule_report.explain_rule(evidence, name)
-    return Explanation(tuple(rule_report.report_lines(story)), rule_report.to_json(story))
+    return Explanation(tuple(rule_report.format_report(story)), rule_report.to_json(story))
 
 
 def _explain_goal(evidence: Evidence, name: str, rule_count: int) -> Explanation:
@@ -103,7 +103,7 @@ def _explain_goal(evidence: Evidence, name: str, rule_count: int) -> Explanation
             raise
         return explanation
     return Explanation(
-        tuple(goal_report.goal_lines(stories, evidence, rule_count)),
+        tuple(goal_report.format_goals(stories, evidence, rule_count)),
         goal_report.goals_to_json(stories, evidence),
     )
 
@@ -111,33 +111,33 @@ def _explain_goal(evidence: Evidence, name: str, rule_count: int) -> Explanation
 def _explain_action(evidence: Evidence, name: str) -> Explanation:
     stories = goal_report.explain_actions(evidence, name)
     return Explanation(
-        tuple(goal_report.action_lines(stories, evidence)), goal_report.actions_to_json(stories, evidence)
+        tuple(goal_report.format_actions(stories, evidence)), goal_report.actions_to_json(stories, evidence)
     )
 
 
 def _explain_unformulated_goal(evidence: Evidence, name: str) -> Explanation | None:
     """Explain why the rule that formulates goals of a class has not fired.
 
-    :return: None if no rule formulates such goals, or the rules are unknown.
+    :returns: None if no rule formulates such goals, or the rules are unknown.
     """
     try:
-        rulebook, texts = evidence.rulebook(), evidence.rule_texts()
+        rulebook, texts = evidence.read_rulebook(), evidence.read_rule_texts()
     except CxbridgeError:
         return None
     headline = f"no goal {name} has been formulated: "
     missing_rules = {
-        rule.name: rule for rule in (*refused_rules(rulebook).values(), *unloaded_rules(rulebook))
+        rule.name: rule for rule in (*find_refused_rules(rulebook).values(), *find_unloaded_rules(rulebook))
     }
     lines: list[str] = []
     if missing_rule_names := find_formulating_rules(
         {rule.name: rule.text for rule in missing_rules.values()}, name
     ):
         rule = missing_rules[missing_rule_names[0]]
-        headline += f"rule {rule.name}, which makes it, {rule.why}"
+        headline += f"rule {rule.name}, which makes it, {rule.reason}"
     elif loaded_rule_names := find_formulating_rules(texts, name):
         story = rule_report.explain_rule(evidence, loaded_rule_names[0])
-        headline += rule_report.headline(story)
-        lines = list(rule_report.report_lines(story))[1:]  # the first line is the headline, which is above
+        headline += rule_report.make_headline(story)
+        lines = list(rule_report.format_report(story))[1:]  # the first line is the headline, which is above
     else:
         return None
     return Explanation(

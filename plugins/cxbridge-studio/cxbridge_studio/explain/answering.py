@@ -21,12 +21,12 @@ from cxbridge.executive.executive import ENVIRONMENT
 from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.mainloop import Hook
 from cxbridge.run.components.component import Component
-from cxbridge_studio.constructs import rule_texts
+from cxbridge_studio.constructs import read_rule_texts
 from cxbridge_studio.explain.evidence import Evidence, History
 from cxbridge_studio.explain.goal_rules import find_formulating_rules
 from cxbridge_studio.explain.goal_story import FACT_TEMPLATES, MAX_COPIED_FACTS
 from cxbridge_studio.explain.rules.environment import (
-    fact_slots,
+    read_fact_slots,
     read_rulebook,
     restore_sources,
     take_snapshot,
@@ -54,7 +54,7 @@ class Explainer(Component):
     description = "Explains rules and goals"
 
     def __init__(self, context: Run) -> None:
-        # The interface's class is made from its XML definition at run time, so it has no static type.
+        # The class of the interface is made from XML at run time, so it has no static type.
         self._interface: Any = context.board.open_for_writing(
             EXPLAIN_TYPE, EXPLAIN_ID, owner=OWNER, queue_limit=MAX_QUESTIONS
         )
@@ -122,14 +122,14 @@ class Explainer(Component):
         history = copy(self._history)
         history.steps = self._history.steps.copy()
         history.firings = self._history.firings.copy()
-        # The end of a fact is written into its life later, so the lives are copied, too.
+        # The lives are copied, too, because the end of a fact is written into its life later.
         history.fact_lives = {index: copy(life) for index, life in self._history.fact_lives.items()}
         return history
 
     def _find_facts(self, template: str) -> list[Mapping[str, str]]:
         """Return the facts of a deftemplate. The history calls this while rules fire, in their thread."""
         env = self._environment
-        return [] if env is None else fact_slots(env, template, MAX_COPIED_FACTS)
+        return [] if env is None else read_fact_slots(env, template, MAX_COPIED_FACTS)
 
     def _explain(self, evidence: Evidence, name: str, kind: str, rule_count: int) -> None:
         """Set the answer. This is the function of the thread."""
@@ -163,30 +163,30 @@ class CopiedEvidence(Evidence):
         where: str,
         times_us: tuple[int, int],
         history: History,
-        rulebook_copy: Rulebook,
+        rulebook: Rulebook,
         snapshots: Mapping[str, Snapshot | ClipsError],
         facts: Mapping[str, list[Mapping[str, str]]],
         texts: Mapping[str, str],
     ) -> None:
         super().__init__(where, *times_us, history)
-        self._book = rulebook_copy
+        self._book = rulebook
         self._snapshots = snapshots
         self._facts = facts
         self._texts = texts
 
-    def rulebook(self) -> Rulebook:
+    def read_rulebook(self) -> Rulebook:
         return self._book
 
-    def snapshot(self, rule: str) -> Snapshot:
+    def take_snapshot(self, rule: str) -> Snapshot:
         snapshot = self._snapshots.get(rule)
         if isinstance(snapshot, Snapshot):
             return snapshot
         raise snapshot or ClipsError(f"the rule '{rule}' was not copied")
 
-    def fact_slots(self, template: str) -> list[Mapping[str, str]]:
+    def read_fact_slots(self, template: str) -> list[Mapping[str, str]]:
         return self._facts.get(template, [])
 
-    def rule_texts(self) -> Mapping[str, str]:
+    def read_rule_texts(self) -> Mapping[str, str]:
         # The copy has the texts as they are: restoring hundreds of rules would stop the loop.
         return restore_sources(self._texts)
 
@@ -205,21 +205,23 @@ def copy_evidence(
     :param folders: the folders of the agent's CLIPS files.
     :param name: the rule, goal or goal class in the question.
     :param kind: ``rule``, ``goal``, or empty for either.
-    :param where: source and time in words.
+    :param where: the source and the moment in words.
     :param times_us: the start of the run, and the moment to explain.
     """
     facts: dict[str, list[Mapping[str, str]]] = {}
     texts: dict[str, str] = {}
     with env.lock:
-        rulebook_copy = read_rulebook(env, folders)
+        rulebook = read_rulebook(env, folders)
         rules = [name]
-        if kind == "goal" or name not in rulebook_copy.rules:
-            texts = rule_texts(env)
+        if kind == "goal" or name not in rulebook.rules:
+            texts = read_rule_texts(env)
             # If the goal does not exist, the report explains the rule that formulates it.
             rules = find_formulating_rules(texts, name)[:1]
-            facts = {template: fact_slots(env, template, MAX_COPIED_FACTS) for template in FACT_TEMPLATES}
+            facts = {
+                template: read_fact_slots(env, template, MAX_COPIED_FACTS) for template in FACT_TEMPLATES
+            }
         snapshots = {rule: _try_snapshot(env, rule) for rule in rules}
-    return CopiedEvidence(where, times_us, history, rulebook_copy, snapshots, facts, texts)
+    return CopiedEvidence(where, times_us, history, rulebook, snapshots, facts, texts)
 
 
 def _try_snapshot(env: ClipsEnvironment, rule: str) -> Snapshot | ClipsError:

@@ -50,7 +50,7 @@ MAX_FIRINGS: Final = 200_000
 MAX_STEPS: Final = 500_000
 MAX_FACT_LIVES: Final = 200_000
 
-MAX_RULES_BEFORE: Final = 3  # the firings kept with each transition: `why --rules` shows up to 3
+MAX_RULES_BEFORE: Final = 3  # the number of rules kept with each transition: `why --rules` shows up to 3
 
 # The limit of diagnosed actions in a run: each diagnosis searches all facts of the domain.
 MAX_ACTION_DIAGNOSES: Final = 100
@@ -75,10 +75,10 @@ class NoFactsError(TraceError):
 
 @dataclass(frozen=True, slots=True)
 class EvidenceStep:
-    """A transition, a planner call, the fact of a plan-action, or a new error of a Skiller.
+    """A transition, a planner call, a plan-action's fact, a board message, or an error of a Skiller.
 
     :param rules: the rules that fired just before; the last rule caused the step.
-    :param diagnosis: the diagnosis of a failed plan-action, made at that time: its facts may be
+    :param diagnosis: the diagnosis of a failed plan-action, made at the time of the failure: the facts may be
         retracted later.
     """
 
@@ -130,7 +130,7 @@ class History:
     ) -> None:
         self.env = env
         self._failed_actions: set[ActionKey] = set()
-        self._diagnoses_left = MAX_ACTION_DIAGNOSES
+        self._remaining_diagnoses = MAX_ACTION_DIAGNOSES
         self._find_facts = find_facts
         self.steps: deque[EvidenceStep] = deque(maxlen=max_steps)
         self.firings: deque[RuleFired] = deque(maxlen=max_firings)
@@ -186,9 +186,9 @@ class History:
             retracted = self._last_retracted
             # CLIPS' modify retracts the fact and asserts the changed one, in the same firing.
             is_modified = retracted is not None and retracted.template == event.template
-            replaced = retracted.index if retracted is not None and is_modified else -1
+            replaced_index = retracted.index if retracted is not None and is_modified else -1
             self.fact_lives[event.index] = FactLife(
-                event.index, event.template, event.text, event.time_us, rule, replaced
+                event.index, event.template, event.text, event.time_us, rule, replaced_index
             )
             if len(self.fact_lives) > MAX_FACT_LIVES:
                 del self.fact_lives[next(iter(self.fact_lives))]
@@ -203,8 +203,10 @@ class History:
         key = event.goal, event.plan, event.action_id
         if event.state not in FAILED_STATES:
             self._failed_actions.discard(key)
-        elif key not in self._failed_actions and self._find_facts is not None and self._diagnoses_left > 0:
-            self._diagnoses_left -= 1
+        elif (
+            key not in self._failed_actions and self._find_facts is not None and self._remaining_diagnoses > 0
+        ):
+            self._remaining_diagnoses -= 1
             self._failed_actions.add(key)
             return diagnose_action(self._find_facts, key)
         return None
@@ -219,10 +221,10 @@ class History:
 class Evidence(ABC):
     """The events, rules and facts that explain the state of a run at one moment.
 
-    :param where: source and time in words: ``test-scenario at 3.0 s``.
+    :param where: the source and the moment in words: ``test-scenario at 3.0 s``.
     :param start_us: the start of the run.
     :param now_us: the time of the moment.
-    :param history: the events before the moment; None without a recording.
+    :param history: the events before the moment; None if no events are known.
     :ivar ending: how the run ended, in a sentence; empty while it continues, and if unknown.
     :ivar has_executive: whether events of an executive are known, or may come after the moment.
     :ivar is_time_chosen: whether the user chose the time, so that a reused goal id means the goal at that
@@ -242,36 +244,36 @@ class Evidence(ABC):
         self.notes: list[str] = []
 
     @abstractmethod
-    def rulebook(self) -> Rulebook:
+    def read_rulebook(self) -> Rulebook:
         """Return the rules of the environment.
 
         :raises CxbridgeError: if the rules are unknown; the hint says how to provide them.
         """
 
     @abstractmethod
-    def snapshot(self, rule: str) -> Snapshot:
+    def take_snapshot(self, rule: str) -> Snapshot:
         """Return a rule with its facts.
 
         :raises CxbridgeError: if there is no such rule, or facts are unknown.
         """
 
     @abstractmethod
-    def fact_slots(self, template: str) -> list[Mapping[str, str]]:
+    def read_fact_slots(self, template: str) -> list[Mapping[str, str]]:
         """Return the slots of a deftemplate's facts, as CLIPS prints the values; empty if unknown."""
 
     def has_facts(self, template: str) -> bool:  # noqa: ARG002 - all facts of an environment are known
         """Return whether the facts of a deftemplate are known."""
         return True
 
-    def rule_texts(self) -> Mapping[str, str]:
+    def read_rule_texts(self) -> Mapping[str, str]:
         """Return the text of all defrules by name; empty if they are unknown."""
         return {}
 
-    def seconds(self, time_us: int) -> float:
+    def compute_seconds(self, time_us: int) -> float:
         """Return the seconds from the start of the run to a time."""
         return (time_us - self.start_us) / MICROSECONDS
 
-    def rule_firings(self, rule: str) -> Sequence[RuleFired] | None:
+    def find_rule_firings(self, rule: str) -> Sequence[RuleFired] | None:
         """Return the firings of a rule before the moment; None if firings are unknown."""
         if self.history is None or not self.history.rules_known:
             return None

@@ -69,9 +69,14 @@ def explain_fact(evidence: Evidence, name: str) -> FactStory:
         hint = f"the known facts are f-{min(history.fact_lives)} to f-{max(history.fact_lives)}"
         raise CxbridgeError(f"no fact f-{index} is known before this moment", hint=hint)
     previous_life = history.fact_lives.get(life.replaced_index)
-    end_s = None if life.end_us is None else evidence.seconds(life.end_us)
+    end_s = None if life.end_us is None else evidence.compute_seconds(life.end_us)
     return FactStory(
-        evidence.where, life, previous_life, evidence.seconds(life.begin_us), end_s, tuple(evidence.notes)
+        evidence.where,
+        life,
+        previous_life,
+        evidence.compute_seconds(life.begin_us),
+        end_s,
+        tuple(evidence.notes),
     )
 
 
@@ -88,7 +93,7 @@ def to_json(story: FactStory) -> dict[str, Any]:
     }
 
 
-def report_lines(story: FactStory) -> Iterator[str]:
+def format_report(story: FactStory) -> Iterator[str]:
     """Yield the text of the report."""
     yield story.headline
     yield f"in {story.where}"

@@ -21,13 +21,13 @@ from cxbridge_studio.explain.action_diagnosis import FAILED_STATES, ActionDiagno
 from cxbridge_studio.explain.evidence import Evidence
 from cxbridge_studio.explain.goal_rules import find_missing_rule, find_misspelt_rule
 from cxbridge_studio.explain.goals import Goals
-from cxbridge_studio.explain.rules.missing import MissingRule, refused_rules, unloaded_rules
+from cxbridge_studio.explain.rules.missing import MissingRule, find_refused_rules, find_unloaded_rules
 from cxbridge_studio.explain.rules.snapshot import Rulebook
 
 # The statuses of a planner call that ended without a plan.
 _STATUSES_WITHOUT_PLAN: Final = ("none", "failed", "cancelled", "timeout")
 
-# Texts in the right-hand sides of rules. Each text tells which step of an action's life the rule makes.
+# Patterns for right-hand sides of rules: each shows which step in the life of an action the rule performs.
 _SELECTION: Final = re.compile(r"\(state\s+PENDING\s*\)")
 _EXECUTION: Final = re.compile(r"\(state\s+(?:WAITING|RUNNING|EXECUTION-SUCCEEDED)\s*\)")
 _ASSERTION: Final = re.compile(r"\(assert\s")
@@ -53,13 +53,13 @@ class RootCauseFinder:
     def _rules_and_texts(self) -> tuple[Rulebook, Mapping[str, str]]:
         """The rules and their texts; empty if the source knows none."""
         try:
-            return self._evidence.rulebook(), self._evidence.rule_texts()
+            return self._evidence.read_rulebook(), self._evidence.read_rule_texts()
         except CxbridgeError:
             return Rulebook(frozenset(), ()), {}
 
     @cached_property
     def _unloaded_rules(self) -> list[MissingRule]:
-        return list(unloaded_rules(self._rules_and_texts[0]))
+        return list(find_unloaded_rules(self._rules_and_texts[0]))
 
     # --- goals
 
@@ -69,8 +69,8 @@ class RootCauseFinder:
             yield from self.find_planner_cause(goal)
         book, texts = self._rules_and_texts
         slots = {"class": goal.goal_class, "mode": goal.mode}
-        if (rule := find_missing_rule(refused_rules(book).values(), slots)) is not None:
-            yield f"rule {rule.name} {rule.why}"
+        if (rule := find_missing_rule(find_refused_rules(book).values(), slots)) is not None:
+            yield f"rule {rule.name} {rule.reason}"
         misspelt = find_misspelt_rule(texts, slots, self._classes)
         if misspelt is not None:
             rule_name, misspelt_class = misspelt
@@ -82,11 +82,11 @@ class RootCauseFinder:
             yield from self._describe_missing_resources(goal)
         # The least certain reason: many agents keep rules in files that this spec omits on purpose.
         if (rule := find_missing_rule(self._unloaded_rules, slots)) is not None:
-            yield f"rule {rule.name} {rule.why}"
+            yield f"rule {rule.name} {rule.reason}"
 
     def find_planner_cause(self, goal: GoalRecord) -> Iterator[str]:
         """Yield the reason why the last planner call found no plan for a goal; none if it found a plan."""
-        calls = list(self._goals.planner_calls(goal))
+        calls = list(self._goals.find_planner_calls(goal))
         if calls and calls[-1].status in _STATUSES_WITHOUT_PLAN:
             # The output of a planner may have several lines.
             reason = " ".join(calls[-1].reason.split()) or calls[-1].status
@@ -132,7 +132,7 @@ class RootCauseFinder:
         key = goal.id, action.plan, action.id
         # The facts of a failed action may have changed since: its diagnosis was made when it failed.
         if action.state in FAILED_STATES:
-            diagnosis = self._goals.failure_diagnosis(action)
+            diagnosis = self._goals.find_failure_diagnosis(action)
         else:
             diagnosis = diagnose_action(self._find_facts, key)
         if diagnosis is None:
@@ -172,7 +172,7 @@ def _find_action_rules(
 def _describe_missing_rule(texts: Mapping[str, str], diagnosis: ActionDiagnosis, state: str) -> str:
     """Return which rule an action in its state lacks, as the continuation of the diagnosis' problem.
 
-    Empty if no rule is missing, or the rules are unknown.
+    The text is empty if no rule is missing, or the rules are unknown.
     """
     if not texts:
         return ""
@@ -223,11 +223,11 @@ def _describe_missing_selection(texts: Mapping[str, str], diagnosis: ActionDiagn
 def _find_named_plan_types(text: str) -> list[str]:
     """Return the plan types that a rule names; empty if the rule applies to all types."""
     plans = (pattern for pattern in find_patterns(parse_rule(text).ces) if pattern.template == "plan")
-    return [kind for pattern in plans for kind in sorted(pattern.slots.get("type", ()))]
+    return [plan_type for pattern in plans for plan_type in sorted(pattern.slots.get("type", ()))]
 
 
 def _describe_missing_executor(texts: Mapping[str, str], diagnosis: ActionDiagnosis) -> str:
-    """Return that no rule or skill executes an action; empty if one does."""
+    """Return which executor an action lacks; empty if a rule or a skill executes the action."""
     name = diagnosis.name
     rules = _find_action_rules(texts, "PENDING", _EXECUTION)
     # The core's rule for skills names no action either, but executes only those of the action mapping.

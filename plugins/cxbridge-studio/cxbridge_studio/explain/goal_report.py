@@ -13,13 +13,13 @@ from cxbridge_studio.explain.evidence import Evidence
 from cxbridge_studio.explain.goal_story import FACT_TEMPLATES, ActionStory, Cause, GoalStory, GoalStoryWriter
 from cxbridge_studio.explain.goals import Goals
 
-_MAX_WIDTH = 90  # the columns of an event's text: the rules to its right stay on a usual screen
+_MAX_WIDTH = 90  # limit of an event's text in columns, so that the rules to its right stay on a usual screen
 _TIME_WIDTH = 11  # the columns before an event's text: the time with 9 digits, and 2 blanks
 _COMPLETED = "COMPLETED"
 # The end of a cause before a deeper cause: the former outcomes, which have other causes, and the kind of the
 # missing rule. A headline omits this end, because the root cause says more.
 _OMITTED_END: Final = re.compile(r"(; before that, it was [^:]*?)?(, and waits.*)?$")
-_MAX_HEADLINE_CAUSES = 3  # counted from the root cause
+_MAX_HEADLINE_CAUSES = 3  # limit of the causes in a headline, counted from the root cause
 
 
 def explain_goals(evidence: Evidence, name: str) -> tuple[GoalStory, ...]:
@@ -29,7 +29,7 @@ def explain_goals(evidence: Evidence, name: str) -> tuple[GoalStory, ...]:
     """
     goals, writer = make_story_writer(evidence)
     return tuple(
-        writer.goal_story(goal) for goal in goals.find_goals(name, latest_only=evidence.is_time_chosen)
+        writer.write_goal_story(goal) for goal in goals.find_goals(name, latest_only=evidence.is_time_chosen)
     )
 
 
@@ -39,7 +39,7 @@ def explain_actions(evidence: Evidence, name: str) -> tuple[ActionStory, ...]:
     :raises CxbridgeError: if there is no such plan-action, or the source has no goals.
     """
     goals, writer = make_story_writer(evidence)
-    return tuple(writer.action_story(*goal_and_action) for goal_and_action in goals.find_actions(name))
+    return tuple(writer.write_action_story(*goal_and_action) for goal_and_action in goals.find_actions(name))
 
 
 def make_story_writer(evidence: Evidence) -> tuple[Goals, GoalStoryWriter]:
@@ -49,7 +49,7 @@ def make_story_writer(evidence: Evidence) -> tuple[Goals, GoalStoryWriter]:
     """
     if evidence.history is None:
         raise CxbridgeError("the source has no data about goals")
-    facts = {template: evidence.fact_slots(template) for template in FACT_TEMPLATES}
+    facts = {template: evidence.read_fact_slots(template) for template in FACT_TEMPLATES}
     goals = Goals(evidence.history)
     return goals, GoalStoryWriter(evidence, goals, facts)
 
@@ -58,22 +58,22 @@ def actions_to_json(stories: Sequence[ActionStory], evidence: Evidence) -> dict[
     """Return the stories of plan-actions as JSON values."""
     return {
         # An id may be used again, so several plan-actions may have the name: the latest is the headline.
-        "headline": cause_headline(stories[-1].cause),
+        "headline": make_cause_headline(stories[-1].cause),
         "where": evidence.where,
         "actions": [drop_root_marks(asdict(story)) for story in stories],
         "notes": evidence.notes,
     }
 
 
-def action_lines(stories: Sequence[ActionStory], evidence: Evidence) -> Iterator[str]:
+def format_actions(stories: Sequence[ActionStory], evidence: Evidence) -> Iterator[str]:
     """Yield the text of the report about plan-actions."""
-    yield cause_headline(stories[-1].cause)
+    yield make_cause_headline(stories[-1].cause)
     yield f"in {evidence.where}"
     for story in stories:
         yield ""
         yield f"action {story.action} of {story.goal}"
         yield story.cause.text
-        yield from cause_lines(story.cause.because, "")
+        yield from format_causes(story.cause.because, "")
         yield from (f"{moment.seconds:9.3f}  {moment.text}" for moment in story.moments)
     yield from (f"note: {note}" for note in evidence.notes)
 
@@ -81,7 +81,7 @@ def action_lines(stories: Sequence[ActionStory], evidence: Evidence) -> Iterator
 def goals_to_json(stories: Sequence[GoalStory], evidence: Evidence) -> dict[str, Any]:
     """Return the stories of goals as JSON values."""
     return {
-        "headline": goals_headline(stories, evidence),
+        "headline": make_goals_headline(stories, evidence),
         "where": evidence.where,
         "goals": [drop_root_marks(asdict(story)) for story in stories],
         "notes": evidence.notes,
@@ -89,33 +89,33 @@ def goals_to_json(stories: Sequence[GoalStory], evidence: Evidence) -> dict[str,
 
 
 def drop_root_marks(value: Any) -> Any:
-    """Return a JSON value without the key ``root``: only the headline needs the mark of a root cause."""
+    """Return a JSON value without the keys ``root``: only the headline needs the mark of a root cause."""
     if isinstance(value, dict):
         return {name: drop_root_marks(inner) for name, inner in value.items() if name != "root"}
     return [drop_root_marks(inner) for inner in value] if isinstance(value, list | tuple) else value
 
 
-def goals_headline(stories: Sequence[GoalStory], evidence: Evidence) -> str:
+def make_goals_headline(stories: Sequence[GoalStory], evidence: Evidence) -> str:
     """Return the report in one line: the state of the goal and the root cause, or the number of goals."""
     if len(stories) == 1:
-        return goal_headline(stories[0])
+        return make_goal_headline(stories[0])
     summary = f"{format_count(len(stories), 'goal')} of class {stories[0].goal_class} in {evidence.where}"
     troubled_story = next((story for story in stories if story.waits or story.outcome != _COMPLETED), None)
     return (
         summary
         if troubled_story is None
-        else f"{summary}; {troubled_story.label}: {goal_headline(troubled_story)}"
+        else f"{summary}; {troubled_story.label}: {make_goal_headline(troubled_story)}"
     )
 
 
-def goal_headline(story: GoalStory) -> str:
+def make_goal_headline(story: GoalStory) -> str:
     """Return the state of a goal and the root cause in one line."""
     if story.outcome == _COMPLETED and not story.waits:
         return story.cause.text
-    return cause_headline(story.cause)
+    return make_cause_headline(story.cause)
 
 
-def cause_headline(cause: Cause) -> str:
+def make_cause_headline(cause: Cause) -> str:
     """Return a cause in one line, with the causes that lead to its root."""
     path = _find_root_cause_path(cause) or _find_first_cause_path(cause)
     *effects, last = [cause.text, *path[-_MAX_HEADLINE_CAUSES:]]
@@ -136,28 +136,28 @@ def _find_first_cause_path(cause: Cause) -> list[str]:
     return [cause.because[0].text, *_find_first_cause_path(cause.because[0])] if cause.because else []
 
 
-def goal_lines(stories: Sequence[GoalStory], evidence: Evidence, rule_count: int = 1) -> Iterator[str]:
+def format_goals(stories: Sequence[GoalStory], evidence: Evidence, rule_count: int = 1) -> Iterator[str]:
     """Yield the text of the report about goals.
 
     :param rule_count: the number of rules to show before each step.
     """
-    yield goals_headline(stories, evidence)
+    yield make_goals_headline(stories, evidence)
     yield ""
-    if len(stories) > 1:  # one line for each goal: the user asks about one of them for more
+    if len(stories) > 1:  # one line for each goal: the user can ask for the story of one goal
         yield from (f"{story.label}  {story.cause.text}" for story in stories)
         return
-    yield from _story_lines(stories[0], evidence, rule_count)
+    yield from _format_story(stories[0], evidence, rule_count)
     yield from (f"note: {note}" for note in evidence.notes)
 
 
-def _story_lines(story: GoalStory, evidence: Evidence, rule_count: int) -> Iterator[str]:
+def _format_story(story: GoalStory, evidence: Evidence, rule_count: int) -> Iterator[str]:
     sub_type = f", {story.sub_type}" if story.sub_type else ""
     parent = f", sub-goal of {story.parent}" if story.parent else ""
     yield f"goal {story.goal} ({story.label}{sub_type}){parent}"
     yield f"in {evidence.where}"
     yield ""
     yield story.cause.text
-    yield from cause_lines(story.cause.because, "")
+    yield from format_causes(story.cause.because, "")
     yield ""
     width = min(_MAX_WIDTH, max((len(moment.text) for moment in story.moments), default=0))
     for moment in story.moments:
@@ -166,7 +166,7 @@ def _story_lines(story: GoalStory, evidence: Evidence, rule_count: int) -> Itera
         yield f"{text.ljust(width + _TIME_WIDTH)}  {rule_names}".rstrip()
 
 
-def cause_lines(causes: tuple[Cause, ...], prefix: str) -> Iterator[str]:
+def format_causes(causes: tuple[Cause, ...], prefix: str) -> Iterator[str]:
     """Yield causes as a tree.
 
     :param prefix: the beginning of each line.
@@ -174,4 +174,4 @@ def cause_lines(causes: tuple[Cause, ...], prefix: str) -> Iterator[str]:
     for cause in causes:
         is_last = cause is causes[-1]
         yield f"{prefix}{'└─ ' if is_last else '├─ '}{cause.text}"
-        yield from cause_lines(cause.because, prefix + ("   " if is_last else "│  "))
+        yield from format_causes(cause.because, prefix + ("   " if is_last else "│  "))

@@ -17,12 +17,12 @@ from cxbridge_studio.agent.condition import FieldConstraint, PatternCE, find_pat
 from cxbridge_studio.agent.rule import parse_rule
 from cxbridge_studio.explain.rules.missing import MissingRule
 
-MAX_RULES: Final = 5  # limit of listed rules
+MAX_RULES: Final = 5  # limit of the listed rules
 
-# The weights of the slots that a pattern names: the class tells more than all other slots together.
+# The weights of the slots that a pattern names: the class says more than all other slots together.
 _SLOT_WEIGHTS: Final = {"class": 4, "sub-type": 2, "mode": 1}
 _MODE_CHANGE: Final = "(mode "
-_MIN_LIKENESS: Final = 0.7  # the similarity from which a class counts as a misspelling
+_MIN_LIKENESS: Final = 0.7  # the minimum similarity with which a class counts as a misspelling
 
 _GOAL_TEMPLATE: Final = "goal"
 
@@ -105,7 +105,7 @@ def find_formulating_rules(texts: Mapping[str, str], name: str) -> list[str]:
 
 
 def _names_value(pattern: PatternCE, slot: str, value: str) -> bool:
-    """Whether a pattern names a value of a slot."""
+    """Return whether a pattern names a value of a slot."""
     return value in pattern.slots.get(slot, ())
 
 
@@ -120,7 +120,7 @@ def _find_goal_patterns(text: str) -> Iterator[PatternCE]:
 def _compute_specificity(pattern: PatternCE, slots: Mapping[str, str]) -> int:
     """Return the sum of the weights of the slots in which a pattern names a goal's value.
 
-    0 if the pattern does not match the goal, or names no mode.
+    The sum is 0 if the pattern does not match the goal, or names no mode.
     """
     # A pattern without a fact variable cannot be the goal that the rule modifies.
     if pattern.template != _GOAL_TEMPLATE or not pattern.variable:

@@ -20,7 +20,7 @@ from cxbridge_studio.explain.action_diagnosis import ACTION_TEMPLATES, FAILED_ST
 from cxbridge_studio.explain.evidence import Evidence
 from cxbridge_studio.explain.goal_causes import RootCauseFinder
 from cxbridge_studio.explain.goal_rules import find_mode_changing_rules
-from cxbridge_studio.explain.goals import Goals, failed_actions
+from cxbridge_studio.explain.goals import Goals, find_failed_actions
 
 # The states of an action that the story always shows, besides the last state.
 _SHOWN_STATES: Final = ("RUNNING", "EXECUTION-FAILED", "FAILED", "FINAL")
@@ -28,11 +28,10 @@ _SHOWN_STATES: Final = ("RUNNING", "EXECUTION-FAILED", "FAILED", "FINAL")
 # unreadable.
 _MAX_LEVELS: Final = 20
 
-# The text of the cause of each change in a recording without firings.
+# The text in place of the deciding rule in a recording without firings.
 NOT_RECORDED: Final = "the rule that decided this is unknown: firings were not recorded (level rules)"
 
-# The limit of the facts in one copy, of a deftemplate or of a rule: copying a fact stops the loop for about
-# 10 us.
+# The limit of the copied facts of a deftemplate or of a rule: copying a fact stops the loop for about 10 us.
 MAX_COPIED_FACTS: Final = 10_000
 
 # The slots of facts by deftemplate, as CLIPS prints the values.
@@ -128,7 +127,7 @@ class GoalStoryWriter:
         # waits for its parent has the causes of the parent's wait.
         self._parent_depth = 0
 
-    def goal_story(self, goal: GoalRecord) -> GoalStory:
+    def write_goal_story(self, goal: GoalRecord) -> GoalStory:
         """Return the story of a goal."""
         waits = self.is_waiting(goal)
         parent = self._goals.parent(goal)
@@ -140,49 +139,49 @@ class GoalStoryWriter:
             goal.mode,
             goal.outcome,
             goal.error,
-            self._goals.class_members(goal.goal_class).index(goal) + 1,
+            self._goals.find_class_members(goal.goal_class).index(goal) + 1,
             waits,
-            Cause(self._wait_text(goal), tuple(self._wait_causes(goal, 0)))
+            Cause(self._describe_wait(goal), tuple(self._find_wait_causes(goal, 0)))
             if waits
             else Cause(
-                self._outcome_text(goal),
-                (*self._causes_of_outcome(goal, {goal.name}), *self._retraction_wait_causes(goal)),
+                self._describe_outcome(goal),
+                (*self._find_outcome_causes(goal, {goal.name}), *self._find_retraction_wait_causes(goal)),
             ),
-            tuple(self._goal_moments(goal)),
+            tuple(self._list_goal_moments(goal)),
         )
 
-    def action_story(self, goal: GoalRecord, action: PlanActionRecord) -> ActionStory:
+    def write_action_story(self, goal: GoalRecord, action: PlanActionRecord) -> ActionStory:
         """Return the story of a plan-action."""
         if action.state not in DONE_STATES:
-            cause = self._open_action_cause(goal, action, 0)
+            cause = self._find_open_action_cause(goal, action, 0)
         elif action.state == "FAILED":
-            cause = self._action_failure_cause(goal, action)
+            cause = self._find_action_failure_cause(goal, action)
         else:
-            link = self._goals.skill_link(action)
-            skill = () if link is None else (Cause(_skill_end_text(link)),)
-            cause = Cause(self._action_state_text(action), skill)
+            link = self._goals.find_skill_link(action)
+            skill = () if link is None else (Cause(_describe_skill_end(link)),)
+            cause = Cause(self._describe_action_state(action), skill)
         moments = tuple(
-            GoalMoment(self._seconds(change), change.state, self._goals.rules_before(change))
+            GoalMoment(self._compute_seconds(change), change.state, self._goals.rules_before(change))
             for change in action.changes
         )
         if not cause.because and moments:
-            decision_cause = self._decision_cause(moments[-1].rules, f"action {action.id}", action.state)
+            decision_cause = self._make_decision_cause(moments[-1].rules, f"action {action.id}", action.state)
             cause = Cause(cause.text, (decision_cause,))
         return ActionStory(goal.title, action.id, cause, moments)
 
-    def outcome_cause(self, goal: GoalRecord) -> Cause:
+    def find_outcome_cause(self, goal: GoalRecord) -> Cause:
         """Return how a goal ended, with the reasons."""
         # A goal that was formulated again after its end is open now.
         if goal.end_change is None and goal.former_end_changes:
-            return Cause(self._mode_text(goal))
-        return Cause(self._outcome_text(goal), tuple(self._causes_of_outcome(goal, {goal.name})))
+            return Cause(self._describe_mode(goal))
+        return Cause(self._describe_outcome(goal), tuple(self._find_outcome_causes(goal, {goal.name})))
 
     def is_waiting(self, goal: GoalRecord) -> bool:
-        """Whether a goal has no outcome yet."""
+        """Return whether a goal has no outcome yet."""
         return goal.end_change is None and not self._is_retracted(goal)
 
     def _is_retracted(self, goal: GoalRecord) -> bool:
-        """Whether the fact of a goal is retracted, as far as facts are known."""
+        """Return whether the fact of a goal is retracted, as far as facts are known."""
         facts = self._facts.get("goal")
         if goal.replaced_seq is not None or facts is None or not self._evidence.has_facts("goal"):
             return goal.replaced_seq is not None
@@ -191,26 +190,27 @@ class GoalStoryWriter:
 
     # --- the life of a goal
 
-    def _goal_moments(self, goal: GoalRecord) -> Iterator[GoalMoment]:
+    def _list_goal_moments(self, goal: GoalRecord) -> Iterator[GoalMoment]:
         """Yield the events of a goal, its actions and its sub-goals, in order."""
         changes: list[tuple[GoalChange | ActionChange, str]] = [
-            (change, self._goal_change_text(goal, index)) for index, change in enumerate(goal.changes)
+            (change, self._describe_goal_change(goal, index)) for index, change in enumerate(goal.changes)
         ]
         for action in goal.actions:
             changes += [
-                (change, self._action_change_text(action, index))
+                (change, self._describe_action_change(action, index))
                 for index, change in enumerate(action.changes)
             ]
         for child in self._goals.children(goal):
             changes += [
-                (change, self._child_change_text(child, index)) for index, change in enumerate(child.changes)
+                (change, self._describe_child_change(child, index))
+                for index, change in enumerate(child.changes)
             ]
         for change, text in sorted(changes, key=lambda item: item[0].seq):
             if text:
-                yield GoalMoment(self._seconds(change), text, self._goals.rules_before(change))
+                yield GoalMoment(self._compute_seconds(change), text, self._goals.rules_before(change))
 
     @staticmethod
-    def _goal_change_text(goal: GoalRecord, index: int) -> str:
+    def _describe_goal_change(goal: GoalRecord, index: int) -> str:
         change, previous = goal.changes[index], goal.changes[index - 1]
         # A rule may give a goal a parent after the goal was formulated.
         if index and previous.mode == change.mode and previous.parent != change.parent:
@@ -219,12 +219,12 @@ class GoalStoryWriter:
         error = f", error: {change.error}" if change.error and change.mode == "FINISHED" else ""
         return f"{change.mode}{outcome}{error}"
 
-    def _action_change_text(self, action: PlanActionRecord, index: int) -> str:
+    def _describe_action_change(self, action: PlanActionRecord, index: int) -> str:
         state = action.changes[index].state
         is_last = index == len(action.changes) - 1
         if state not in _SHOWN_STATES and not (is_last and state != "FORMULATED"):
             return ""
-        detail, link = "", self._goals.skill_link(action)
+        detail, link = "", self._goals.find_skill_link(action)
         if link is not None and state == "RUNNING":
             detail = f", {link.guess_prefix}skill {link.call.skill_string}"
         elif link is not None and state in FAILED_STATES and link.call.error:
@@ -232,7 +232,7 @@ class GoalStoryWriter:
         return f"  action {action.id} {action.name} {state}{detail}"
 
     @staticmethod
-    def _child_change_text(child: GoalRecord, index: int) -> str:
+    def _describe_child_change(child: GoalRecord, index: int) -> str:
         change = child.changes[index]
         if index and child.changes[index - 1].mode == change.mode:
             return ""
@@ -244,72 +244,74 @@ class GoalStoryWriter:
 
     # --- the cause of an outcome
 
-    def _seconds(self, change: GoalChange | ActionChange) -> float:
-        return self._evidence.seconds(self._goals.time_us(change.seq))
+    def _compute_seconds(self, change: GoalChange | ActionChange) -> float:
+        return self._evidence.compute_seconds(self._goals.time_us(change.seq))
 
-    def _time_text(self, change: GoalChange | ActionChange) -> str:
-        return f"{self._seconds(change):.3f} s"
+    def _format_time(self, change: GoalChange | ActionChange) -> str:
+        return f"{self._compute_seconds(change):.3f} s"
 
-    def _outcome_text(self, goal: GoalRecord) -> str:
+    def _describe_outcome(self, goal: GoalRecord) -> str:
         change = goal.end_change
         if change is None:
             return f"{goal.title} was {goal.mode} when its fact was retracted"
         error = f", error: {change.error}" if change.error else ""
-        former_outcomes = self._former_outcomes_text(goal)
-        return f"{goal.title} {change.outcome} at {self._time_text(change)}{error}{former_outcomes}"
+        former_outcomes = self._describe_former_outcomes(goal)
+        return f"{goal.title} {change.outcome} at {self._format_time(change)}{error}{former_outcomes}"
 
-    def _former_outcomes_text(self, goal: GoalRecord) -> str:
+    def _describe_former_outcomes(self, goal: GoalRecord) -> str:
         """Return the outcomes of the goal before it was formulated again."""
-        ends = [f"{change.outcome} at {self._time_text(change)}" for change in goal.former_end_changes]
+        ends = [f"{change.outcome} at {self._format_time(change)}" for change in goal.former_end_changes]
         return f"; before that, it was {', '.join(ends)}" if ends else ""
 
-    def _causes_of_outcome(self, goal: GoalRecord, reported_names: set[str]) -> Iterator[Cause]:
+    def _find_outcome_causes(self, goal: GoalRecord, reported_names: set[str]) -> Iterator[Cause]:
         """Yield the causes of a goal's outcome."""
         change = goal.end_change
         if change is None:
             return
         if change.outcome == "COMPLETED":
-            yield from self._causes_of_completion(goal, change)
+            yield from self._find_completion_causes(goal, change)
             return
         # The most certain causes first: the goals that the error names, then the failed actions, then the
         # last sub-goal that failed before the goal ended.
         culprits = [
             culprit
-            for culprit in self._goals.goals_named_in_error(change, goal)
+            for culprit in self._goals.find_goals_named_in_error(change, goal)
             if culprit.name not in reported_names
         ]
         causes = [
-            Cause(self._outcome_text(culprit), self._deeper_causes(culprit, reported_names))
+            Cause(self._describe_outcome(culprit), self._find_deeper_causes(culprit, reported_names))
             for culprit in culprits
             if culprit.end_change
         ]
         if not causes:
             causes = [
-                self._action_failure_cause(goal, action) for action in failed_actions(goal.last_actions)
+                self._find_action_failure_cause(goal, action)
+                for action in find_failed_actions(goal.last_actions)
             ]
         if not causes:
             causes = [
-                Cause(self._outcome_text(child), self._deeper_causes(child, reported_names))
+                Cause(self._describe_outcome(child), self._find_deeper_causes(child, reported_names))
                 for child in self._goals.children(goal)
-                if _ended_badly(child, goal.former_seq, change) and child.name not in reported_names
+                if _failed_in_last_attempt(child, goal.former_seq, change)
+                and child.name not in reported_names
             ][-1:]
         yield from causes or _make_root_causes(self._root_cause_finder.find_planner_cause(goal))
-        yield self._goal_decision_cause(change, goal)
+        yield self._make_goal_decision_cause(change, goal)
 
-    def _deeper_causes(self, goal: GoalRecord, reported_names: set[str]) -> tuple[Cause, ...]:
+    def _find_deeper_causes(self, goal: GoalRecord, reported_names: set[str]) -> tuple[Cause, ...]:
         """Return the causes of a related goal's outcome.
 
-        Empty if the tree already has the goal, or is too deep.
+        There are none if the tree already has the goal, or is too deep.
         """
         if goal.name in reported_names or len(reported_names) > _MAX_LEVELS:
             return ()
-        return tuple(self._causes_of_outcome(goal, reported_names | {goal.name}))
+        return tuple(self._find_outcome_causes(goal, reported_names | {goal.name}))
 
-    def _goal_decision_cause(self, change: GoalChange, goal: GoalRecord) -> Cause:
+    def _make_goal_decision_cause(self, change: GoalChange, goal: GoalRecord) -> Cause:
         """Return the rule that ended a goal."""
-        return self._decision_cause(self._goals.rules_before(change), goal.name, change.outcome)
+        return self._make_decision_cause(self._goals.rules_before(change), goal.name, change.outcome)
 
-    def _decision_cause(self, rules: Sequence[str], name: str, state: str) -> Cause:
+    def _make_decision_cause(self, rules: Sequence[str], name: str, state: str) -> Cause:
         """Return the rule that set a state: no event names this rule, so the last rule that fired counts."""
         if rules:
             return Cause(f"rule {rules[-1]} set {name} to {state}")
@@ -317,7 +319,7 @@ class GoalStoryWriter:
             return Cause(f"no rule fired just before {name} became {state}")
         return Cause(NOT_RECORDED)
 
-    def _causes_of_completion(self, goal: GoalRecord, change: GoalChange) -> Iterator[Cause]:
+    def _find_completion_causes(self, goal: GoalRecord, change: GoalChange) -> Iterator[Cause]:
         """Yield the work that completed a goal, and the rule that ended it."""
         actions = goal.last_actions
         final_actions = [action for action in actions if action.state == "FINAL"]
@@ -325,58 +327,58 @@ class GoalStoryWriter:
             yield Cause(f"{len(final_actions)} of {len(actions)} actions are done")
         for child in self._goals.children(goal):
             if child.end_change is not None:
-                yield Cause(self._outcome_text(child))
-        yield self._goal_decision_cause(change, goal)
+                yield Cause(self._describe_outcome(child))
+        yield self._make_goal_decision_cause(change, goal)
 
-    def _action_failure_cause(self, goal: GoalRecord, action: PlanActionRecord) -> Cause:
+    def _find_action_failure_cause(self, goal: GoalRecord, action: PlanActionRecord) -> Cause:
         """Return the failure of an action, with the end of its skill or the root cause."""
         # The core sets EXECUTION-FAILED when the skill ends, and FAILED at a later firing.
         failure_changes = [change for change in action.changes if change.state == "EXECUTION-FAILED"]
         change = (failure_changes or action.changes)[-1]
-        text = f"action {action.id} {action.name} failed at {self._time_text(change)}"
-        link = self._goals.skill_link(action)
+        text = f"action {action.id} {action.name} failed at {self._format_time(change)}"
+        link = self._goals.find_skill_link(action)
         if link is None:
             return Cause(
                 text, tuple(_make_root_causes([self._root_cause_finder.find_action_cause(goal, action)]))
             )
         error = f": {link.call.error}" if link.call.error else ""
-        return Cause(text, (Cause(f"{_skill_end_text(link)}{error}", root=True),))
+        return Cause(text, (Cause(f"{_describe_skill_end(link)}{error}", root=True),))
 
-    def _retraction_wait_causes(self, goal: GoalRecord) -> Iterator[Cause]:
+    def _find_retraction_wait_causes(self, goal: GoalRecord) -> Iterator[Cause]:
         """Yield why a goal with an outcome has not been retracted, with the rules that can retract it."""
         if goal.mode != "RETRACTED" and not self._is_retracted(goal):
-            yield Cause(self._wait_text(goal), tuple(self._rule_list_cause(goal)))
+            yield Cause(self._describe_wait(goal), tuple(self._make_rule_list_cause(goal)))
 
-    def _rule_list_cause(self, goal: GoalRecord) -> Iterator[Cause]:
+    def _make_rule_list_cause(self, goal: GoalRecord) -> Iterator[Cause]:
         """Yield one cause, which lists the rules that can change the goal's mode; none without such rules."""
         slots = {"class": goal.goal_class, "sub-type": goal.sub_type, "mode": goal.mode}
-        names = find_mode_changing_rules(self._evidence.rule_texts(), slots)
+        names = find_mode_changing_rules(self._evidence.read_rule_texts(), slots)
         if names:
             yield Cause(f"rules that could do so ('cxbridge why RULE' explains each): {', '.join(names)}")
 
     # --- the cause of a wait
 
-    def _mode_text(self, goal: GoalRecord) -> str:
+    def _describe_mode(self, goal: GoalRecord) -> str:
         # The first change with the current mode: later changes of other slots repeat the mode.
         *_, first = takewhile(lambda change: change.mode == goal.mode, reversed(goal.changes))
-        begin, former_outcomes = self._time_text(first), self._former_outcomes_text(goal)
+        begin, former_outcomes = self._format_time(first), self._describe_former_outcomes(goal)
         return f"{goal.title} has been {goal.mode} since {begin}{former_outcomes}"
 
-    def _wait_text(self, goal: GoalRecord) -> str:
-        return f"{self._mode_text(goal)}, and waits {_WAIT_REASONS.get(goal.mode, 'for a rule')}"
+    def _describe_wait(self, goal: GoalRecord) -> str:
+        return f"{self._describe_mode(goal)}, and waits {_WAIT_REASONS.get(goal.mode, 'for a rule')}"
 
-    def _wait_causes(self, goal: GoalRecord, depth: int) -> Iterator[Cause]:
-        """Yield the causes of a goal's wait, besides the usual cause of its mode.
+    def _find_wait_causes(self, goal: GoalRecord, depth: int) -> Iterator[Cause]:
+        """Yield the causes of a goal's wait other than the usual cause of its mode.
 
         :param depth: the number of levels below the goal in question.
         """
         mode = goal.mode
         parent = self._goals.parent(goal)
         if mode == "FORMULATED" and parent is not None and depth == 0:
-            yield Cause(self._mode_text(parent), tuple(self._parent_wait_causes(parent)))
+            yield Cause(self._describe_mode(parent), tuple(self._find_parent_wait_causes(parent)))
             for sibling in self._goals.children(parent):
                 if sibling is not goal and sibling.mode not in ("FORMULATED", *ENDED_MODES):
-                    yield Cause(f"its sibling {self._mode_text(sibling)}")
+                    yield Cause(f"its sibling {self._describe_mode(sibling)}")
         # A dispatched goal waits for its actions and sub-goals; the selection of a sub-goal is up to the
         # rules for its parent.
         waits_for_parent = mode == "FORMULATED" and parent is not None and parent.mode != "DISPATCHED"
@@ -384,43 +386,43 @@ class GoalStoryWriter:
             yield from _make_root_causes(self._root_cause_finder.find_wait_causes(goal))
             # Only for the goal in question: the rules for related goals would bury the cause.
             if not depth and not self._parent_depth:
-                yield from self._rule_list_cause(goal)
+                yield from self._make_rule_list_cause(goal)
         if mode in ("EXPANDED", "COMMITTED", "DISPATCHED"):
-            yield from self._unfinished_work_causes(goal, depth)
+            yield from self._find_unfinished_work_causes(goal, depth)
 
-    def _unfinished_work_causes(self, goal: GoalRecord, depth: int) -> Iterator[Cause]:
+    def _find_unfinished_work_causes(self, goal: GoalRecord, depth: int) -> Iterator[Cause]:
         """Yield the first unfinished action and the unfinished sub-goals of a goal."""
         open_actions = [action for action in goal.last_actions if action.state not in DONE_STATES]
         if goal.mode == "DISPATCHED" and open_actions:
-            yield self._open_action_cause(goal, open_actions[0], len(open_actions) - 1)
+            yield self._find_open_action_cause(goal, open_actions[0], len(open_actions) - 1)
         for child in self._goals.children(goal):
             if child.mode != "RETRACTED" and depth < _MAX_LEVELS and not self._is_retracted(child):
-                yield self._open_child_cause(child, depth)
+                yield self._find_open_child_cause(child, depth)
 
-    def _parent_wait_causes(self, goal: GoalRecord) -> Iterator[Cause]:
+    def _find_parent_wait_causes(self, goal: GoalRecord) -> Iterator[Cause]:
         """Yield why a parent goal has not been selected."""
         if goal.mode == "FORMULATED" and self._parent_depth < _MAX_LEVELS:
             self._parent_depth += 1
-            yield from self._wait_causes(goal, 0)
+            yield from self._find_wait_causes(goal, 0)
             self._parent_depth -= 1
 
-    def _open_child_cause(self, child: GoalRecord, depth: int) -> Cause:
+    def _find_open_child_cause(self, child: GoalRecord, depth: int) -> Cause:
         """Return why a sub-goal is not retracted."""
         if child.end_change is not None:
-            return Cause(f"{self._outcome_text(child)}, but it is {child.mode}, not RETRACTED")
-        return Cause(self._mode_text(child), tuple(self._wait_causes(child, depth + 1)))
+            return Cause(f"{self._describe_outcome(child)}, but it is {child.mode}, not RETRACTED")
+        return Cause(self._describe_mode(child), tuple(self._find_wait_causes(child, depth + 1)))
 
-    def _open_action_cause(self, goal: GoalRecord, action: PlanActionRecord, count_after: int) -> Cause:
+    def _find_open_action_cause(self, goal: GoalRecord, action: PlanActionRecord, count_after: int) -> Cause:
         """Return the state of an unfinished action, with the causes.
 
         :param count_after: the number of further unfinished actions of the plan.
         """
         because = []
-        link = self._goals.skill_link(action)
+        link = self._goals.find_skill_link(action)
         is_started = action.state not in ("FORMULATED", "PENDING")
         if link is not None and is_started:
             skill = link.call
-            begin_s = self._evidence.seconds(self._goals.time_us(skill.begin[0]))
+            begin_s = self._evidence.compute_seconds(self._goals.time_us(skill.begin[0]))
             subject = f"{link.guess_prefix}skill {skill.skill_string} of {skill.skiller}"
             because.append(Cause(f"{subject} has been {skill.status} since {begin_s:.3f} s"))
         if action.state not in ("WAITING", "RUNNING"):
@@ -431,14 +433,14 @@ class GoalStoryWriter:
         if not because and not is_started and self._is_known_unexecutable(goal, action):
             because.append(Cause("it is not executable: its precondition does not hold"))
         further_text = f", {count_after} more after it" if count_after else ""
-        return Cause(self._action_state_text(action) + further_text, tuple(because))
+        return Cause(self._describe_action_state(action) + further_text, tuple(because))
 
-    def _action_state_text(self, action: PlanActionRecord) -> str:
-        begin = self._time_text(action.changes[-1])
+    def _describe_action_state(self, action: PlanActionRecord) -> str:
+        begin = self._format_time(action.changes[-1])
         return f"action {action.id} {action.name} has been {action.state} since {begin}"
 
     def _is_known_unexecutable(self, goal: GoalRecord, action: PlanActionRecord) -> bool:
-        """Whether the fact of an action says that its precondition does not hold."""
+        """Return whether the fact of an action says that its precondition does not hold."""
         key = (goal.id, action.plan, action.id, "FALSE")
         slot_names = ("goal-id", "plan-id", "id", "executable")
         return any(tuple(map(slots.get, slot_names)) == key for slots in self._facts.get("plan-action", ()))
@@ -449,13 +451,13 @@ def _make_root_causes(texts: Iterable[str]) -> Iterator[Cause]:
     return (Cause(text, root=True) for text in texts if text)
 
 
-def _skill_end_text(link: SkillLink) -> str:
+def _describe_skill_end(link: SkillLink) -> str:
     skill = link.call
     return f"{link.guess_prefix}skill {skill.skill_string} of {skill.skiller} ended {skill.status}"
 
 
-def _ended_badly(child: GoalRecord, former_seq: int, end_of_parent: GoalChange) -> bool:
-    """Whether a sub-goal failed in the last attempt of its parent, before the parent ended."""
+def _failed_in_last_attempt(child: GoalRecord, former_seq: int, end_of_parent: GoalChange) -> bool:
+    """Return whether a sub-goal failed in the last attempt of its parent, before the parent ended."""
     change = child.end_change
     return (
         change is not None

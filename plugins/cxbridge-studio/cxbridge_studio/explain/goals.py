@@ -54,22 +54,22 @@ class Goals:
     def children(self, goal: GoalRecord) -> Sequence[GoalRecord]:
         return [self.all[number] for number in self._forest.children.get(goal.number, ())]
 
-    def sub_goal_count(self, goal: GoalRecord) -> int:
+    def count_sub_goals(self, goal: GoalRecord) -> int:
         """Return the number of sub-goals on all levels."""
         return sum(1 for _ in self._forest.walk([goal.number])) - 1
 
-    def skill_link(self, action: PlanActionRecord) -> SkillLink | None:
+    def find_skill_link(self, action: PlanActionRecord) -> SkillLink | None:
         """Return the link to the last skill that executed an action; None if the skill is unknown."""
         return self._links_by_action.get(action.number)
 
-    def open_skill_calls(self) -> Iterator[tuple[SkillExecution, PlanActionRecord | None]]:
+    def find_open_skill_calls(self) -> Iterator[tuple[SkillExecution, PlanActionRecord | None]]:
         """Yield the skills that are executed now, each with its action; None if the action is unknown."""
         actions = {id(link.call): link.action for link in self._links_by_action.values()}
         for call in self._run.calls:
             if call.end is None:
                 yield call, actions.get(id(call))
 
-    def open_planner_calls(self) -> list[PlannerExecution]:
+    def find_open_planner_calls(self) -> list[PlannerExecution]:
         """Return the planner calls without an answer."""
         return [call for call in self._run.planner_calls if call.end is None]
 
@@ -93,14 +93,12 @@ class Goals:
         """Return the rules that fired just before a change, the latest last."""
         return self._steps[change.seq].rules
 
-    def failure_diagnosis(self, action: PlanActionRecord) -> ActionDiagnosis | None:
+    def find_failure_diagnosis(self, action: PlanActionRecord) -> ActionDiagnosis | None:
         """Return the diagnosis that was made when an action failed; None if there is none."""
         diagnoses = (self._steps[change.seq].diagnosis for change in reversed(action.changes))
-        return next(
-            (failure_diagnosis for failure_diagnosis in diagnoses if failure_diagnosis is not None), None
-        )
+        return next((diagnosis for diagnosis in diagnoses if diagnosis is not None), None)
 
-    def planner_calls(self, goal: GoalRecord) -> Iterator[PlannerCall]:
+    def find_planner_calls(self, goal: GoalRecord) -> Iterator[PlannerCall]:
         """Yield the results of planner calls for the present attempt of a goal, in order."""
         begin = max(goal.changes[0].seq, goal.former_seq)
         end = len(self._steps) if goal.replaced_seq is None else goal.replaced_seq
@@ -124,7 +122,7 @@ class Goals:
         stem = name.rpartition("#")[0]
         if not matches:
             known_names = dict.fromkeys(word for goal in self.all for word in (goal.id, goal.goal_class))
-            class_size = len(self.class_members(stem))
+            class_size = len(self.find_class_members(stem))
             hint = (
                 f"the class has {format_count(class_size, 'goal')}"
                 if class_size
@@ -133,15 +131,15 @@ class Goals:
             raise UnknownGoalError(f"there is no goal '{name}'", hint=hint or None)
         # Goals that share only the beginning of their ids have nothing in common: the user must choose.
         if not {matches[0].id, matches[0].goal_class} & {name, stem} and len(matches) > 1:
-            listed = ", ".join(goal.name for goal in matches[:_MAX_LISTED])
-            raise CxbridgeError(f"several goals begin with '{name}'", hint=f"name one of: {listed}")
+            listed_names = ", ".join(goal.name for goal in matches[:_MAX_LISTED])
+            raise CxbridgeError(f"several goals begin with '{name}'", hint=f"name one of: {listed_names}")
         return matches[-1:] if latest_only and matches[0].id == name else matches
 
-    def class_members(self, goal_class: str) -> list[GoalRecord]:
+    def find_class_members(self, goal_class: str) -> list[GoalRecord]:
         """Return the goals of a class, in order of appearance."""
         return [goal for goal in self.all if goal.goal_class == goal_class]
 
-    def goals_named_in_error(self, change: GoalChange, goal: GoalRecord) -> list[GoalRecord]:
+    def find_goals_named_in_error(self, change: GoalChange, goal: GoalRecord) -> list[GoalRecord]:
         """Return the other goals whose ids are words in the error of a goal's change.
 
         The core writes ``SUB-GOAL-FAILED ID`` into the error of a parent.
@@ -152,5 +150,5 @@ class Goals:
         return [goals_by_id[word] for word in words if word in goals_by_id and word != goal.id]
 
 
-def failed_actions(actions: Sequence[PlanActionRecord]) -> list[PlanActionRecord]:
+def find_failed_actions(actions: Sequence[PlanActionRecord]) -> list[PlanActionRecord]:
     return [action for action in actions if action.state in FAILED_STATES]

@@ -14,7 +14,7 @@ from cxbridge.executive.executive import FINAL_ACTION_STATES
 from cxbridge.run.mistakes import own_files
 from cxbridge.run.stuck import read_interfaces
 from cxbridge_studio.agent import sub_types
-from cxbridge_studio.constructs import allowed_values, rule_texts
+from cxbridge_studio.constructs import read_allowed_values, read_rule_texts
 from cxbridge_studio.explain.source_positions import SourcePositions
 from cxbridge_studio.explain.timed_rules import (
     TIME_KEY,
@@ -33,7 +33,7 @@ _MODES_BEFORE_COMMITTED: Final = frozenset({"SELECTED", "EXPANDED"})
 def describe_missing_events(agent: Run, failed_rules: Iterable[str]) -> str:
     """Return a text with the events that a stuck agent waits for.
 
-    :param failed_rules: rules that ended with an error.
+    :param failed_rules: the rules whose actions ended with an error.
     """
     return "; ".join(_describe_causes(agent, failed_rules))
 
@@ -87,7 +87,7 @@ def _describe_signals(agent: Run) -> Iterator[str]:
 def _describe_goals(agent: Run, positions: SourcePositions) -> Iterator[str]:
     """Yield the open root goals, and the sub-goals whose sub-type has no rule."""
     env, goals = agent.executive.env, agent.executive.goals
-    modes = allowed_values(env, "goal", "mode")
+    modes = read_allowed_values(env, "goal", "mode")
     classes = {str(slots["id"]): str(slots["class"]) for _, _, slots in env.facts("goal")}
     texts_by_goal = _describe_unhandled_sub_types(agent)
     sub_goals = (
@@ -95,7 +95,7 @@ def _describe_goals(agent: Run, positions: SourcePositions) -> Iterator[str]:
     )
     for goal in (*goals.open_roots, *sub_goals):
         is_mode = not modes or goal.mode in modes
-        position = _add_brackets(positions.goal_position(classes.get(goal.goal, ""), goal.mode))
+        position = _add_brackets(positions.find_goal_position(classes.get(goal.goal, ""), goal.mode))
         reason = texts_by_goal.get(goal.goal, "") if is_mode else ", which is not a mode of goals"
         yield f"{goal.goal} is {goal.mode}{position}{reason}"
 
@@ -107,12 +107,12 @@ def _describe_actions(agent: Run, positions: SourcePositions) -> Iterator[str]:
         if str(slots["goal-id"]) in open_goals and slots["state"] not in FINAL_ACTION_STATES:
             values = slots["param-values"]
             parameters = " ".join(map(str, values)) if isinstance(values, tuple) else ""
-            position = _add_brackets(positions.action_position(str(slots["action-name"])))
+            position = _add_brackets(positions.find_action_position(str(slots["action-name"])))
             yield f"action {slots['action-name']} {parameters}".rstrip() + f" is {slots['state']}{position}"
 
 
 def _describe_control_requests(agent: Run) -> Iterator[str]:
-    """Yield a sentence about each Skiller that another client controls, or about the missing request."""
+    """Yield a text about each Skiller that another client controls, or about a missing request."""
     env = agent.executive.env
     skillers = env.facts("SkillerInterface") if env.has_template("SkillerInterface") else ()
     controllers = {slots["id"]: slots["exclusive_controller"] for _, _, slots in skillers}
@@ -134,7 +134,7 @@ def _describe_unhandled_sub_types(agent: Run) -> dict[str, str]:
         and (sub_type := str(slots.get(sub_types.SUB_TYPE_SLOT, sub_types.NO_SUB_TYPE)))
         != sub_types.NO_SUB_TYPE
     }
-    rules = rule_texts(env).values() if sub_types_by_goal else ()
+    rules = read_rule_texts(env).values() if sub_types_by_goal else ()
     handled_sub_types = {
         name for rule in rules for name in sub_types.find_handled_sub_types(parse_rule_condition(rule))
     }
@@ -161,10 +161,10 @@ def _describe_empty_spec(agent: Run) -> Iterator[str]:
 
 def _describe_missing_fact(agent: Run, positions: SourcePositions) -> list[str]:
     """Return the missing fact of the first rule that asserts goals, and the probable misspelling."""
-    for rule in positions.goal_asserting_rules():
+    for rule in positions.find_goal_asserting_rules():
         if template := find_missing_template(agent.executive.env, rule):
             position = _add_brackets(_find_rule_position(agent, rule))
-            hint = positions.similar_fact_hint(template)
+            hint = positions.make_similar_fact_hint(template)
             return [f"rule {rule} lacks a fact ({template}){position}", *([hint] if hint else [])]
     return []
 
@@ -198,4 +198,5 @@ def _describe_unwritten_interfaces(agent: Run, positions: SourcePositions) -> It
     written_interfaces = {info.uid for info in agent.board.list_all() if info.has_writer}
     for kind, name in read_interfaces(agent.executive.env):
         if f"{kind}::{name}" not in written_interfaces:
-            yield f"{kind}::{name} has no writer{_add_brackets(positions.interface_position(kind, name))}"
+            position = _add_brackets(positions.find_interface_position(kind, name))
+            yield f"{kind}::{name} has no writer{position}"

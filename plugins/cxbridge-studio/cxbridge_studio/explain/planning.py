@@ -44,7 +44,7 @@ class PlannerAnswer:
     problem: Problem
     end: PlannerCall | None
 
-    def section_lines(self, section: str) -> list[str]:
+    def format_section(self, section: str) -> list[str]:
         """Return the lines of a section, one of :data:`SECTIONS`."""
         match section:
             case "instances":
@@ -54,7 +54,7 @@ class PlannerAnswer:
                     for name in group.names
                 ]
                 width = max((len(name) for name, _ in rows), default=0)
-                return [f"Instances: {len(rows)}", *(f"  {name:{width}} {kind}" for name, kind in rows)]
+                return [f"Instances: {len(rows)}", *(f"  {name:{width}} {type_}" for name, type_ in rows)]
             case "predicates":
                 atoms = [format_formula(atom) for atom in self.problem.init]
                 return [f"Predicates: {len(atoms)}", *atoms]
@@ -75,19 +75,19 @@ class PlannerAnswer:
             *(f"{start:{widths[0]}} {step:{widths[1]}} {duration}" for start, step, duration in rows),
         ]
 
-    def terminal_lines(self) -> list[str]:
-        """Return all sections, each below the command of PlanSys2's terminal."""
+    def format_sections(self) -> list[str]:
+        """Return the lines of all sections, each below its command of PlanSys2's terminal."""
         lines: list[str] = []
         for section in SECTIONS:
             command = "get plan" if section == "plan" else f"get problem {section}"
-            lines += ([""] if lines else []) + [f"> {command}", *self.section_lines(section)]
+            lines += ([""] if lines else []) + [f"> {command}", *self.format_section(section)]
         return lines
 
 
 def _make_plan_rows(actions: Sequence[PlannedAction]) -> list[tuple[str, str, str]]:
     """Return the start, the text and the duration of each action.
 
-    An action without times gets those that POPF prints.
+    An action without times gets the times that POPF prints.
     """
     rows = []
     for number, action in enumerate(actions):
@@ -97,7 +97,7 @@ def _make_plan_rows(actions: Sequence[PlannedAction]) -> list[tuple[str, str, st
     return rows
 
 
-def planner_answers(run: Run) -> Iterator[PlannerAnswer]:
+def read_planner_answers(run: Run) -> Iterator[PlannerAnswer]:
     """Yield the planner calls with a recorded problem, in order.
 
     :raises TraceError: if the recording or a problem cannot be read.
@@ -108,7 +108,7 @@ def planner_answers(run: Run) -> Iterator[PlannerAnswer]:
         for event in run
         if isinstance(event, PlannerCall) and event.status != _STARTED
     }
-    # By the owner of the source. A recording has each domain before the problems that use the domain.
+    # The domains by the owner of the source. A recording has each domain before the problems that use it.
     domains: dict[str, Domain] = {}
     for source in run_sources(run, "pddl"):
         kind, call = source.details.get("kind"), source.details.get("call", "")
@@ -132,7 +132,7 @@ def find_answer(run: Run, name: str = "") -> PlannerAnswer:
 
     :raises TraceError: if there is no such call.
     """
-    answers = list(planner_answers(run))
+    answers = list(read_planner_answers(run))
     for answer in reversed(answers):
         if not name or name in (answer.call, answer.goal):
             return answer

@@ -30,7 +30,7 @@ def parse_fields(text: str) -> tuple[str, ...]:
     return tuple(show_alone(value) for value in parse_values(text))
 
 
-def atom_text(atom: Atom) -> str:
+def format_atom(atom: Atom) -> str:
     return f"({' '.join(atom)})"
 
 
@@ -55,9 +55,9 @@ class Preconditions:
         ]
 
     def describe_blame(self, operator: str, arguments: Mapping[str, str]) -> list[str]:
-        """Return a text about each atom that makes the precondition of an operator false; empty if it holds.
+        """Return a text about each atom that makes an operator's precondition false; empty if it is true.
 
-        :param arguments: values by parameter.
+        :param arguments: the values by parameter.
         """
         condition = self._conditions.operator_condition(operator)
         if condition is None:
@@ -72,17 +72,18 @@ class Preconditions:
         blamed_atoms = blamed_parts(condition, state, bound_values)
         # Two branches of a condition may blame the same atom.
         texts = (
-            self._describe(_ground_formula(blamed), expected_truth=blamed.required) for blamed in blamed_atoms
+            self._describe(_ground_formula(blamed_part), expected_truth=blamed_part.required)
+            for blamed_part in blamed_atoms
         )
         return list(dict.fromkeys(texts))
 
     def _describe(self, atom: Atom, *, expected_truth: bool) -> str:
         """Return why an atom does not have the expected truth."""
-        unbound = [word for word in atom if word.startswith("?")]
-        if unbound:
-            return f"{atom_text(atom)} has no value for {', '.join(unbound)}"
+        unbound_variables = [word for word in atom if word.startswith("?")]
+        if unbound_variables:
+            return f"{format_atom(atom)} has no value for {', '.join(unbound_variables)}"
         if not expected_truth:
-            return f"{atom_text(atom)} is true"
+            return f"{format_atom(atom)} is true"
         # A true atom that differs in one similar argument hints at a misspelling.
         comparable_atoms = [
             true_atom
@@ -93,8 +94,8 @@ class Preconditions:
             ((_compute_likeness(atom, true_atom), true_atom) for true_atom in comparable_atoms),
             default=(0.0, atom),
         )
-        similar_text = f" ({atom_text(nearest_atom)} is true)" if similarity > MIN_LIKENESS else ""
-        return f"{atom_text(atom)} is false{similar_text}"
+        similar_text = f" ({format_atom(nearest_atom)} is true)" if similarity > MIN_LIKENESS else ""
+        return f"{format_atom(atom)} is false{similar_text}"
 
 
 def _parse_predicate_slots(slots: Mapping[str, str]) -> Mapping[str, Any]:
@@ -105,13 +106,17 @@ def _parse_predicate_slots(slots: Mapping[str, str]) -> Mapping[str, Any]:
     }
 
 
-def _ground_formula(blamed: BlamedPart) -> Atom:
+def _ground_formula(blamed_part: BlamedPart) -> Atom:
     """Return a blamed formula with the values of its variables."""
     # A comparison of terms is an atom of the predicate `=`.
-    name = "=" if isinstance(blamed.formula, TermComparison) else getattr(blamed.formula, "predicate", "")
+    name = (
+        "="
+        if isinstance(blamed_part.formula, TermComparison)
+        else getattr(blamed_part.formula, "predicate", "")
+    )
     terms = (
-        blamed.binding[term.name] if isinstance(term, Variable) else getattr(term, "name", "")
-        for term in blamed.formula.terms
+        blamed_part.binding[term.name] if isinstance(term, Variable) else getattr(term, "name", "")
+        for term in blamed_part.formula.terms
     )
     return (name, *terms)
 
@@ -120,7 +125,7 @@ def ground_predicate(predicate: Mapping[str, str], arguments: Mapping[str, str])
     """Return the ground atom of a predicate; a parameter without a value becomes ``?NAME``.
 
     :param predicate: the slots of a fact ``pddl-predicate``, or of a fact with the same slots.
-    :param arguments: values by parameter.
+    :param arguments: the values by parameter.
     """
     name = predicate.get("predicate", "")
     names = parse_fields(predicate.get("param-names", ""))
@@ -134,5 +139,5 @@ def ground_predicate(predicate: Mapping[str, str], arguments: Mapping[str, str])
 
 def _compute_likeness(first: Atom, second: Atom) -> float:
     """Return the similarity of two atoms that differ in one argument; 0 if they differ in more."""
-    pairs = [pair for pair in zip(first, second, strict=True) if pair[0] != pair[1]]
-    return likeness(*pairs[0]) if len(pairs) == 1 else 0.0
+    differing_pairs = [pair for pair in zip(first, second, strict=True) if pair[0] != pair[1]]
+    return likeness(*differing_pairs[0]) if len(differing_pairs) == 1 else 0.0

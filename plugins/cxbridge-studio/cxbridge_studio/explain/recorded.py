@@ -32,7 +32,7 @@ from cxbridge_studio.recorded_state import EnvironmentFacts
 _CONSTRUCT_ROLES = ("clips", "construct")  # the roles of the recorded sources with constructs
 # As in cxbridge.executive.executive, whose import would make `cxbridge why` slower by a third.
 EXECUTIVE_ENVIRONMENT: Final = "executive"
-MAX_DIAGNOSTICS: Final = 1000  # the limit for each environment: the first diagnostics are kept
+MAX_DIAGNOSTICS: Final = 1000  # the limit of the kept diagnostics of each environment
 
 _CORE_FOLDER = Path(cxbridge.executive.__file__).parent / "clips"
 _LOG_COMPONENT = re.compile(r"CLIPS \((.+)\)")
@@ -47,12 +47,12 @@ _LOGGED_DIAGNOSTIC = re.compile(
 class RuleSource(Protocol):
     """A source of rules without facts: the recorded files, or an environment that has not run."""
 
-    def rulebook(self) -> Rulebook: ...
+    def read_rulebook(self) -> Rulebook: ...
 
-    def snapshot(self, rule: str, env: str, time_us: int) -> Snapshot:
+    def take_snapshot(self, rule: str, env: str, time_us: int) -> Snapshot:
         """Return a rule without facts."""
 
-    def rule_texts(self) -> Mapping[str, str]:
+    def read_rule_texts(self) -> Mapping[str, str]:
         """Return the text of all defrules by name."""
 
 
@@ -75,7 +75,7 @@ class RecordedDiagnostics:
             file, line, construct, message, code = diagnostic_match.groups()
             diagnostics.append(Diagnostic(file, int(line) if line else None, construct or "", code, message))
 
-    def environment_diagnostics(self, env: str) -> list[Diagnostic]:
+    def find_diagnostics(self, env: str) -> list[Diagnostic]:
         """Return the diagnostics about the files of an environment."""
         return self._diagnostics_by_environment.get(env, [])
 
@@ -113,7 +113,7 @@ class _PastEvents:
             self.facts.add_change(event)
         if isinstance(event, ENVIRONMENT_EVENT_TYPES):
             if event.env not in self.histories:
-                find_facts = partial(self.facts.slots, event.env)
+                find_facts = partial(self.facts.read_slots, event.env)
                 self.histories[event.env] = History(event.env, find_facts=find_facts)
             self.histories[event.env].add_event(event)
         elif isinstance(event, LogLine):
@@ -148,17 +148,17 @@ class RecordedEvidence(Evidence):
         self._run = run
         self._diagnostics = past_events.diagnostics
         history = past_events.histories.setdefault(env, History(env))
-        seconds = (past_events.now_us - past_events.start_us) / MICROSECONDS
+        end_s = (past_events.now_us - past_events.start_us) / MICROSECONDS
         has_later_events = past_events.has_later_events and at_s is not None
-        time_text = f"at {at_s:.3f} s" if has_later_events else f"at its end, {seconds:.3f} s"
+        time_text = f"at {at_s:.3f} s" if has_later_events else f"at its end, {end_s:.3f} s"
         super().__init__(
             f"{short_path(run.path)} {time_text}", past_events.start_us, past_events.now_us, history
         )
         self.is_time_chosen = at_s is not None
         if not past_events.has_later_events:
             self.ending = _describe_ending(run)
-            if at_s is not None and at_s > round(seconds, 3):
-                self.notes.append(f"the recording ends at {seconds:.3f} s, before --at {at_s:g}")
+            if at_s is not None and at_s > round(end_s, 3):
+                self.notes.append(f"the recording ends at {end_s:.3f} s, before --at {at_s:g}")
         self.notes += [f"{run.path}: {note}" for note in run.notes]
 
     def _load_rule_source(self) -> RuleSource:
@@ -181,14 +181,14 @@ class RecordedEvidence(Evidence):
                     hint="name the scenario that was run, or with --fawkes-dir the checkout of the Fawkes "
                     "that wrote the log",
                 )
-            folders = agent_folders((file.name, file.text) for file in files)
-            self._rules = Constructs(files, self._diagnostics.environment_diagnostics(self.env), folders)
+            folders = find_agent_folders((file.name, file.text) for file in files)
+            self._rules = Constructs(files, self._diagnostics.find_diagnostics(self.env), folders)
         return self._rules
 
-    def rulebook(self) -> Rulebook:
-        return self._load_rule_source().rulebook()
+    def read_rulebook(self) -> Rulebook:
+        return self._load_rule_source().read_rulebook()
 
-    def snapshot(self, rule: str) -> Snapshot:
+    def take_snapshot(self, rule: str) -> Snapshot:
         """Return a rule with the facts of the moment."""
         if self._facts is None:
             raise NoFactsError(
@@ -196,7 +196,7 @@ class RecordedEvidence(Evidence):
                 file=self._path,
                 hint="record with --trace-level facts; Fawkes needs clips-executive/debug/enable",
             )
-        snapshot = self._load_rule_source().snapshot(rule, self.env, self.now_us)
+        snapshot = self._load_rule_source().take_snapshot(rule, self.env, self.now_us)
         names = {pattern.template for pattern in find_patterns(parse_rule(snapshot.text).ces)}
         facts = [fact for fact in self._facts.values() if snapshot.needs_all_facts or fact.template in names]
         for name in sorted(names - self._templates_with_facts):
@@ -212,9 +212,9 @@ class RecordedEvidence(Evidence):
             )
         return replace(snapshot, templates=templates, facts=tuple(rows))
 
-    def rule_texts(self) -> Mapping[str, str]:
+    def read_rule_texts(self) -> Mapping[str, str]:
         try:
-            return self._load_rule_source().rule_texts()
+            return self._load_rule_source().read_rule_texts()
         except TraceError:
             return {}
 
@@ -222,8 +222,8 @@ class RecordedEvidence(Evidence):
         """Return whether facts of a deftemplate were recorded."""
         return template in self._templates_with_facts
 
-    def fact_slots(self, template: str) -> list[Mapping[str, str]]:
-        return self._environment_facts.slots(self.env, template)
+    def read_fact_slots(self, template: str) -> list[Mapping[str, str]]:
+        return self._environment_facts.read_slots(self.env, template)
 
 
 def _describe_ending(run: Run) -> str:
@@ -246,7 +246,7 @@ def _choose_environment(env: str | None, names: set[str], path: Path) -> str:
     return env
 
 
-def agent_folders(files: Iterable[tuple[str, str]]) -> list[str]:
+def find_agent_folders(files: Iterable[tuple[str, str]]) -> list[str]:
     """Return the folders of an agent's files whose content equals the recorded content.
 
     :param files: the paths and the recorded texts. A path alone does not open a folder: the recording may

@@ -8,7 +8,12 @@ from typing import Any, Final
 
 from cxbridge.history.model import GoalRecord
 from cxbridge_studio.explain.evidence import Evidence
-from cxbridge_studio.explain.goal_report import cause_lines, drop_root_marks, goal_headline, make_story_writer
+from cxbridge_studio.explain.goal_report import (
+    drop_root_marks,
+    format_causes,
+    make_goal_headline,
+    make_story_writer,
+)
 from cxbridge_studio.explain.goal_story import NOT_RECORDED, Cause
 
 # The limit of sentences in a section. The last sentence of a longer section counts those that are left out.
@@ -21,7 +26,7 @@ _FAILURE_OUTCOMES: Final = ("FAILED", "REJECTED")
 class RunStory:
     """The story of a run up to one moment.
 
-    Each field but the headline and the notes is a section of sentences.
+    Each field of causes is a section of sentences.
 
     :param headline: the outcome and its reason, the work under way, or the reason of the wait.
     :param wanted: the goals without a parent.
@@ -55,7 +60,7 @@ def tell_run(evidence: Evidence) -> RunStory:
 
     :raises CxbridgeError: if the source has no goals.
     """
-    return _RunStoryWriter(evidence).story()
+    return _RunStoryWriter(evidence).write_story()
 
 
 class _RunStoryWriter:
@@ -66,7 +71,7 @@ class _RunStoryWriter:
         self._goals, self._story_writer = make_story_writer(evidence)
         self._root_goals = [goal for goal in self._goals.all if self._goals.parent(goal) is None]
 
-    def story(self) -> RunStory:
+    def write_story(self) -> RunStory:
         root_goals = self._root_goals
         failed_goals = [
             goal for goal in root_goals if goal.end_change is not None and goal.outcome in _FAILURE_OUTCOMES
@@ -75,12 +80,12 @@ class _RunStoryWriter:
         work = list(self._describe_work())
         # A waiting goal is a problem only if no skill and no planner works.
         troubled_goals = failed_goals + ([] if work else open_goals)
-        stories = [self._story_writer.goal_story(goal) for goal in troubled_goals[:MAX_SENTENCES]]
+        stories = [self._story_writer.write_goal_story(goal) for goal in troubled_goals[:MAX_SENTENCES]]
         overcome_goals = self._find_overcome_failures(failed_goals)
         # The reason why the run ended comes first, and does not count as a goal.
         ending = [Cause(self._evidence.ending)] if self._evidence.ending else []
         return RunStory(
-            goal_headline(stories[0]) if stories else self._make_untroubled_headline(open_goals, work),
+            make_goal_headline(stories[0]) if stories else self._make_untroubled_headline(open_goals, work),
             self._evidence.where,
             _limit_sentences(
                 [Cause(self._summarize_goal(goal)) for goal in root_goals[:MAX_SENTENCES]], len(root_goals)
@@ -91,7 +96,7 @@ class _RunStoryWriter:
             ),
             _limit_sentences(
                 [
-                    _drop_missing_firings(self._story_writer.outcome_cause(goal))
+                    _drop_missing_firings(self._story_writer.find_outcome_cause(goal))
                     for goal in overcome_goals[:MAX_SENTENCES]
                 ],
                 len(overcome_goals),
@@ -117,26 +122,26 @@ class _RunStoryWriter:
                 else "nothing is known about goals: the recording has no events of an executive"
             )
         if len(self._root_goals) == 1:
-            return self._story_writer.outcome_cause(self._root_goals[0]).text
+            return self._story_writer.find_outcome_cause(self._root_goals[0]).text
         return f"all {len(self._root_goals)} goals without a parent are over, and none of them has failed"
 
     def _summarize_goal(self, goal: GoalRecord) -> str:
         """Return a goal, the number of its sub-goals, and its outcome."""
-        count = self._goals.sub_goal_count(goal)
+        count = self._goals.count_sub_goals(goal)
         sub_goals = f", with {count} sub-goal{'s' if count > 1 else ''}" if count else ""
         outcome = "" if goal.end_change is None else f": {goal.outcome}"
         return f"{goal.title}{sub_goals}{outcome}"
 
     def _describe_work(self) -> Iterator[Cause]:
         """Yield a sentence about each running skill and planner call."""
-        for call, action in self._goals.open_skill_calls():
+        for call, action in self._goals.find_open_skill_calls():
             begin_seq, _ = call.begin
-            begin_s = self._evidence.seconds(self._goals.time_us(begin_seq))
+            begin_s = self._evidence.compute_seconds(self._goals.time_us(begin_seq))
             purpose = f" for action {action.id} {action.name} of {action.goal}" if action is not None else ""
             yield Cause(f"{call.skiller} executes {call.skill_string}{purpose}, begun at {begin_s:.3f} s")
-        for planner in self._goals.open_planner_calls():
+        for planner in self._goals.find_open_planner_calls():
             begin_seq, _ = planner.begin
-            begin_s = self._evidence.seconds(self._goals.time_us(begin_seq))
+            begin_s = self._evidence.compute_seconds(self._goals.time_us(begin_seq))
             yield Cause(
                 f"planner {planner.name} looks for a plan for {planner.goal}, begun at {begin_s:.3f} s"
             )
@@ -170,7 +175,7 @@ class _RunStoryWriter:
 
 
 def _has_failed(goal: GoalRecord) -> bool:
-    """Whether a goal has failed, now or before it was formulated again."""
+    """Return whether a goal has failed, now or before it was formulated again."""
     return bool(goal.former_end_changes) or (
         goal.end_change is not None and goal.outcome in _FAILURE_OUTCOMES
     )
@@ -202,7 +207,7 @@ def to_json(story: RunStory) -> dict[str, Any]:
     return values
 
 
-def report_lines(story: RunStory) -> Iterator[str]:
+def format_report(story: RunStory) -> Iterator[str]:
     """Yield the text of a story."""
     yield story.headline
     yield f"in {story.where}"
@@ -213,7 +218,7 @@ def report_lines(story: RunStory) -> Iterator[str]:
             yield heading
         for sentence in sentences:
             yield f"  {sentence.text}"
-            yield from cause_lines(sentence.because, "  ")
+            yield from format_causes(sentence.because, "  ")
     if story.unknown:
         yield ""
         yield "Not known"

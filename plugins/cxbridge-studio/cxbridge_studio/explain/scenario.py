@@ -14,10 +14,10 @@ from cxbridge.run.agent import Run
 from cxbridge.run.options import RunOptions
 from cxbridge.run.run import make_run
 from cxbridge.run.team import Team
-from cxbridge_studio.constructs import rule_texts
+from cxbridge_studio.constructs import read_rule_texts
 from cxbridge_studio.explain.evidence import EVIDENCE_EVENT_TYPES, Evidence, History
 from cxbridge_studio.explain.rules.environment import (
-    fact_slots,
+    read_fact_slots,
     read_rulebook,
     restore_sources,
     take_snapshot,
@@ -43,26 +43,28 @@ class EnvironmentEvidence(Evidence):
         self.env = env
         self.folders = folders
 
-    def rulebook(self) -> Rulebook:
+    def read_rulebook(self) -> Rulebook:
         with self.env.lock:
             return read_rulebook(self.env, self.folders)
 
-    def snapshot(self, rule: str) -> Snapshot:
+    def take_snapshot(self, rule: str) -> Snapshot:
         with self.env.lock:
             return take_snapshot(self.env, rule)
 
-    def rule_texts(self) -> Mapping[str, str]:
+    def read_rule_texts(self) -> Mapping[str, str]:
         with self.env.lock:
-            texts = rule_texts(self.env)
+            texts = read_rule_texts(self.env)
         return restore_sources(texts)
 
-    def fact_slots(self, template: str) -> list[Mapping[str, str]]:
+    def read_fact_slots(self, template: str) -> list[Mapping[str, str]]:
         with self.env.lock:
-            return fact_slots(self.env, template)
+            return read_fact_slots(self.env, template)
 
 
 @contextmanager
-def scenario_evidence(options: RunOptions, at_s: float | None, env: str | None = None) -> Iterator[Evidence]:
+def collect_scenario_evidence(
+    options: RunOptions, at_s: float | None, env: str | None = None
+) -> Iterator[Evidence]:
     """Run a scenario up to a time or to its end, and yield the evidence of that moment.
 
     :param at_s: the seconds since the start of the run; None for its end.
@@ -72,7 +74,7 @@ def scenario_evidence(options: RunOptions, at_s: float | None, env: str | None =
     with make_run(options) as run:
         agent = _find_agent(run, env)
         name = agent.executive.env.name if env is None else env
-        history = History(name, find_facts=partial(fact_slots, agent.executive.env))
+        history = History(name, find_facts=partial(read_fact_slots, agent.executive.env))
         agent.bus.subscribe(history.add_event, *EVIDENCE_EVENT_TYPES)
         start_us = run.clock.start_us
         end_us = start_us + int((options.timeout if at_s is None else at_s) * MICROSECONDS)
@@ -88,10 +90,10 @@ def scenario_evidence(options: RunOptions, at_s: float | None, env: str | None =
             run.loop.run(lambda: _is_done(run, interrupt, end_us))
             interrupt.check()
         now_us = run.clock.now_us()
-        seconds = (now_us - start_us) / MICROSECONDS
-        when = f"at its end, {seconds:.3f} s" if run.is_over else f"at {seconds:.3f} s"
+        elapsed_s = (now_us - start_us) / MICROSECONDS
+        time_text = f"at its end, {elapsed_s:.3f} s" if run.is_over else f"at {elapsed_s:.3f} s"
         evidence = EnvironmentEvidence(
-            f"{agent.spec} {when}",
+            f"{agent.spec} {time_text}",
             (start_us, now_us),
             history,
             find_environment(agent, env),
@@ -99,7 +101,7 @@ def scenario_evidence(options: RunOptions, at_s: float | None, env: str | None =
         )
         evidence.is_time_chosen = at_s is not None
         # A run ends at a loop, so a difference below a second is normal.
-        if run.is_over and at_s is not None and seconds < at_s - 1:
+        if run.is_over and at_s is not None and elapsed_s < at_s - 1:
             evidence.notes.append(f"the run was over before {at_s:g} s")
         yield evidence
 
@@ -124,14 +126,14 @@ def _find_agent(run: Run | Team, env: str | None) -> Run:
 
 
 def _is_done(run: Run | Team, interrupt: Interrupt, end_us: int) -> bool:
-    """Whether the run is over, was interrupted, or has reached the end of the time."""
+    """Return whether the run is over, was interrupted, or has reached the end of the time."""
     if (
         interrupt.is_signalled
         or run.is_over
         or all(agent.executive.env.quit_requested for agent in run.agents)
     ):
         return True
-    # True if the next loop would begin after the end.
+    # the run is also done if its next loop would begin after the end
     return run.clock.now_us() + run.loop.period_us > end_us
 
 

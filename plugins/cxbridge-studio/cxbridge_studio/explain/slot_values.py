@@ -11,11 +11,12 @@ _INTEGER = re.compile(r"[+-]?[0-9]+")
 _FLOAT = re.compile(r"[+-]?(?:[0-9]+\.[0-9]*|\.?[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _FACT_ADDRESS = re.compile(r"<Fact-([0-9]{1,18})>")
 _FIRST_EXCESS_INTEGER = 2**63  # the first integer beyond the 64 bits of CLIPS
-_MAX_DIGITS = 100  # of an integer: parsing more digits takes quadratic time, and they never fit into 64 bits
+# limit of an integer's digits: parsing takes quadratic time, and longer numbers never fit into 64 bits
+_MAX_DIGITS = 100
 
 
 def parse_values(text: str) -> tuple[Value, ...]:
-    """Return the values in a slot of a printed fact, which blanks separate.
+    """Return the values in a slot of a printed fact; blanks separate the values.
 
     A string may contain quotes without escapes: it ends at a quote before the end of the text or before a new
     value.

@@ -26,18 +26,18 @@ class SourcePositions:
         for file in files:
             self._model.read(file)
 
-    def action_position(self, action: str) -> str:
+    def find_action_position(self, action: str) -> str:
         """Return the position where an action is put into a plan."""
         return _find_first_position(
-            self._model.mentions(Name(NameKind.ACTION, action), Use.ASSERTED, Use.NAMED)
+            self._model.find_mentions(Name(NameKind.ACTION, action), Use.ASSERTED, Use.NAMED)
         )
 
-    def goal_position(self, goal_class: str, mode: str) -> str:
+    def find_goal_position(self, goal_class: str, mode: str) -> str:
         """Return the position where a rule sets a goal of a class to a mode, or asserts the goal."""
         class_name = Name(NameKind.GOAL_CLASS, goal_class)
         mode_value = re.compile(rf"\s+{re.escape(mode)}\s*\)")
         position_without_class = ""
-        for change in self._model.mentions(Name(NameKind.SLOT, "mode", "goal"), Use.CHANGED):
+        for change in self._model.find_mentions(Name(NameKind.SLOT, "mode", "goal"), Use.CHANGED):
             rule = change.file.piece_at(change.mention.start)
             if rule is None or not mode_value.match(change.file.text, change.mention.end):
                 continue
@@ -47,29 +47,33 @@ class SourcePositions:
             # A rule without any class may change this goal, but a later rule may name its class.
             if not any(name.kind is NameKind.GOAL_CLASS for name in names):
                 position_without_class = position_without_class or _format_position(change)
-        return position_without_class or _find_first_position(self._model.mentions(class_name, Use.ASSERTED))
+        return position_without_class or _find_first_position(
+            self._model.find_mentions(class_name, Use.ASSERTED)
+        )
 
-    def interface_position(self, kind: str, name: str) -> str:
+    def find_interface_position(self, kind: str, name: str) -> str:
         """Return the position where rules open an interface."""
-        for mention in self._model.mentions(Name(NameKind.INTERFACE, kind), Use.NAMED):
+        for mention in self._model.find_mentions(Name(NameKind.INTERFACE, kind), Use.NAMED):
             # The id follows the type: "TYPE::ID", or as the next argument of the call.
             rest_of_line = mention.file.text[mention.mention.end :].partition("\n")[0]
             if name in rest_of_line:
                 return _format_position(mention)
         return ""
 
-    def similar_fact_hint(self, template: str) -> str:
+    def make_similar_fact_hint(self, template: str) -> str:
         """Return the question whether an asserted fact of a similar name is meant, with its position."""
         # A template that rules match is not misspelt.
-        unmatched_templates = self._model.names(NameKind.TEMPLATE, Use.ASSERTED) - self._model.names(
-            NameKind.TEMPLATE, Use.MATCHED
-        )
+        unmatched_templates = self._model.find_names(
+            NameKind.TEMPLATE, Use.ASSERTED
+        ) - self._model.find_names(NameKind.TEMPLATE, Use.MATCHED)
         for name in nearest_names(template, unmatched_templates):
-            position = _find_first_position(self._model.mentions(Name(NameKind.TEMPLATE, name), Use.ASSERTED))
+            position = _find_first_position(
+                self._model.find_mentions(Name(NameKind.TEMPLATE, name), Use.ASSERTED)
+            )
             return f"did you mean ({name}), which {position} asserts?"
         return ""
 
-    def goal_asserting_rules(self) -> list[str]:
+    def find_goal_asserting_rules(self) -> list[str]:
         """Return the rules that assert goals."""
         goal_template = Name(NameKind.TEMPLATE, "goal")
         return [

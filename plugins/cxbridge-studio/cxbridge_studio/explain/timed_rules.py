@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 from cxbridge.clipstext.syntax import read
 from cxbridge.run.stuck import TICK_RULES
 from cxbridge_studio.agent.condition import CE, GroupCE, PatternCE, parse_condition
-from cxbridge_studio.constructs import rule_texts
+from cxbridge_studio.constructs import read_rule_texts
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
@@ -39,7 +39,7 @@ def has_timed_rule(agent: Run) -> bool:
     if not has_time_facts(agent):
         return False
     env = agent.executive.env
-    for name, text in rule_texts(env).items():
+    for name, text in read_rule_texts(env).items():
         if f"({_TIME_TEMPLATE} " not in text or name in TICK_RULES:
             continue
         if name == _CONTROL_RULE and not _can_get_control(agent):
@@ -51,7 +51,7 @@ def has_timed_rule(agent: Run) -> bool:
 
 def find_missing_template(env: ClipsEnvironment, rule: str) -> str:
     """Return the deftemplate of the first missing fact of a rule; empty if no fact is known to be missing."""
-    for element in parse_rule_condition(rule_texts(env).get(rule, "")):
+    for element in parse_rule_condition(read_rule_texts(env).get(rule, "")):
         if isinstance(element, PatternCE) and not _may_hold(env, element):
             return element.template
     return ""

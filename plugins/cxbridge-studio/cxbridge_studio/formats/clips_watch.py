@@ -17,7 +17,7 @@ from cxbridge.trace.formats.fawkes_log import parse_clips_event
 from cxbridge.trace.formats.files import MAX_LINE_BYTES, read_lines
 
 ENVIRONMENT = "executive"
-"""The environment of all events: the output does not name one."""
+"""The environment of all events, because the output names no environment."""
 
 MAX_FACTS = 100_000
 """The maximum number of remembered facts, after which the oldest fact is dropped."""
@@ -35,7 +35,7 @@ _ENTRY_AFTER_TEXT = re.compile(
 _OMITTED_SLOTS = " ..."  # CLIPS 6.4 prints this in place of the unchanged slots of a modified fact
 # A fact with line feeds is parsed again with each further line. After this number of lines, the next entry
 # ends the fact.
-_MAX_LINES_OF_FACT = 200
+_MAX_LINES_PER_FACT = 200
 
 
 class ClipsWatch(Run):
@@ -152,11 +152,11 @@ def _is_incomplete(lines: list[str]) -> bool:
     """Return whether the lines are the start of a fact that continues after a line feed in a string."""
     match = (
         _FACT.match("\n".join(lines))
-        if lines[0].startswith(("==> f-", "<== f-")) and len(lines) < _MAX_LINES_OF_FACT
+        if lines[0].startswith(("==> f-", "<== f-")) and len(lines) < _MAX_LINES_PER_FACT
         else None
     )
     if match is None:
-        return len(lines) >= _MAX_LINES_OF_FACT
+        return len(lines) >= _MAX_LINES_PER_FACT
     text = match.group(1)
     if not text.endswith(")"):
         return True

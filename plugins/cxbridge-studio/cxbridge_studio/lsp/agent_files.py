@@ -36,7 +36,7 @@ class AgentFiles(Struct, frozen=True):
 
     @classmethod
     def find(cls, options: RunOptions) -> AgentFiles:
-        """Return the locations of the files of an agent: by default of the first agent in the configuration.
+        """Return the locations of an agent's files, by default of the first agent in the configuration.
 
         :raises CxbridgeError: if the configuration cannot be read, or lacks the agent or the spec.
         """
@@ -49,12 +49,12 @@ class AgentFiles(Struct, frozen=True):
         paths = source.find_paths(config, config_file)
         return cls(config, spec, paths, tuple(_find_host_files(paths)))
 
-    def clips(self) -> Iterator[Path]:
+    def find_clips_files(self) -> Iterator[Path]:
         """Yield the CLIPS files that a spec can load by name."""
         for folder in self.paths.rule_dirs:
             yield from find_agent_files(folder, (".clp",))
 
-    def named_files(self) -> Iterator[Path]:
+    def find_named_files(self) -> Iterator[Path]:
         """Yield the files of the interfaces, skills and protobuf messages whose names the agent can use."""
         for folder in self.paths.interface_dirs:
             yield from sorted(folder.glob("*.xml"))

@@ -65,7 +65,7 @@ def _propose_defined(
 
     :param owner: the owner of the names, such as the template of slots; None for any owner.
     """
-    definitions = session.filter_visible(session.model.definitions_of_kind(kind, owner), file.path)
+    definitions = session.filter_visible(session.model.find_definitions_of_kind(kind, owner), file.path)
     for _, mention in definitions:
         yield Proposal(mention.name.text, kind, f"{kind.value} {mention.name.owner}".rstrip())
 
@@ -77,7 +77,7 @@ def _complete_clips(session: Session, file: SourceFile, context: Context) -> Ite
     if not context.heads:
         return [Proposal(name, None, "construct") for name in _CONSTRUCTS] if context.is_at_head else ()
     if context.word.startswith(("?*", "$?*")):
-        globals_ = session.model.names(NameKind.GLOBAL, Use.DEFINED)
+        globals_ = session.model.find_names(NameKind.GLOBAL, Use.DEFINED)
         return [Proposal(f"?*{name}*", NameKind.GLOBAL, "global") for name in globals_]
     if match := _SLOT_ACCESS.search(context.word):
         slots = _propose_slots(session, file, find_fact_template(context.text, match[1]))
@@ -141,14 +141,14 @@ def _propose_names(session: Session, file: SourceFile, kind: NameKind) -> Iterat
     """Yield the defined names of a kind, and the used names of kinds that have no definitions."""
     yield from _propose_defined(session, file, kind)
     if kind in (NameKind.GOAL_CLASS, NameKind.FILE, NameKind.FEATURE):
-        yield from (Proposal(name, kind, kind.value) for name in session.model.names(kind))
+        yield from (Proposal(name, kind, kind.value) for name in session.model.find_names(kind))
 
 
 def _propose_allowed_values(
     session: Session, file: SourceFile, template: str, slot: str
 ) -> Iterator[Proposal]:
     definitions = session.filter_visible(
-        session.model.definitions(Name(NameKind.TEMPLATE, template)), file.path
+        session.model.find_definitions(Name(NameKind.TEMPLATE, template)), file.path
     )
     for definition, mention in definitions:
         placed = definition.piece_at(mention.start)
@@ -166,13 +166,13 @@ def _propose_allowed_values(
 
 def _complete_yaml(session: Session, file: SourceFile, offset: int) -> Iterator[Proposal]:
     start = file.text.rfind("\n", 0, offset) + 1
-    row = file.text[start:offset]
-    parent_keys = list(find_parent_keys(file, start + len(row) - len(row.lstrip())))
-    key_match = re.match(r"\s*(?:- +)?([\w-]+):", row)
+    line = file.text[start:offset]
+    parent_keys = list(find_parent_keys(file, start + len(line) - len(line.lstrip())))
+    key_match = re.match(r"\s*(?:- +)?([\w-]+):", line)
     key = key_match[1] if key_match else ""
     if "action-mapping" in parent_keys[:2]:
         yield from _complete_mapping(
-            session, file, row, parent_keys[0] if parent_keys[0] != "action-mapping" else ""
+            session, file, line, parent_keys[0] if parent_keys[0] != "action-mapping" else ""
         )
     elif "file" in (key, *parent_keys[:1]) or "files" in (key, *parent_keys[:1]):
         yield from (Proposal(name, NameKind.FILE, "file") for name in _list_clips_files(session))
@@ -184,20 +184,20 @@ def _complete_yaml(session: Session, file: SourceFile, offset: int) -> Iterator[
         yield from _propose_defined(session, file, NameKind.SPEC)
 
 
-def _complete_mapping(session: Session, file: SourceFile, row: str, action: str) -> Iterator[Proposal]:
+def _complete_mapping(session: Session, file: SourceFile, line: str, action: str) -> Iterator[Proposal]:
     """Yield the proposals in an action mapping.
 
-    :param row: the line up to the cursor.
+    :param line: the line up to the cursor.
     :param action: the action with a skill string that began in an earlier line; empty outside such a string.
     """
-    key_match = re.match(r"\s*([\w-]+):\s", row)
+    key_match = re.match(r"\s*([\w-]+):\s", line)
     if not action and key_match is None:
         yield from _propose_defined(session, file, NameKind.ACTION)
         return
     action = key_match[1] if key_match else action
-    if re.search(r"\?\([\w-]*\Z", row):
+    if re.search(r"\?\([\w-]*\Z", line):
         yield from _propose_defined(session, file, NameKind.PARAMETER, action)
-    elif skill_match := re.search(r"([A-Za-z_]\w*)\s*\{[^}]*\Z", row):
+    elif skill_match := re.search(r"([A-Za-z_]\w*)\s*\{[^}]*\Z", line):
         yield from _propose_defined(session, file, NameKind.ARGUMENT, skill_match[1])
     else:
         yield from _propose_defined(session, file, NameKind.SKILL)
@@ -233,8 +233,8 @@ def _complete_pddl(session: Session, file: SourceFile, offset: int) -> Iterator[
 
 
 def _complete_lua(session: Session, file: SourceFile, offset: int) -> Iterator[Proposal]:
-    row = file.text[file.text.rfind("\n", 0, offset) + 1 : offset]
-    if "depends_skills" in row or re.search(r"\bskills\s*=\s*\{\{", row):
+    line = file.text[file.text.rfind("\n", 0, offset) + 1 : offset]
+    if "depends_skills" in line or re.search(r"\bskills\s*=\s*\{\{", line):
         yield from _propose_defined(session, file, NameKind.SKILL)
-    elif re.search(r"""\btype\s*=\s*["']\w*\Z""", row):
+    elif re.search(r"""\btype\s*=\s*["']\w*\Z""", line):
         yield from _propose_defined(session, file, NameKind.INTERFACE)

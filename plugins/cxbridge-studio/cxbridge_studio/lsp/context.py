@@ -9,7 +9,7 @@ from msgspec import Struct
 from cxbridge.clipstext.syntax import HIDDEN, blank
 from cxbridge_studio.agent.clips import CONDITION_HEADS
 from cxbridge_studio.agent.names import SourceFile
-from cxbridge_studio.agent.top_level import open_lists
+from cxbridge_studio.agent.top_level import find_open_lists
 
 _HEAD = re.compile(r"\(\s*([^\s()\";&|~]*)")
 _WORD = re.compile(r"[^\s()\"&|~]*\Z")
@@ -52,16 +52,16 @@ def find_context(file: SourceFile, offset: int) -> Context | None:
     placed = file.piece_at(offset)
     start = placed.start if placed is not None else file.text.rfind("\n", 0, offset) + 1
     text = file.text[start:offset]
-    hidden = next((match for match in HIDDEN.finditer(text) if match.end() == len(text)), None)
-    if hidden is not None and hidden[0].startswith(";"):
+    hidden_match = next((match for match in HIDDEN.finditer(text) if match.end() == len(text)), None)
+    if hidden_match is not None and hidden_match[0].startswith(";"):
         return None
-    if hidden is not None and hidden["unclosed"]:  # the cursor is in a string
-        word, text = hidden[0][1:], text[: hidden.start()]
+    if hidden_match is not None and hidden_match["unclosed"]:  # the cursor is in a string
+        word, text = hidden_match[0][1:], text[: hidden_match.start()]
     else:
         match = _WORD.search(text)
         word = match[0] if match else ""
         text = text[: len(text) - len(word)]
-    open_starts = open_lists(text)
+    open_starts = find_open_lists(text)
     is_at_head = bool(open_starts) and not text[open_starts[-1] + 1 :].strip()
     lists = open_starts[:-1] if is_at_head else open_starts
     heads = tuple(match[1] if (match := _HEAD.match(text, start)) else "" for start in reversed(lists))

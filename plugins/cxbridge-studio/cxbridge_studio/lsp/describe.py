@@ -10,12 +10,12 @@ from textwrap import dedent
 from typing import Final
 
 from cxbridge.clipstext.syntax import SyntaxNode, read
-from cxbridge_studio.agent.lua import skill_documentation
+from cxbridge_studio.agent.lua import find_documentation
 from cxbridge_studio.agent.model import FileMention
 from cxbridge_studio.agent.names import Mention, Name, NameKind, SourceFile, Use
 from cxbridge_studio.lsp.session import Session, find_comment_above
 
-_MAX_ROWS: Final = 40  # rows of code in a hover text: more would not fit on a screen
+_MAX_LINES: Final = 40  # limit of the lines of code in a hover text: more would not fit on a screen
 _LANGUAGES: Final = {".clp": "clips", ".pddl": "pddl", ".xml": "xml", ".lua": "lua", ".yaml": "yaml"}
 _COMMENT_ELEMENT: Final = re.compile(r"<comment>([^<]*)</comment>")
 _BRACE: Final = re.compile(r"[{}]")
@@ -25,7 +25,7 @@ _FIELD_ELEMENT: Final = re.compile(r"<(?:field|message)\b[^>]*>([^<]*)")
 def describe_name(session: Session, file: SourceFile, mention: Mention) -> str:
     """Return the hover text of a name as Markdown; empty for an unknown name."""
     name = mention.name
-    definitions = session.filter_visible(session.model.definitions(name), file.path)
+    definitions = session.filter_visible(session.model.find_definitions(name), file.path)
     paragraphs: list[str] = []
     if definitions:  # in CLIPS, the last definition of a name replaces the earlier definitions
         paragraphs += _describe_definition(definitions[-1], name)
@@ -127,12 +127,12 @@ def _describe_slot(definition: FileMention) -> Iterator[str]:
 
 def _describe_skill(definition: FileMention) -> Iterator[str]:
     yield f"skill **{definition.mention.name.text}**"
-    yield f"```\n{skill_documentation(definition.file.text)}\n```"
+    yield f"```\n{find_documentation(definition.file.text)}\n```"
 
 
 def _describe_argument(definition: FileMention) -> Iterator[str]:
-    row = definition.file.text[definition.mention.start :].partition("\n")[0]
-    yield f"`{definition.mention.name.text}`{row[len(definition.mention.name.text) :]}"
+    line = definition.file.text[definition.mention.start :].partition("\n")[0]
+    yield f"`{definition.mention.name.text}`{line[len(definition.mention.name.text) :]}"
     yield f"argument of the skill **{definition.mention.name.owner}**"
 
 
@@ -158,9 +158,9 @@ def _format_field(file: SourceFile, mention: Mention) -> str:
     """Return the comment and the type of a field or message in an interface definition."""
     start = file.text.rfind("<", 0, mention.start)
     match = _FIELD_ELEMENT.match(file.text, start)
-    kind = re.search(r'type="(\w+)"', match[0]) if match else None
+    type_match = re.search(r'type="(\w+)"', match[0]) if match else None
     words = " ".join(match[1].split()) if match else ""
-    return f"{words} ({kind[1]})" if kind else words
+    return f"{words} ({type_match[1]})" if type_match else words
 
 
 def _describe_builtin_function(session: Session, name: Name) -> Iterator[str]:
@@ -190,7 +190,7 @@ def _summarize_uses(session: Session, name: Name) -> str:
     """Return how often each use occurs, such as "matched 3 times, asserted once"."""
     counts = Counter(
         mention.mention.use.value
-        for mention in session.model.mentions(name)
+        for mention in session.model.find_mentions(name)
         if mention.mention.use is not Use.DEFINED
     )
     return ", ".join(f"{use} {count} times" if count > 1 else f"{use} once" for use, count in counts.items())
@@ -215,15 +215,15 @@ def _find_enclosing_list(file: SourceFile, mention: Mention) -> str:
 
 def _find_trailing_comment(file: SourceFile, offset: int) -> str:
     """Return the CLIPS comment at the end of the line of an offset; empty if there is none."""
-    row = file.text[offset:].partition("\n")[0]
+    line = file.text[offset:].partition("\n")[0]
     # in a line with a string, a semicolon may be part of the string
-    return row.partition(";")[2].strip() if ";" in row and '"' not in row else ""
+    return line.partition(";")[2].strip() if ";" in line and '"' not in line else ""
 
 
 def _format_code(file: SourceFile, text: str) -> str:
-    rows = text.splitlines()
-    visible_rows = [*rows[:_MAX_ROWS], "..."] if len(rows) > _MAX_ROWS else rows
-    return _make_code_block(_LANGUAGES.get(Path(file.path).suffix, ""), "\n".join(visible_rows))
+    code_lines = text.splitlines()
+    visible_lines = [*code_lines[:_MAX_LINES], "..."] if len(code_lines) > _MAX_LINES else code_lines
+    return _make_code_block(_LANGUAGES.get(Path(file.path).suffix, ""), "\n".join(visible_lines))
 
 
 def _make_code_block(language: str, text: str) -> str:

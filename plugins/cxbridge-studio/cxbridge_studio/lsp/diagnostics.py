@@ -78,7 +78,7 @@ def find_mistakes(session: Session, file: SourceFile) -> list[TextFinding]:
 
 
 def _find_unclosed(session: Session, file: SourceFile) -> Iterator[TextFinding]:
-    slots = session.definitions(file.path).slots | {
+    slots = session.find_definitions(file.path).slots | {
         name: set(names) for name, names in session.knowledge.templates.items()
     }
     for placed in file.pieces:
@@ -95,7 +95,7 @@ def _find_unknown_names(session: Session, file: SourceFile) -> Iterator[TextFind
     """Yield the undefined names; none before all files are read, since an unread file may define a name."""
     if not session.is_indexed or not session.knowledge.is_complete:
         return
-    definitions = session.definitions(file.path)
+    definitions = session.find_definitions(file.path)
     for placed in file.pieces:
         if not placed.piece.is_closed:
             continue  # the kinds of names depend on the nesting of lists, which an open construct hides
@@ -104,11 +104,14 @@ def _find_unknown_names(session: Session, file: SourceFile) -> Iterator[TextFind
             if mention.name.kind is NameKind.SLOT:
                 problem = _check_slot(session, definitions, mention)
             elif mention.name.kind is NameKind.FUNCTION and mention.use is Use.CALLED:
-                functions = definitions.names(NameKind.FUNCTION) | session.knowledge.functions.keys()
+                functions = definitions.find_names(NameKind.FUNCTION) | session.knowledge.functions.keys()
                 problem = _check_defined(UNKNOWN_FUNCTION, f"function '{name}'", name, functions)
             elif mention.name.kind is NameKind.GLOBAL and mention.use is not Use.DEFINED:
                 problem = _check_defined(
-                    UNKNOWN_GLOBAL, f"global variable ?*{name}*", name, definitions.names(NameKind.GLOBAL)
+                    UNKNOWN_GLOBAL,
+                    f"global variable ?*{name}*",
+                    name,
+                    definitions.find_names(NameKind.GLOBAL),
                 )
             elif mention.name.kind is NameKind.TEMPLATE and mention.use in _FACT_USES:
                 problem = _check_template(session, definitions, placed, index)
@@ -136,13 +139,15 @@ def _check_template(
     name = mention.name.text
     if name in definitions.slots or name in session.knowledge.templates or name == "object":
         return None  # `object` is the pattern of CLIPS for instances of classes
-    following = placed.piece.mentions[index + 1 : index + 2]
+    next_mentions = placed.piece.mentions[index + 1 : index + 2]
     slots = [
-        mention for mention in following if mention.name.kind is NameKind.SLOT and mention.name.owner == name
+        mention
+        for mention in next_mentions
+        if mention.name.kind is NameKind.SLOT and mention.name.owner == name
     ]
     if not slots or mention.use is Use.QUERIED:
         return None  # an ordered fact needs no deftemplate, and CLIPS accepts any name in a query
-    if slots[0].name.text in session.knowledge.functions.keys() | definitions.names(NameKind.FUNCTION):
+    if slots[0].name.text in session.knowledge.functions.keys() | definitions.find_names(NameKind.FUNCTION):
         return None  # a call: (assert (total (+ 1 2))) asserts an ordered fact
     return _Problem(
         UNKNOWN_TEMPLATE, f"there is no deftemplate '{name}'", did_you_mean(name, definitions.slots)
@@ -171,8 +176,8 @@ def _check_defined(code: Code, description: str, name: str, known_names: Collect
 
 def _find_pddl_mistakes(session: Session, file: SourceFile) -> Iterator[TextFinding]:
     """Yield the findings of the check for a domain, or for a problem with its domain."""
-    as_fawkes = session.knowledge.reads_as_fawkes
-    for finding in check_pddl_file(Path(file.path), file.text, fawkes_compat=as_fawkes):
+    reads_as_fawkes = session.knowledge.reads_as_fawkes
+    for finding in check_pddl_file(Path(file.path), file.text, fawkes_compat=reads_as_fawkes):
         place, code = finding.place, finding.code
         if Path(place.file) == Path(file.path):  # the findings for a problem include those for its domain
             start = file.lines.place(place.line or 1, place.column or 1)

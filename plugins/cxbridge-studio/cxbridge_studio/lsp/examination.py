@@ -11,14 +11,14 @@ import msgspec
 from cxbridge.spawning import python_command
 from cxbridge_studio.lsp.knowledge import AgentKnowledge, decode_knowledge
 
-_MAX_ERROR_LENGTH = 300  # characters from the end of a crash's output that the error shows
+_MAX_ERROR_LENGTH = 300  # limit of the characters that an error shows from the end of a crash's output
 
 
 class Examinations:
     """Runs the requested examinations.
 
     :param get_options: returns the options of a run as JSON values; called when an examination begins.
-    :param on_result: gets the result of each examination.
+    :param on_result: receives the result of each examination.
     """
 
     def __init__(

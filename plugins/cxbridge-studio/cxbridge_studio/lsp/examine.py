@@ -54,18 +54,18 @@ def examine(options: RunOptions) -> AgentKnowledge:
             templates = dict(_list_templates(agent))
             functions = dict(_list_functions(agent))
             loaded_files = [str(file.path.resolve()) for file in agent.files]
-            as_fawkes = reads_as_fawkes(agent.config)
+            is_fawkes_pddl = reads_as_fawkes(agent.config)
     except CxbridgeError as error:
         return AgentKnowledge(error=str(error))
-    return AgentKnowledge(functions, templates, findings, loaded_files, reads_as_fawkes=as_fawkes)
+    return AgentKnowledge(functions, templates, findings, loaded_files, reads_as_fawkes=is_fawkes_pddl)
 
 
 def count_firings(run: Path) -> dict[str, int]:
     """Return the number of firings by rule in a recording; empty if the recording cannot be read."""
-    use = RecordedUse()
+    recorded_use = RecordedUse()
     with suppress(CxbridgeError, OSError):
-        use.add(open_run(run), ENVIRONMENT)
-    return dict(use.firings)
+        recorded_use.add(open_run(run), ENVIRONMENT)
+    return dict(recorded_use.firings)
 
 
 def _list_templates(agent: Agent) -> Iterator[tuple[str, list[str]]]:
@@ -75,7 +75,7 @@ def _list_templates(agent: Agent) -> Iterator[tuple[str, list[str]]]:
 
 def _list_functions(agent: Agent) -> Iterator[tuple[str, FunctionInfo]]:
     """Yield the functions of CLIPS, of the host and of all features that can be loaded."""
-    defined = {
+    defined_names = {
         construct.name
         for file in agent.files
         for construct in file.constructs
@@ -84,7 +84,7 @@ def _list_functions(agent: Agent) -> Iterator[tuple[str, FunctionInfo]]:
     # deffunctions, too, since the host defines some
     for names in map(agent.eval_words, _FUNCTION_LIST_CALLS):
         for name in map(without_module, names):
-            if name not in defined:
+            if name not in defined_names:
                 yield name, FunctionInfo()
     yield REWRITTEN_MODIFY, FunctionInfo()
     for feature in agent.manager.features:
@@ -99,7 +99,7 @@ def _list_functions(agent: Agent) -> Iterator[tuple[str, FunctionInfo]]:
 def main() -> None:
     """Read the options from standard input and write the result to standard output."""
     output = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # from now on the output of checks and of CLIPS goes to stderr, not into the result
+    os.dup2(2, 1)  # the output of checks and of CLIPS goes to stderr from here on, not into the result
     options = msgspec.json.decode(sys.stdin.buffer.read())
     recording = options.pop("recording", "")
     try:

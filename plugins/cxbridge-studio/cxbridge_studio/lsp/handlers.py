@@ -124,13 +124,13 @@ def _handle_watched_files(ls: AgentServer, params: lsp.DidChangeWatchedFilesPara
 
 def _find_mention(ls: AgentServer, uri: str, position: lsp.Position) -> tuple[SourceFile, Mention] | None:
     """Return the file and the mention at a position; None if there is no name or the file is unknown."""
-    file = ls.file(uri)
-    mention = None if file is None else file.mention_at(ls.positions.offset(file, position))
+    file = ls.find_file(uri)
+    mention = None if file is None else file.mention_at(ls.positions.to_offset(file, position))
     return None if file is None or mention is None else (file, mention)
 
 
 def _make_locations(ls: AgentServer, mentions: Iterable[FileMention]) -> list[lsp.Location]:
-    return [ls.positions.location(file, mention.start, mention.end) for file, mention in mentions]
+    return [ls.positions.to_location(file, mention.start, mention.end) for file, mention in mentions]
 
 
 def _handle_hover(ls: AgentServer, params: lsp.HoverParams) -> lsp.Hover | None:
@@ -138,7 +138,7 @@ def _handle_hover(ls: AgentServer, params: lsp.HoverParams) -> lsp.Hover | None:
         return None
     file, mention = file_and_mention
     text = describe_name(ls.session, file, mention)
-    hover_range = ls.positions.range(file, mention.start, mention.end)
+    hover_range = ls.positions.to_range(file, mention.start, mention.end)
     return lsp.Hover(lsp.MarkupContent(lsp.MarkupKind.Markdown, text), hover_range) if text else None
 
 
@@ -159,15 +159,15 @@ def _handle_references(ls: AgentServer, params: lsp.ReferenceParams) -> list[lsp
 
 
 def _handle_completion(ls: AgentServer, params: lsp.CompletionParams) -> lsp.CompletionList:
-    file = ls.file(params.text_document.uri)
+    file = ls.find_file(params.text_document.uri)
     if file is None:
         return lsp.CompletionList(is_incomplete=False, items=[])
-    offset = ls.positions.offset(file, params.position)
+    offset = ls.positions.to_offset(file, params.position)
     pattern = _WORD_PATTERNS.get(PurePath(file.path).suffix, _DEFAULT_WORD_PATTERN)
-    row = file.text[file.text.rfind("\n", 0, offset) + 1 : offset]
-    word_match = pattern.search(row)
+    line = file.text[file.text.rfind("\n", 0, offset) + 1 : offset]
+    word_match = pattern.search(line)
     word_length = len(word_match[0]) if word_match else 0
-    replaced = ls.positions.range(file, offset - word_length, offset)
+    replaced_range = ls.positions.to_range(file, offset - word_length, offset)
     items = [
         lsp.CompletionItem(
             proposal.text,
@@ -176,7 +176,7 @@ def _handle_completion(ls: AgentServer, params: lsp.CompletionParams) -> lsp.Com
             else None,
             detail=proposal.detail or None,
             # an edit with its range, since editors would replace only a part of a word such as ?fact:slot
-            text_edit=lsp.TextEdit(replaced, proposal.text),
+            text_edit=lsp.TextEdit(replaced_range, proposal.text),
         )
         for proposal in complete(ls.session, file, offset)
     ]
@@ -191,7 +191,7 @@ def _handle_prepare_rename(ls: AgentServer, params: lsp.PrepareRenameParams) -> 
         navigation.check_renamable(ls.session, mention)
     except CxbridgeError as error:
         raise JsonRpcInvalidParams(str(error)) from None
-    return ls.positions.range(file, mention.start, mention.end)
+    return ls.positions.to_range(file, mention.start, mention.end)
 
 
 def _handle_rename(ls: AgentServer, params: lsp.RenameParams) -> lsp.WorkspaceEdit | None:
@@ -205,7 +205,7 @@ def _handle_rename(ls: AgentServer, params: lsp.RenameParams) -> lsp.WorkspaceEd
     for file, mention in mentions:
         # marks around a name, as in ?*NAME* and MODULE::NAME, are part of the mention and stay
         new_text = file.text[mention.start : mention.end].replace(mention.name.text, params.new_name)
-        edit = lsp.TextEdit(ls.positions.range(file, mention.start, mention.end), new_text)
+        edit = lsp.TextEdit(ls.positions.to_range(file, mention.start, mention.end), new_text)
         edits.setdefault(path_to_uri(file.path), []).append(edit)
     return lsp.WorkspaceEdit(changes=edits)
 
@@ -214,7 +214,7 @@ def _handle_rename(ls: AgentServer, params: lsp.RenameParams) -> lsp.WorkspaceEd
 
 
 def _handle_document_symbols(ls: AgentServer, params: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:
-    file = ls.file(params.text_document.uri)
+    file = ls.find_file(params.text_document.uri)
     return [] if file is None else [_convert_symbol(ls, file, symbol) for symbol in make_outline(file)]
 
 
@@ -223,8 +223,8 @@ def _convert_symbol(ls: AgentServer, file: SourceFile, symbol: OutlineSymbol) ->
     return lsp.DocumentSymbol(
         name.text,
         _SYMBOL_KINDS.get(name.kind, lsp.SymbolKind.Object),
-        ls.positions.range(file, symbol.start, symbol.end),
-        ls.positions.range(file, symbol.mention.start, symbol.mention.end),
+        ls.positions.to_range(file, symbol.start, symbol.end),
+        ls.positions.to_range(file, symbol.mention.start, symbol.mention.end),
         detail=name.kind.value,
         children=[_convert_symbol(ls, file, child) for child in symbol.children],
     )
@@ -235,7 +235,7 @@ def _handle_workspace_symbols(
 ) -> list[lsp.WorkspaceSymbol]:
     return [
         lsp.WorkspaceSymbol(
-            ls.positions.location(file, mention.start, mention.end),
+            ls.positions.to_location(file, mention.start, mention.end),
             mention.name.text,
             _SYMBOL_KINDS.get(mention.name.kind, lsp.SymbolKind.Object),
         )
@@ -244,7 +244,7 @@ def _handle_workspace_symbols(
 
 
 def _handle_folding(ls: AgentServer, params: lsp.FoldingRangeParams) -> list[lsp.FoldingRange]:
-    file = ls.file(params.text_document.uri)
+    file = ls.find_file(params.text_document.uri)
     return (
         []
         if file is None
@@ -254,7 +254,7 @@ def _handle_folding(ls: AgentServer, params: lsp.FoldingRangeParams) -> list[lsp
 
 def _handle_code_lens(ls: AgentServer, params: lsp.CodeLensParams) -> list[lsp.CodeLens]:
     """Return a text about the firings of each rule in the last recording."""
-    file = ls.file(params.text_document.uri)
+    file = ls.find_file(params.text_document.uri)
     knowledge = ls.session.knowledge
     if file is None or not knowledge.recording:
         return []
@@ -263,14 +263,14 @@ def _handle_code_lens(ls: AgentServer, params: lsp.CodeLensParams) -> list[lsp.C
         if symbol.mention.name.kind is NameKind.RULE:
             count = knowledge.firings.get(symbol.mention.name.text, 0)
             times = {0: "never fired", 1: "fired once"}.get(count, f"fired {count} times")
-            symbol_range = ls.positions.range(file, symbol.mention.start, symbol.mention.end)
+            symbol_range = ls.positions.to_range(file, symbol.mention.start, symbol.mention.end)
             lenses.append(lsp.CodeLens(symbol_range, lsp.Command(f"{times} in {knowledge.recording}", "")))
     return lenses
 
 
 def _handle_formatting(ls: AgentServer, params: lsp.DocumentFormattingParams) -> list[lsp.TextEdit]:
     """Return one edit from the first to the last changed line."""
-    file = ls.file(params.text_document.uri)
+    file = ls.find_file(params.text_document.uri)
     if file is None or not file.path.endswith(".clp"):
         return []
     # one edit of the changed lines: a new text would make editors lose the cursor and the folded regions
@@ -278,14 +278,17 @@ def _handle_formatting(ls: AgentServer, params: lsp.DocumentFormattingParams) ->
     indented_lines = indent_clips(file.text).splitlines(keepends=True)
     if previous_lines == indented_lines:
         return []
-    first = _count_common_lines(previous_lines, indented_lines)
+    first_changed = _count_common_lines(previous_lines, indented_lines)
     # the number of equal lines at the end
-    tail = _count_common_lines(reversed(previous_lines[first:]), reversed(indented_lines[first:]))
-    start = len("".join(previous_lines[:first]))
-    end = len("".join(previous_lines[: len(previous_lines) - tail]))
+    tail_count = _count_common_lines(
+        reversed(previous_lines[first_changed:]), reversed(indented_lines[first_changed:])
+    )
+    start = len("".join(previous_lines[:first_changed]))
+    end = len("".join(previous_lines[: len(previous_lines) - tail_count]))
     return [
         lsp.TextEdit(
-            ls.positions.range(file, start, end), "".join(indented_lines[first : len(indented_lines) - tail])
+            ls.positions.to_range(file, start, end),
+            "".join(indented_lines[first_changed : len(indented_lines) - tail_count]),
         )
     ]
 

@@ -35,17 +35,17 @@ def find_definitions(session: Session, file: SourceFile, mention: Mention) -> li
     name = mention.name
     if name.kind is NameKind.FILE:
         return _find_files(session, file, name)
-    found_mentions = session.model.definitions(name)
+    definitions = session.model.find_definitions(name)
     # in a CLIPS file the action of a parameter may be unknown: then the parameters of all actions count
-    if not found_mentions and name.kind is NameKind.PARAMETER and not name.owner:
-        found_mentions = [
+    if not definitions and name.kind is NameKind.PARAMETER and not name.owner:
+        definitions = [
             definition
-            for definition in session.model.definitions_of_kind(NameKind.PARAMETER)
+            for definition in session.model.find_definitions_of_kind(NameKind.PARAMETER)
             if definition.mention.name.text == name.text
         ]
-    if not found_mentions and name.kind in (NameKind.GOAL_CLASS, NameKind.ACTION):
-        found_mentions = list(session.model.mentions(name, Use.ASSERTED))
-    return session.filter_visible(found_mentions, file.path)
+    if not definitions and name.kind in (NameKind.GOAL_CLASS, NameKind.ACTION):
+        definitions = list(session.model.find_mentions(name, Use.ASSERTED))
+    return session.filter_visible(definitions, file.path)
 
 
 def _find_files(session: Session, file: SourceFile, name: Name) -> list[FileMention]:
@@ -66,9 +66,9 @@ def find_references(
 
     :param include_definitions: whether to include the definitions of the name.
     """
-    mentions = list(session.model.mentions(mention.name))
+    mentions = list(session.model.find_mentions(mention.name))
     if mention.name.kind is NameKind.FUNCTION:  # in the model, a call in an ordered fact looks like a slot
-        calls = session.model.calls(mention.name.text)
+        calls = session.model.find_calls(mention.name.text)
         mentions += [call for call in calls if call.mention.name.kind is NameKind.SLOT]
     return [
         reference for reference in mentions if include_definitions or reference.mention.use is not Use.DEFINED
@@ -97,10 +97,10 @@ def check_renamable(session: Session, mention: Mention) -> None:
     name = mention.name
     if name.kind in _FIXED_KINDS:
         raise CxbridgeError(f"the name of a {name.kind.value} is also used outside of the agent's files")
-    definitions_of_name = session.model.definitions(name)
-    if not definitions_of_name and name.kind is not NameKind.GOAL_CLASS:
+    definitions = session.model.find_definitions(name)
+    if not definitions and name.kind is not NameKind.GOAL_CLASS:
         raise CxbridgeError(f"no file defines the {name.kind.value} '{name.text}'")
     if session.root is not None and any(
-        not Path(definition.file.path).is_relative_to(session.root) for definition in definitions_of_name
+        not Path(definition.file.path).is_relative_to(session.root) for definition in definitions
     ):
         raise CxbridgeError(f"the {name.kind.value} '{name.text}' is defined outside of {session.root}")

@@ -20,26 +20,26 @@ class PositionConverter:
     def __init__(self, codec: PositionCodec) -> None:
         self._codec = codec
 
-    def offset(self, file: SourceFile, position: Position) -> int:
+    def to_offset(self, file: SourceFile, position: Position) -> int:
         """Return the offset of a position. A position after the end of a line means the end of the line."""
         lines = file.lines
         start = lines.place(position.line + 1)
         end = file.text.find("\n", start)
-        row = file.text[start : None if end < 0 else end]
-        # only the row, not the whole file, since the codec visits each character
-        position_in_row = self._codec.position_from_client_units([row], Position(0, position.character))
-        return start + min(position_in_row.character, len(row))
+        line_text = file.text[start : None if end < 0 else end]
+        # only the line, not the whole file, since the codec visits each character
+        position_in_row = self._codec.position_from_client_units([line_text], Position(0, position.character))
+        return start + min(position_in_row.character, len(line_text))
 
-    def position(self, file: SourceFile, offset: int) -> Position:
+    def to_position(self, file: SourceFile, offset: int) -> Position:
         line = file.lines.at(offset)
-        row = file.text[file.lines.place(line) : offset]
-        return Position(line - 1, self._codec.client_num_units(row))
+        line_text = file.text[file.lines.place(line) : offset]
+        return Position(line - 1, self._codec.client_num_units(line_text))
 
-    def range(self, file: SourceFile, start: int, end: int) -> Range:
-        return Range(self.position(file, start), self.position(file, end))
+    def to_range(self, file: SourceFile, start: int, end: int) -> Range:
+        return Range(self.to_position(file, start), self.to_position(file, end))
 
-    def location(self, file: SourceFile, start: int, end: int) -> Location:
-        return Location(path_to_uri(file.path), self.range(file, start, end))
+    def to_location(self, file: SourceFile, start: int, end: int) -> Location:
+        return Location(path_to_uri(file.path), self.to_range(file, start, end))
 
 
 def uri_to_path(uri: str) -> str:

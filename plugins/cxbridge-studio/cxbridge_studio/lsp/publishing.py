@@ -36,7 +36,6 @@ class FileFindings:
         self._session = session
         self.changed_paths: set[str] = set()
         self._changed_since_begin: set[str] = set()
-        # The findings of the last check, by file.
         self._findings_by_path: dict[str, list[Mapping[str, Any]]] = {}
 
     @property
@@ -53,20 +52,20 @@ class FileFindings:
         self.changed_paths.add(path)
         self._changed_since_begin.add(path)
 
-    def finish_check(self, unsaved: set[str]) -> None:
+    def finish_check(self, unsaved_paths: set[str]) -> None:
         """Read the findings of a finished check from the session's knowledge.
 
-        :param unsaved: the paths of the files with unsaved text.
+        :param unsaved_paths: the paths of the files with unsaved text.
         """
         # The check has not read the present text of these files.
-        self.changed_paths = self._changed_since_begin | unsaved
+        self.changed_paths = self._changed_since_begin | unsaved_paths
         self._findings_by_path = {}
         for finding in self._session.knowledge.findings:
             if finding["file"]:
                 path = str(Path(finding["file"]).resolve())
                 self._findings_by_path.setdefault(path, []).append(finding)
 
-    def diagnostics(self, file: SourceFile, positions: PositionConverter) -> list[Diagnostic]:
+    def make_diagnostics(self, file: SourceFile, positions: PositionConverter) -> list[Diagnostic]:
         """Return the diagnostics of a file, each mistake once."""
         is_changed = file.path in self.changed_paths
         # The keys are code and line: check and text may report the same mistake at different columns.
@@ -92,7 +91,7 @@ def _convert_check_finding(
     word_match = _WORD.match(file.text, start)
     end = word_match.end() if word_match else start
     return Diagnostic(
-        range=positions.range(file, min(start, len(file.text)), min(end, len(file.text))),
+        range=positions.to_range(file, min(start, len(file.text)), min(end, len(file.text))),
         message=_format_message(finding["message"], finding["hint"]),
         severity=_SEVERITIES.get(finding["severity"]),
         code=finding["code"],
@@ -110,7 +109,7 @@ def _find_text_diagnostics(
     for finding in find_mistakes(session, file):
         is_sure = bool(session.loaded_files) or finding.code not in UNKNOWN_NAME_CODES
         yield Diagnostic(
-            range=positions.range(file, finding.start, finding.end),
+            range=positions.to_range(file, finding.start, finding.end),
             message=_format_message(finding.message, finding.hint),
             severity=_SEVERITIES[finding.code.severity.value] if is_sure else DiagnosticSeverity.Warning,
             code=finding.code.name,

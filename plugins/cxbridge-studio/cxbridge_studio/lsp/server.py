@@ -59,12 +59,12 @@ class AgentServer(LanguageServer):
         self.session = Session()
         self.findings = FileFindings(self.session)
         self.examinations = Examinations(self._begin_examination, self._apply_knowledge)
-        self._given_options = {
+        self._client_options = {
             name: value for name, value in (options or {}).items() if value not in (None, [], ())
         }
         self._options: dict[str, Any] = {}
         self._has_agent = False
-        self._unsaved: set[str] = set()  # paths of documents with unsaved text
+        self._unsaved_paths: set[str] = set()
         self._reported_errors: set[str] = set()
         self._published_paths: set[str] = set()  # paths of files with published diagnostics
         self._index_task: asyncio.Task[None] | None = None
@@ -74,9 +74,9 @@ class AgentServer(LanguageServer):
         """The converter for the client's character encoding."""
         return PositionConverter(self.workspace.position_codec)
 
-    def file(self, uri: str) -> SourceFile | None:
+    def find_file(self, uri: str) -> SourceFile | None:
         """Return the file of the client's URI; None for a file of an unknown kind."""
-        return self.session.model.file(uri_to_path(uri))
+        return self.session.model.find_file(uri_to_path(uri))
 
     # ---- start and end
 
@@ -84,7 +84,7 @@ class AgentServer(LanguageServer):
         """Read the options and the folder from the client's initialisation parameters."""
         initialization_options = parameters.initialization_options
         if isinstance(initialization_options, Mapping):
-            self._given_options.update(initialization_options)
+            self._client_options.update(initialization_options)
         folders = parameters.workspace_folders or []
         uri = folders[0].uri if folders else parameters.root_uri
         self.session.root = Path(uri_to_path(uri)) if uri else None
@@ -113,7 +113,7 @@ class AgentServer(LanguageServer):
     async def _index(self) -> None:
         """Choose the agent, read the files of the folder and of the agent, and publish their diagnostics."""
         root = self.session.root
-        options = dict(self._given_options)
+        options = dict(self._client_options)
         recording = options.pop("recording", None) or (find_last_recording(root) if root else None)
         if not _names_agent(options) and root and (scenario := find_scenario(root)):
             options["scenario"] = str(scenario)
@@ -129,18 +129,18 @@ class AgentServer(LanguageServer):
         except CxbridgeError as error:
             self._show_error(str(error))
         else:
-            await self._read_files((*agent.library, *agent.clips()))
+            await self._read_files((*agent.library, *agent.find_clips_files()))
             self.session.library = {str(path.resolve()) for path in agent.library}
-            await self._read_files(agent.named_files())
+            await self._read_files(agent.find_named_files())
         self.session.is_indexed = True
         self.publish()
 
     async def _read_files(self, paths: Iterable[Path]) -> None:
         """Read the files that the model lacks, and let the event loop serve requests after each file."""
         for path in paths:
-            resolved = path.resolve()
-            if self.session.model.file(str(resolved)) is None:
-                file = self.session.read(resolved)
+            resolved_path = path.resolve()
+            if self.session.model.find_file(str(resolved_path)) is None:
+                file = self.session.read(resolved_path)
                 if file is not None:
                     _ = file.mentions_by_name  # builds the index now, so that the first request does not wait
                 await asyncio.sleep(0)
@@ -172,26 +172,26 @@ class AgentServer(LanguageServer):
         """
         path = uri_to_path(uri)
         document = self.workspace.get_text_document(uri)
-        file = self.session.model.file(path)
+        file = self.session.model.find_file(path)
         if file is None or file.text != document.source:
             file = self.session.update(path, document.source)
             if not saved:
-                self._unsaved.add(path)
+                self._unsaved_paths.add(path)
             self.findings.record_change(path)
         if file is not None:
             self._publish(file)
 
     def handle_save(self, uri: str) -> None:
         """Examine the agent after the client has saved a file."""
-        self._unsaved.discard(uri_to_path(uri))
+        self._unsaved_paths.discard(uri_to_path(uri))
         if self.session.root is not None or self._has_agent:
             self.examinations.request()
 
     def handle_close(self, uri: str) -> None:
         """Read a closed document from the disk again if its text was not saved."""
         path = uri_to_path(uri)
-        if path in self._unsaved:
-            self._unsaved.discard(path)
+        if path in self._unsaved_paths:
+            self._unsaved_paths.discard(path)
             self.session.read(Path(path))
 
     def handle_disk_changes(self, changes: Iterable[lsp.FileEvent]) -> None:
@@ -224,7 +224,7 @@ class AgentServer(LanguageServer):
             )
         if knowledge.is_complete or knowledge.findings:
             self.session.set_knowledge(knowledge)
-            self.findings.finish_check(self._unsaved)
+            self.findings.finish_check(self._unsaved_paths)
         self.publish()
         capabilities = self.client_capabilities.workspace
         if capabilities and capabilities.code_lens and capabilities.code_lens.refresh_support:
@@ -233,12 +233,12 @@ class AgentServer(LanguageServer):
     def publish(self) -> None:
         """Publish the diagnostics of all open files, and of files that have or had diagnostics."""
         for path in self._open_uris.keys() | self.findings.paths | self._published_paths:
-            file = self.session.model.file(path) or self.session.read(Path(path))
+            file = self.session.model.find_file(path) or self.session.read(Path(path))
             if file is not None:
                 self._publish(file)
 
     def _publish(self, file: SourceFile) -> None:
-        diagnostics = self.findings.diagnostics(file, self.positions)
+        diagnostics = self.findings.make_diagnostics(file, self.positions)
         if not diagnostics and file.path not in self._published_paths:
             return
         # an empty list of diagnostics, published once, removes the diagnostics in the editor

@@ -18,7 +18,7 @@ from cxbridge_studio.lsp.knowledge import NO_KNOWLEDGE, AgentKnowledge
 _SCENARIO_FILES: Final = ("scenario.yaml", "cfg/config.yaml", "config.yaml")
 _SKIPPED_FOLDERS: Final = frozenset({"node_modules", "__pycache__", "build", "site"})
 # limits, since the folder in the editor may be a whole checkout
-_MAX_FILE_SIZE: Final = 1 << 20  # bytes
+_MAX_FILE_BYTES: Final = 1 << 20
 _MAX_FILES: Final = 5000
 
 
@@ -64,11 +64,11 @@ class Session:
         self._revision += 1
         self.knowledge, self.loaded_files = knowledge, set(knowledge.loaded_files)
 
-    def is_of_agent(self, path: str) -> bool:
+    def is_agent_file(self, path: str) -> bool:
         """Return whether the spec or the host loads a file."""
         return path in self.loaded_files or path in self.library
 
-    def definitions(self, path: str) -> AgentDefinitions:
+    def find_definitions(self, path: str) -> AgentDefinitions:
         """Return the definitions visible in a file: a loaded file sees only definitions in loaded files."""
         # cached for a revision, since each key that the user presses needs the definitions
         is_loaded = path in self.loaded_files
@@ -81,7 +81,7 @@ class Session:
 
     def _is_visible(self, path: str) -> bool:
         """Return whether a loaded file sees a file: unloaded CLIPS files may belong to another agent."""
-        return not path.endswith(".clp") or self.is_of_agent(path)
+        return not path.endswith(".clp") or self.is_agent_file(path)
 
     def filter_visible(self, mentions: Iterable[FileMention], from_path: str) -> list[FileMention]:
         """Return the mentions that are visible in a file; all mentions if none is visible there.
@@ -97,7 +97,7 @@ class Session:
 
 
 class AgentDefinitions:
-    """The names that a set of files defines.
+    """The names that a set of files defines, by kind.
 
     :ivar slots: the slot names by template or interface.
     """
@@ -120,7 +120,7 @@ class AgentDefinitions:
         elif name.kind in (NameKind.SLOT, NameKind.FIELD):
             self.slots.setdefault(name.owner, set()).add(name.text)
 
-    def names(self, kind: NameKind) -> set[str]:
+    def find_names(self, kind: NameKind) -> set[str]:
         return self._names.get(kind, set())
 
 
@@ -142,7 +142,7 @@ def find_agent_files(folder: Path, suffixes: Iterable[str] = SUFFIXES) -> Iterat
             elif (
                 entry.suffix in allowed_suffixes
                 and entry.is_file()
-                and entry.stat().st_size <= _MAX_FILE_SIZE
+                and entry.stat().st_size <= _MAX_FILE_BYTES
             ):
                 count += 1
                 yield entry.resolve()
@@ -166,10 +166,10 @@ def find_last_recording(root: Path) -> Path | None:
 @lru_cache(maxsize=64)
 def find_comment_above(text: str, offset: int) -> str:
     """Return the comment directly above an offset, without comment marks."""
-    rows: list[str] = []
-    for row in reversed(text[: text.rfind("\n", 0, offset) + 1].splitlines()):
-        stripped = row.strip()
-        if not stripped.startswith((";", "--", "#")):
+    lines: list[str] = []
+    for line in reversed(text[: text.rfind("\n", 0, offset) + 1].splitlines()):
+        stripped_line = line.strip()
+        if not stripped_line.startswith((";", "--", "#")):
             break
-        rows.append(stripped.lstrip(";-# "))
-    return "\n".join(reversed(rows)).strip()
+        lines.append(stripped_line.lstrip(";-# "))
+    return "\n".join(reversed(lines)).strip()

@@ -11,14 +11,14 @@ from msgspec import Struct
 from cxbridge.clipstext.syntax import PARENTHESIS, blank
 from cxbridge_studio.agent.model import FileMention
 from cxbridge_studio.agent.names import Mention, NameKind, PlacedPiece, SourceFile, Use
-from cxbridge_studio.agent.top_level import open_lists
+from cxbridge_studio.agent.top_level import find_open_lists
 from cxbridge_studio.lsp.session import Session
 
 # the kinds of names within a definition, which a search for symbols omits, since there are too many
 _INNER_KINDS: Final = frozenset(
     {NameKind.SLOT, NameKind.PARAMETER, NameKind.FIELD, NameKind.MESSAGE, NameKind.ARGUMENT}
 )
-_MAX_RESULTS: Final = 200  # symbols in the result of a search: a longer query finds the rest
+_MAX_RESULTS: Final = 200  # limit of the symbols in a result: a longer query finds further symbols
 
 
 class OutlineSymbol(Struct, frozen=True):
@@ -78,8 +78,8 @@ def find_folding_ranges(file: SourceFile) -> list[tuple[int, int]]:
     if file.path.endswith((".clp", ".pddl")):
         ranges += [(file.lines.at(start), file.lines.at(end)) for start, end in _find_list_offsets(file)]
     comment_start = 0
-    for number, row in enumerate([*file.text.split("\n"), ""], 1):
-        is_comment = row.startswith((";", "#", "--"))
+    for number, line in enumerate([*file.text.split("\n"), ""], 1):
+        is_comment = line.startswith((";", "#", "--"))
         if is_comment and not comment_start:
             comment_start = number
         elif not is_comment and comment_start:
@@ -98,11 +98,11 @@ def _find_list_offsets(file: SourceFile) -> Iterator[tuple[int, int]]:
     Each construct is parsed alone, so that an unclosed construct does not affect further constructs.
     """
     for start, piece in file.pieces:
-        unclosed = set(open_lists(piece.text))
+        unclosed_starts = set(find_open_lists(piece.text))
         open_starts: list[int] = []
         for match in PARENTHESIS.finditer(blank(piece.text)):
             if match[0] == "(":
-                if match.start() not in unclosed:
+                if match.start() not in unclosed_starts:
                     open_starts.append(match.start())
             elif open_starts:
                 yield start + open_starts.pop(), start + match.start()

@@ -36,10 +36,10 @@ def filter_goals(goals: Sequence[GoalRow], filter_text: str) -> Sequence[GoalRow
     """Return the goals that contain a text, with all their parents."""
     if not filter_text:
         return goals
-    by_id = {(goal.env, goal.id): goal for goal in goals}
-    matching = (key for key, goal in by_id.items() if contains_text(filter_text, goal[1:]))
-    selected = make_goal_forest(goals).goals_with_ancestors(matching)
-    return [goal for key, goal in by_id.items() if key in selected]
+    goals_by_id = {(goal.env, goal.id): goal for goal in goals}
+    matching_keys = (key for key, goal in goals_by_id.items() if contains_text(filter_text, goal[1:]))
+    selected_keys = make_goal_forest(goals).goals_with_ancestors(matching_keys)
+    return [goal for key, goal in goals_by_id.items() if key in selected_keys]
 
 
 def make_goal_forest(goals: Iterable[GoalRow]) -> Forest[tuple[str, str]]:
@@ -57,6 +57,8 @@ def make_page(rows: Iterable[tuple[str, ...]], filter_text: str, noun: str) -> T
 
     :param noun: the noun for the rows in the note.
     """
-    matching = [row for row in rows if contains_text(filter_text, row)]
-    further = len(matching) - MAX_ROWS
-    return Table(matching[:MAX_ROWS], f"{further} more {noun}: / finds them" if further > 0 else "")
+    matching_rows = [row for row in rows if contains_text(filter_text, row)]
+    further_count = len(matching_rows) - MAX_ROWS
+    return Table(
+        matching_rows[:MAX_ROWS], f"{further_count} more {noun}: / finds them" if further_count > 0 else ""
+    )

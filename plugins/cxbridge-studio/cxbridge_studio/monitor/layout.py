@@ -87,7 +87,7 @@ class HelpScreen(ModalScreen[None]):
             yield Static(self._text, markup=False)
 
 
-def key_bindings(source: str) -> list[BindingType]:
+def make_key_bindings(source: str) -> list[BindingType]:
     """Return the key bindings for a kind of source."""
     return [
         Binding(

@@ -37,14 +37,14 @@ if TYPE_CHECKING:
 
 REPLY_TIMEOUT_S: Final = 5.0  # the timeout of a daemon's reply, in seconds
 
-MAX_GOALS: Final = 1000  # goals that a request asks for
+MAX_GOALS: Final = 1000  # limit of the requested goals
 
-_MIN_GOALS: Final = 50  # a reply with so few goals is too long for another reason
-_RATE_SNAPSHOTS: Final = 20  # snapshots over which the loop rate is averaged
-_SEARCH_SLICE_S: Final = 0.25  # time that a snapshot spends on the search of facts
+_MIN_GOALS: Final = 50  # with fewer goals, a reply is too long for another reason
+_RATE_SNAPSHOTS: Final = 20  # the number of snapshots over which the loop rate is averaged
+_SEARCH_SLICE_S: Final = 0.25  # the time that a snapshot spends on the search of facts
 _PAUSE_FACTOR: Final = 5.0  # the pause between two searches, as a multiple of the duration of a search
 _MIN_PAUSE_S: Final = 1.0  # the shortest pause between two searches
-_STORY_PERIOD_S: Final = 2.0  # between two requests for the explanation of the run
+_STORY_PERIOD_S: Final = 2.0  # the time between two requests for the explanation of the run
 
 _ACTION_SLOTS: Final = ("goal-id", "id", "action-name", "param-values", "state")
 
@@ -104,7 +104,7 @@ class DaemonSource:
         }
 
     def close(self) -> None:
-        self._close_shown()
+        self._close_shown_interface()
         board, self._board = self._board, None
         if board is not None:
             with suppress(CxbridgeError):
@@ -186,9 +186,9 @@ class DaemonSource:
         """Yield the daemon's clock and the state of its main loop."""
         if "time_us" not in state:  # the executive is not running
             return
-        kind = status["clock"]
+        clock_name = status["clock"]
         seconds = (state["time_us"] - status["started_us"]) / MICROSECONDS
-        yield f"up {format_duration(seconds)}" + (f" ({kind} clock)" if kind != "real" else "")
+        yield f"up {format_duration(seconds)}" + (f" ({clock_name} clock)" if clock_name != "real" else "")
         loops = state.get("loops", 0)
         self._loop_counts.append((time.monotonic(), loops))
         (first_s, first_count), (last_s, last_count) = self._loop_counts[0], self._loop_counts[-1]
@@ -196,7 +196,7 @@ class DaemonSource:
         yield f"loop {loops:,}{rate}"
 
     def _refresh_story(self, board: BlackBoard) -> Sequence[str]:
-        """Return the daemon's explanation of the run, at most some seconds old; without one, the reason."""
+        """Return the daemon's explanation of the run, some seconds old, or the reason of its absence."""
         now_s = time.monotonic()
         if now_s >= self._next_story_s:
             self._next_story_s = now_s + _STORY_PERIOD_S
@@ -228,14 +228,14 @@ class DaemonSource:
 
     def _read_fields(self, board: BlackBoard, query: ViewQuery) -> Table:
         if not query.interface or query.pane != "interfaces":
-            self._close_shown()
+            self._close_shown_interface()
             return Table()
         if (
             self._shown_interface is None
             or self._shown_interface.uid != query.interface
             or not self._shown_interface.valid
         ):
-            self._close_shown()
+            self._close_shown_interface()
             try:
                 self._shown_interface = board.open_for_reading(*parse_uid(query.interface), owner=OWNER)
             except (InterfaceError, UnknownTypeError, VersionMismatchError) as error:
@@ -243,7 +243,7 @@ class DaemonSource:
         self._shown_interface.read()
         return Table([(name, field_text(value)) for name, value in self._shown_interface.as_dict().items()])
 
-    def _close_shown(self) -> None:
+    def _close_shown_interface(self) -> None:
         """Close the shown interface."""
         interface, self._shown_interface = self._shown_interface, None
         if interface is not None and interface.valid:
@@ -328,12 +328,12 @@ class _FactSearch:
 
     def _restart(self) -> None:
         self._rows: list[tuple[str, ...]] = []
-        # The fact index after which the search continues; None at the end of the search.
+        # The index of the last searched fact; None at the end of the search.
         self._position: int | None = 0
-        self._spent_s = 0.0
+        self._search_time_s = 0.0
         self._is_over = False
 
-    def find(self, query: ViewQuery, ask: Callable[..., Mapping[str, Any]]) -> Table:
+    def find(self, query: ViewQuery, request_facts: Callable[..., Mapping[str, Any]]) -> Table:
         """Continue the search for a while.
 
         :returns: the facts found so far, or the last complete result if it has more facts.
@@ -347,17 +347,19 @@ class _FactSearch:
         if self._is_over:
             return self._last_result
         while self._position is not None and len(self._rows) <= MAX_ROWS:
-            reply = ask(env=query.env, words=query.filter_text, after=self._position, limit=MAX_ROWS + 1)
+            reply = request_facts(
+                env=query.env, words=query.filter_text, after=self._position, limit=MAX_ROWS + 1
+            )
             self._rows += [(f"f-{index}", text) for index, text in reply["facts"]]
             self._position = reply["after"]
             if time.monotonic() - begin_s > _SEARCH_SLICE_S:
                 break
-        self._spent_s += time.monotonic() - begin_s
-        is_cut = len(self._rows) > MAX_ROWS
-        if self._position is None or is_cut:
-            note = f"the first {MAX_ROWS}: / finds further facts" if is_cut else ""
+        self._search_time_s += time.monotonic() - begin_s
+        is_truncated = len(self._rows) > MAX_ROWS
+        if self._position is None or is_truncated:
+            note = f"the first {MAX_ROWS}: / finds further facts" if is_truncated else ""
             self._last_result, self._is_over = Table(self._rows[:MAX_ROWS], note), True
-            self._next_search_s = time.monotonic() + max(_MIN_PAUSE_S, _PAUSE_FACTOR * self._spent_s)
+            self._next_search_s = time.monotonic() + max(_MIN_PAUSE_S, _PAUSE_FACTOR * self._search_time_s)
         elif len(self._rows) > len(self._last_result.rows):
             return Table(list(self._rows), "looking ...")
         return self._last_result

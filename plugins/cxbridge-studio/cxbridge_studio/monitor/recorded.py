@@ -33,13 +33,17 @@ from cxbridge_studio.monitor.snapshot import (
     ViewQuery,
 )
 
-_FIRST_LOAD_S: Final = 0.5  # time for reading before the first screen
-_LOAD_SLICE_S: Final = 0.15  # time for reading before a snapshot, short so that the screen stays responsive
-_MAX_SPEED: Final = 1024.0  # as a multiple of the recorded speed
+_FIRST_LOAD_S: Final = 0.5  # the time for reading before the first screen
+_LOAD_SLICE_S: Final = (
+    0.15  # the time for reading before a snapshot, short so that the screen stays responsive
+)
+_MAX_SPEED: Final = 1024.0  # the speed limits are multiples of the recorded speed
 _MIN_SPEED: Final = 1 / 16
-_IDLE_PERIOD_S: Final = 0.3  # between two snapshots while the recording neither plays nor loads
-_BUSY_PERIOD_S: Final = 0.05  # between two snapshots while the recording plays or loads
-_EVENTS_EACH_SIDE: Final = MAX_ROWS // 4  # shown events before the current position, and after it
+_IDLE_PERIOD_S: Final = 0.3  # the time between two snapshots while the recording neither plays nor loads
+_BUSY_PERIOD_S: Final = 0.05  # the time between two snapshots while the recording plays or loads
+_EVENTS_EACH_SIDE: Final = (
+    MAX_ROWS // 4
+)  # limit of the shown events before the current position, and after it
 
 COMMANDS_HELP: Final = "event N, transition N, begin, end, jump SECONDS, play, speed N"
 
@@ -113,7 +117,7 @@ class RecordedSource:
         return self._move(lambda scrubber: scrubber.go_to_time(round(seconds * MICROSECONDS)))
 
     def _play(self) -> str:
-        """Play from the current position, at the end from the start; if the recording plays, stop."""
+        """Play from the current position, at the end from the start; stop a playing recording."""
         if self._play_start is None and self._scrubber.position >= len(self._scrubber.events):
             self._scrubber.go_to(0)
         is_playing, self._follows_end = self._play_start is not None, False
@@ -190,8 +194,11 @@ class RecordedSource:
         scrubber = self._scrubber
         if not scrubber.position:
             return "the beginning"
-        recent = scrubber.events[max(0, scrubber.position - _EVENTS_EACH_SIDE) : scrubber.position]
-        last = next((event for event in reversed(recent) if isinstance(event, TRANSITION_TYPES)), recent[-1])
+        recent_events = scrubber.events[max(0, scrubber.position - _EVENTS_EACH_SIDE) : scrubber.position]
+        last = next(
+            (event for event in reversed(recent_events) if isinstance(event, TRANSITION_TYPES)),
+            recent_events[-1],
+        )
         return f"{last.KIND.name} {describe_event(last)}"
 
     def _make_goal_rows(self) -> list[GoalRow]:
@@ -214,7 +221,7 @@ class RecordedSource:
         state = self._scrubber.state
         arguments: dict[tuple[str, ...], str] = {}
         for env in state.facts.by_env:
-            for slots in state.facts.slots(env, "plan-action"):
+            for slots in state.facts.read_slots(env, "plan-action"):
                 key = tuple(slots.get(slot, "") for slot in ("goal-id", "plan-id", "id"))
                 arguments[env, *key] = slots.get("param-values", "")
         for key, action in state.actions.items():

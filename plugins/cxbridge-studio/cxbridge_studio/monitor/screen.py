@@ -40,7 +40,7 @@ from cxbridge_studio.monitor.layout import (
     STYLE,
     WIDE_COLUMNS,
     HelpScreen,
-    key_bindings,
+    make_key_bindings,
 )
 from cxbridge_studio.monitor.snapshot import MonitorSnapshot, MonitorSource, ViewQuery
 from cxbridge_studio.monitor.widgets import (
@@ -52,11 +52,11 @@ from cxbridge_studio.monitor.widgets import (
     make_progress_bar,
 )
 
-_MAX_NOTE_LENGTH: Final = 2000  # in characters: a fact may be longer than the screen
-_MESSAGE_S: Final = 5.0  # how long the message of a command is shown
-_THREAD_END_S: Final = 1.0  # how long the end of the screen waits for the thread
-_MAX_SILENCE_S: Final = 2.0  # the time without a snapshot after which the screen reports that
-_DELIVERY_PERIOD_S: Final = 0.03  # between two deliveries of the thread's results
+_MAX_NOTE_LENGTH: Final = 2000  # limit of characters: a fact may be longer than the screen
+_MESSAGE_S: Final = 5.0  # the time for which the message of a command is shown
+_THREAD_END_S: Final = 1.0  # the time limit for the end of the thread
+_MAX_SILENCE_S: Final = 2.0  # the time without a snapshot after which the screen reports the silence
+_DELIVERY_PERIOD_S: Final = 0.03  # the time between two deliveries of the thread's results
 _Widget = TypeVar("_Widget", bound=Widget)
 
 
@@ -222,9 +222,9 @@ class MonitorApp(App[None]):
             self._shown_texts[name] = text
             self._find_widget(f"#{name}", Static).update(visible(text))
 
-    def _find_widget(self, selector: str, kind: type[_Widget]) -> _Widget:
+    def _find_widget(self, selector: str, widget_type: type[_Widget]) -> _Widget:
         """Return a widget of the main screen, which the help screen may cover."""
-        return self.screen_stack[0].query_one(selector, kind)
+        return self.screen_stack[0].query_one(selector, widget_type)
 
     def _show_head(self, text: str) -> None:
         self._set_text("status", f"{self._source.name}: {text}")
@@ -233,8 +233,10 @@ class MonitorApp(App[None]):
         """Show the note below a pane, and the full text of the selected fact."""
         table = getattr(self.snapshot, pane)
         notes = [table.note, self.snapshot.fields.note if pane == "interfaces" else ""]
-        chosen = self._find_widget("#fields" if pane == "interfaces" else f"#{pane}", RowTable).chosen
-        notes.insert(0, " ".join(chosen)[:_MAX_NOTE_LENGTH] if chosen else "")
+        selected_row = self._find_widget(
+            "#fields" if pane == "interfaces" else f"#{pane}", RowTable
+        ).item_at_cursor
+        notes.insert(0, " ".join(selected_row)[:_MAX_NOTE_LENGTH] if selected_row else "")
         self._set_text(f"{pane}-note", "\n".join(filter(None, notes)))
 
     def _clear_message(self) -> None:
@@ -271,9 +273,9 @@ class MonitorApp(App[None]):
         if not self.is_running:
             return
         table = event.data_table
-        if isinstance(table, RowTable) and table.id == "interfaces" and table.chosen is not None:
-            if table.chosen[0] != self._view_query.interface:
-                self._change_query(interface=table.chosen[0])
+        if isinstance(table, RowTable) and table.id == "interfaces" and table.item_at_cursor is not None:
+            if table.item_at_cursor[0] != self._view_query.interface:
+                self._change_query(interface=table.item_at_cursor[0])
         elif table.id in {self._shown_pane, "fields"}:
             self._show_note(self._shown_pane)
 
@@ -281,7 +283,7 @@ class MonitorApp(App[None]):
         """Show the details of the selected goal, or the legend of icons."""
         if not self.is_running:
             return
-        goal = self._find_widget("#goals", GoalTree).chosen
+        goal = self._find_widget("#goals", GoalTree).item_at_cursor
         text = LEGEND if goal is None else one_line(goal_line("", goal.id, goal, show_modes=True).text)
         self._set_text("legend", text)
 
@@ -324,22 +326,27 @@ class MonitorApp(App[None]):
         """Open the prompt for a breakpoint at the selection."""
         spec, pane, goals = "", self._shown_pane, self._find_widget("#goals", GoalTree)
         if goals.has_focus:
-            spec = "" if goals.chosen is None else f"goal:{goals.chosen.goal_class}:"
-        elif pane in BREAKPOINT_SPECS and (row := self._find_widget(f"#{pane}", RowTable).chosen) is not None:
+            spec = "" if goals.item_at_cursor is None else f"goal:{goals.item_at_cursor.goal_class}:"
+        elif (
+            pane in BREAKPOINT_SPECS
+            and (row := self._find_widget(f"#{pane}", RowTable).item_at_cursor) is not None
+        ):
             begin, column, end = BREAKPOINT_SPECS[pane]
             spec = f"{begin}:{row[column]}{end}"
         self.action_ask(f":break {spec}")
 
     def action_delete(self) -> None:
         """Remove the selected breakpoint, or open the prompt to retract the selected fact."""
-        if self._shown_pane == "breakpoints" and (row := self._find_widget("#breakpoints", RowTable).chosen):
+        if self._shown_pane == "breakpoints" and (
+            row := self._find_widget("#breakpoints", RowTable).item_at_cursor
+        ):
             self.action_do(f"delete {row[0]}")
-        elif self._shown_pane == "facts" and (row := self._find_widget("#facts", RowTable).chosen):
+        elif self._shown_pane == "facts" and (row := self._find_widget("#facts", RowTable).item_at_cursor):
             self.action_ask(f":retract {row[0]}")
 
     def action_edit(self) -> None:
         """Open the prompt to modify the selected fact."""
-        if self._shown_pane == "facts" and (row := self._find_widget("#facts", RowTable).chosen):
+        if self._shown_pane == "facts" and (row := self._find_widget("#facts", RowTable).item_at_cursor):
             self.action_ask(f":modify {row[0]} (")
 
     # -- prompt
@@ -382,11 +389,11 @@ class MonitorApp(App[None]):
 
 
 class LiveApp(MonitorApp):
-    BINDINGS: ClassVar[list[BindingType]] = key_bindings("live")
+    BINDINGS: ClassVar[list[BindingType]] = make_key_bindings("live")
 
 
 class RecordedApp(MonitorApp):
-    BINDINGS: ClassVar[list[BindingType]] = key_bindings("recorded")
+    BINDINGS: ClassVar[list[BindingType]] = make_key_bindings("recorded")
 
 
 def make_monitor_app(source: MonitorSource) -> MonitorApp:

@@ -19,12 +19,12 @@ from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.trace.formats.base import Run
 from cxbridge_studio.recorded_state import RunState
 
-MAX_EVENTS: Final = 1_000_000  # loaded events, which take about 1 GB of memory
+MAX_EVENTS: Final = 1_000_000  # limit of the loaded events, which take about 1 GB of memory
 
 # events between two stored states; a jump to a position applies at most this number of events
 STATE_STRIDE: Final = 10_000
 
-_BATCH: Final = 500  # events that are read between two checks of the time
+_BATCH_SIZE: Final = 500  # events that are read between two checks of the time
 
 
 class Scrubber:
@@ -72,18 +72,18 @@ class Scrubber:
         """The time of the last event before the current position, since the start of the run."""
         return self.times[self.position - 1] if self.position else 0
 
-    def load(self, seconds: float, now: Callable[[], float] = time.monotonic) -> None:
-        """Read further events for some seconds, or to the end of the run.
+    def load(self, duration_s: float, now: Callable[[], float] = time.monotonic) -> None:
+        """Read further events for a duration, or to the end of the run.
 
         If a part cannot be read, :attr:`notes` reports that, and the events before that part stay.
         """
-        end_s = now() + seconds
+        end_s = now() + duration_s
         while self._reader is not None and now() < end_s:
             self._load_batch(self._reader)
 
     def _load_batch(self, reader: Iterator[Event]) -> None:
         try:
-            for _ in range(_BATCH):
+            for _ in range(_BATCH_SIZE):
                 event = next(reader, None)
                 if event is None:
                     self._end_loading()
@@ -104,14 +104,14 @@ class Scrubber:
     def _add_event(self, event: Event) -> None:
         if not event.KIND.name:
             return
-        number = len(self.events)
+        event_index = len(self.events)
         self.events.append(event)
         self.times.append(self._clock.advance_to(event.time_us))
         self._state_at_end.add_event(event)
         if isinstance(event, LogLine):
-            self.log_lines.append(number)
+            self.log_lines.append(event_index)
         elif isinstance(event, TRANSITION_TYPES) and self._changes_state(event):
-            self.transitions.append(number + 1)
+            self.transitions.append(event_index + 1)
         if len(self.events) % self._stride == 0:
             self._stored_states.append(self._state_at_end.copy())
 

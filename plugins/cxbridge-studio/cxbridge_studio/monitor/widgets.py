@@ -34,11 +34,11 @@ _GUIDE_WIDTH: Final = 2  # the columns per level of the tree
 _ARROW_WIDTH: Final = 2  # the columns of the tree's arrow
 _ICON_WIDTH: Final = 2  # the columns of the outcome's icon
 _STATE_WIDTH: Final = 12  # the columns of the state
-_MIN_TITLE_WIDTH: Final = 8  # the columns of a title, however deep its level
-_MAX_LENGTH: Final = 200  # the characters of a cell
+_MIN_TITLE_WIDTH: Final = 8  # the minimum columns of a title, at any level
+_MAX_LENGTH: Final = 200  # the limit of the characters of a cell
 _LEVEL_STYLES: Final = {"D": "dim", "I": "", "W": "yellow", "E": "red"}
 
-GoalKey = tuple[str, str]  # environment and id of a goal; an empty id means the environment
+GoalKey = tuple[str, str]  # the environment and the id of a goal; an empty id means the environment
 
 
 class GoalTree(Tree[GoalKey]):
@@ -53,7 +53,7 @@ class GoalTree(Tree[GoalKey]):
         self._goal_structure: list[tuple[GoalKey, str, str]] | None = None
 
     @property
-    def chosen(self) -> GoalRow | None:
+    def item_at_cursor(self) -> GoalRow | None:
         """The goal under the cursor."""
         node = self.cursor_node
         return None if node is None or node.data is None else self._goals.get(node.data)
@@ -61,13 +61,13 @@ class GoalTree(Tree[GoalKey]):
     def show(self, goals: Sequence[GoalRow]) -> None:
         rows = {(goal.env, goal.id): goal for goal in goals}
         structure = [(key, goal.parent, goal.goal_class) for key, goal in rows.items()]
-        previous, self._goals = self._goals, rows
+        previous_rows, self._goals = self._goals, rows
         if structure != self._goal_structure:
             self._goal_structure = structure
             self._build_goals(rows)
             return
         for key, row in rows.items():
-            if previous[key] != row:
+            if previous_rows[key] != row:
                 self._goal_nodes[key].set_label(self._make_goal_label(key, row))
 
     def _build_goals(self, rows: dict[GoalKey, GoalRow]) -> None:
@@ -79,16 +79,16 @@ class GoalTree(Tree[GoalKey]):
         envs = list(dict.fromkeys(env for env, _ in rows))
         self._compute_widths(rows)
         for env in envs:
-            top = (
+            env_node = (
                 self.root
                 if len(envs) == 1
                 else self.root.add(Text(one_line(env)), data=(env, ""), expand=True)
             )
             for key, _ in forest.walk(key for key in forest.roots if key[0] == env):
                 parent, is_leaf = forest.parents[key], key not in forest.children
-                above = top if parent is None else self._goal_nodes[parent]
+                parent_node = env_node if parent is None else self._goal_nodes[parent]
                 label = self._make_goal_label(key, rows[key])
-                node = above.add(label, data=key, expand=not is_leaf, allow_expand=not is_leaf)
+                node = parent_node.add(label, data=key, expand=not is_leaf, allow_expand=not is_leaf)
                 self._goal_nodes[key] = node
         self.root.expand()
         if cursor_key in self._goal_nodes:
@@ -107,8 +107,8 @@ class GoalTree(Tree[GoalKey]):
         indents = {key: (depth + env_levels + 1) * _GUIDE_WIDTH for key, depth in forest.walk()}
         titles = {key: len(one_line(goal_title(goal.id, goal.goal_class))) for key, goal in rows.items()}
         column = max((indents[key] + titles[key] for key in rows), default=0)
-        room = self.size.width - _ARROW_WIDTH - _ICON_WIDTH - _STATE_WIDTH
-        column = min(column, room) if room > 0 else column
+        available_width = self.size.width - _ARROW_WIDTH - _ICON_WIDTH - _STATE_WIDTH
+        column = min(column, available_width) if available_width > 0 else column
         widths = {key: max(_MIN_TITLE_WIDTH, column - indents[key]) for key in rows}
         # A negative width marks a leaf, which has no arrow: its label begins with blanks instead.
         self._widths = {key: width if key in forest.children else -width for key, width in widths.items()}
@@ -149,23 +149,23 @@ class RowTable(DataTable[Text]):
     def __init__(self, name: str, columns: Sequence[str]) -> None:
         super().__init__(id=name, cursor_type="row", show_header=bool(columns[0]))
         self._titles = columns
-        self._shown: list[tuple[str, ...]] = []
+        self._shown_rows: list[tuple[str, ...]] = []
 
     def on_mount(self) -> None:
         self.add_columns(*self._titles)
 
     @property
-    def chosen(self) -> tuple[str, ...] | None:
+    def item_at_cursor(self) -> tuple[str, ...] | None:
         """The row under the cursor."""
-        return self._shown[self.cursor_row] if 0 <= self.cursor_row < len(self._shown) else None
+        return self._shown_rows[self.cursor_row] if 0 <= self.cursor_row < len(self._shown_rows) else None
 
     def show(self, table: Table) -> None:
-        rows, previous_rows = list(table.rows), self._shown
+        rows, previous_rows = list(table.rows), self._shown_rows
         if rows == previous_rows:
             self._select(table.selected)
             return
-        chosen, scroll_position = self.chosen, self.scroll_y
-        self._shown = rows
+        selected_row, scroll_position = self.item_at_cursor, self.scroll_y
+        self._shown_rows = rows
         if len(rows) == len(previous_rows):
             for number, (row, previous_row) in enumerate(zip(rows, previous_rows, strict=True)):
                 for column, (cell, previous_cell) in enumerate(zip(row, previous_row, strict=True)):
@@ -177,12 +177,12 @@ class RowTable(DataTable[Text]):
             self.scroll_to(y=scroll_position, animate=False, immediate=True)
         if table.selected is not None:
             self._select(table.selected)
-        elif chosen is not None and rows:
+        elif selected_row is not None and rows:
             # The cursor follows the row with the same first cell. If several rows have that cell, and the
             # cursor is at one of them, the cursor stays.
             cursor = min(self.cursor_row, len(rows) - 1)
-            numbers = [number for number, row in enumerate(rows) if row[0] == chosen[0]]
-            self.move_cursor(row=cursor if cursor in numbers or not numbers else numbers[0], scroll=False)
+            indices = [index for index, row in enumerate(rows) if row[0] == selected_row[0]]
+            self.move_cursor(row=cursor if cursor in indices or not indices else indices[0], scroll=False)
 
     def _select(self, row: int | None) -> None:
         """Move the cursor to a row, centred in the view."""
@@ -219,13 +219,13 @@ class KeyLine(Footer):
 
     def __init__(self) -> None:
         super().__init__()
-        self._keys_shown: list[tuple[Binding, bool]] = []
+        self._shown_keys: list[tuple[Binding, bool]] = []
 
     def bindings_changed(self, screen: Screen[Any]) -> None:
-        """Show the active keys; while the terminal has no focus, do nothing, as the base class."""
+        """Show the active keys; as in the base class, do nothing while the terminal has no focus."""
         keys = [(key.binding, key.enabled) for key in screen.active_bindings.values() if key.binding.show]
-        if keys != self._keys_shown and screen.app.app_focus:
-            self._keys_shown = keys
+        if keys != self._shown_keys and screen.app.app_focus:
+            self._shown_keys = keys
             super().bindings_changed(screen)
 
 
@@ -258,8 +258,8 @@ def _make_cell(text: str) -> Text:
 def make_progress_bar(progress: float, width: int) -> str:
     """Return a progress bar as text.
 
-    :param progress: from 0 to 1.
+    :param progress: the progress from 0 to 1.
     """
-    inner = max(1, width - 2)
-    position = min(inner - 1, int(progress * inner))
-    return "[" + "=" * position + "|" + "-" * (inner - 1 - position) + "]"
+    inner_width = max(1, width - 2)
+    position = min(inner_width - 1, int(progress * inner_width))
+    return "[" + "=" * position + "|" + "-" * (inner_width - 1 - position) + "]"

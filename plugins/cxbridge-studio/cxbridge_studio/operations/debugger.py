@@ -72,7 +72,7 @@ class DebuggerInfo(Struct):
     stopped: StopInfo | UnsetType = UNSET
 
 
-def breakpoint_rows(debugger: Debugger | None) -> list[BreakpointInfo]:
+def list_breakpoint_infos(debugger: Debugger | None) -> list[BreakpointInfo]:
     """Return the breakpoints of a debugger; none without a debugger."""
     return (
         []
@@ -99,17 +99,17 @@ def _check_breakpoint_exists(context: OperationContext, path: Mapping[str, str])
 
 
 def _check_executive_runs(context: OperationContext, _path: Mapping[str, str]) -> None:
-    """Check that the executive runs, before the body of a request: its client gets status 503 otherwise."""
+    """Check, before the body of a request, that the executive runs; otherwise the status is 503."""
     _ = debugger_of(context.executive)
 
 
 def _describe_debugger(context: OperationContext, _parameters: object) -> DebuggerInfo:
     debugger = debugger_of(context.executive)
-    return DebuggerInfo(breakpoint_rows(debugger), stop_info(debugger) or UNSET)
+    return DebuggerInfo(list_breakpoint_infos(debugger), stop_info(debugger) or UNSET)
 
 
 def _make_debugger_route(method: str, path: str, summary: str, **settings: Any) -> Route[Any]:
-    """Return a route whose answer is the state of the debugger."""
+    """Return a route whose response is the state of the debugger."""
     settings = {"answer": _describe_debugger, "check": _check_executive_runs, **settings}
     return Route(method, f"{_PATH}{path}", summary, DebuggerInfo, "Debugger", **settings)
 
@@ -125,7 +125,7 @@ OPERATIONS.add(
 
 @OPERATIONS.add("break-list", Right.LOOK, NoParameters)
 def _list_breakpoints(context: OperationContext, _parameters: NoParameters) -> list[BreakpointInfo]:
-    return breakpoint_rows(debugger_of(context.executive))
+    return list_breakpoint_infos(debugger_of(context.executive))
 
 
 @OPERATIONS.add(

@@ -47,7 +47,7 @@ def find_environment(context: OperationContext, name: str) -> ClipsEnvironment:
     return context.executive.manager.find(name)
 
 
-def environment_names(context: OperationContext) -> Sequence[str]:
+def list_environment_names(context: OperationContext) -> Sequence[str]:
     """Return the names of the environments, empty if the executive is not running."""
     try:
         return tuple(context.executive.manager.environments)
@@ -102,11 +102,11 @@ def check_environment(context: OperationContext, path: Mapping[str, str]) -> Non
 
     :raises NotFoundError: if the environment does not exist.
     """
-    if path["env"] not in environment_names(context):
+    if path["env"] not in list_environment_names(context):
         raise NotFoundError(f"Environment '{path['env']}' is unknown")
 
 
-def environment_route(
+def make_environment_route(
     method: str, path: str, summary: str, reply: Any = EnvironmentInfo, errors: Any = None, **settings: Any
 ) -> Route[Any]:
     """Return a route below the path of an environment."""
@@ -123,7 +123,7 @@ OPERATIONS.add(
     "env-info",
     Right.LOOK,
     NamedEnvironment,
-    environment_route("GET", "", "Return an environment."),
+    make_environment_route("GET", "", "Return an environment."),
     is_verb=False,
 )(_describe_environment)
 
@@ -170,7 +170,7 @@ def _destroy_and_return_environment(
     "env-destroy",
     Right.CONTROL,
     NamedEnvironment,
-    environment_route(
+    make_environment_route(
         "DELETE",
         "",
         "Destroy an environment that a client created.",
@@ -193,7 +193,7 @@ def _load_absolute_path(context: OperationContext, parameters: _FileToLoad) -> L
     "env-load",
     Right.PROGRAMS,
     _FileToLoad,
-    environment_route(
+    make_environment_route(
         "POST",
         "/load",
         "Load a CLIPS file of the daemon's machine, and return the mistakes in the file.",
@@ -211,7 +211,7 @@ def _load_file(context: OperationContext, parameters: _FileToLoad) -> Sequence[s
     "env-feature",
     Right.CONTROL,
     _EnvironmentFeature,
-    environment_route(
+    make_environment_route(
         "POST",
         "/features",
         "Add a feature to an environment.",
@@ -228,7 +228,7 @@ def _request_feature(context: OperationContext, parameters: _EnvironmentFeature)
     "env-feature-remove",
     Right.CONTROL,
     _EnvironmentFeature,
-    environment_route(
+    make_environment_route(
         "DELETE",
         "/features/{feature}",
         "Remove a feature from an environment: calls of its functions fail until it is added again.",
@@ -244,7 +244,7 @@ def _remove_feature(context: OperationContext, parameters: _EnvironmentFeature) 
     "env-watch",
     Right.CONTROL,
     _WatchSetting,
-    environment_route(
+    make_environment_route(
         "PUT",
         "/watch",
         "Watch facts or rules, so that they are recorded.",
@@ -260,7 +260,7 @@ def _set_watch(context: OperationContext, parameters: _WatchSetting) -> None:
     "env-log",
     Right.CONTROL,
     _LogLevelSetting,
-    environment_route(
+    make_environment_route(
         "PUT",
         "/log",
         "Set the lowest level of the lines that an environment logs.",
@@ -282,7 +282,7 @@ def _evaluate_checked_text(context: OperationContext, parameters: _Expression) -
     "env-eval",
     Right.PROGRAMS,
     _Expression,
-    environment_route(
+    make_environment_route(
         "POST",
         "/eval",
         "Evaluate a CLIPS expression.",

@@ -18,15 +18,15 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.executive.host.capi import NULL
 from cxbridge.numbers import parse_decimal
 from cxbridge.rights import Right
-from cxbridge_studio.debugger.agenda import activations
+from cxbridge_studio.debugger.agenda import read_activations
 from cxbridge_studio.debugger.fact_editing import (
     assert_text,
-    fact_texts,
     modify_fact,
+    read_fact_texts,
     retract_fact,
     search_facts,
 )
-from cxbridge_studio.operations.environments import NamedEnvironment, environment_names, find_environment
+from cxbridge_studio.operations.environments import NamedEnvironment, find_environment, list_environment_names
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
@@ -87,7 +87,7 @@ def _find_environment(context: OperationContext, name: str) -> ClipsEnvironment:
 
     :raises NotFoundError: if the environment does not exist.
     """
-    if name not in environment_names(context):
+    if name not in list_environment_names(context):
         if name == _DEFAULT_ENVIRONMENT:  # not a wrong name: the executive is not running
             raise NotFoundError(f"No CLIPS environment named '{name}' found", 503)
         raise NotFoundError(f"Environment '{name}' is unknown")
@@ -142,7 +142,7 @@ def _make_fact_route(method: str, summary: str, bad_request: str, **fields: Any)
 def _list_facts(context: OperationContext, parameters: _FactsQuery) -> list[tuple[int, str]]:
     env = find_environment(context, parameters.env)
     with env.lock:
-        return list(islice(fact_texts(env, parameters.template), min(parameters.limit, MAX_ROWS)))
+        return list(islice(read_fact_texts(env, parameters.template), min(parameters.limit, MAX_ROWS)))
 
 
 @OPERATIONS.add("find-facts", Right.LOOK, _FactSearch, at_prompt=True)
@@ -159,7 +159,7 @@ def _search_facts(context: OperationContext, parameters: _FactSearch) -> dict[st
 def _list_activations(context: OperationContext, parameters: _AgendaQuery) -> list[tuple[int, str, str]]:
     env = find_environment(context, parameters.env)
     with env.lock:
-        return list(islice(activations(env), min(parameters.limit, MAX_ROWS)))
+        return list(islice(read_activations(env), min(parameters.limit, MAX_ROWS)))
 
 
 @OPERATIONS.add(

@@ -16,7 +16,7 @@ from cxbridge_studio.debugger.levels import LevelName
 from cxbridge_studio.operations.environments import (
     Identifier,
     NamedEnvironment,
-    environment_route,
+    make_environment_route,
     make_service,
 )
 
@@ -42,7 +42,7 @@ class _NewLogger(NamedEnvironment):
     "env-loggers",
     Right.LOOK,
     NamedEnvironment,
-    environment_route(
+    make_environment_route(
         "GET",
         "/loggers",
         "Return the loggers of an environment, in the order in which they get a line.",
@@ -58,7 +58,7 @@ def _list_loggers(context: OperationContext, parameters: Any) -> Sequence[Logger
     "env-logger-add",
     Right.CONTROL,
     _NewLogger,
-    environment_route(
+    make_environment_route(
         "POST",
         "/loggers",
         "Add a logger to an environment.",
@@ -81,7 +81,7 @@ def _add_logger(context: OperationContext, parameters: _NewLogger) -> None:
     "env-logger-remove",
     Right.CONTROL,
     _Logger,
-    environment_route(
+    make_environment_route(
         "DELETE",
         "/loggers/{logger}",
         "Remove a logger from an environment.",

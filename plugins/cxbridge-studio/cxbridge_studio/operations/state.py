@@ -10,8 +10,8 @@ from cxbridge.daemon.operations.operation import OperationContext, Operations
 from cxbridge.daemon.operations.rules import stop_info
 from cxbridge.rights import Right
 from cxbridge_studio.debugger.debugger import Debugger
-from cxbridge_studio.operations.debugger import breakpoint_rows
-from cxbridge_studio.operations.environments import environment_names
+from cxbridge_studio.operations.debugger import list_breakpoint_infos
+from cxbridge_studio.operations.environments import list_environment_names
 
 OPERATIONS: Final = Operations()
 
@@ -36,6 +36,6 @@ def _describe_run_state(context: OperationContext, parameters: _StateQuery) -> d
     debugger = control if isinstance(control, Debugger) else None
     return context.describe_state(to_builtins(parameters)) | {
         "where": stop_info(control),
-        "breakpoints": breakpoint_rows(debugger),
-        "environments": list(environment_names(context)),
+        "breakpoints": list_breakpoint_infos(debugger),
+        "environments": list(list_environment_names(context)),
     }

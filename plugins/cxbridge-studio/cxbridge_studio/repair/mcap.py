@@ -31,7 +31,7 @@ class _McapCopy(McapFile):
     """A new mcap file with records of the damaged file."""
 
     def copy_record(self, kind: int, content: bytes) -> None:
-        """Write a record. Schemas and channels keep their numbers, so that the messages still refer to them.
+        """Write a record. Schemas and channels keep their ids, so that the messages still refer to them.
 
         A record whose schema or channel is missing is left out.
 
@@ -40,16 +40,16 @@ class _McapCopy(McapFile):
         fields, record = FieldReader(content), pack_record(kind, content)
         match kind:
             case mcap.SCHEMA:
-                if (number := fields.read_uint16()) not in self._schemas:
-                    self._define_schema(number, record)
+                if (schema_id := fields.read_uint16()) not in self._schemas:
+                    self._define_schema(schema_id, record)
             case mcap.CHANNEL:
-                number, schema = fields.read_uint16(), fields.read_uint16()
-                if number not in self._channels and schema in self._schemas:
-                    self._define_channel(number, record)
+                channel_id, schema_id = fields.read_uint16(), fields.read_uint16()
+                if channel_id not in self._channels and schema_id in self._schemas:
+                    self._define_channel(channel_id, record)
             case mcap.MESSAGE:
-                number, _, time_ns = fields.read_uint16(), fields.read_uint32(), fields.read_uint64()
-                if number in self._message_index:
-                    self._message_index[number] += (time_ns, len(self._chunk))
+                channel_id, _, time_ns = fields.read_uint16(), fields.read_uint32(), fields.read_uint64()
+                if channel_id in self._message_index:
+                    self._message_index[channel_id] += (time_ns, len(self._chunk))
                     self._chunk += record
             case mcap.METADATA:
                 fields.read_text()
@@ -74,7 +74,7 @@ def examine_mcap(path: Path) -> tuple[list[str], Callable[[Path], None]]:
 
     :raises TraceError: if nothing can be read.
     """
-    # a copy to nowhere: only copying all records shows the damage
+    # the copy is discarded: only copying all records shows the damage
     with open(os.devnull, "wb") as null_device:  # noqa: PTH123 - os.devnull is a text
         problems = _copy_records(path, null_device)
 
@@ -119,7 +119,7 @@ def _copy_records(source: Path, target: IO[bytes]) -> list[str]:
 
 
 def _unpack_records(file: IO[bytes], record: Record) -> Iterator[tuple[int, bytes]]:
-    """Yield the record, or the records of a chunk; of a truncated chunk the complete records."""
+    """Yield the record, or the records of a chunk; a truncated chunk yields its complete records."""
     if record.kind != mcap.CHUNK:
         if record.is_complete:
             yield record.kind, read_content(file, record)

@@ -20,7 +20,7 @@ from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.files import reading, writing
 from cxbridge.trace.formats.registry import open_run
 
-_SEARCH_SIZE = 1 << 16  # the bytes that are searched at once for the last line feed
+_SEARCH_SIZE = 1 << 16  # the number of bytes that are searched at once for the last line feed
 
 
 @dataclass(frozen=True)
@@ -41,10 +41,10 @@ class Repair:
 
         :raises CxbridgeError: if the file cannot be written.
         """
-        with replaced_file(target) as fresh:
-            self.write(fresh)
+        with replaced_file(target) as temporary_path:
+            self.write(temporary_path)
             # a recording may be read-only, but its repaired copy is opened for writing
-            fresh.chmod(self.path.stat().st_mode | stat.S_IWUSR)
+            temporary_path.chmod(self.path.stat().st_mode | stat.S_IWUSR)
 
     def write_with_backup(self) -> Path:
         """Repair the file; return the path of the backup.
@@ -89,7 +89,7 @@ def check_events(path: Path) -> None:
         pass
 
 
-def recordings_in(folder: Path) -> Iterator[Path]:
+def find_recordings(folder: Path) -> Iterator[Path]:
     """Yield the recorded runs among the files in a folder, by name.
 
     :raises TraceError: if the folder cannot be read.

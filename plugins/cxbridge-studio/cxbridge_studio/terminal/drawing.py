@@ -17,7 +17,7 @@ _STATUS_STYLES = {"S_RUNNING": "yellow", "S_FINAL": "green", "S_FAILED": "red", 
 _KIND_STYLES = {"start": "bold", "final": "green", "failed": "red", "end": "cyan"}
 _ACTIVE, _VISITED, _UNVISITED = "\N{BLACK CIRCLE}", "\N{WHITE CIRCLE}", " "
 _ARROW = "\N{RIGHTWARDS ARROW}"
-_MAX_SHOWN_TRANSITIONS = 12  # the limit of the last transitions that the line of a path shows
+_MAX_SHOWN_TRANSITIONS = 12  # limit of the last transitions in the line of a path
 
 
 def draw_skill(values: Mapping[str, Any], graph: str, uses: Mapping[str, list[str]]) -> RenderableType:
@@ -53,7 +53,7 @@ def _make_head_line(values: Mapping[str, Any]) -> Text:
 
 def _make_machine_rows(machine: StateMachine, uses: Mapping[str, list[str]]) -> list[RenderableType]:
     names = {state.node: state.name for _, inner in machine.walk() for state in inner.states}
-    transitions = machine_transitions(machine)
+    transitions = list_transitions(machine)
     title = Text.assemble("\n", (machine.name, "bold underline"))
     if uses.get(machine.name):
         title.append(f"  uses {', '.join(uses[machine.name])}", style="dim")
@@ -76,7 +76,7 @@ def _make_machine_rows(machine: StateMachine, uses: Mapping[str, list[str]]) -> 
     return [title, table, *_make_path_lines(machine, names)]
 
 
-def machine_transitions(machine: StateMachine) -> list[MachineTransition]:
+def list_transitions(machine: StateMachine) -> list[MachineTransition]:
     """Return the transitions of a machine and its inner machines."""
     return [transition for _, inner in machine.walk() for transition in inner.transitions]
 

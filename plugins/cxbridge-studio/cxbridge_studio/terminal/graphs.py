@@ -24,7 +24,7 @@ DIRECTIONS = {"TB": "GD_TOP_BOTTOM", "BT": "GD_BOTTOM_TOP", "LR": "GD_LEFT_RIGHT
 OVERVIEWS = ("LIST", "SKILL_DEP")
 PICTURE_SUFFIXES = (".svg", ".png", ".pdf")  # the suffixes that `render_graph` supports
 
-_RENDER_S = 60  # ends a graphviz that hangs or has a huge graph
+_RENDER_TIMEOUT_S = 60  # the time limit of graphviz, which may hang or get a huge graph
 
 
 def fetch_graph(
@@ -49,9 +49,9 @@ def fetch_graph(
         interface = feed.open(DEBUG_TYPE, skiller)
         if not interface.has_writer:
             raise SkillerError(f"no Skiller writes {DEBUG_TYPE}::{skiller}", hint="see 'cxbridge skill list'")
-        longest = interface.maxlenof("graph_fsm") - 1
-        if len(subject.encode("utf-8", "surrogateescape")) > longest:
-            raise SkillerError(f"'{subject}' is longer than the {longest} bytes that its field has")
+        max_bytes = interface.maxlenof("graph_fsm") - 1
+        if len(subject.encode("utf-8", "surrogateescape")) > max_bytes:
+            raise SkillerError(f"'{subject}' is longer than the {max_bytes} bytes that its field has")
         previous_values = feed.read_change(interface).values
         message_fields: dict[str, Any] = {"graph_fsm": subject}
         if subject not in OVERVIEWS:
@@ -62,7 +62,9 @@ def fetch_graph(
             change = _wait_for_graph(feed, interface, message_fields, Deadline(timeout_s))
         finally:
             # the graph last, so that it is drawn only once, with its own direction and colours
-            previous_fields = {name: _enum_name(previous_values[name]) for name in reversed(message_fields)}
+            previous_fields = {
+                name: _get_enum_name(previous_values[name]) for name in reversed(message_fields)
+            }
             # a Skiller that nobody has asked for a graph shows the active skill
             previous_fields["graph_fsm"] = previous_fields["graph_fsm"] or "ACTIVE"
             _request_graph(interface, previous_fields)
@@ -78,16 +80,20 @@ def fetch_graph(
     return graph
 
 
-def _enum_name(value: Any) -> Any:
+def _get_enum_name(value: Any) -> Any:
     """Return the name of an enum item; return any other value unchanged."""
     return getattr(value, "name", value)
 
 
 def _request_graph(interface: Interface, message_fields: dict[str, Any]) -> None:
     """Send the messages that select the graph."""
-    kinds = {"graph_fsm": "SetGraph", "graph_dir": "SetGraphDirection", "graph_colored": "SetGraphColored"}
+    message_types = {
+        "graph_fsm": "SetGraph",
+        "graph_dir": "SetGraphDirection",
+        "graph_colored": "SetGraphColored",
+    }
     for name, value in message_fields.items():
-        message = interface.create_message(f"{kinds[name]}Message")
+        message = interface.create_message(f"{message_types[name]}Message")
         message.set(name, value)
         interface.msgq_enqueue(message)
 
@@ -98,7 +104,7 @@ def _wait_for_graph(
     """Return the first change with these fields; None after the deadline."""
     change: InterfaceChange | None = feed.read_change(interface)
     while change is not None and any(
-        _enum_name(change.values[name]) != value for name, value in expected_fields.items()
+        _get_enum_name(change.values[name]) != value for name, value in expected_fields.items()
     ):
         change = feed.wait_for_change(deadline)
     return change
@@ -158,11 +164,11 @@ def render_graph(graph: str, suffix: str) -> bytes:
             [program, f"-T{suffix.removeprefix('.')}"],
             input=graph.encode(),
             capture_output=True,
-            timeout=_RENDER_S,
+            timeout=_RENDER_TIMEOUT_S,
             check=False,
         )
     except subprocess.TimeoutExpired:
-        raise CxbridgeError(f"graphviz did not finish within {_RENDER_S} s") from None
+        raise CxbridgeError(f"graphviz did not finish within {_RENDER_TIMEOUT_S} s") from None
     if process.returncode:
         reason = process.stderr.decode(errors="replace").strip().partition("\n")[0]
         raise CxbridgeError(f"graphviz cannot draw this graph: {reason}")

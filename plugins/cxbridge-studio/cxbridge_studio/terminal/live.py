@@ -14,11 +14,11 @@ from cxbridge.interfaces.assignments import json_value
 from cxbridge.printing import unfiltered_stream, visible
 from cxbridge.skiller.calls import OWNER
 from cxbridge.skiller.calls import TYPE as SKILLER_TYPE
-from cxbridge_studio.terminal.drawing import draw_skill, machine_transitions
+from cxbridge_studio.terminal.drawing import draw_skill, list_transitions
 from cxbridge_studio.terminal.graphs import DEBUG_TYPE, OVERVIEWS, fetch_graph
 from cxbridge_studio.terminal.machinegraph import parse_graph
 
-_OVERVIEW_S = 2.0  # how long to wait for the graph of dependencies, which is only an addition
+_OVERVIEW_TIMEOUT_S = 2.0  # the time limit for the graph of dependencies, which is only an addition
 
 
 def show_skiller(
@@ -33,13 +33,13 @@ def show_skiller(
     with Feed(board, OWNER) as feed, Live(console=console, auto_refresh=False) as live:
         values = _read_values(feed.read_change(feed.open(SKILLER_TYPE, skiller)))
         graph = _read_graph(feed.read_change(feed.open(DEBUG_TYPE, skiller)))
-        changes = 0
+        change_count = 0
         previous_value: object = None
         while True:
             if (values, graph) != previous_value:
-                previous_value, changes = (values, graph), changes + 1
+                previous_value, change_count = (values, graph), change_count + 1
                 live.update(draw_skill(values, graph, uses), refresh=True)
-            if changes == count:
+            if change_count == count:
                 return True
             change = feed.wait_for_change(deadline)
             if change is None:
@@ -64,10 +64,10 @@ def _read_graph(change: InterfaceChange) -> str:
 def _fetch_uses(board: BlackBoard, skiller: str) -> dict[str, list[str]]:
     """Return the skills that each skill uses; empty if the Skiller does not report them."""
     try:
-        graph = parse_graph(visible(fetch_graph(board, skiller, "SKILL_DEP", timeout_s=_OVERVIEW_S)))
+        graph = parse_graph(visible(fetch_graph(board, skiller, "SKILL_DEP", timeout_s=_OVERVIEW_TIMEOUT_S)))
     except CxbridgeError:
         return {}
     uses: dict[str, list[str]] = {}
-    for transition in machine_transitions(graph):
+    for transition in list_transitions(graph):
         uses.setdefault(transition.source, []).append(transition.target)
     return uses

@@ -103,17 +103,20 @@ class _DotReader:
         self._position += 1
         return self._tokens[self._position - 1][1]
 
-    def expect(self, next_token: str) -> None:
-        """Skip a required token."""
+    def expect(self, expected_token: str) -> None:
+        """Skip a required token.
+
+        :raises SkillerError: if another token is next.
+        """
         token = self.next_token()
-        if token != next_token:
+        if token != expected_token:
             raise SkillerError(
-                f"this is not a graph of a state machine: '{token}' where '{next_token}' should be"
+                f"this is not a graph of a state machine: '{token}' where '{expected_token}' should be"
             )
 
-    def _accept(self, next_token: str) -> bool:
+    def _accept(self, mark: str) -> bool:
         """Skip a mark if it is the next token; return whether it was. A mark in quotes is a name."""
-        is_next = self._position < len(self._tokens) and self._tokens[self._position] == (2, next_token)
+        is_next = self._position < len(self._tokens) and self._tokens[self._position] == (2, mark)
         self._position += is_next
         return is_next
 

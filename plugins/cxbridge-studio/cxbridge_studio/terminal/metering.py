@@ -10,17 +10,17 @@ from math import floor, isfinite, log10
 from statistics import fmean, pstdev
 from typing import Final
 
-OWNER = "cxbridge bb"
+OWNER: Final = "cxbridge bb"  # the name under which the commands read interfaces
 
 WINDOW: Final = 10_000  # latest writes over which a rate is computed, as in `ros2 topic hz`
 
-_BLANK_CHARACTER: Final = 0x2800  # the Unicode block of braille patterns, whose dots are the pixels of a plot
+_BLANK_CHARACTER: Final = 0x2800  # the first braille pattern, without dots; dots are the pixels of a plot
 # the bits of the dots of a braille character: the left column, then the right column, from the top
 _DOT_BITS: Final = ((0x01, 0x02, 0x04, 0x40), (0x08, 0x10, 0x20, 0x80))
 
 _UNITS: Final = ("B", "kB", "MB", "GB")
 _THOUSAND: Final = 1000.0
-_MAX_WITHOUT_EXPONENT: Final = 1e6  # larger numbers are shown with an exponent
+_MAX_WITHOUT_EXPONENT: Final = 1e6  # longer labels would narrow the plot
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +31,7 @@ class Rate:
     :param shortest_s: the shortest interval between two writes.
     :param longest_s: the longest interval.
     :param deviation_s: the standard deviation of the intervals.
-    :param window: the number of writes.
+    :param window: the number of measured writes.
     """
 
     hz: float
@@ -81,9 +81,9 @@ def format_bytes(size: float) -> str:
 
 
 def draw_plot(points: Sequence[tuple[float, float]], width: int, height: int, span_s: float) -> Iterator[str]:
-    """Yield the lines of a plot in Braille characters with its axes.
+    """Yield the lines of a plot in braille characters with its axes.
 
-    :param points: the seconds and values; the last point is at the right edge.
+    :param points: the time in seconds and the value of each point; the last point is at the right edge.
     :param span_s: the shown time span in seconds.
     """
     points = [(time_s, value) for time_s, value in points if isfinite(value)]
@@ -99,7 +99,7 @@ def draw_plot(points: Sequence[tuple[float, float]], width: int, height: int, sp
         # a character has two columns and four rows of dots
         x = round((time_s - end_s + span_s) / span_s * (2 * plot_width - 1))
         y = round((high - value) / span * (4 * height - 1))
-        if x < 0:
+        if x < 0:  # the point is older than the shown time span
             continue
         for dot_x, dot_y in _find_step_dots(previous_dot, (x, y)):
             cells[dot_y // 4][dot_x // 2] |= _DOT_BITS[dot_x % 2][dot_y % 4]
@@ -126,11 +126,11 @@ def _find_step_dots(previous_dot: tuple[int, int] | None, dot: tuple[int, int]) 
 
 
 def _compute_axis_range(values: Sequence[float]) -> tuple[float, float]:
-    """Return the range of the axis."""
+    """Return the lowest and the highest value of the axis, with a margin around a constant value."""
     if not values:
         return 0.0, 1.0
     low, high = min(values), max(values)
-    if low == high:  # the axis needs a range, in whose middle a constant value is
+    if low == high:  # an empty range cannot be scaled
         margin = abs(low) / 10 or 1.0
         return low - margin, high + margin
     return low, high

@@ -26,9 +26,9 @@ from cxbridge_web.models import Model, Request
 if TYPE_CHECKING:
     from cxbridge_web.host import WebHost
 
-OWNER: Final = "SkillerRestApi"  # name of the reader, as in Fawkes
-SKILLER: Final = "Skiller"  # id of the default Skiller
-GRAPH_TIMEOUT_S: Final = 5.0  # limit for the Skiller to show a graph
+OWNER: Final = "SkillerRestApi"  # name of the reader in lists of the blackboard, as in Fawkes
+_DEFAULT_SKILLER_ID: Final = "Skiller"
+GRAPH_TIMEOUT_S: Final = 5.0  # time in which a Skiller must show a requested graph
 
 # The limit of the name of a skill: the debug interface has a field of 32 bytes, with the final NUL.
 MAX_NAME_BYTES: Final = 31
@@ -64,7 +64,7 @@ class SkillCall(Request, kw_only=True):
 
 
 @dataclass(slots=True)
-class _ShownGraph:
+class _SharedGraph:
     """The graph that a Skiller shows; all clients share it.
 
     :ivar lock: held while a client requests a graph.
@@ -76,8 +76,8 @@ class _ShownGraph:
     last_graph: str = ""
 
 
-# The shown graphs of each host by Skiller id.
-_shown_graphs: WeakKeyDictionary[WebHost, dict[str, _ShownGraph]] = WeakKeyDictionary()
+# The shared graphs of each host by Skiller id.
+_shared_graphs: WeakKeyDictionary[WebHost, dict[str, _SharedGraph]] = WeakKeyDictionary()
 
 
 @contextmanager
@@ -86,8 +86,8 @@ def _open_interfaces(call: ApiCall, *types: str) -> Iterator[list[Any]]:
 
     :raises ApiError: if the Skiller is unknown or does not run.
     """
-    board, skiller = call.host.board, call.query.get("skiller") or SKILLER
-    if skiller != SKILLER and not any(
+    board, skiller = call.host.board, call.query.get("skiller") or _DEFAULT_SKILLER_ID
+    if skiller != _DEFAULT_SKILLER_ID and not any(
         info.type == "SkillerInterface" and info.id == skiller for info in board.list_all()
     ):
         raise ApiError(404, f"The Skiller '{skiller}' does not exist")
@@ -108,73 +108,77 @@ def _open_interfaces(call: ApiCall, *types: str) -> Iterator[list[Any]]:
             board.close(instance)
 
 
-def _show_graph(debug: Any, subject: str) -> None:
+def _show_graph(debug_interface: Any, subject: str) -> None:
     """Request a graph from the Skiller and wait for it.
 
     :raises ApiError: if the graph does not arrive in time.
     """
     deadline = time.monotonic() + GRAPH_TIMEOUT_S
     if len(subject.encode("utf-8", "surrogateescape")) <= MAX_NAME_BYTES:
-        if debug.graph_fsm != subject:
-            _request_graph(debug, subject)
-        while debug.graph_fsm != subject and time.monotonic() < deadline and debug.has_writer:
+        if debug_interface.graph_fsm != subject:
+            _request_graph(debug_interface, subject)
+        while (
+            debug_interface.graph_fsm != subject
+            and time.monotonic() < deadline
+            and debug_interface.has_writer
+        ):
             time.sleep(_READ_PERIOD_S)
-            debug.read()
-    if debug.graph_fsm != subject:
+            debug_interface.read()
+    if debug_interface.graph_fsm != subject:
         raise ApiError(408, f"Did not receive '{subject}' in time from skiller")
 
 
 @contextmanager
-def _reserve_graph(call: ApiCall, debug: Any) -> Iterator[_ShownGraph]:
+def _reserve_graph(call: ApiCall, debug_interface: Any) -> Iterator[_SharedGraph]:
     """Reserve the Skiller's debug interface for one client."""
-    shown_graph = _shown_graphs.setdefault(call.host, {}).setdefault(debug.id, _ShownGraph())
-    with shown_graph.lock:
-        debug.read()
-        _store_active_graph(shown_graph, debug)
-        yield shown_graph
+    shared_graph = _shared_graphs.setdefault(call.host, {}).setdefault(debug_interface.id, _SharedGraph())
+    with shared_graph.lock:
+        debug_interface.read()
+        _store_active_graph(shared_graph, debug_interface)
+        yield shared_graph
 
 
-def _store_active_graph(shown_graph: _ShownGraph, debug: Any) -> None:
+def _store_active_graph(shared_graph: _SharedGraph, debug_interface: Any) -> None:
     """Store the state machine of the active skill if the Skiller shows it."""
-    if debug.graph_fsm == "ACTIVE" and debug.graph:
-        shown_graph.last_graph = str(debug.graph)
+    if debug_interface.graph_fsm == "ACTIVE" and debug_interface.graph:
+        shared_graph.last_graph = str(debug_interface.graph)
 
 
-def _request_graph(debug: Any, subject: str) -> None:
+def _request_graph(debug_interface: Any, subject: str) -> None:
     """Send the request for a graph: of a skill, ``LIST`` or ``ACTIVE``."""
-    message = debug.create_message("SetGraphMessage")
+    message = debug_interface.create_message("SetGraphMessage")
     message.graph_fsm = subject
-    debug.msgq_enqueue(message)
+    debug_interface.msgq_enqueue(message)
 
 
 def _list_skills(call: ApiCall) -> list[SkillInfo]:
     with (
-        _open_interfaces(call, "SkillerDebugInterface", "SkillerInterface") as (debug, _),
-        _reserve_graph(call, debug),
+        _open_interfaces(call, "SkillerDebugInterface", "SkillerInterface") as (debug_interface, _),
+        _reserve_graph(call, debug_interface),
     ):
-        previous_subject = debug.graph_fsm
+        previous_subject = debug_interface.graph_fsm
         try:
-            _show_graph(debug, "LIST")
-            names = str(debug.graph).splitlines()
+            _show_graph(debug_interface, "LIST")
+            names = str(debug_interface.graph).splitlines()
         finally:
-            _request_graph(debug, previous_subject)
+            _request_graph(debug_interface, previous_subject)
     return [SkillInfo(name=name) for name in names]
 
 
 def _get_skill(call: ApiCall) -> Skill:
     name = "ACTIVE" if call.path["id"] == _ACTIVE_ID else call.path["id"]
     with (
-        _open_interfaces(call, "SkillerDebugInterface", "SkillerInterface") as (debug, skiller),
-        _reserve_graph(call, debug) as shown_graph,
+        _open_interfaces(call, "SkillerDebugInterface", "SkillerInterface") as (debug_interface, skiller),
+        _reserve_graph(call, debug_interface) as shared_graph,
     ):
-        _show_graph(debug, name)
-        _store_active_graph(shown_graph, debug)
+        _show_graph(debug_interface, name)
+        _store_active_graph(shared_graph, debug_interface)
         if name != "ACTIVE":
-            return Skill(name=debug.graph_fsm, graph=debug.graph)
+            return Skill(name=debug_interface.graph_fsm, graph=debug_interface.graph)
         skiller.read()
         return Skill(
-            name=debug.graph_fsm,
-            graph=shown_graph.last_graph,
+            name=debug_interface.graph_fsm,
+            graph=shared_graph.last_graph,
             skill_string=skiller.skill_string,
             error=skiller.error,
             msg_id=skiller.msgid,
@@ -195,7 +199,7 @@ def _call_skill(call: ApiCall) -> Skill:
     with _open_interfaces(call, "SkillerInterface") as (skiller,):
         max_bytes = skiller.maxlenof("skill_string") - 1  # the last byte is the NUL of a C string
         if len(text.encode("utf-8", "replace")) > max_bytes or "\0" in text:
-            raise ApiError(400, f"A skill string must have at most {max_bytes} bytes")
+            raise ApiError(400, f"A skill string must have at most {max_bytes} bytes, without NUL")
         _check_control(skiller)
         message = skiller.create_message("ExecSkillMessage")
         message.skill_string = text.encode("utf-8", "replace").decode()

@@ -121,7 +121,7 @@ def _get_config(call: ApiCall) -> ConfigTree:
 def _list_plugins(call: ApiCall) -> list[Plugin]:
     return [
         Plugin(name=name, description=description, is_loaded=is_loaded)
-        for name, description, is_loaded in sorted(call.host.plugins())
+        for name, description, is_loaded in sorted(call.host.list_plugins())
     ]
 
 
@@ -144,7 +144,7 @@ def _set_plugin(call: ApiCall) -> PluginOpResponse:
     if desired_state not in ("LOADED", "UNLOADED", "AVAILABLE"):
         raise make_refusal(400, "Unknown state requested")
     try:
-        call.host.load_plugin(name, load=desired_state == "LOADED")
+        call.host.set_plugin_loaded(name, is_loaded=desired_state == "LOADED")
     except CxbridgeError as error:
         raise make_refusal(400, error.message) from error
     return PluginOpResponse(name=name, state=desired_state)
@@ -167,7 +167,7 @@ def _get_image(call: ApiCall) -> Any:
 
 
 def _get_transforms(call: ApiCall) -> TransformsGraph:
-    frames = call.host.frames()
+    frames = call.host.read_frames()
     lines = ["digraph { graph [fontsize=14];", "  node [fontsize=12 shape=box];"]
     for child, parent in frames.items():
         origin = "" if parent is None else f"{quote_dot(parent)} -> "

@@ -1,4 +1,4 @@
-"""Connections of the web server with a limit of idle time."""
+"""Connections of the web server with a limit on idle time."""
 
 from __future__ import annotations
 
@@ -7,20 +7,20 @@ from typing import Any, Final
 
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-# The idle time after which a connection is closed, at the latest after twice this time.
+# The period of checks for progress: an idle connection is closed after one to two periods.
 IDLE_LIMIT_S: Final = 10.0
 
 
-class Connection(H11Protocol):
-    """A connection that is closed if its client neither completes a request nor reads the answer.
+class IdleLimitedConnection(H11Protocol):
+    """A connection that is closed if its client neither completes a request nor reads the response.
 
     Idle event streams stay open, since their clients wait for the server.
     """
 
     idle_limit_s: float = IDLE_LIMIT_S
 
-    def __init__(self, *arguments: Any, **named: Any) -> None:
-        super().__init__(*arguments, **named)
+    def __init__(self, *arguments: Any, **kwargs: Any) -> None:
+        super().__init__(*arguments, **kwargs)
         self._timer: asyncio.TimerHandle | None = None
         # The request and the number of unsent bytes at the last check; None if it was the server's turn.
         self._last_progress: tuple[object, int] | None = None

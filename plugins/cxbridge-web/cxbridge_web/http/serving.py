@@ -15,7 +15,7 @@ import uvicorn
 from cxbridge.blackboard.kit.complaints import Complaints
 from cxbridge.blackboard.kit.event_loop import LoopThread
 from cxbridge.errors import CxbridgeError
-from cxbridge_web.http.connections import Connection
+from cxbridge_web.http.connections import IdleLimitedConnection
 
 if TYPE_CHECKING:
     from starlette.types import ASGIApp
@@ -112,7 +112,7 @@ class HttpThread:
                 # the application has no start-up code and no WebSockets
                 lifespan="off",
                 ws="none",
-                http=Connection,
+                http=IdleLimitedConnection,
                 loop="asyncio",
                 log_config=None,  # `_LogHandler` forwards the warnings
                 access_log=False,

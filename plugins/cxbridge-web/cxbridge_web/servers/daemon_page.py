@@ -97,7 +97,7 @@ class DaemonHost(WebHost):
     def interrupt(self) -> None:
         self._daemon.stalls.interrupt()
 
-    def plugins(self) -> Sequence[tuple[str, str, bool]]:
+    def list_plugins(self) -> Sequence[tuple[str, str, bool]]:
         """Return the components that may be stopped: the name, the description, whether each is active."""
         return [
             (node.name, node.description, node.state is State.ACTIVE)
@@ -105,6 +105,6 @@ class DaemonHost(WebHost):
             if not node.steady
         ]
 
-    def load_plugin(self, name: str, *, load: bool) -> None:
+    def set_plugin_loaded(self, name: str, *, is_loaded: bool) -> None:
         manager = self._daemon.lifecycle
-        (manager.start_component if load else manager.stop_component)(name)
+        (manager.start_component if is_loaded else manager.stop_component)(name)

@@ -104,15 +104,15 @@ class RunHost(WebHost):
         for agent in self._run.agents:
             agent.executive.env.abort_rule()
 
-    def plugins(self) -> Sequence[tuple[str, str, bool]]:
+    def list_plugins(self) -> Sequence[tuple[str, str, bool]]:
         return ()
 
-    def load_plugin(self, name: str, *, load: bool) -> None:
+    def set_plugin_loaded(self, name: str, *, is_loaded: bool) -> None:
         """Reject the request.
 
         :raises CxbridgeError: always.
         """
-        state = "loaded" if load else "unloaded"
+        state = "loaded" if is_loaded else "unloaded"
         raise CxbridgeError(f"{name} cannot be {state}: the components of a run are fixed")
 
     def serve_blackboard(self) -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from cxbridge.events import LogLine
 from cxbridge_web import api
-from cxbridge_web.http.connections import Connection
+from cxbridge_web.http.connections import IdleLimitedConnection
 from tests.daemon.test_daemon import WAIT_S
 from web_tests.support import serving
 
@@ -144,7 +144,7 @@ def test_what_has_one_length_is_taken_also_byte_by_byte(served, framing):
 def test_who_does_not_complete_a_request_is_let_go(monkeypatch, served, said):
     """Strangers need no token for this: after 200 of them, no other client could connect."""
     _, client = served
-    monkeypatch.setattr(Connection, "idle_limit_s", 0.05)
+    monkeypatch.setattr(IdleLimitedConnection, "idle_limit_s", 0.05)
     rest = talk(client, said)
     assert rest.startswith(b"HTTP/1.1 200" if b"\r\n\r\n" in said else b"")
 
@@ -152,7 +152,7 @@ def test_who_does_not_complete_a_request_is_let_go(monkeypatch, served, said):
 def test_a_body_that_does_not_come_is_not_waited_for(monkeypatch, served):
     _, client = served
     monkeypatch.setattr(api, "BODY_TIMEOUT_S", 0.05)
-    monkeypatch.setattr(Connection, "idle_limit_s", 0.05)
+    monkeypatch.setattr(IdleLimitedConnection, "idle_limit_s", 0.05)
     assert talk(client, MESSAGES + b"Content-Length: 20\r\n\r\n{").startswith(b"HTTP/1.1 408")
 
 
@@ -161,7 +161,7 @@ def test_who_does_not_read_the_answer_is_let_go(monkeypatch, served):
     _, client = served
     lost = threading.Event()
 
-    class Watched(Connection):
+    class Watched(IdleLimitedConnection):
         idle_limit_s = 0.05
 
         def connection_lost(self, exc):
@@ -169,7 +169,7 @@ def test_who_does_not_read_the_answer_is_let_go(monkeypatch, served):
             lost.set()
 
     # existing connections may end, too: only the new one is of this class
-    monkeypatch.setattr("cxbridge_web.http.serving.Connection", Watched)
+    monkeypatch.setattr("cxbridge_web.http.serving.IdleLimitedConnection", Watched)
     with serving(ALONE) as (_, other, _lines), socket.socket() as peer:
         peer.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         peer.settimeout(WAIT_S)

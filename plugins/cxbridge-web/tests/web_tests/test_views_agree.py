@@ -103,7 +103,7 @@ def in_why(run: Run) -> Iterator[Pair]:
         goals = Goals(evidence.history)
         for goal in goals.all:
             for action in goal.actions:
-                if (link := goals.skill_link(action)) is not None:
+                if (link := goals.find_skill_link(action)) is not None:
                     assert not link.is_guessed
                     key, call = (env, goal.id, action.plan, action.id), link.call
                     yield key, call.skiller, name_of(call.skill_string)

@@ -243,7 +243,7 @@ class DdsNode(Node):
 
     def _make_topic(self, topic: str, type_name: TypeName) -> Topic[Any]:
         if type_name.dds_name not in self._types:
-            self._definitions.fields(type_name)  # raises the error about an unknown type
+            self._definitions.find_fields(type_name)  # raises the error about an unknown type
             self._types[type_name.dds_name] = _make_dds_type(type_name)
         try:  # without QoS, since the readers and writers of a topic may have different QoS
             return Topic(self._participant, topic, self._types[type_name.dds_name])
@@ -304,7 +304,7 @@ class DdsNode(Node):
         return f"the domain {self._domain_number}{host}"
 
     def _type_hash(self, type_name: TypeName) -> str:
-        return self._definitions.type_hash(type_name) if self._definitions.has_type_hashes else ""
+        return self._definitions.compute_type_hash(type_name) if self._definitions.has_type_hashes else ""
 
     # --- the graph of ROS -----------------------------------------------------------------------------------
 
@@ -326,7 +326,7 @@ class DdsNode(Node):
 
     def _announce_endpoints(self) -> None:
         """Announce the readers and writers of this node, so that tools such as `ros2 node info` show them."""
-        ((_, (_, (_, size))),) = self._definitions.fields(_GID_TYPE)  # 24 bytes until Humble, then 16
+        ((_, (_, (_, size))),) = self._definitions.find_fields(_GID_TYPE)  # 24 bytes until Humble, then 16
 
         def make_gid(entity: Entity) -> Mapping[str, Any]:
             return {"data": entity.guid.bytes.ljust(size, b"\0")}

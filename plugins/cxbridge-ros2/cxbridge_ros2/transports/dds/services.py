@@ -180,7 +180,7 @@ class DdsClient(Client):
             paired = frozenset(readers)  # the endpoints have no ids by which they could be paired
         return self._introduction.filter_introduced(paired)
 
-    def missing_server_reason(self) -> str:
+    def explain_missing_server(self) -> str:
         return self._describe_missing_server()
 
     def close(self) -> None:

@@ -32,7 +32,7 @@ class JsonCodec:
 
     def from_json(self, type_name: TypeName, value: Any) -> Message:
         """Return the message in JSON values. A missing or invalid field becomes zero or empty."""
-        fields = self._definitions.fields(type_name)
+        fields = self._definitions.find_fields(type_name)
         members = value if isinstance(value, Mapping) else {}
         return {
             field: self._read_value(field_type, members.get(field))

@@ -67,7 +67,7 @@ class RosbridgeNode(Node):
         self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]
     ) -> Publisher:
         connection, type_name = self._connection, parse_type(message_type)
-        self._definitions.fields(type_name)  # raises the error about an unknown type
+        self._definitions.find_fields(type_name)  # raises the error about an unknown type
         op = {"op": "advertise", "topic": check_topic(topic), "type": str(type_name), "queue_size": qos.depth}
         op["latch"] = qos.durability == "transient_local"
         unadvertise = connection.register(op, {"op": "unadvertise", "topic": topic})
@@ -84,7 +84,7 @@ class RosbridgeNode(Node):
         type_name = parse_type(message_type, "msg")
         if _ACTION_PART in topic:
             return self._find_action(topic, type_name).subscribe(topic.rpartition("/")[2], callback)
-        self._definitions.fields(type_name)
+        self._definitions.find_fields(type_name)
         entry = (type_name, callback)
         self._subscriptions.setdefault(check_topic(topic), []).append(entry)
         op_id = f"subscribe:{topic}:{next(self._ids)}"
@@ -110,7 +110,7 @@ class RosbridgeNode(Node):
             return ActionServiceClient(
                 self._connection, self._find_action(service, type_name), service.rpartition("/")[2]
             )
-        self._definitions.fields(type_name.derive("Request"))
+        self._definitions.find_fields(type_name.derive("Request"))
         encode = partial(self._codec.to_json, type_name.derive("Request"))
         return ServiceClient(
             self._connection, encode, partial(self._call_service, check_topic(service), type_name)
@@ -122,7 +122,7 @@ class RosbridgeNode(Node):
                 "actions are not served over rosbridge", hint="use the transport dds to serve actions"
             )
         type_name = parse_type(service_type, "srv")
-        self._definitions.fields(type_name.derive("Request"))
+        self._definitions.find_fields(type_name.derive("Request"))
         self._servers[check_topic(service)] = (type_name, handler)
         op = {"op": "advertise_service", "service": service, "type": str(type_name)}
         unadvertise = self._connection.register(op, {"op": "unadvertise_service", "service": service})

@@ -130,11 +130,11 @@ def make_typed_name(
     name: str, type_name: TypeName, definitions: Definitions, *, is_service: bool = False
 ) -> TypedName:
     # raises the error about an unknown type, which names the type
-    definitions.fields(type_name.derive("Request") if is_service else type_name)
+    definitions.find_fields(type_name.derive("Request") if is_service else type_name)
     return TypedName(
         name,
         type_name.dds_name,
-        definitions.type_hash(type_name) if definitions.has_type_hashes else NO_HASH,
+        definitions.compute_type_hash(type_name) if definitions.has_type_hashes else NO_HASH,
     )
 
 

@@ -316,7 +316,7 @@ class _Client(Client):
     def server_numbers(self) -> frozenset[int]:
         return self._graph.endpoint_numbers("SS", self._endpoint.topic)
 
-    def missing_server_reason(self) -> str:
+    def explain_missing_server(self) -> str:
         return self._graph.describe_missing_server(
             self._endpoint.topic, self._type_name, f"the domain {self._endpoint.node.domain}"
         )

@@ -18,9 +18,9 @@ import zenoh
 from cxbridge.errors import Ros2Error
 from cxbridge.listening import is_loopback
 
-DEFAULT_ROUTER: Final = "tcp/localhost:7447"  # default router of a host
+DEFAULT_ROUTER: Final = "tcp/localhost:7447"  # the router on this machine
 
-_ATTEMPT_PERIOD_S: Final = 1.0  # limit of an attempt to find a router, and pause between two attempts
+_ATTEMPT_PERIOD_S: Final = 1.0  # time limit of an attempt to find a router, and pause between two attempts
 _POLL_PERIOD_S: Final = 0.02  # seconds between two checks for a router
 # The defaults of rmw_zenoh_cpp: nodes find each other through the router and its gossip, not by multicast.
 _LOCAL_ROUTER_SETTINGS: Final = {
@@ -35,7 +35,8 @@ _REMOTE_ROUTER_SETTINGS: Final = {"mode": "client", "scouting/multicast/enabled"
 def open_session(url: str) -> zenoh.Session:
     """Open a session connected to a router.
 
-    :param url: the router, such as ``tcp/robot:7447``; empty for that of the environment or of this host.
+    :param url: the router, such as ``tcp/robot:7447``; empty for the router in the environment, or on this
+        machine.
     :raises Ros2Error: if the configuration is invalid, or there is no router.
     """
     attempt_count = _read_attempt_count()
@@ -61,7 +62,7 @@ def open_session(url: str) -> zenoh.Session:
 
 
 def make_session_settings(url: str, *, is_router_required: bool = True) -> dict[str, object]:
-    """Return the settings of a session by key, without those of the environment.
+    """Return the settings of a session by key, without the settings in environment variables.
 
     :param is_router_required: whether opening the session fails without a router; otherwise the session looks
         for a router in the background.
@@ -86,21 +87,21 @@ def parse_overrides(text: str) -> Iterator[tuple[str, str]]:
 
 def _make_config(url: str, *, is_router_required: bool) -> zenoh.Config:
     file = os.environ.get("ZENOH_SESSION_CONFIG_URI", "")
-    setting = f"ZENOH_SESSION_CONFIG_URI={file}"
+    origin = f"ZENOH_SESSION_CONFIG_URI={file}"
     try:
         config = zenoh.Config.from_file(file) if file else zenoh.Config()
         settings: dict[str, object] = {"connect/endpoints": [url]} if url else {}
         if not file:
             settings = make_session_settings(url, is_router_required=is_router_required)
         for key, value in settings.items():
-            setting = f"'{url}'"
+            origin = f"'{url}'"
             config.insert_json5(key, json.dumps(value))
         for key, text in parse_overrides(os.environ.get("ZENOH_CONFIG_OVERRIDE", "")):
-            setting = f"ZENOH_CONFIG_OVERRIDE: {key}={text}"
+            origin = f"ZENOH_CONFIG_OVERRIDE: {key}={text}"
             config.insert_json5(key, text)
     except zenoh.ZError as error:
         raise Ros2Error(
-            f"{setting} is not a configuration of Zenoh: {_one_line(error)}",
+            f"{origin} cannot be used as a configuration of Zenoh: {_one_line(error)}",
             hint="a router's endpoint is e.g. tcp/robot:7447",
         ) from None
     return config
@@ -109,7 +110,7 @@ def _make_config(url: str, *, is_router_required: bool) -> zenoh.Config:
 def _read_attempt_count() -> int:
     """Return the number of attempts to find a router, as in rmw_zenoh_cpp.
 
-    0 stands for attempts without end, a negative number for no attempt.
+    0 stands for an unlimited number of attempts, a negative number for no attempt.
     """
     text = os.environ.get("ZENOH_ROUTER_CHECK_ATTEMPTS", "") or "1"
     try:
@@ -127,9 +128,9 @@ def _wait_for_router(session: zenoh.Session) -> bool:
     return True
 
 
-def _describe_endpoints(zenoh_settings: zenoh.Config) -> str:
-    endpoints = json.loads(zenoh_settings.get_json("connect/endpoints"))
-    return ", ".join(map(str, endpoints)) if isinstance(endpoints, list) and endpoints else "any place"
+def _describe_endpoints(config: zenoh.Config) -> str:
+    endpoints = json.loads(config.get_json("connect/endpoints"))
+    return ", ".join(map(str, endpoints)) if isinstance(endpoints, list) and endpoints else "any endpoint"
 
 
 def _is_local(endpoint: str) -> bool:

@@ -105,7 +105,7 @@ class Bag:
         if topic not in self._connections:
             known: dict[str, Any] = {"typestore": self.definitions.store}
             if kind == SENT:  # the library cannot write definitions of parts of actions
-                known = {"msgdef": SENT_TEXT, "rihs01": self.definitions.type_hash(parse_type(kind))}
+                known = {"msgdef": SENT_TEXT, "rihs01": self.definitions.compute_type_hash(parse_type(kind))}
             self._connections[topic] = self._writer.add_connection(topic, kind, **known)
         self._writer.write(self._connections[topic], int(time_s * 1e9), data)
 

@@ -54,4 +54,4 @@ def served(
 def asking(domain: int, namespace: str = "") -> Iterator[ExpertClient]:
     """Join as a client."""
     with DdsNode("asks", Definitions(environment={}, texts=TYPE_DEFINITIONS), domain) as node:
-        yield ExpertClient(node, RealClock(), namespace, patience_s=10.0)
+        yield ExpertClient(node, RealClock(), namespace, server_timeout_s=10.0)

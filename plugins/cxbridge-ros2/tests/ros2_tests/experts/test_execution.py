@@ -115,7 +115,7 @@ def test_who_stops_listening_cancels_the_plan(terminal: Terminal, domain: int):
 
 
 def test_without_an_executor_it_says_so(terminal: Terminal, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr("cxbridge_ros2.experts.execution.DEFAULT_PATIENCE_S", 0.3)
+    monkeypatch.setattr("cxbridge_ros2.experts.execution.DEFAULT_SERVER_TIMEOUT_S", 0.3)
     with pytest.raises(Ros2Error, match="/execute_plan has no server"):
         list(terminal.run_line("run action wait"))
 

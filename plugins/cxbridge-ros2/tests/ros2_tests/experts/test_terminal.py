@@ -200,7 +200,7 @@ def test_completion(terminals: Terminal):
 
 def test_nobody_is_there(domain: int):
     with asking(domain + 4) as client:
-        client._patience_s = 0.2
+        client._server_timeout_s = 0.2
         with pytest.raises(CxbridgeError, match="/domain_expert/get_domain has no server"):
             list(Terminal(client, NodeCodec("iron")).run_line("get domain"))
 

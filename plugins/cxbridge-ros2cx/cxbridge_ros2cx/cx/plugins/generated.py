@@ -52,7 +52,7 @@ def find_type(class_text: str, context: NodeContext) -> TypeName | None:
     """Return the type whose generated plug-in has a class name; None if there is no such type."""
     if CLASS_PATTERN.fullmatch(class_text) is None:
         return None
-    type_names = map(parse_type, context.ros.definitions.names())
+    type_names = map(parse_type, context.ros.definitions.find_names())
     return next(
         (type_name for type_name in type_names if generated_class_name(type_name) == class_text), None
     )

@@ -117,7 +117,7 @@ class MessageTable:
             self.destroy(nested)
 
     def field_type(self, view: MessageView, field: str) -> FieldType:
-        types = dict(self.definitions.fields(view.type_name))
+        types = dict(self.definitions.find_fields(view.type_name))
         if field not in types:
             raise FieldError(f"{view.type_name} has no field '{field}'", hint=f"it has: {', '.join(types)}")
         return types[field]
@@ -181,8 +181,8 @@ class MessageTable:
 
         The ROS 2 CX checks no types when a message becomes the value of a field, and agents rely on that.
         """
-        fields = self.definitions.fields
-        return type_name == field_type or list(fields(type_name)) == list(fields(field_type))
+        find_fields = self.definitions.find_fields
+        return type_name == field_type or list(find_fields(type_name)) == list(find_fields(field_type))
 
     def _move_fields(self, type_name: TypeName, value: Value, field: str, previous: Any) -> Fields:
         """Return the fields of the message at an address, and empty that message."""

@@ -27,7 +27,7 @@ NO_TIME_FACTS: Final = Code(
     Severity.WARNING,
     "no time facts",
     "Without assert-time-each-loop there is no (time ...) fact in the loop: the executive reads no "
-    "interface after the first loop, time-outs never pass, and an agent with skills waits without end. "
+    "interface after the first loop, time-outs never pass, and an agent with skills waits forever. "
     "The default is true in a scenario.yaml, and false in Fawkes' own configuration.",
 )
 DEFAULT_TIME_FACTS: Final = Code(
@@ -77,7 +77,7 @@ CODES: Final = (
     MISTAKEN_KEY,
 )
 
-# A warning of the configuration's reader that begins with a position.
+# A warning of the configuration reader that begins with a position.
 _LOCATED_WARNING = re.compile(
     r"(?P<file>[^\n:]+):(?P<line>\d+)(?::(?P<column>\d+))?: (?P<text>.*)", re.DOTALL
 )
@@ -128,8 +128,7 @@ def _check_time(agent: Agent) -> Iterator[Finding]:
         state = "absent" if value is None else "false"
         message = f"assert-time-each-loop is {state}: nothing is read, no time passes"
         yield Finding(NO_TIME_FACTS, place, message, "set assert-time-each-loop: true below clips-executive")
-    # A value without a line is the default of scenarios. A CLIPS program without a scenario never runs in
-    # Fawkes.
+    # A value without a line is the default of scenarios. A CLIPS program is no scenario, and gets no note.
     elif not place.line and not place.file.endswith(CLIPS_SUFFIX):
         yield Finding(
             DEFAULT_TIME_FACTS,
@@ -141,8 +140,8 @@ def _check_time(agent: Agent) -> Iterator[Finding]:
 def _check_spec_name(agent: Agent) -> Iterator[Finding]:
     key = f"{_EXECUTIVE_PATH}/spec"
     if agent.config.exists(key) and (value := agent.config.get(key)).type is not ConfigType.STRING:
-        kind = {ConfigType.BOOL: "a Boolean", ConfigType.FLOAT: "a number"}.get(value.type, "an integer")
-        message = f"the name of the spec, '{value.text}', must be a string, not {kind}"
+        type_text = {ConfigType.BOOL: "a Boolean", ConfigType.FLOAT: "a number"}.get(value.type, "an integer")
+        message = f"the name of the spec, '{value.text}', must be a string, not {type_text}"
         yield Finding(WRONG_SPEC_NAME, place_of(value), message, "choose another name, such as my-spec")
 
 

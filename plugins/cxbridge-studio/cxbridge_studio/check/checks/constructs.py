@@ -17,7 +17,7 @@ from cxbridge.executive.host.loading import Diagnostic
 from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.agent.condition import OBJECT, find_patterns, parse_condition
 from cxbridge_studio.agent.names import NameKind, Use
-from cxbridge_studio.agent.top_level import top_level_lists
+from cxbridge_studio.agent.top_level import split_top_level_lists
 from cxbridge_studio.agent.unclosed import describe_unclosed
 from cxbridge_studio.check.agent import Agent, ClipsFile
 from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace
@@ -59,7 +59,7 @@ WRONG_ARGUMENTS: Final = Code(
     "CX206",
     Severity.ERROR,
     "wrong number or type of arguments",
-    "The function takes another number, or other types, of arguments. CLIPS drops the construct.",
+    "The function needs arguments of another number or of other types. CLIPS drops the construct.",
 )
 UNBOUND_VARIABLE: Final = Code(
     "CX207",
@@ -86,7 +86,7 @@ CODES: Final = (
     UNREADABLE_CONSTRUCT,
 )
 
-# The codes of findings by CLIPS' error code. All other errors have the code CONSTRUCT.
+# The codes of findings by CLIPS' error code. All other errors have the code UNREADABLE_CONSTRUCT.
 _CODES_BY_CLIPS_CODE: Final = {
     "TMPLTDEF1": UNKNOWN_SLOT,
     "EXPRNPSR3": UNKNOWN_FUNCTION,
@@ -154,11 +154,11 @@ def _make_finding(agent: Agent, file: ClipsFile, diagnostic: Diagnostic) -> Find
     construct = _find_construct(file, diagnostic)
     code = _CODES_BY_CLIPS_CODE.get(diagnostic.code, UNREADABLE_CONSTRUCT)
     prefix = f"{diagnostic.construct}: " if diagnostic.construct else ""
-    unknown = _find_unknown_template(agent, construct) if construct is not None else None
-    if unknown is not None:
-        hint = did_you_mean(unknown.head, _find_defined_names(agent, "deftemplate"))
-        message = f"{prefix}there is no deftemplate '{unknown.head}'"
-        return Finding(UNKNOWN_TEMPLATE, file.place(unknown), message, hint)
+    unknown_pattern = _find_unknown_template(agent, construct) if construct is not None else None
+    if unknown_pattern is not None:
+        hint = did_you_mean(unknown_pattern.head, _find_defined_names(agent, "deftemplate"))
+        message = f"{prefix}there is no deftemplate '{unknown_pattern.head}'"
+        return Finding(UNKNOWN_TEMPLATE, file.place(unknown_pattern), message, hint)
     if construct is not None and code is UNREADABLE_CONSTRUCT:
         explain_mistake = (
             _explain_forbidden_literal if diagnostic.code == _FORBIDDEN_LITERAL else _explain_missing_slots
@@ -185,7 +185,7 @@ def _make_finding(agent: Agent, file: ClipsFile, diagnostic: Diagnostic) -> Find
             code, place, f"{prefix}there is no global variable {text}", _make_global_hint(agent, text)
         )
     if code is UNKNOWN_SLOT:
-        # Padding with empty names serves messages that quote fewer names.
+        # Some messages of CLIPS quote fewer names: the missing names are empty.
         slot, template = [*_QUOTED_NAME.findall(diagnostic.message), "", ""][:2]
         names = agent.eval_words(f"(deftemplate-slot-names {template})") if template else []
         hint = did_you_mean(slot, names) or f"it has: {', '.join(names)}"
@@ -281,7 +281,7 @@ def _find_unclosed(
     agent: Agent, file: ClipsFile, diagnostic: Diagnostic, loss_finder: LossFinder
 ) -> Iterator[Finding]:
     """Yield a finding for each unclosed construct, at the list that is probably left open."""
-    for top_list in top_level_lists(file.text):
+    for top_list in split_top_level_lists(file.text):
         if top_list.is_closed:
             continue
         description = describe_unclosed(top_list.text, top_list.start, file.lines, file.text, agent.slots)
@@ -348,6 +348,6 @@ def _find_unknown_global(agent: Agent, construct: Definition | None) -> SyntaxNo
 
 
 def _make_global_hint(agent: Agent, text: str) -> str:
-    hint = did_you_mean(text.strip("$?*"), agent.model.names(NameKind.GLOBAL, Use.DEFINED))
+    hint = did_you_mean(text.strip("$?*"), agent.model.find_names(NameKind.GLOBAL, Use.DEFINED))
     # The model has the names of global variables without their asterisks.
     return re.sub(r"mean (.*)\?", r"mean ?*\1*?", hint)

@@ -48,8 +48,8 @@ UNEXPANDED_GOAL: Final = Code(
     Severity.WARNING,
     "a goal class that nothing expands",
     "Goals of this class are formulated, and no rule handles a SELECTED goal of the class: no rule gives "
-    "the goal a plan or another mode, calls a planner, or calls a function. The goal stays SELECTED without "
-    "end.",
+    "the goal a plan or another mode, calls a planner, or calls a function. The goal stays SELECTED "
+    "forever.",
 )
 UNCALLED_FUNCTION: Final = Code(
     "CX506",
@@ -86,7 +86,7 @@ _GOAL_TEMPLATE: Final = "goal"
 _SELECTING_SLOTS: Final = frozenset({"class", "type", "sub-type"})
 _MODES_AFTER_EXPANDED: Final = ("COMMITTED", "DISPATCHED", "FINISHED")  # modes that can follow EXPANDED
 _CHANGE_FUNCTIONS: Final = frozenset({"modify", "duplicate", "cx-modify-goal"})
-# Functions that a rule may call without changing a goal.
+# Functions whose call does not change a goal.
 _HARMLESS_FUNCTIONS: Final = frozenset(
     {"printout", "format", "println", "bind", "str-cat", "sym-cat", "create$"}
 )
@@ -168,7 +168,7 @@ def _count_fields(agent: Agent, usage: Usage, template: str) -> list[tuple[int, 
 
 def _check_facts(agent: Agent, usage: Usage, own_constructs: list[Construct]) -> Iterator[Finding]:
     """Yield the facts that no rule matches and no query reads."""
-    read_templates = usage.model.names(NameKind.TEMPLATE, Use.MATCHED, Use.QUERIED)
+    read_templates = usage.model.find_names(NameKind.TEMPLATE, Use.MATCHED, Use.QUERIED)
     reported_names: set[str] = set()
     for construct in own_constructs:
         for fact in construct.facts:
@@ -241,13 +241,13 @@ def _check_life_cycle(
 
 
 def _can_expand(agent: Agent, construct: Construct, goal: FactUse, name: str) -> bool:
-    """Return whether a construct may expand a goal like this goal after its selection.
+    """Return whether a construct may expand a goal with these slots after its selection.
 
     Rules of the core for goals of any class do not count, because they wait for the agent's rules.
 
     :param name: the class of the goal.
     """
-    # A comparison with the class may select the goal in any way.
+    # A rule that compares the class may handle the goal in a way that its patterns do not show.
     if name in construct.compared_words:
         return True
     if not any(node.head and node.head not in _HARMLESS_FUNCTIONS for node in construct.action_nodes):
@@ -269,7 +269,7 @@ def _can_advance(
     *,
     needs_class: bool = False,
 ) -> bool:
-    """Return whether a rule matches a goal like this goal in a mode, and may set the next mode.
+    """Return whether a rule matches a goal with these slots in a mode, and may set the next mode.
 
     :param setter_functions: the functions that set the next mode.
     :param needs_class: whether the rule must match the class of the goal.
@@ -284,7 +284,7 @@ def _can_advance(
 
 
 def _matches_goal(pattern: FactUse, goal: FactUse, mode: str) -> bool:
-    """Return whether a pattern matches a goal like this goal in a mode."""
+    """Return whether a pattern matches a goal with these slots in a mode."""
     if pattern.template != _GOAL_TEMPLATE or mode not in pattern.slots.get("mode", {mode}):
         return False
     # A computed sub-type may be any word; an omitted sub-type has the default value.
@@ -299,7 +299,7 @@ def _matches_goal(pattern: FactUse, goal: FactUse, mode: str) -> bool:
 def _find_unhandled_sub_types(
     agent: Agent, usage: Usage, own_constructs: list[Construct]
 ) -> Iterator[tuple[tuple[Construct, int], Finding]]:
-    """Yield each goal with a sub-type that no rule handles, as construct and offset, and the finding."""
+    """Yield the construct, the offset and a finding for each goal with a sub-type that no rule handles."""
     handled_sub_types = frozenset().union(
         *(sub_types.find_handled_sub_types(rule.condition) for rule in usage.constructs)
     )
@@ -373,10 +373,10 @@ def _read_first_word(node: SyntaxNode) -> str:
 
 def _check_functions(usage: Usage, own_constructs: list[Construct]) -> Iterator[Finding]:
     """Yield the functions that nothing calls."""
-    called = usage.model.names(NameKind.FUNCTION, Use.CALLED) | usage.configured_words
+    called_names = usage.model.find_names(NameKind.FUNCTION, Use.CALLED) | usage.configured_words
     for construct in own_constructs:
         name = construct.name
-        if construct.keyword != "deffunction" or name in called:
+        if construct.keyword != "deffunction" or name in called_names:
             continue
         # An occurrence of the name in another construct may be an argument of funcall, apply or eval.
         occurrences_elsewhere = usage.literal_counts[name] - (name in construct.action_literals)

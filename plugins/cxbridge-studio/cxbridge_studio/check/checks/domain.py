@@ -16,7 +16,7 @@ from cxbridge.skiller.templates import Placeholder, find_suspected_placeholders,
 from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.agent.condition import PatternCE, find_patterns
 from cxbridge_studio.check.agent import Agent, ClipsFile
-from cxbridge_studio.check.domain_calls import DomainCall, domain_calls
+from cxbridge_studio.check.domain_calls import DomainCall, find_domain_calls
 from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace, make_error_finding
 from cxbridge_studio.check.plan_actions import find_source_actions
 from cxbridge_studio.check.usage import Construct, Usage
@@ -37,7 +37,7 @@ MISSING_DOMAIN: Final = Code(
     "CX302",
     Severity.ERROR,
     "there is no PDDL domain",
-    "The file that is parsed as a domain does not exist. No plan-action can be executed.",
+    "The file that a rule parses as a domain does not exist. No plan-action can be executed.",
 )
 UNKNOWN_ACTION: Final = Code(
     "CX303",
@@ -45,7 +45,7 @@ UNKNOWN_ACTION: Final = Code(
     "a plan-action has no operator",
     "A rule asserts a plan-action with a name that is neither an action of the domain nor a domain-operator "
     "of a rule, and no rule executes the plan-action without matching (executable TRUE). The plan-action "
-    "never becomes executable: its goal waits without end.",
+    "never becomes executable: its goal waits forever.",
 )
 UNUSED_MAPPING: Final = Code(
     "CX401",
@@ -103,7 +103,7 @@ class _KnownActions:
 def check(agent: Agent) -> Iterator[Finding]:
     """Yield the errors in domains and in references to the actions of domains."""
     actions = _KnownActions()
-    for call in domain_calls(agent):
+    for call in find_domain_calls(agent):
         yield from _check_domain(call, actions)
     _add_operators(agent.usage, actions)
     # With an unreadable domain or a computed operator, any name of an action may exist.
@@ -183,9 +183,9 @@ def _check_mapping(agent: Agent, actions: _KnownActions) -> Iterator[Finding]:
                 yield Finding(UNUSED_MAPPING, place, f"no domain has an action '{action}'", hint)
             continue
         parameters = actions.parameters[action]
-        for placeholder in parse_template(template) if parameters is not None else ():
-            if isinstance(placeholder, Placeholder) and placeholder.name not in (parameters or ()):
-                name, names = placeholder.name, parameters or ()
+        for part in parse_template(template) if parameters is not None else ():
+            if isinstance(part, Placeholder) and part.name not in (parameters or ()):
+                name, names = part.name, parameters or ()
                 hint = did_you_mean(name, names) or f"it has: {', '.join(names) or 'none'}"
                 yield Finding(UNKNOWN_PARAMETER, place, f"'{action}' has no parameter '{name}'", hint)
         for suspect in find_suspected_placeholders(template):

@@ -12,7 +12,7 @@ from cxbridge.suggestions import nearest_names
 from cxbridge_studio.agent.names import NameKind, Use
 from cxbridge_studio.check import doubts
 from cxbridge_studio.check.agent import Agent
-from cxbridge_studio.check.domain_calls import MIN_PREDICATE_LIKENESS, domain_calls, planner_goals
+from cxbridge_studio.check.domain_calls import MIN_PREDICATE_LIKENESS, find_domain_calls, find_planner_goals
 from cxbridge_studio.check.findings import Finding, SourcePlace
 
 CODES: Final = doubts.CODES
@@ -23,13 +23,13 @@ _FACT_ID_PREFIX: Final = "domain/fact/"
 
 def check(agent: Agent) -> Iterator[Finding]:
     """Yield the doubts about each domain; with a single domain, also about the goals of planner calls."""
-    domains = [call.domain for call in domain_calls(agent) if call.domain is not None]
+    domains = [call.domain for call in find_domain_calls(agent) if call.domain is not None]
     predicates = _find_asserted_predicates(agent)
-    declared = {predicate.name for domain in domains for predicate in domain.predicates}
+    declared_names = {predicate.name for domain in domains for predicate in domain.predicates}
     if predicates and any(
-        nearest_names(name, declared, MIN_PREDICATE_LIKENESS) for name in predicates - declared
+        nearest_names(name, declared_names, MIN_PREDICATE_LIKENESS) for name in predicates - declared_names
     ):
-        predicates = None  # another check reports the misspelt predicate, of which doubts are consequences
+        predicates = None  # another check reports the misspelt predicate, and doubts would be consequences
     for domain in domains:
         # With several domains, the facts of one domain say nothing about another domain.
         for doubt in doubts.find_domain_doubts(domain, predicates if len(domains) == 1 else None):
@@ -45,14 +45,14 @@ def _find_asserted_predicates(agent: Agent) -> frozenset[str] | None:
     if not facts or any("name" not in fact.slots for fact in facts):
         return None
     if any(_FACT_ID_PREFIX in file.text for file in agent.own_files):
-        return None  # rules make such facts by the ids of the world model, which they may compute
+        return None  # rules assert such facts by ids of the world model, which they may compute
     names = {word for fact in facts for word in fact.slots["name"]}
-    return frozenset(names | agent.model.names(NameKind.PREDICATE, Use.ASSERTED, Use.CHANGED))
+    return frozenset(names | agent.model.find_names(NameKind.PREDICATE, Use.ASSERTED, Use.CHANGED))
 
 
 def _check_goals(agent: Agent, domain: Domain, predicates: frozenset[str]) -> Iterator[Finding]:
     """Yield the goals of planner calls that no action achieves."""
-    for file, call, text in planner_goals(agent):
+    for file, call, text in find_planner_goals(agent):
         with suppress(PddlError):  # the planner reports a mistake in the formula
             for doubt in doubts.find_goal_doubts(domain, parse_formula(text), predicates) if text else ():
                 yield Finding(doubt.code, file.place(call.arguments[1]), doubt.message)

@@ -1,4 +1,4 @@
-"""Checks for asserted facts that the domain cannot have: of unknown predicates, lengths or objects."""
+"""Checks for asserted facts with an unknown predicate, a wrong number of parameters, or unknown objects."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from cxbridge.executive.pddl import names_of
 from cxbridge.suggestions import did_you_mean, nearest_names
 from cxbridge_studio.agent.names import NameKind, Use
 from cxbridge_studio.check.agent import Agent
-from cxbridge_studio.check.domain_calls import MIN_PREDICATE_LIKENESS, domain_calls, find_objects
+from cxbridge_studio.check.domain_calls import MIN_PREDICATE_LIKENESS, find_domain_calls, find_objects
 from cxbridge_studio.check.findings import Code, Finding, Severity
-from cxbridge_studio.check.plan_actions import ValueNodes, literal_count
+from cxbridge_studio.check.plan_actions import ValueNodes, count_literals
 from cxbridge_studio.check.usage import Construct
 
 WRONG_FACT: Final = Code(
@@ -21,8 +21,8 @@ WRONG_FACT: Final = Code(
     Severity.WARNING,
     "an asserted fact that the domain lacks",
     "A rule asserts a (domain-fact ...) or a (wm-fact (key domain fact ...)) of a predicate that no domain "
-    "declares and no rule matches, with another number of parameters, or about an object that is nowhere "
-    "declared: actions ignore the fact, or a planner refuses it.",
+    "declares and no rule matches, with a wrong number of parameters, or about an object that nothing "
+    "declares: actions ignore the fact, or a planner refuses it.",
 )
 
 CODES: Final = (WRONG_FACT,)
@@ -47,40 +47,40 @@ class _Fact(NamedTuple):
 
 def check(agent: Agent) -> Iterator[Finding]:
     """Yield the wrong facts; none if a domain cannot be read, which another check reports."""
-    calls = list(domain_calls(agent))
+    calls = list(find_domain_calls(agent))
     domains = [call.domain for call in calls if call.domain is not None]
     if not domains or len(domains) < len(calls):
         return
-    lengths = {
+    parameter_counts = {
         predicate.name: len(names_of(predicate.parameters))
         for domain in domains
         for predicate in domain.predicates
     }
-    lengths |= {
+    parameter_counts |= {
         function.name: len(names_of(function.parameters))
         for domain in domains
         for function in domain.functions
     }
     objects = find_objects(agent, domains)
-    matched_names = agent.model.names(NameKind.PREDICATE, Use.MATCHED, Use.CHANGED)
-    other_names = matched_names | _find_compared_words(agent)
+    matched_names = agent.model.find_names(NameKind.PREDICATE, Use.MATCHED, Use.CHANGED)
+    names_in_rules = matched_names | _find_compared_words(agent)
     if agent.own_facts("domain-predicate"):
         return  # rules declare predicates
     for construct in agent.own_constructs:
         reported_names = set()
         for fact in _find_facts(construct):
             name = literal(fact.name)
-            if name not in lengths:
+            if name not in parameter_counts:
                 # The world model may have facts that the domain lacks: only a likely misspelling counts.
-                is_likely = fact.is_pddl or nearest_names(name, lengths, MIN_PREDICATE_LIKENESS)
-                if is_likely and name not in other_names and name not in reported_names:
+                is_likely = fact.is_pddl or nearest_names(name, parameter_counts, MIN_PREDICATE_LIKENESS)
+                if is_likely and name not in names_in_rules and name not in reported_names:
                     reported_names.add(name)
                     message = f"no domain has a predicate '{name}'"
-                    yield _make_finding(construct, fact.name, message, did_you_mean(name, lengths))
+                    yield _make_finding(construct, fact.name, message, did_you_mean(name, parameter_counts))
                 continue
-            count = literal_count(fact.values)
-            if count is not None and count != lengths[name]:
-                message = f"the predicate '{name}' has {lengths[name]} parameters, but this fact has {count}"
+            count = count_literals(fact.values)
+            if count is not None and count != (expected_count := parameter_counts[name]):
+                message = f"the predicate '{name}' has {expected_count} parameters, but this fact has {count}"
                 yield _make_finding(construct, fact.name, message, "")
             for value in fact.values if objects is not None else ():
                 word = value.text
@@ -110,11 +110,11 @@ def _find_facts(construct: Construct) -> Iterator[_Fact]:
     nodes += [fact for call in construct.action_nodes if call.head == "assert" for fact in call.arguments]
     for node in nodes:
         slots = {slot.head: slot.arguments for slot in node.arguments if slot.head}
-        if node.head == "domain-fact" and len(name := slots.get("name", ())) == 1 and literal(name[0]):
-            yield _Fact(name[0], slots.get("param-values", ()), is_pddl=True)
+        if node.head == "domain-fact" and len(names := slots.get("name", ())) == 1 and literal(names[0]):
+            yield _Fact(names[0], slots.get("param-values", ()), is_pddl=True)
         key = slots.get("key", ())
-        is_domain_key = literal_count(key) and tuple(map(literal, key[:2])) == _KEY_START
-        is_list_free = all(item.text != "[" for item in key)  # an argument may be a list, [ VALUE ... ]
-        if node.head == "wm-fact" and is_domain_key and is_list_free and any(map(literal, key[2:3])):
+        is_domain_key = count_literals(key) and tuple(map(literal, key[:2])) == _KEY_START
+        has_no_list = all(item.text != "[" for item in key)  # an argument may be a list, [ VALUE ... ]
+        if node.head == "wm-fact" and is_domain_key and has_no_list and any(map(literal, key[2:3])):
             # (key domain fact NAME args? PARAMETER VALUE ...)
             yield _Fact(key[2], key[5::2], is_pddl=False)

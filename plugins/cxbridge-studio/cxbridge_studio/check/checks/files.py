@@ -38,13 +38,12 @@ def check(agent: Agent) -> Iterator[Finding]:
         reasons = (
             (path, why_unreadable(path)) for path in (folder / missing_file.name for folder in folders)
         )
-        unreadable = next((f"{path} {reason}" for path, reason in reasons if reason != ABSENT), "")
-        # An unreadable file of this name comes first: the user more likely means that than a file of a
-        # similar name.
+        problem = next((f"{path} {reason}" for path, reason in reasons if reason != ABSENT), "")
         names = missing_file.name.split()
         if len(names) > 1 and all(name.endswith(".clp") for name in names):
-            unreadable = f"a comma is missing: write {', '.join(names)}"
-        hint = unreadable or did_you_mean(
+            problem = f"a comma is missing: write {', '.join(names)}"
+        # The user more likely means an unreadable file of this name than a file of a similar name.
+        hint = problem or did_you_mean(
             missing_file.name, _find_clips_files(folders), f"searched: {searched_folders}"
         )
         yield Finding(MISSING_FILE, missing_file.place, f"there is no file {missing_file.name}", hint)
@@ -60,7 +59,7 @@ def check(agent: Agent) -> Iterator[Finding]:
 
 
 def _find_clips_files(folders: tuple[Path, ...]) -> set[str]:
-    """Return the names of the CLIPS files in the folders and their subfolders, as a spec has the names."""
+    """Return the names of the CLIPS files in the folders and their subfolders, as a spec writes them."""
     return {
         str(path.relative_to(folder))
         for folder in folders

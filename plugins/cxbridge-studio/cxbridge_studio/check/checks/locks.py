@@ -14,7 +14,7 @@ MISSING_IDENTITY: Final = Code(
     Severity.WARNING,
     "a lock without an identity",
     "A goal needs resources, or a rule locks a mutex, and no rule calls cx-identity-set: the executive has "
-    "no name for the holder of the lock. The lock is never acquired, and the goal waits without end.",
+    "no name for the holder of the lock. The lock is never acquired, and the goal waits forever.",
 )
 
 CODES: Final = (MISSING_IDENTITY,)
@@ -30,7 +30,7 @@ def check(agent: Agent) -> Iterator[Finding]:
     # A rule may also assert the fact without the function.
     if any(_IDENTITY_FACT in construct.placed.piece.text for construct in agent.own_constructs):
         return
-    calls = agent.model.mentions(Name(NameKind.FUNCTION, _SET_IDENTITY), Use.CALLED)
+    calls = agent.model.find_mentions(Name(NameKind.FUNCTION, _SET_IDENTITY), Use.CALLED)
     if any(not agent.is_core_path(call.file.path) for call in calls):
         return
     reported_files: set[str] = set()

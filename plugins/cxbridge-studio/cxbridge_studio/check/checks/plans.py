@@ -13,9 +13,9 @@ from cxbridge.run.specs import find_key_mistakes
 from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.agent.names import NameKind, Use
 from cxbridge_studio.check.agent import Agent
-from cxbridge_studio.check.domain_calls import DomainCall, domain_calls, find_objects, planner_goals
+from cxbridge_studio.check.domain_calls import DomainCall, find_domain_calls, find_objects, find_planner_goals
 from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace
-from cxbridge_studio.check.plan_actions import SourceAction, find_source_actions, literal_count
+from cxbridge_studio.check.plan_actions import SourceAction, count_literals, find_source_actions
 from cxbridge_studio.check.usage import Construct
 
 UNKNOWN_PREDICATE: Final = Code(
@@ -36,8 +36,8 @@ INEXPRESSIBLE_DOMAIN: Final = Code(
     "CX306",
     Severity.ERROR,
     "the executive cannot take this part of the domain",
-    "Facts cannot express this precondition or effect, such as a quantifier. Planners accept the domain, "
-    "but the executive cannot load it.",
+    "The executive's facts cannot express this precondition or effect, e.g. a quantifier. Planners accept "
+    "the domain, but the executive cannot load it.",
 )
 UNKNOWN_TYPE: Final = Code(
     "CX308",
@@ -50,7 +50,7 @@ UNEXECUTED_ACTION: Final = Code(
     "CX404",
     Severity.WARNING,
     "an action without an executor",
-    "A plan contains the action, but the action mapping has no entry for the action, and no rule waits for "
+    "A plan contains the action, but the action mapping has no entry for the action, and no rule executes "
     "it: the plan waits forever.",
 )
 
@@ -78,7 +78,7 @@ CODES: Final = (
 
 def check(agent: Agent) -> Iterator[Finding]:
     """Yield the mismatches; none if a domain cannot be read, which another check reports."""
-    calls = list(domain_calls(agent))
+    calls = list(find_domain_calls(agent))
     domains = [call.domain for call in calls if call.domain is not None]
     if not domains or len(domains) < len(calls):
         return
@@ -104,7 +104,7 @@ def _find_predicates(agent: Agent, domains: list[Domain]) -> set[str]:
     """Return the predicates and functions of the domains, and the predicates of facts that rules make."""
     predicates = {predicate.name for domain in domains for predicate in domain.predicates}
     functions = {function.name for domain in domains for function in domain.functions}
-    return predicates | functions | agent.model.names(NameKind.PREDICATE, Use.ASSERTED, Use.CHANGED)
+    return predicates | functions | agent.model.find_names(NameKind.PREDICATE, Use.ASSERTED, Use.CHANGED)
 
 
 def _check_predicates(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
@@ -113,7 +113,7 @@ def _check_predicates(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
     predicates |= {  # the predicates that rules declare
         literal(value)
         for file in agent.files
-        for call in file.calls("domain-predicate")
+        for call in file.find_calls("domain-predicate")
         for slot in call.arguments
         if slot.head == "name"
         for value in slot.arguments
@@ -136,7 +136,7 @@ def _check_formulas(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
     """Yield the predicates and objects in planner goals that nothing declares."""
     predicates = _find_predicates(agent, domains)
     objects = find_objects(agent, domains)
-    for file, call, text in planner_goals(agent):
+    for file, call, text in find_planner_goals(agent):
         place = file.place(call.arguments[1]) if text else file.place(call)
         for node in (node for top_node in read(text, close=True) for node in top_node.walk()):
             if not node.head or node.head in _CONNECTIVES or node.head.startswith("?"):
@@ -164,12 +164,12 @@ def _check_types(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
     """Yield the types of asserted objects that neither a domain nor a rule declares."""
     pairs = [pair for domain in domains for pair in pairs_of(domain.types)]
     types = {"object", *(name for name, _ in pairs), *(parent for _, parent in pairs if parent)}
-    asserted = agent.usage.asserted_facts
-    for _, fact in asserted.get("domain-object-type", ()):
+    asserted_facts = agent.usage.asserted_facts
+    for _, fact in asserted_facts.get("domain-object-type", ()):
         if "name" not in fact.slots:
             return  # the type is computed: any type is possible
         types |= fact.slots["name"]
-    for construct, fact in asserted.get("domain-object", ()):
+    for construct, fact in asserted_facts.get("domain-object", ()):
         name = next(iter(fact.slots.get("type", ())), "")
         if name and name not in types and not agent.is_core_path(construct.file.path):
             place = construct.place(fact.start)
@@ -203,10 +203,10 @@ def _check_plan_action(action: SourceAction, parameter_names: list[str]) -> Iter
             yield Finding(WRONG_PARAMETERS, file.place(node), message, hint)
             return
     for slot, values in (("param-names", action.names), ("param-values", action.values)):
-        number = None if values is None else literal_count(values)
-        if number is not None and number != len(parameter_names):
+        count = None if values is None else count_literals(values)
+        if count is not None and count != len(parameter_names):
             message = (
-                f"the action '{name}' has {len(parameter_names)} parameters, but {slot} has {number} values"
+                f"the action '{name}' has {len(parameter_names)} parameters, but {slot} has {count} values"
             )
             yield Finding(
                 WRONG_PARAMETERS, file.place(values[0] if values else action.node), message, parameters_text
@@ -250,7 +250,7 @@ def _check_executors(agent: Agent, calls: list[DomainCall]) -> Iterator[Finding]
                     did_you_mean(name, mapped_actions - operators),
                 )
                 yield Finding(UNEXECUTED_ACTION, construct.place(mention.start), message, hint)
-    has_planner = next(planner_goals(agent), None) is not None
+    has_planner = next(find_planner_goals(agent), None) is not None
     for call, name in domain_actions if has_planner else ():
         if name not in reported_names:
             reported_names.add(name)

@@ -17,7 +17,7 @@ from cxbridge.executive.pddl import load_domain
 from cxbridge.resources import shipped_dir
 from cxbridge_studio.agent.names import Name, NameKind, Use
 from cxbridge_studio.check.agent import Agent, ClipsFile
-from cxbridge_studio.check.domain_calls import domain_calls
+from cxbridge_studio.check.domain_calls import find_domain_calls
 from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace, make_error_finding
 
 REFUSED_CALL: Final = Code(
@@ -125,14 +125,14 @@ def check(agent: Agent) -> Iterator[Finding]:
 
 def _check_expressions(file: ClipsFile) -> Iterator[Finding]:
     """Yield the calls with arguments that CLIPS 6.30 refuses."""
-    for call in file.calls(*_CHANGE_FUNCTIONS):
+    for call in file.find_calls(*_CHANGE_FUNCTIONS):
         fact = call.arguments[0] if call.arguments else None
         if fact is not None and (fact.items is not None or fact.text.isdecimal()):
             argument = fact.text if fact.items is None else "(...)"
             message = f"CLIPS 6.30 refuses ({call.head} {argument} ...)"
             hint = f"first bind the fact to a variable: (bind ?fact {argument}) ({call.head} ?fact ...)"
             yield Finding(REFUSED_CALL, file.place(fact), message, hint)
-    for call in file.calls(*_MULTI_ARGUMENT_FUNCTIONS):
+    for call in file.find_calls(*_MULTI_ARGUMENT_FUNCTIONS):
         if len(call.arguments) == 1:
             message = f"CLIPS 6.30 refuses ({call.head} ...) with one argument"
             yield Finding(REFUSED_CALL, file.place(call), message, "give it two numbers or more")
@@ -146,7 +146,7 @@ def _check_names(file: ClipsFile) -> Iterator[Finding]:
             yield Finding(
                 REDEFINED_FUNCTION, place, f"CLIPS 6.30 has a function '{construct.name}'", "rename it"
             )
-    for call in file.calls(*_UID_FUNCTIONS):
+    for call in file.find_calls(*_UID_FUNCTIONS):
         uid = literal(call.arguments[0]) if call.arguments else ""
         if uid and not _UID.fullmatch(uid):
             message = f"'{uid}' is not the name of an interface"
@@ -157,9 +157,9 @@ def _check_functions(agent: Agent) -> Iterator[Finding]:
     """Yield the calls of functions that only CLIPS 6.4 or a feature of cxbridge provides."""
     feature_functions = agent.manager.feature_functions(agent.env.name)
     features = {name: feature for feature in _ADDED_FEATURES for name in feature_functions.get(feature, ())}
-    defined_functions = agent.model.names(NameKind.FUNCTION, Use.DEFINED)
+    defined_functions = agent.model.find_names(NameKind.FUNCTION, Use.DEFINED)
     for name in sorted((ADDED | features.keys()) - defined_functions):
-        for call in agent.model.mentions(Name(NameKind.FUNCTION, name), Use.CALLED):
+        for call in agent.model.find_mentions(Name(NameKind.FUNCTION, name), Use.CALLED):
             if agent.is_core_path(call.file.path):
                 continue
             place = SourcePlace.at(call.file.path, call.file.lines, call.mention.start)
@@ -178,13 +178,13 @@ def _check_opened_types(files: list[ClipsFile]) -> Iterator[Finding]:
         for name, node in _find_opened_types(file, _WRITING_FUNCTIONS):
             if name in read_types:
                 message = f"interfaces of type {name} are opened for reading and for writing"
-                hint = "write it in another environment, or another program"
+                hint = "open it for writing in another environment or program"
                 yield Finding(READ_AND_WRITTEN_TYPE, file.place(node), message, hint)
 
 
 def _find_opened_types(file: ClipsFile, functions: tuple[str, ...]) -> Iterator[tuple[str, SyntaxNode]]:
     """Yield the literal interface types in calls of these functions, with their nodes."""
-    for call in file.calls(*functions):
+    for call in file.find_calls(*functions):
         name = literal(call.arguments[0]) if call.arguments else ""
         if name:
             yield name, call.arguments[0]
@@ -192,7 +192,7 @@ def _find_opened_types(file: ClipsFile, functions: tuple[str, ...]) -> Iterator[
 
 def _check_domains(agent: Agent) -> Iterator[Finding]:
     """Yield the valid domains that Fawkes' parser rejects."""
-    for path in dict.fromkeys(call.path for call in domain_calls(agent) if call.path is not None):
+    for path in dict.fromkeys(call.path for call in find_domain_calls(agent) if call.path is not None):
         with suppress(CxbridgeError):
             load_domain(path)  # an invalid domain is a finding of another check
             try:

@@ -108,7 +108,7 @@ def check(agent: Agent) -> Iterator[Finding]:
 def _check_files(agent: Agent, reported_file: str = "") -> Iterator[Finding]:
     """Yield the Lua files in the skill folders that do not compile.
 
-    :param reported_file: a file that already has a finding; empty if there is none.
+    :param reported_file: a file that already has a finding, or empty.
     """
     compiler = LuaCompiler()
     for folder in agent.context.paths.skill_dirs:
@@ -127,10 +127,10 @@ def _check_texts(agent: Agent, skills: Mapping[str, Path | None]) -> Iterator[Fi
     for path in filter(None, skills.values()):
         text = path.read_text("utf-8", "surrogateescape")
         lines = Lines(text)
-        schema_of = agent.context.registry.schema
+        find_schema = agent.context.registry.schema
         for code, mistakes in (
-            (BROKEN_SKILL, find_load_mistakes(text, schema_of)),
-            (UNKNOWN_METHOD, find_unknown_methods(text, schema_of)),
+            (BROKEN_SKILL, find_load_mistakes(text, find_schema)),
+            (UNKNOWN_METHOD, find_unknown_methods(text, find_schema)),
         ):
             for offset, message, hint in mistakes:
                 yield Finding(code, SourcePlace.at(str(path), lines, offset), message, hint)
@@ -148,12 +148,12 @@ def _check_executors(agent: Agent) -> Iterator[Finding]:
 
 def _check_arguments(agent: Agent, skills: Mapping[str, Path | None]) -> Iterator[Finding]:
     """Yield the named arguments that a Lua skill does not have."""
-    arguments_and_texts = {name: _read_skill(path) for name, path in skills.items() if path is not None}
+    documented_skills = {name: _read_skill(path) for name, path in skills.items() if path is not None}
     for _, template, place in agent.action_mappings():
         match = _SKILL_NAME.match(template)
-        if match is None or match[1] not in arguments_and_texts or place is None:
+        if match is None or match[1] not in documented_skills or place is None:
             continue
-        documented_arguments, text = arguments_and_texts[match[1]]
+        documented_arguments, text = documented_skills[match[1]]
         for name in _SKILL_ARGUMENT.findall(template[match.end(1) :]):
             # The skill may read an argument without documentation, but only if its text contains the name.
             if name not in documented_arguments and not re.search(rf"\b{name}\b", text):

@@ -28,17 +28,17 @@ _KEYWORDS: Final = frozenset({"defrule", "deftemplate", "deffacts", "deffunction
 def check(agent: Agent) -> Iterator[Finding]:
     """Yield the constructs of the agent that replace an earlier construct."""
     loss_finder = LossFinder(agent.usage, agent.own_constructs)
-    definitions: dict[tuple[str, str, str], Construct] = {}
+    constructs_by_key: dict[tuple[str, str, str], Construct] = {}
     module = "MAIN"
     for construct in agent.usage.constructs:
         module = construct.module or module  # a construct without a module belongs to the last named module
         key = construct.keyword, construct.name
         if construct.keyword not in _KEYWORDS or not construct.name:
             continue
-        earlier_construct = definitions.setdefault((*key, module), construct)
+        earlier_construct = constructs_by_key.setdefault((*key, module), construct)
         if is_declaration(earlier_construct.placed.piece.text):
             # A forward declaration, which functions that call each other need, may be replaced.
-            definitions[*key, module] = construct
+            constructs_by_key[*key, module] = construct
             continue
         file = construct.file
         if (

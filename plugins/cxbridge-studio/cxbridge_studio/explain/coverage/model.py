@@ -169,8 +169,8 @@ class RecordedUse:
         """
         self.run_count += 1
         firings_before = self.firings.total()
-        last_mode: dict[str, str] = {}
-        last_status: dict[str, tuple[str, str]] = {}  # skill string and status by Skiller
+        last_modes: dict[str, str] = {}
+        last_statuses: dict[str, tuple[str, str]] = {}  # the skill string and the status by Skiller
         envs = {source.name for source in run_sources(run, "environment")}
         for event in run:
             if name := getattr(event, "env", ""):
@@ -178,28 +178,28 @@ class RecordedUse:
             if isinstance(event, RuleFired) and event.env == env:
                 self.firings[event.rule] += 1
             elif isinstance(event, GoalTransition) and event.env == env:
-                self._count_goal(event, last_mode)
+                self._count_goal(event, last_modes)
             elif isinstance(event, PlanActionTransition) and event.env == env:
                 if event.state == "RUNNING":
                     self.actions[event.action.lower()] += 1
             elif isinstance(event, SkillStatus) and event.env == env:
                 status = event.skill_string, event.status
                 # A Skiller reports its status again with each change of another field.
-                if event.status == "S_RUNNING" and last_status.get(event.skiller) != status:
+                if event.status == "S_RUNNING" and last_statuses.get(event.skiller) != status:
                     match = _SKILL_NAME.match(event.skill_string)
                     self.skills[match[1] if match else event.skill_string] += 1
-                last_status[event.skiller] = status
+                last_statuses[event.skiller] = status
         check_environment(env, envs, run.path)
         # A run of an agent fires rules, so a recording without firings has not recorded them.
         if self.firings.total() == firings_before:
             self.runs_without_firings.append(str(run.path))
         self.notes += [f"{run.path}: {note}" for note in run.notes]
 
-    def _count_goal(self, event: GoalTransition, last_mode: dict[str, str]) -> None:
-        """Count a goal's new mode: a transition that repeats the mode changes another slot."""
-        if last_mode.get(event.goal) == event.mode:
+    def _count_goal(self, event: GoalTransition, last_modes: dict[str, str]) -> None:
+        """Count the new mode of a goal; a transition that repeats the mode changes another slot."""
+        if last_modes.get(event.goal) == event.mode:
             return
-        last_mode[event.goal] = event.mode
+        last_modes[event.goal] = event.mode
         self.modes.setdefault(event.goal_class, Counter())[event.mode] += 1
         if event.mode == "FINISHED":
             self.outcomes.setdefault(event.goal_class, Counter())[event.outcome] += 1
@@ -304,16 +304,15 @@ class Coverage:
         return 100.0 * self.fired_count / self.watched_count if self.watched_count else 100.0
 
 
-def compute_coverage(agent: AgentSources, use: RecordedUse, globs: tuple[str, ...] = ()) -> Coverage:
+def compute_coverage(agent: AgentSources, recorded_use: RecordedUse, globs: tuple[str, ...] = ()) -> Coverage:
     """Compare the names that an agent defines with those that runs have used.
 
-    :param globs: include only the rules of files whose path or name matches one of these patterns;
-        empty for all.
+    :param globs: the patterns of paths or names of the files to include; empty for all files.
     """
     rules_by_file: dict[str, list[tuple[RuleLines, int | None]]] = {}
     for rule in agent.rules.values():
         if not globs or _matches_any_glob(rule.file, globs):
-            firings = use.firings.get(rule.name, 0)
+            firings = recorded_use.firings.get(rule.name, 0)
             # An unwatched rule without recorded firings may have fired.
             count = None if not firings and rule.name in agent.unwatched_rules else firings
             rules_by_file.setdefault(rule.file, []).append((rule, count))
@@ -324,21 +323,26 @@ def compute_coverage(agent: AgentSources, use: RecordedUse, globs: tuple[str, ..
     notes = [
         f"{file} differs between the runs; the last version counts" for file in sorted(agent.changed_files)
     ]
-    notes += [f"{run}: no firings recorded (level rules)" for run in use.runs_without_firings]
+    notes += [f"{run}: no firings recorded (level rules)" for run in recorded_use.runs_without_firings]
     return Coverage(
-        use.run_count,
+        recorded_use.run_count,
         files,
         # A goal that was formulated before the recording began counts once.
-        _compare_names({name: use.modes[name]["FORMULATED"] or 1 for name in use.modes}, agent.goal_classes),
-        tuple(
-            (name, tuple(mode for mode in MODES if not use.modes[name][mode]))
-            for name in sorted(use.modes)
-            if any(not use.modes[name][mode] for mode in MODES)
+        _compare_names(
+            {name: recorded_use.modes[name]["FORMULATED"] or 1 for name in recorded_use.modes},
+            agent.goal_classes,
         ),
-        tuple((name, tuple(sorted(counts.items()))) for name, counts in sorted(use.outcomes.items())),
-        _compare_names(use.actions, agent.operators),
-        _compare_names(use.skills, ()),
-        (*use.notes, *notes),
+        tuple(
+            (name, tuple(mode for mode in MODES if not recorded_use.modes[name][mode]))
+            for name in sorted(recorded_use.modes)
+            if any(not recorded_use.modes[name][mode] for mode in MODES)
+        ),
+        tuple(
+            (name, tuple(sorted(counts.items()))) for name, counts in sorted(recorded_use.outcomes.items())
+        ),
+        _compare_names(recorded_use.actions, agent.operators),
+        _compare_names(recorded_use.skills, ()),
+        (*recorded_use.notes, *notes),
     )
 
 

@@ -10,23 +10,23 @@ from typing import Any, Final
 from cxbridge.printing import format_count, short_path
 from cxbridge_studio.explain.coverage.model import Coverage, FileCoverage, NameCoverage
 
-_MAX_KEPT_FOLDER_LENGTH: Final = 12  # a common folder up to this length stays in the file names
+_MAX_KEPT_FOLDER_LENGTH: Final = 12  # a common folder with a shorter path stays in the file names
 
 
-def report_lines(coverage: Coverage, *, firings_known: bool) -> Iterator[str]:
+def format_report(coverage: Coverage, *, has_firings: bool) -> Iterator[str]:
     """Yield the text of the report.
 
-    :param firings_known: whether any run has recorded firings.
+    :param has_firings: whether any run has recorded firings.
     """
-    runs = format_count(coverage.run_count, "run")
-    if firings_known:
+    runs_text = format_count(coverage.run_count, "run")
+    if has_firings:
         counts = f"{coverage.fired_count} of {coverage.watched_count}"
-        yield f"{counts} rules fired in {runs}: {coverage.percent:.1f} %"
+        yield f"{counts} rules fired in {runs_text}: {coverage.percent:.1f} %"
         yield ""
         yield from _format_file_table(coverage)
         yield from _list_unfired_rules(coverage)
     else:
-        yield f"which rules fired in {runs} was not recorded: record with --trace-level rules"
+        yield f"which rules fired in {runs_text} was not recorded: record with --trace-level rules"
     yield ""
     yield from _format_names("goal classes", "appeared", coverage.goal_classes)
     yield from (f"  {name} was never {', '.join(missing)}" for name, missing in coverage.missing_modes)
@@ -54,13 +54,13 @@ def _split_folder(files: Sequence[FileCoverage]) -> tuple[str, list[str]]:
     return folder, [str(Path(name).relative_to(folder)) for name in names]
 
 
-def short_names(files: Sequence[FileCoverage]) -> list[str]:
-    """Return the file names, relative to the common folder if that is long."""
+def shorten_names(files: Sequence[FileCoverage]) -> list[str]:
+    """Return the file names, relative to their common folder if its path is long."""
     return _split_folder(files)[1]
 
 
 def _list_unfired_rules(coverage: Coverage) -> Iterator[str]:
-    names = short_names(coverage.files)
+    names = shorten_names(coverage.files)
     unfired = [
         f"  {name}:{rule.lines[0]} {rule.name}"
         for name, file in zip(names, coverage.files, strict=True)
@@ -117,7 +117,7 @@ def _names_to_json(names: NameCoverage) -> dict[str, Any]:
     return {"used": dict(names.used), "never": list(names.unused)}
 
 
-def lcov_lines(coverage: Coverage) -> Iterator[str]:
+def format_lcov_lines(coverage: Coverage) -> Iterator[str]:
     """Yield the lines of an lcov tracefile.
 
     A rule is a function in the tracefile, and a firing executes all lines of the rule.

@@ -27,7 +27,7 @@ class TextFile:
 
 
 class Constructs:
-    """The constructs of files. This class is a source of rules for :class:`~..recorded.RecordedEvidence`.
+    """The constructs of files, a source of rules for :class:`~..recorded.RecordedEvidence`.
 
     :param files: the files in loading order; of two constructs with the same name, the later counts.
     :param diagnostics: CLIPS' messages about the files; the constructs that CLIPS refused are left out.
@@ -73,12 +73,12 @@ class Constructs:
                 self._functions[name] = node.text
             case "defglobal":
                 # After an optional module name come a name, a `=` and an expression for each variable.
-                items = node.arguments
-                for variable, sign, expression in zip(items, items[1:], items[2:], strict=False):
+                arguments = node.arguments
+                for variable, sign, expression in zip(arguments, arguments[1:], arguments[2:], strict=False):
                     if sign.text == "=":
                         self._globals[variable.text.strip("?*")] = one_line(expression.text)
 
-    def rulebook(self) -> Rulebook:
+    def read_rulebook(self) -> Rulebook:
         return self._rulebook
 
     @property
@@ -89,10 +89,10 @@ class Constructs:
     def has_function(self, name: str) -> bool:
         return name in self._functions
 
-    def rule_texts(self) -> Mapping[str, str]:
+    def read_rule_texts(self) -> Mapping[str, str]:
         return self._rules
 
-    def snapshot(self, rule: str, env: str, time_us: int) -> Snapshot:
+    def take_snapshot(self, rule: str, env: str, time_us: int) -> Snapshot:
         """Return a rule without facts.
 
         :raises ClipsError: if there is no such rule.

@@ -18,12 +18,12 @@ from cxbridge_studio.explain.rules.matcher import Matcher
 from cxbridge_studio.explain.rules.near_misses import find_nearest
 from cxbridge_studio.explain.rules.snapshot import Snapshot
 
-MAX_SHOWN: Final = 3  # limit of the listed facts, values and near misses
+MAX_LISTED: Final = 3  # limit of the listed facts, values and near misses
 
 MAX_BASES: Final = 200  # limit of the complete matches that a report compares with the firings
 
 # A pattern may match one fact in several ways, so more matches are read than facts are shown.
-_MAX_NOT_MATCHES: Final = 20 * MAX_SHOWN
+_MAX_NOT_MATCHES: Final = 20 * MAX_LISTED
 
 _UNLIMITED: Final = -1  # the limit with which CLIPS fires all activations
 
@@ -37,7 +37,7 @@ def diagnose(snapshot: Snapshot) -> Diagnosis:
         )
     try:
         with Matcher(snapshot) as matcher:
-            return _Diagnoser(snapshot, parse_rule(snapshot.text), matcher).diagnosis()
+            return _Diagnoser(snapshot, parse_rule(snapshot.text), matcher).make_diagnosis()
     except ClipsError as error:
         return make_unknown_diagnosis(snapshot, error.message)
 
@@ -60,12 +60,12 @@ class _Diagnoser:
         self._condition = condition
         self._matcher = matcher
 
-    def diagnosis(self) -> Diagnosis:
+    def make_diagnosis(self) -> Diagnosis:
         """Count the matches, and explain the first CE without a match."""
         ces, matcher = self._condition.ces, self._matcher
         elements: list[CECount] = []
         failing_ce, unknown = 0, ""
-        joined: Count | None = matcher.count(())  # of a rule without a condition
+        joined: Count | None = matcher.count(())  # the count of a rule without a condition
         for number, ce in enumerate(ces, 1):
             if failing_ce or unknown:
                 joined = None
@@ -106,7 +106,7 @@ class _Diagnoser:
     def _count_alone(self, previous_ces: Sequence[CE], ce: CE) -> Count | None:
         """Return the number of facts that match a CE's single pattern alone, without the CEs before it.
 
-        None if the CE is not a pattern, or the pattern cannot be matched.
+        The result is None if the CE is not a pattern, or the pattern cannot be matched.
         """
         inner = ce.items[0] if isinstance(ce, GroupCE) and len(ce.items) == 1 else ce
         if not isinstance(inner, PatternCE):
@@ -144,7 +144,7 @@ class _Diagnoser:
 
     def _explain_test(self, prefix: Prefix, ce: TestCE) -> MatchFailure:
         names = sorted(ce.used_variables & prefix.bound_variables)
-        rows = self._matcher.match_values(prefix.texts, names, MAX_SHOWN) if names else []
+        rows = self._matcher.match_values(prefix.texts, names, MAX_LISTED) if names else []
         values = dict.fromkeys(
             ", ".join(f"?{name} = {show_alone(value)}" for name, value in zip(names, row, strict=True))
             for row in rows
@@ -168,7 +168,7 @@ class _Diagnoser:
             for row in rows
         )
         reason = "it must not match, but it does" if facts else "its content always matches"
-        listed_facts = [*list(facts)[:MAX_SHOWN], *(["and more"] if len(facts) > MAX_SHOWN else [])]
+        listed_facts = [*list(facts)[:MAX_LISTED], *(["and more"] if len(facts) > MAX_LISTED else [])]
         return MatchFailure("not", ce.text, reason, facts=tuple(listed_facts))
 
     def _explain_forall(self, previous_ces: list[CE], ce: GroupCE) -> MatchFailure:
@@ -179,7 +179,9 @@ class _Diagnoser:
             positive_prefix = Prefix([*previous_ces, first])
             # CLIPS replaces (forall A B) by (not (and A (not B))): facts of A without B violate it.
             violating_texts = [*positive_prefix.texts, f"(not (and {requirement_text}))"]
-            rows = self._matcher.match_values(violating_texts, positive_prefix.fact_variables[-1:], MAX_SHOWN)
+            rows = self._matcher.match_values(
+                violating_texts, positive_prefix.fact_variables[-1:], MAX_LISTED
+            )
             facts = [self._format_fact(row[0].index, first) for row in rows]
         reason = f"not every {first.text} has {requirement_text}"
         return MatchFailure("forall", ce.text, reason, facts=tuple(dict.fromkeys(facts)))

@@ -19,8 +19,8 @@ from cxbridge.executive.host.source import DUPLICATE_FUNCTION, MODIFY_FUNCTION
 from cxbridge.executive.host.values import FactAddress, show
 from cxbridge_studio.agent.condition import find_patterns
 from cxbridge_studio.agent.rule import find_dependencies, parse_rule
-from cxbridge_studio.constructs import defrules
-from cxbridge_studio.debugger.agenda import activations
+from cxbridge_studio.constructs import iterate_rules
+from cxbridge_studio.debugger.agenda import read_activations
 from cxbridge_studio.explain.rules.snapshot import MAX_FACTS, Activation, Rulebook, Snapshot
 
 MAX_AGENDA: Final = 1000  # limit of the copied activations
@@ -36,14 +36,16 @@ _LIST_FUNCTION: Final = "create$"
 def read_rulebook(env: ClipsEnvironment, folders: Iterable[object] = ()) -> Rulebook:
     """Return the rules of an environment. Call this between runs of its rules."""
     return Rulebook(
-        frozenset(name for name, _ in defrules(env)),
+        frozenset(name for name, _ in iterate_rules(env)),
         tuple(map(str, env.loader.files)),
         tuple(env.loader.diagnostics),
         tuple(map(str, folders)),
     )
 
 
-def fact_slots(env: ClipsEnvironment, template: str, limit: int | None = None) -> list[Mapping[str, str]]:
+def read_fact_slots(
+    env: ClipsEnvironment, template: str, limit: int | None = None
+) -> list[Mapping[str, str]]:
     """Return the slots of a deftemplate's facts, as CLIPS prints the values.
 
     :param limit: the maximum number of facts; None for all.
@@ -90,12 +92,12 @@ def take_snapshot(env: ClipsEnvironment, rule: str, max_facts: int | None = None
         {name: detach_value(env.eval(f"?*{name}*")) for name in global_names},
         agenda=tuple(
             Activation(name, salience, basis)
-            for salience, name, basis in islice(activations(env), MAX_AGENDA)
+            for salience, name, basis in islice(read_activations(env), MAX_AGENDA)
         ),
         clips_counts=_read_clips_counts(env, rule_pointer),
         uncopied_count=fact_count if fact_count > limit else 0,
         needs_all_facts=dependencies.needs_all_facts,
-        halt_reason=_halt_reason(env),
+        halt_reason=_find_halt_reason(env),
     )
 
 
@@ -109,7 +111,7 @@ def _read_function(env: ClipsEnvironment, name: str) -> str | None:
 
 
 def _find_templates(env: ClipsEnvironment, names: set[str] | None) -> Mapping[str, FactTemplate]:
-    """Return the existing deftemplates with these names; None for all."""
+    """Return the existing deftemplates with these names, or all deftemplates for None."""
     templates = {}
     template_pointer = lib.GetNextDeftemplate(env.c_env, NULL)
     while template_pointer != NULL:
@@ -152,7 +154,7 @@ def _read_clips_counts(env: ClipsEnvironment, rule: CData) -> tuple[str, ...]:
     return tuple(lines)
 
 
-def _halt_reason(env: ClipsEnvironment) -> str:
+def _find_halt_reason(env: ClipsEnvironment) -> str:
     """Return why no rule fires any more; empty while rules fire."""
     if env.faults:
         return env.faults[0]
@@ -164,7 +166,7 @@ def _halt_reason(env: ClipsEnvironment) -> str:
 def restore_sources(texts: Mapping[str, str]) -> dict[str, str]:
     """Return rules as their files define them, except for blanks and comments.
 
-    :param texts: the defrules by name, as the environment prints them.
+    :param texts: the iterate_rules by name, as the environment prints them.
     """
     return {name: _restore_rule(text) for name, text in texts.items()}
 

@@ -1,10 +1,10 @@
 """CLIPS environments restricted to pure functions, without access to the outside.
 
 The constructs of these environments may come from an untrusted recording, so they can call only the
-functions of :data:`ALLOWED_FUNCTIONS`. A function that a later CLIPS or a shim adds is missing until it gets
-a reason here. (A shim replaces a function of CLIPS 6.4 to behave as in 6.30, the version of Fawkes.) No
-allowed function opens files, runs programs, reads input, prints, loads or builds constructs, evaluates text,
-changes facts, or calls into the process. See "A recording is data" in docs/security.md.
+functions of :data:`ALLOWED_FUNCTIONS`. A function that a later CLIPS or a shim adds is removed until it is
+listed here with a reason. (A shim replaces a function of CLIPS 6.4 to behave as in 6.30, the version of
+Fawkes.) No allowed function opens files, runs programs, reads input, prints, loads or builds constructs,
+evaluates text, changes facts, or calls into the process. See "A recording is data" in docs/security.md.
 """
 
 from __future__ import annotations
@@ -33,10 +33,10 @@ _FUNCTIONS_BY_REASON: Final = {
         external-addressp fact-addressp floatp instance-addressp instance-namep instancep integerp lexemep
         multifieldp numberp pointerp stringp symbolp type""",
     "compares values": "!= and eq neq not or",
-    "makes texts of values": """
+    "converts values to text": """
         lowcase str-byte-length str-cat str-compare str-index str-length str-replace string-to-field
         sub-string sym-cat upcase""",
-    "makes lists of values": """
+    "makes and changes lists": """
         create$ delete$ delete-member$ difference$ expand$ explode$ first$ implode$ insert$ intersection$
         length$ member$ nth$ replace$ replace-member$ rest$ sort subseq$ subsetp union$""",
     "chooses and repeats; the process of a diagnosis bounds its time": """
@@ -90,9 +90,9 @@ class IsolatedEnvironment(ClipsEnvironment):
         for function in ("print", "println", "printout"):
             self.define(function, lambda *_: None, 0, UNBOUNDED)
         self.define("format", _format_text, 2, UNBOUNDED)
-        for function in FUNCTIONS:
-            if not any(f"(cx-{name} " in function for name in _OMITTED_SHIMS):
-                self._clips630_functions.build(function)
+        for source in FUNCTIONS:
+            if not any(f"(cx-{name} " in source for name in _OMITTED_SHIMS):
+                self._clips630_functions.build(source)
 
     def _remove_forbidden_functions(self, kept_function: str = "") -> None:
         """Remove all functions that are not allowed.
@@ -119,19 +119,21 @@ def _format_text(_target: Value, text: Value, *values: Value) -> str:
     remaining_values = iter(values)
 
     def format_value(match: re.Match[str]) -> str:
-        minus, width, precision, kind = match.groups()
-        if kind in _ESCAPE_TEXTS:
-            return _ESCAPE_TEXTS[kind]
+        minus, width, precision, conversion = match.groups()
+        if conversion in _ESCAPE_TEXTS:
+            return _ESCAPE_TEXTS[conversion]
         value = next(remaining_values, None)
         if value is None:
             raise ClipsError(f"format: there is no value for {match[0]}")
         flags = f"%{minus}{width}" + (f".{precision}" if precision else "")
-        if kind == "s":
+        if conversion == "s":
             return f"{flags}s" % (value if isinstance(value, str) else show(value))
-        if kind == "c":  # as in C, a number is the code of a character, here of ASCII
+        if conversion == "c":  # as in C, a number is the code of a character, here of ASCII
             return f"%{minus}{width}s" % (value[:1] if isinstance(value, str) else chr(int(value) % 128))
         if isinstance(value, str) or not isinstance(value, (int, float)):
             raise ClipsError(f"format: {match[0]} needs a number, not {show(value)}")
-        return f"{flags}{'d' if kind == 'u' else kind}" % (float(value) if kind in "feg" else int(value))
+        return f"{flags}{'d' if conversion == 'u' else conversion}" % (
+            float(value) if conversion in "feg" else int(value)
+        )
 
     return _DIRECTIVE.sub(format_value, str(text))

@@ -24,7 +24,7 @@ from cxbridge.executive.host.capi import NULL, encode
 from cxbridge.executive.host.source import check_parser_limits
 from cxbridge.executive.host.udf import UNBOUNDED
 from cxbridge.executive.host.values import FactAddress, Value, clips_value
-from cxbridge_studio.debugger.agenda import activations
+from cxbridge_studio.debugger.agenda import read_activations
 from cxbridge_studio.explain.rules.diagnosis import Count
 from cxbridge_studio.explain.rules.isolated import IsolatedEnvironment
 from cxbridge_studio.explain.rules.snapshot import FactRow, Snapshot
@@ -82,7 +82,7 @@ class Matcher:
         env = self._env
         env.define("cx-why-note", self._note_values, 0, UNBOUNDED)
         env.api.remove_udf("fact-index")
-        env.define("fact-index", self._original_index, 1)
+        env.define("fact-index", self._find_original_index, 1)
         env.define(FACT_FUNCTION, lambda index: self._to_copied_value(FactRef(index)), 1, types="l")
         env.define("cx-why-global", lambda name: self._globals[name], 1, types="y")
         for name in snapshot.globals:
@@ -102,8 +102,8 @@ class Matcher:
         for function in snapshot.functions:
             self._define_function(function)
         for row in snapshot.facts:
-            slots_of = snapshot.templates[row.template].slots
-            names = [NULL] if slots_of is None else [encode(slot) for slot, _ in slots_of]
+            template_slots = snapshot.templates[row.template].slots
+            names = [NULL] if template_slots is None else [encode(slot) for slot, _ in template_slots]
             deftemplate = lib.FindDeftemplate(env.c_env, encode(row.template))
             values = [
                 (name, clips_value(env.c_env, self._to_copied_value(value)))
@@ -139,7 +139,7 @@ class Matcher:
             return FactRef(self._original_indices.get(int(lib.FactIndex(value.pointer)), 0))
         return tuple(map(self._to_original_value, value)) if isinstance(value, tuple) else value
 
-    def _original_index(self, fact: Value) -> int:
+    def _find_original_index(self, fact: Value) -> int:
         """Return the index of a fact in the snapshot, as ``fact-index`` must: conditions compare indices."""
         if not isinstance(fact, FactAddress):
             raise ClipsError("fact-index needs a fact address")
@@ -170,11 +170,13 @@ class Matcher:
     def match_bases(self, ces: Sequence[str], limit: int) -> list[str]:
         """Return the facts of each match in the agenda's notation, with indices of the snapshot."""
         self._build_probe(ces, "")
-        match_bases = [self._renumber(basis) for _, _, basis in islice(activations(self._env), limit)]
+        match_bases = [
+            self._restore_indices(basis) for _, _, basis in islice(read_activations(self._env), limit)
+        ]
         self._remove_probe()
         return match_bases
 
-    def _renumber(self, basis: str) -> str:
+    def _restore_indices(self, basis: str) -> str:
         """Replace the indices of a basis such as ``f-1,*`` by those of the snapshot."""
         return ",".join(
             f"f-{self._original_indices.get(int(item[2:]), 0)}" if item.startswith("f-") else item

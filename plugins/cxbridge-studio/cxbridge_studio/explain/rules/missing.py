@@ -36,15 +36,15 @@ class MissingRule:
     """A rule in a file that the environment lacks.
 
     :param text: the defrule; empty if unknown.
-    :param why: the reason, as the end of a sentence that begins with the rule's name.
+    :param reason: the reason, as the end of a sentence that begins with the rule's name.
     """
 
     name: str
     text: str
-    why: str
+    reason: str
 
 
-def refused_rules(rulebook: Rulebook) -> dict[str, MissingRule]:
+def find_refused_rules(rulebook: Rulebook) -> dict[str, MissingRule]:
     """Return the rules that CLIPS refused, by name."""
     missing_rules: dict[str, MissingRule] = {}
     read_rules = cache(lambda file: dict(_read_rules(file)))  # a file with many mistakes is read only once
@@ -60,7 +60,7 @@ def refused_rules(rulebook: Rulebook) -> dict[str, MissingRule]:
     return missing_rules
 
 
-def unloaded_rules(rulebook: Rulebook) -> Iterator[MissingRule]:
+def find_unloaded_rules(rulebook: Rulebook) -> Iterator[MissingRule]:
     """Yield the rules in the agent's folders whose files are not loaded."""
     for file in _find_unloaded_files(rulebook):
         for name, text in _read_rules(file):
@@ -100,7 +100,7 @@ def find_rule(rule: str, files: Iterable[str]) -> SourceLine | None:
 
 
 def _explain_swallowed_rule(rule: str, rulebook: Rulebook) -> str:
-    """Return that a rule was lost after an unclosed parenthesis; empty if it was not."""
+    """Return which unclosed parenthesis swallowed a rule, as a sentence; empty if none did."""
     begin = re.compile(rf"^\s*\(defrule\s+{re.escape(rule)}(?![^\s()])", re.MULTILINE)
     for diagnostic in rulebook.diagnostics:
         if diagnostic.code == UNCLOSED and diagnostic.line is not None:

@@ -45,9 +45,9 @@ def find_nearest(matcher: Matcher, snapshot: Snapshot, prefix: Prefix, pattern: 
         (key, row.index): set() for key in sample.values for row in rows
     }
     compared_slots = [
-        number
-        for number, constraint in enumerate(constraints)
-        if _compare_slot(matcher, sample, pattern, constraint, number, satisfied_slots)
+        constraint_index
+        for constraint_index, constraint in enumerate(constraints)
+        if _compare_slot(matcher, sample, pattern, constraint, constraint_index, satisfied_slots)
     ]
     ranked_pairs = _rank_pairs(satisfied_slots)
     best_slot_count = len(satisfied_slots[ranked_pairs[0]]) if ranked_pairs else 0
@@ -65,8 +65,8 @@ def find_nearest(matcher: Matcher, snapshot: Snapshot, prefix: Prefix, pattern: 
                 _LEADING_VARIABLE.sub("", constraint.text),
                 tuple(_format_bound_values(constraint, prefix, sample.values[key])),
             )
-            for number, constraint in enumerate(constraints)
-            if number in compared_slots and number not in satisfied_slots[key, index]
+            for constraint_index, constraint in enumerate(constraints)
+            if constraint_index in compared_slots and constraint_index not in satisfied_slots[key, index]
         )
         near_misses.append(
             NearMiss(snapshot.fact_text(row, {constraint.slot for constraint in constraints}), deviations)
@@ -111,13 +111,13 @@ def _compare_slot(
     sample: _Sample,
     pattern: PatternCE,
     constraint: SlotConstraint,
-    number: int,
+    constraint_index: int,
     satisfied_slots: dict[tuple[_MatchKey, int], set[int]],
 ) -> bool:
     """Record which pairs satisfy one slot, and return whether the slot can be compared.
 
-    :param number: the number of the constraint.
-    :param satisfied_slots: gets the number for each pair that satisfies the slot.
+    :param constraint_index: the index of the slot's constraint.
+    :param satisfied_slots: receives the index for each pair that satisfies the slot.
     """
     ces = [
         *sample.texts,
@@ -133,7 +133,7 @@ def _compare_slot(
     for *key, fact in matches:
         pair = (tuple(key), fact.index)
         if pair in satisfied_slots:
-            satisfied_slots[pair].add(number)
+            satisfied_slots[pair].add(constraint_index)
     return True
 
 

@@ -23,7 +23,8 @@ def parse_rows(
 ) -> tuple[dict[str, FactTemplate], list[FactRow]]:
     """Return the parsable facts and their templates. Unknown templates are derived from the facts."""
     parsed_facts: list[tuple[FactChange, Mapping[str, tuple[Value, ...]]]] = []
-    multislots_by_template: dict[str, dict[str, bool]] = {}  # by template and slot
+    # whether a slot is a multislot, by template and slot
+    multislots_by_template: dict[str, dict[str, bool]] = {}
     for change in changes:
         slots = _parse_slots(change, templates.get(change.template))
         if slots is not None:
@@ -43,7 +44,7 @@ def parse_rows(
 def _parse_slots(change: FactChange, template: FactTemplate | None) -> Mapping[str, tuple[Value, ...]] | None:
     """Return the values by slot; the fields of an ordered fact have the key :data:`_ORDERED_FIELDS`.
 
-    None if the fact does not fit its template.
+    The result is None if the fact does not fit its template.
     """
     if template is None or template.slots is not None:
         try:

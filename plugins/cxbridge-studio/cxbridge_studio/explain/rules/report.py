@@ -50,13 +50,13 @@ def explain_rule(evidence: Evidence, rule: str) -> RuleStory:
 
     :raises CxbridgeError: if the rule is unknown, or its facts cannot be copied.
     """
-    rulebook = evidence.rulebook()
+    rulebook = evidence.read_rulebook()
     if rule not in rulebook.rules:
         missing = explain_missing_rule(rule, rulebook)
         if not missing:
             raise CxbridgeError(f"there is no rule '{rule}'", hint=did_you_mean(rule, rulebook.rules) or None)
         return RuleStory(rule, evidence.where, missing=missing, notes=tuple(evidence.notes))
-    events = evidence.rule_firings(rule)
+    events = evidence.find_rule_firings(rule)
     explanation = RuleStory(
         rule,
         evidence.where,
@@ -65,11 +65,11 @@ def explain_rule(evidence: Evidence, rule: str) -> RuleStory:
         else find_rule(rule, rulebook.files),
         firings=None
         if events is None
-        else tuple((evidence.seconds(event.time_us), event.basis) for event in events),
+        else tuple((evidence.compute_seconds(event.time_us), event.basis) for event in events),
         notes=tuple(evidence.notes),
     )
     try:
-        snapshot = evidence.snapshot(rule)
+        snapshot = evidence.take_snapshot(rule)
     except NoFactsError as error:
         return replace(explanation, unknown=f"{error.message}: {error.hint}")
     agenda = snapshot.agenda or ()
@@ -87,14 +87,14 @@ def explain_rule(evidence: Evidence, rule: str) -> RuleStory:
 def to_json(story: RuleStory) -> dict[str, Any]:
     """Return a story as JSON values."""
     result: dict[str, Any] = {
-        "headline": headline(story),
+        "headline": make_headline(story),
         "rule": story.rule,
         "where": story.where,
         "exists": not story.missing,
         "missing": story.missing,
         "file": story.position.file if story.position else None,
         "line": story.position.line if story.position else None,
-        "verdict": verdict(story),
+        "verdict": make_verdict(story),
         "notes": list(story.notes),
         "fired": None if story.firings is None else len(story.firings),
         "last_fired": None
@@ -115,14 +115,14 @@ def to_json(story: RuleStory) -> dict[str, Any]:
     return result
 
 
-def headline(story: RuleStory) -> str:
+def make_headline(story: RuleStory) -> str:
     """Return the report in one line: whether the rule has fired, and the cause."""
     if story.missing:
         return f"rule {story.rule}: {story.missing}"
     diagnosis = story.diagnosis
     failing = diagnosis.failing if diagnosis is not None else 0
     if diagnosis is None or not failing or diagnosis.failure is None:
-        return f"rule {story.rule}: {verdict(story)}"
+        return f"rule {story.rule}: {make_verdict(story)}"
     state = "has not fired" if not story.firings else "does not fire again"
     deviations = next((miss.deviations for miss in diagnosis.failure.near if miss.deviations), ())
     slots = [f"{deviation.slot} is {deviation.value}, not {deviation.wanted}" for deviation in deviations]
@@ -131,7 +131,7 @@ def headline(story: RuleStory) -> str:
     return f"rule {story.rule} {state}: CE {failing} {diagnosis.failure.text} has no match: {reason}"
 
 
-def verdict(story: RuleStory) -> str:
+def make_verdict(story: RuleStory) -> str:
     """Return why the rule does not fire, as a sentence without capital and full stop."""
     diagnosis, snapshot = story.diagnosis, story.snapshot
     if story.unknown:
@@ -148,7 +148,7 @@ def verdict(story: RuleStory) -> str:
 
 
 def _explain_matches(story: RuleStory, diagnosis: Diagnosis, snapshot: Snapshot) -> str:
-    """Return why the complete matches do not make the rule fire, in the same form as :func:`verdict`."""
+    """Return why the complete matches do not make the rule fire, in the same form as :func:`make_verdict`."""
     is_single = diagnosis.matches == Count(1)
     matches = "its condition matches" + (" in one way" if is_single else f" in {diagnosis.matches} ways")
     if story.activations:
@@ -173,10 +173,10 @@ def _explain_matches(story: RuleStory, diagnosis: Diagnosis, snapshot: Snapshot)
     return f"{matches}, and it has fired for {pronoun}: it fires again when one of the facts is asserted anew"
 
 
-def report_lines(story: RuleStory) -> Iterator[str]:
+def format_report(story: RuleStory) -> Iterator[str]:
     """Yield the text of the report."""
     diagnosis, snapshot = story.diagnosis, story.snapshot
-    yield headline(story)
+    yield make_headline(story)
     yield ""
     details = [str(story.position)] if story.position else []
     details += [f"salience {diagnosis.salience}"] if diagnosis is not None and diagnosis.salience else []
@@ -186,7 +186,7 @@ def report_lines(story: RuleStory) -> Iterator[str]:
     yield ""
     if story.firings is not None and not story.missing:
         yield _describe_firings(story.firings)
-    sentence = verdict(story)
+    sentence = make_verdict(story)
     yield f"{sentence[:1].upper()}{sentence[1:]}."
     if diagnosis is not None and snapshot is not None:
         yield from _format_diagnosis(story, diagnosis, snapshot)

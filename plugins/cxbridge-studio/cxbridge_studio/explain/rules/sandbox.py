@@ -20,7 +20,7 @@ from cxbridge_studio.explain.rules.diagnose import diagnose, make_unknown_diagno
 from cxbridge_studio.explain.rules.diagnosis import Diagnosis
 from cxbridge_studio.explain.rules.snapshot import Snapshot
 
-LIMIT_S: Final = 25.0  # the time limit of a diagnosis, in seconds of real time
+LIMIT_S: Final = 25.0  # the limit of real time for a diagnosis
 
 MAX_MEMORY_BYTES: Final = 2 << 30  # the limit of the child's address space, in bytes
 
@@ -28,7 +28,7 @@ MAX_MEMORY_BYTES: Final = 2 << 30  # the limit of the child's address space, in 
 def diagnose_in_sandbox(snapshot: Snapshot, limit_s: float | None = None) -> Diagnosis:
     """Diagnose the condition of the snapshot's rule, like :func:`.diagnose`.
 
-    :param limit_s: real time in seconds; None for :data:`LIMIT_S`.
+    :param limit_s: the limit of real time; None for :data:`LIMIT_S`.
     """
     limit_s = LIMIT_S if limit_s is None else limit_s
     if snapshot.uncopied_count:
@@ -63,9 +63,9 @@ def diagnose_in_sandbox(snapshot: Snapshot, limit_s: float | None = None) -> Dia
 
 
 def _describe_exit(status: int) -> str:
-    """Return how a process without an answer ended, as the end of a sentence.
+    """Return how a process without a valid diagnosis ended, as the end of a sentence.
 
-    :param status: as of :attr:`subprocess.Popen.returncode`: negative for a signal.
+    :param status: as in :attr:`subprocess.Popen.returncode`, negative for a signal.
     """
     if status < 0:
         name = signal.Signals(-status).name

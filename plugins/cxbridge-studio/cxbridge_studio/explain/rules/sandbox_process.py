@@ -30,7 +30,7 @@ def _drop_rights(max_memory_bytes: int) -> None:
     import resource  # noqa: PLC0415 - Windows lacks the module
 
     # 0 files, bytes and processes: from here on, the process can only compute, and write to open pipes.
-    for kind, limit in (
+    for resource_id, limit in (
         (resource.RLIMIT_AS, max_memory_bytes),
         (resource.RLIMIT_CPU, MAX_CPU_S),
         (resource.RLIMIT_CORE, 0),
@@ -38,9 +38,9 @@ def _drop_rights(max_memory_bytes: int) -> None:
         (resource.RLIMIT_NPROC, 0),
         (resource.RLIMIT_NOFILE, 0),
     ):
-        hard_limit = resource.getrlimit(kind)[1]
+        hard_limit = resource.getrlimit(resource_id)[1]
         new_limit = limit if hard_limit == resource.RLIM_INFINITY else min(limit, hard_limit)
-        resource.setrlimit(kind, (new_limit, new_limit))
+        resource.setrlimit(resource_id, (new_limit, new_limit))
 
 
 def main(max_memory_bytes: int) -> None:
@@ -49,7 +49,7 @@ def main(max_memory_bytes: int) -> None:
     :param max_memory_bytes: the limit of the address space.
     """
     snapshot = pickle.loads(sys.stdin.buffer.read())  # noqa: S301 - from the parent process
-    # What CLIPS prints to standard output must not mix with the diagnosis.
+    # The output that CLIPS prints must not mix with the diagnosis.
     output = os.fdopen(os.dup(1), "w")
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     _drop_rights(max_memory_bytes)

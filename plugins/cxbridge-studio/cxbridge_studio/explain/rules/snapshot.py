@@ -22,7 +22,7 @@ MAX_FACTS: Final = 50_000
 
 _MAX_FACT_LENGTH: Final = 200  # limit of the characters that a report shows of a fact
 _ELLIPSIS: Final = " ...)"  # the end of a shortened fact
-_IDENTIFYING_SLOTS: Final = ("id", "name")  # by which a user recognizes a fact
+_IDENTIFYING_SLOTS: Final = ("id", "name")  # slots by which a user recognises a fact
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,8 +47,8 @@ class Snapshot:
     :param global_texts: the expressions of global variables with unknown values, in the order of definition.
     :param agenda: the first activations in order; None if unknown.
     :param clips_counts: the output lines of CLIPS' ``(matches RULE succinct)``; empty if unavailable.
-    :param uncopied_count: the number of facts if there are too many to copy, else 0. Counting ends above the
-        limit.
+    :param uncopied_count: the number of facts if there are too many to copy, else 0; the count ends at the
+        first fact beyond the limit.
     :param needs_all_facts: whether a function in the condition may query facts of any template.
     :param halt_reason: why rules no longer fire; empty while they do.
     """
@@ -79,16 +79,16 @@ class Snapshot:
     def fact_text(self, row: FactRow, slot_names: Collection[str] = ()) -> str:
         """Return a fact with its index as text.
 
-        :param slot_names: the slots to show besides the identifying slots; empty for all.
+        :param slot_names: the slots to show besides the identifying slots; empty for all slots.
         """
         slots = self.templates[row.template].slots_of(row)
-        selected = {
+        selected_slots = {
             name: value
             for name, value in slots.items()
             if not slot_names or name in (*slot_names, *_IDENTIFYING_SLOTS, IMPLIED)
         }
-        text = fact_text(row.template, selected)
-        if len(selected) < len(slots):
+        text = fact_text(row.template, selected_slots)
+        if len(selected_slots) < len(slots):
             text = text[:-1] + _ELLIPSIS
         if len(text) > _MAX_FACT_LENGTH:
             text = text[: _MAX_FACT_LENGTH - len(_ELLIPSIS)] + _ELLIPSIS

@@ -8,7 +8,7 @@ import pytest
 
 from cxbridge_studio.agent.model import AgentModel
 from cxbridge_studio.agent.names import Name, NameKind, Use
-from cxbridge_studio.agent.top_level import open_lists, top_level_lists
+from cxbridge_studio.agent.top_level import find_open_lists, split_top_level_lists
 from tests.support import FAWKES_DIR, ROBOTINO_DIR, ROOT, needs_fawkes, needs_robotino
 
 CLIPS = """\
@@ -98,8 +98,8 @@ def test_a_mistake_loses_no_other_construct(text, expected):
 
 
 def test_the_open_parentheses_of_a_part():
-    (part, _) = top_level_lists("(defrule a (b (c) => (d)\n(defrule e =>)")
-    assert open_lists(part.text) == [0, 11]
+    (part, _) = split_top_level_lists("(defrule a (b (c) => (d)\n(defrule e =>)")
+    assert find_open_lists(part.text) == [0, 11]
 
 
 def test_only_what_changed_is_read_again():
@@ -129,11 +129,11 @@ def test_a_domain():
     (file,) = model.files
     for mention in file.mentions:
         assert DOMAIN[mention.start : mention.end] == mention.name.text
-    assert model.names(NameKind.ACTION, Use.DEFINED) == {"pour", "drink"}
-    assert model.names(NameKind.PARAMETER, Use.DEFINED, owner="pour") == {"what"}
-    assert model.names(NameKind.OBJECT_TYPE, Use.DEFINED) == {"cup", "place"}
-    assert model.names(NameKind.CONSTANT, Use.DEFINED) == {"SHELF"}
-    assert len(list(model.mentions(Name(NameKind.PREDICATE, "at")))) == 5
+    assert model.find_names(NameKind.ACTION, Use.DEFINED) == {"pour", "drink"}
+    assert model.find_names(NameKind.PARAMETER, Use.DEFINED, owner="pour") == {"what"}
+    assert model.find_names(NameKind.OBJECT_TYPE, Use.DEFINED) == {"cup", "place"}
+    assert model.find_names(NameKind.CONSTANT, Use.DEFINED) == {"SHELF"}
+    assert len(list(model.find_mentions(Name(NameKind.PREDICATE, "at")))) == 5
     assert [p.piece.name and p.piece.name.text for p in file.pieces][-2:] == ["pour", "drink"]
 
 
@@ -146,7 +146,7 @@ def test_a_broken_domain_still_has_its_actions(wrong):
     model = model_of(d__pddl=wrong)
     (file,) = model.files
     assert file.problem is not None
-    assert model.names(NameKind.ACTION, Use.DEFINED) == {"pour", "drink"}
+    assert model.find_names(NameKind.ACTION, Use.DEFINED) == {"pour", "drink"}
     for mention in file.mentions:
         assert wrong[mention.start : mention.end] == mention.name.text
 
@@ -200,10 +200,10 @@ def test_skills_and_interfaces():
     for name in ("mobile/pick.lua", "mobile/goto_waypoints.lua"):
         assert model.read(ROOT / "luaskills" / name)
     assert model.read(ROOT / "interfaces" / "MotorInterface.xml")
-    assert model.names(NameKind.SKILL, Use.DEFINED) == {"pick", "goto_waypoints"}
-    assert "goto_place" in model.names(NameKind.SKILL, Use.NAMED)
-    assert model.names(NameKind.ARGUMENT, owner="pick") == {"what", "patience"}
-    (found,) = model.definitions(Name(NameKind.TEMPLATE, "MotorInterface"))
+    assert model.find_names(NameKind.SKILL, Use.DEFINED) == {"pick", "goto_waypoints"}
+    assert "goto_place" in model.find_names(NameKind.SKILL, Use.NAMED)
+    assert model.find_names(NameKind.ARGUMENT, owner="pick") == {"what", "patience"}
+    (found,) = model.find_definitions(Name(NameKind.TEMPLATE, "MotorInterface"))
     assert found.mention.name.kind is NameKind.INTERFACE
     assert model.is_defined(Name(NameKind.SLOT, "motor_state", "MotorInterface"))
     for file in model.files:
@@ -213,7 +213,7 @@ def test_skills_and_interfaces():
 
 def test_a_name_is_found_in_all_sorts_of_files():
     model = model_of(a__clp=CLIPS, d__pddl=DOMAIN, s__yaml=YAML)
-    found = [(Path(f.path).name, m.use.value) for f, m in model.mentions(Name(NameKind.ACTION, "pour"))]
+    found = [(Path(f.path).name, m.use.value) for f, m in model.find_mentions(Name(NameKind.ACTION, "pour"))]
     assert found == [("a.clp", "asserted"), ("d.pddl", "defined"), ("s.yaml", "named")]
     model.remove("/agent/a.clp")
     assert not model.is_defined(Name(NameKind.TEMPLATE, "cup"))
@@ -253,11 +253,11 @@ def test_every_rule_of_the_rcll_agent_is_seen():
             written = file.text[mention.start : mention.end].rpartition("::")[2]
             assert mention.name.text in (written, written.strip("$?*"))
         rows = [row for row in file.text.splitlines() if row.lstrip().startswith("(defrule ")]
-        assert len(list(model.definitions_of_kind(NameKind.RULE))) == len(rows), path
+        assert len(list(model.find_definitions_of_kind(NameKind.RULE))) == len(rows), path
 
 
 def test_a_call_in_an_ordered_fact_looks_like_a_slot_and_is_a_call():
     text = "(deftemplate cup (slot wash))\n(defrule r => (assert (total (wash 1)) (cup (wash 2))) (wash 3))\n"
     model = model_of(a__clp="(deffunction wash (?x) ?x)\n" + text)
-    calls = [file.text[mention.start : mention.end + 2] for file, mention in model.calls("wash")]
+    calls = [file.text[mention.start : mention.end + 2] for file, mention in model.find_calls("wash")]
     assert sorted(calls) == ["wash 1", "wash 3"]

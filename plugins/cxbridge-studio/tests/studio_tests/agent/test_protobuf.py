@@ -86,7 +86,7 @@ def test_uses_in_clips_lead_to_the_definitions():
         Name(NameKind.PROTO_FIELD, "robot", "test_msgs.Report"),
         Name(NameKind.PROTO_FIELD, "text", "test_msgs.Order"),
     ):
-        (defined,) = model.mentions(name, Use.DEFINED)
+        (defined,) = model.find_mentions(name, Use.DEFINED)
         assert defined.file.path.endswith("report.proto")
-        (used,) = (each for each in model.mentions(name) if each.file.path == "a.clp")
+        (used,) = (each for each in model.find_mentions(name) if each.file.path == "a.clp")
         assert CLIPS[used.mention.start : used.mention.end] == name.text

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from cxbridge.clipstext.syntax import PARENTHESIS, blank
 from cxbridge.run import RunOptions
-from cxbridge_studio.agent.top_level import TopLevelList, open_lists, top_level_lists
+from cxbridge_studio.agent.top_level import TopLevelList, find_open_lists, split_top_level_lists
 from cxbridge_studio.agent.unclosed import find_unclosed_lists
 from cxbridge_studio.check.agent import Agent, find_agent_names
 from tests.support import scenarios_of_installed_plugins
@@ -69,7 +69,7 @@ class Figure:
         is_right = not deletion.right.isdisjoint(named)
         self.total += deletion.count
         self.right += is_right * deletion.count
-        self.innermost += (open_lists(deletion.text)[-1] in deletion.right) * deletion.count
+        self.innermost += (find_open_lists(deletion.text)[-1] in deletion.right) * deletion.count
         return is_right
 
 
@@ -82,7 +82,7 @@ def figure(scenarios: list[Path], *, verbose: bool = False) -> Figure:
             with Agent(RunOptions(scenario=scenario, agent=name)) as agent:
                 slots |= agent.slots
         for path in sorted(scenario.glob("*.clp")):
-            for part in top_level_lists(path.read_text()):
+            for part in split_top_level_lists(path.read_text()):
                 for deletion in deletions(part):
                     if not found.add(deletion, slots) and verbose:
                         before, after = part.text[: deletion.at], part.text[deletion.at + 1 :]

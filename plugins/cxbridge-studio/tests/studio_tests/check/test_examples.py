@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from cxbridge_studio.check.table import codes
+from cxbridge_studio.check.table import load_codes
 from studio_tests.check.examples import Example, examples, output_of
 from tests.support import WHOLE, needs_all_plugins, share
 
@@ -28,4 +28,6 @@ def test_an_example_says_what_the_page_says(example: Example, tmp_path):
 
 @needs_all_plugins
 def test_each_code_has_its_example():
-    assert {each.title for each in MISTAKES} == {f"{code.name}: {code.title}" for code in codes().values()}
+    assert {each.title for each in MISTAKES} == {
+        f"{code.name}: {code.title}" for code in load_codes().values()
+    }

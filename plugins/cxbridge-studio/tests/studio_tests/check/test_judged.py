@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from cxbridge_studio.check.findings import Severity
-from cxbridge_studio.check.table import codes
+from cxbridge_studio.check.table import load_codes
 from studio_tests.check.judged import SPECS, found, judged, places
 from tests.support import needs_fawkes, needs_robotino
 
@@ -29,4 +29,4 @@ def test_an_agent_has_the_findings_that_were_judged_and_no_others(spec):
 def test_nine_of_ten_are_right_and_no_error_is_wrong():
     wrong = [each for each in judged() if not each.is_right]
     assert len(wrong) <= 0.1 * len(judged())
-    assert all(codes()[each.code].severity is not Severity.ERROR for each in wrong)
+    assert all(load_codes()[each.code].severity is not Severity.ERROR for each in wrong)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from cxbridge_studio.check.keys import find_unknown_name, known_keys
+from cxbridge_studio.check.keys import find_unknown_name, list_known_keys
 from tests.support import ROOT
 
 PAGE = (ROOT / "docs" / "configuration.md").read_text()
@@ -31,12 +31,15 @@ def _covers(listed: tuple[str, ...], key: tuple[str, ...]) -> bool:
 
 
 def test_the_page_lists_each_key_of_the_check() -> None:
-    assert [key for key in known_keys() if not any(_covers(listed, key) for listed in LISTED)] == []
+    assert [key for key in list_known_keys() if not any(_covers(listed, key) for listed in LISTED)] == []
 
 
 def test_a_misspelt_part_of_each_key_is_found_where_it_is() -> None:
     paths = [
-        (*key[:index], f"{part}x") for key in known_keys() for index, part in enumerate(key) if part.islower()
+        (*key[:index], f"{part}x")
+        for key in list_known_keys()
+        for index, part in enumerate(key)
+        if part.islower()
     ]
     assert len(paths) > 100
     found = {path: find_unknown_name(path) for path in paths}

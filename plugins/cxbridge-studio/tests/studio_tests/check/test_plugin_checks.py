@@ -6,7 +6,7 @@ import pytest
 
 from cxbridge.run import RunOptions
 from cxbridge_studio.check.run import check
-from cxbridge_studio.check.table import codes
+from cxbridge_studio.check.table import load_codes
 from tests.plugins import example, forget, install
 from tests.run.mini import write_scenario
 
@@ -20,7 +20,7 @@ def greeter(tmp_path, monkeypatch):
 
 def test_a_check_of_a_plug_in(greeter, tmp_path):
     folder = write_scenario(tmp_path / "s")
-    assert "GR1" in codes()
+    assert "GR1" in load_codes()
     assert check(RunOptions(scenario=folder), errors_only=True) == []
     with (folder / "scenario.yaml").open("a") as file:
         file.write('greeting: ""\n')

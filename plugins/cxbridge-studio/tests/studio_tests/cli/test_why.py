@@ -179,18 +179,18 @@ def test_rules_of_a_whole_agent_and_the_core(monkeypatch):
     # in this process: that there are many is the matter here
     monkeypatch.setattr("cxbridge_studio.explain.rules.report.diagnose_in_sandbox", diagnose)
     from cxbridge.run import RunOptions
-    from cxbridge_studio.explain.rules.report import explain_rule, report_lines, to_json
-    from cxbridge_studio.explain.scenario import scenario_evidence
+    from cxbridge_studio.explain.rules.report import explain_rule, format_report, to_json
+    from cxbridge_studio.explain.scenario import collect_scenario_evidence
 
-    with scenario_evidence(RunOptions(scenario=ROOT / "scenarios" / "test-scenario"), 3) as evidence:
-        rules = sorted(evidence.rulebook().rules)[::4]
+    with collect_scenario_evidence(RunOptions(scenario=ROOT / "scenarios" / "test-scenario"), 3) as evidence:
+        rules = sorted(evidence.read_rulebook().rules)[::4]
         assert len(rules) > 50
         for rule in rules:
             story = explain_rule(evidence, rule)
             assert story.diagnosis is not None
             assert story.diagnosis.unknown == "", rule
             assert story.diagnosis.failure is None or story.diagnosis.failure.kind != "unknown", rule
-            assert list(report_lines(story))
+            assert list(format_report(story))
             json.dumps(to_json(story))
             assert story.snapshot is not None
             simple = all(

@@ -11,7 +11,7 @@ from cxbridge.events import EventBus, FactChange
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge_studio.dap.bindings import find_bindings
 from cxbridge_studio.dap.expressions import expand_variables
-from cxbridge_studio.debugger.agenda import activations
+from cxbridge_studio.debugger.agenda import read_activations
 from cxbridge_studio.explain.rules.environment import take_snapshot
 
 TEMPLATES = """
@@ -41,7 +41,7 @@ def bound(env, rule, *facts):
     for each in facts:
         env.assert_string(each)
     found = []
-    for _, name, basis in activations(env):
+    for _, name, basis in read_activations(env):
         assert name == "r"
         found.append(
             find_bindings(take_snapshot(env, "r", max_facts=0), basis, lambda index: fact(env, index))

@@ -10,7 +10,7 @@ from cxbridge.events import EventBus, GoalTransition, LogLine, PlanActionTransit
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge_studio.debugger.breakpoints import parse_breakpoint
 from cxbridge_studio.debugger.debugger import Debugger
-from cxbridge_studio.debugger.names import AgentNames, OccurredNames, skill_statuses
+from cxbridge_studio.debugger.names import AgentNames, OccurredNames, read_skill_statuses
 
 AGENT = """
 (deftemplate goal (slot class) (slot mode (allowed-values FORMULATED FINISHED))
@@ -142,7 +142,7 @@ def test_a_rule_that_may_be_loaded_later_is_no_mistake(env, load, names, text, m
     env.bus.subscribe(lambda event: lines.append(event.text), LogLine)
     env.build("(deffunction path-load (?file) (load* ?file))")  # the library has it
     file = load(text, "other.clp")
-    names = AgentNames(env, is_initial=lambda path: False)
+    names = AgentNames(env, is_core_file=lambda path: False)
     if may_load:
         names.check(parse_breakpoint("rule:say-helo"))
         assert lines == ["breakpoint rule:say-helo: there is no rule 'say-helo' yet: did you mean say-hello?"]
@@ -152,7 +152,7 @@ def test_a_rule_that_may_be_loaded_later_is_no_mistake(env, load, names, text, m
     with pytest.raises(ExecutiveError, match="no mode"):  # deftemplates of goals are there
         names.check(parse_breakpoint("goal:TALK:FINISHD"))
     with pytest.raises(ExecutiveError, match="no rule"):  # files of the initialisation load no more
-        AgentNames(env, is_initial=lambda path: path == file).check(parse_breakpoint("rule:say-helo"))
+        AgentNames(env, is_core_file=lambda path: path == file).check(parse_breakpoint("rule:say-helo"))
 
 
 def test_rules_of_all_modules_count(env, names):
@@ -163,7 +163,7 @@ def test_rules_of_all_modules_count(env, names):
 
 
 def test_the_statuses_are_those_of_the_interface():
-    assert skill_statuses() == ("S_INACTIVE", "S_FINAL", "S_RUNNING", "S_FAILED")
+    assert read_skill_statuses() == ("S_INACTIVE", "S_FINAL", "S_RUNNING", "S_FAILED")
 
 
 def test_names_that_have_occurred():
@@ -173,7 +173,7 @@ def test_names_that_have_occurred():
     met.add_event(SkillStatus(0, "executive", "Skiller", 'say{text="x"}', 1, "S_RUNNING"))
     met.add_event(SkillStatus(0, "executive", "Skiller", "", 1, "S_INACTIVE"))
     lacks = [
-        met.missing_name_message(parse_breakpoint(spec))
+        met.describe_missing_name(parse_breakpoint(spec))
         for spec in ("goal:TALKK", "goal:T*", "goal:gen1", "action:say-helo", "action:*", "skill:sya{*}")
     ]
     assert lacks == [
@@ -184,7 +184,7 @@ def test_names_that_have_occurred():
         "",
         "there was no skill 'sya' (did you mean say?)",
     ]
-    assert met.missing_name_message(parse_breakpoint("rule:x")) == ""
+    assert met.describe_missing_name(parse_breakpoint("rule:x")) == ""
 
 
 def test_a_skill_without_arguments_stands_for_all_of_them():

@@ -10,9 +10,9 @@ from cxbridge.clock import VirtualClock
 from cxbridge.errors import ClipsError, ExecutiveError
 from cxbridge.events import EventBus, GoalTransition, RuleFired, SkillStatus
 from cxbridge.executive.host.environment import ClipsEnvironment
-from cxbridge_studio.debugger.agenda import activations
+from cxbridge_studio.debugger.agenda import read_activations
 from cxbridge_studio.debugger.debugger import Debugger
-from cxbridge_studio.debugger.fact_editing import assert_text, fact_texts, modify_fact, retract_fact
+from cxbridge_studio.debugger.fact_editing import assert_text, modify_fact, read_fact_texts, retract_fact
 from tests.hostile.test_clips_files import CRASHING_TEXTS
 
 RULES = """
@@ -299,14 +299,14 @@ def test_facts_can_be_edited_while_it_is_stopped(env, debugger):
     env.assert_string("(one)")
     debugger.run()
     index = assert_text(env, "(count (n 1) (of a b))")
-    assert [*fact_texts(env, "count")] == [(index, "(count (n 1) (of a b))")]
+    assert [*read_fact_texts(env, "count")] == [(index, "(count (n 1) (of a b))")]
     new = modify_fact(env, index, {"n": "2", "of": '"text" x'})
     assert new > index
-    assert [*fact_texts(env, "count")] == [(new, '(count (n 2) (of "text" x))')]
+    assert [*read_fact_texts(env, "count")] == [(new, '(count (n 2) (of "text" x))')]
     retract_fact(env, new)
-    assert [*fact_texts(env, "count")] == []
-    (_, rule, basis), *_rest = activations(env)
-    [(one, _text)] = fact_texts(env, "one")
+    assert [*read_fact_texts(env, "count")] == []
+    (_, rule, basis), *_rest = read_activations(env)
+    [(one, _text)] = read_fact_texts(env, "one")
     assert (rule, basis) == ("one", f"f-{one}")
     retract_fact(env, one)
     debugger.go_on()
@@ -324,7 +324,7 @@ def test_what_cannot_be_edited_is_one_clear_error(env, debugger):
         ("no slot of", lambda: modify_fact(env, index, {})),
         ("does not assert", lambda: assert_text(env, "(count (m 1))")),
         ("does not assert", lambda: assert_text(env, "count")),
-        ("no deftemplate 'nothing'", lambda: [*fact_texts(env, "nothing")]),
+        ("no deftemplate 'nothing'", lambda: [*read_fact_texts(env, "nothing")]),
     ):
         with pytest.raises(ClipsError, match=wrong):
             call()

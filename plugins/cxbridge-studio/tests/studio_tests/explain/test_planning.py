@@ -14,7 +14,7 @@ from cxbridge.executive.pddl import parse_domain, parse_formula, problem_of_fact
 from cxbridge.run import RunOptions, run_scenario
 from cxbridge.run.program.plain_options import options_from_keywords
 from cxbridge.trace.formats.registry import open_run
-from cxbridge_studio.explain.planning import PlannerAnswer, find_answer, planner_answers
+from cxbridge_studio.explain.planning import PlannerAnswer, find_answer, read_planner_answers
 from tests.support import ROOT, ROS2CX_DIR, SHARED, needs_plugin, needs_ros2cx, needs_shared
 
 
@@ -50,7 +50,7 @@ def answer(plan: str, status: str = "found", reason: str = "") -> PlannerAnswer:
 
 
 def test_each_section_has_the_form_of_the_terminal():
-    assert answer("(move r here there)\n(move r there here)").terminal_lines() == [
+    assert answer("(move r here there)\n(move r there here)").format_sections() == [
         "> get problem instances",
         "Instances: 3",
         "  r     robot",
@@ -72,7 +72,7 @@ def test_each_section_has_the_form_of_the_terminal():
 
 
 def test_a_plan_with_times_keeps_them():
-    assert answer("0.0: (move r here there) [2.5]\n2.5: (move r there here) [10.0]").section_lines(
+    assert answer("0.0: (move r here there) [2.5]\n2.5: (move r there here) [10.0]").format_section(
         "plan"
     ) == [
         "plan:",
@@ -82,7 +82,7 @@ def test_a_plan_with_times_keeps_them():
 
 
 def test_no_plan_says_why():
-    assert answer("", "none", "the goal cannot be reached").section_lines("plan") == [
+    assert answer("", "none", "the goal cannot be reached").format_section("plan") == [
         "plan: none: the goal cannot be reached"
     ]
 
@@ -101,7 +101,7 @@ def test_a_recording_has_the_problem_of_each_call(meeting, capsys):
     predicates = capsys.readouterr().out.splitlines()
     assert predicates[0] == f"Predicates: {len(predicates) - 1}"
     run = open_run(meeting)
-    assert [each.goal for each in planner_answers(run)] == [
+    assert [each.goal for each in read_planner_answers(run)] == [
         event.goal for event in run if isinstance(event, PlannerCall) and event.status == "found"
     ]
 
@@ -114,7 +114,7 @@ def test_the_recorded_problem_can_be_planned_again(meeting, tmp_path, capsys):
     assert main(["plan", str(MEET / "domain.pddl"), str(problem)]) == 0
     steps = capsys.readouterr().out.splitlines()
     assert [
-        STEP.sub(r"\1", line) for line in find_answer(open_run(meeting)).section_lines("plan")[1:]
+        STEP.sub(r"\1", line) for line in find_answer(open_run(meeting)).format_section("plan")[1:]
     ] == steps
 
 

@@ -8,24 +8,24 @@ import pytest
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.run import RunOptions
-from cxbridge_studio.check.sources import scenario_rules
+from cxbridge_studio.check.sources import load_scenario_rules
 from cxbridge_studio.explain.answer import explain
-from cxbridge_studio.explain.scenario import scenario_evidence
+from cxbridge_studio.explain.scenario import collect_scenario_evidence
 from tests.run.test_team import write
 
 
 @pytest.mark.parametrize("name", ["ann", "ben"])
 def test_each_can_be_asked_why(tmp_path: Path, name: str) -> None:
     folder = write(tmp_path)
-    with scenario_evidence(RunOptions(scenario=folder), 1, name) as evidence:
+    with collect_scenario_evidence(RunOptions(scenario=folder), 1, name) as evidence:
         assert evidence.history is not None
         assert evidence.history.env == name
         said = "\n".join(explain(evidence, "G", "goal").lines)
         assert "DISPATCHED" in said
         assert "mini-dispatch" in said
         assert "mini-evaluate" in "\n".join(explain(evidence, "mini-evaluate", "rule").lines)
-    with scenario_rules(RunOptions(scenario=folder), env=name) as rules:
-        assert "mini-begin" in rules.rule_texts()
+    with load_scenario_rules(RunOptions(scenario=folder), env=name) as rules:
+        assert "mini-begin" in rules.read_rule_texts()
 
 
 @pytest.mark.parametrize("env", [None, "executive"])
@@ -33,6 +33,6 @@ def test_of_several_one_must_be_asked(tmp_path: Path, env: str | None) -> None:
     folder = write(tmp_path)
     with (
         pytest.raises(CxbridgeError, match="--env NAME, one of: ann, ben"),
-        scenario_evidence(RunOptions(scenario=folder), 1, env),
+        collect_scenario_evidence(RunOptions(scenario=folder), 1, env),
     ):
         pass

@@ -24,7 +24,7 @@ def in_why(run: Run) -> Pairs:
     goals = Goals(evidence.history)
     found = {}
     for name, each in ((one.id, one) for one in goals.all):
-        run_of = goals.skill_link(each.actions[0])
+        run_of = goals.find_skill_link(each.actions[0])
         assert run_of is not None, name
         found[name] = run_of.call.skiller, run_of.call.skill_string
     return found
@@ -36,7 +36,7 @@ def skills_on_board(run, env=None):
     assert evidence.history is not None
     goals = Goals(evidence.history)
     skills = {
-        name: goals.skill_link(each.actions[0]) for name, each in ((goal.id, goal) for goal in goals.all)
+        name: goals.find_skill_link(each.actions[0]) for name, each in ((goal.id, goal) for goal in goals.all)
     }
     return {
         name: None if skill is None else (skill.call.skiller, skill.call.error)
@@ -86,7 +86,7 @@ def test_the_same_error_of_two_robots_and_twice_of_one_is_told_each_time():
     evidence = RecordedEvidence(ListRun(events), None, None)
     assert evidence.history is not None
     goals = Goals(evidence.history)
-    skills = [goals.skill_link(one) for each in goals.all for one in each.actions]
+    skills = [goals.find_skill_link(one) for each in goals.all for one in each.actions]
     assert [skill and skill.call.error for skill in skills] == ["blocked"] * 3
 
 
@@ -110,6 +110,6 @@ def test_why_names_the_reason():
     )
     assert evidence.history is not None
     goals = Goals(evidence.history)
-    story = GoalStoryWriter(evidence, goals, {}).goal_story(goals.find_goals("g0")[0])
+    story = GoalStoryWriter(evidence, goals, {}).write_goal_story(goals.find_goals("g0")[0])
     texts = [cause.text for cause in story.cause.because[0].because]
     assert texts == ["probably skill move to=place0 of robot1 of robot1-arm ended S_FAILED: door closed"]

@@ -52,8 +52,8 @@ def test_facts_come_and_go_in_each_environment():
     tables.add_change(fact(7, "(a 7)", asserted=False))
     assert [list(found) for found in tables.by_env.values()] == [[2], [1]]
     assert tables.templates == {"executive": {"a", "b"}, "other": {"c"}}
-    assert tables.slots("executive", "b") == [{"n": "3"}]
-    assert tables.slots("nobody", "b") == []
+    assert tables.read_slots("executive", "b") == [{"n": "3"}]
+    assert tables.read_slots("nobody", "b") == []
 
 
 def test_a_copy_stays_as_it_was():

@@ -178,7 +178,7 @@ def fawkes_agent(request) -> tuple[Session, str]:
         pytest.skip("FAWKES_DIR names no Fawkes checkout")
     options = make_run_options({"fawkes_dir": str(FAWKES_DIR), "spec": request.param})
     agent, session = AgentFiles.find(options), Session(is_indexed=True)
-    for path in (*agent.library, *agent.clips(), *agent.named_files()):
+    for path in (*agent.library, *agent.find_clips_files(), *agent.find_named_files()):
         session.read(path.resolve())
     session.library = {str(path.resolve()) for path in agent.library}
     session.set_knowledge(examine(options))

@@ -9,7 +9,7 @@ import pytest
 from lsprotocol import types as lsp
 from pygls.exceptions import JsonRpcException
 
-from cxbridge_studio.check.table import codes
+from cxbridge_studio.check.table import load_codes
 from cxbridge_studio.lsp.diagnostics import TEXT_CODES, find_mistakes
 from tests.support import ROOT
 
@@ -33,7 +33,7 @@ def test_a_client_hears_what_the_server_can(editor):
 
 
 def test_the_codes_are_those_of_check():
-    assert codes().keys() >= TEXT_CODES
+    assert load_codes().keys() >= TEXT_CODES
 
 
 # ---- diagnostics

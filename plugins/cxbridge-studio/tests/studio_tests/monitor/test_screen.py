@@ -58,13 +58,13 @@ def test_it_follows_changes_and_keeps_its_place():
     async def script(app, pilot, until):
         tree = app.query_one(GoalTree)
         await pilot.press("down", "down")
-        assert tree.chosen.id == "kid"
+        assert tree.item_at_cursor.id == "kid"
         source.change(
             goals=(GoalRow("executive", "new", "TOP", "nil", "SELECTED", "UNKNOWN", ""), *GOALS[:2])
         )
         await until(lambda: "○ new (TOP) SELECTED" in labels(tree))
         assert len(labels(tree)) == 3
-        await until(lambda: tree.chosen is not None and tree.chosen.id == "kid")
+        await until(lambda: tree.item_at_cursor is not None and tree.item_at_cursor.id == "kid")
         source.change(goals=(replace_mode(GOALS[0]), GOALS[1]), stop="rules stopped before rule x")
         await until(lambda: labels(tree)[0] == "· root (TOP) FINISHED")
         await until(lambda: text(app, "said") == "rules stopped before rule x")
@@ -88,7 +88,7 @@ def test_goals_of_several_agents_are_below_their_environments():
         tree = app.query_one(GoalTree)
         assert labels(tree) == ["r1", "  ○ g (C) FORMULATED", "r2", "  ○ g (C) FORMULATED"]
         await pilot.press("down")
-        assert tree.chosen is None
+        assert tree.item_at_cursor is None
 
     drive(make_monitor_app(source), script)
 
@@ -215,13 +215,13 @@ def test_rows_that_come_and_go_leave_the_cursor_where_it_was():
         await pilot.press("5", "down")
         source.change(facts=Table([("f-0", "(z)"), ("f-1", "(a)"), ("f-2", "(b (n 2))")]))
         await until(lambda: table.row_count == 3)
-        assert table.chosen[0] == "f-2"
+        assert table.item_at_cursor[0] == "f-2"
         source.change(facts=Table([("f-0", "(z)")]))
         await until(lambda: table.row_count == 1)
-        assert table.chosen[0] == "f-0"
+        assert table.item_at_cursor[0] == "f-0"
         source.change(facts=Table())
         await until(lambda: table.row_count == 0)
-        assert table.chosen is None
+        assert table.item_at_cursor is None
 
     drive(make_monitor_app(source), script)
 

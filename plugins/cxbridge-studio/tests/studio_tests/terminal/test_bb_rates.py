@@ -203,5 +203,5 @@ def test_what_cannot_be_plotted_is_told_at_once(board, uid, field, said, capsys)
 
 def test_enums_are_plotted_by_their_numbers():
     values = {"status": SkillerInterface.S_RUNNING, "on": True}
-    assert plotting.field_number("status", values) == SkillerInterface.S_RUNNING.value
-    assert plotting.field_number("on", values) == 1.0
+    assert plotting.read_number("status", values) == SkillerInterface.S_RUNNING.value
+    assert plotting.read_number("on", values) == 1.0

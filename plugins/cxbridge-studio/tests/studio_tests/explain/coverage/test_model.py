@@ -15,7 +15,7 @@ from cxbridge_studio.explain.coverage.model import (
     add_recorded_agent,
     compute_coverage,
 )
-from cxbridge_studio.explain.coverage.report import lcov_lines, report_lines, to_json
+from cxbridge_studio.explain.coverage.report import format_lcov_lines, format_report, to_json
 from cxbridge_studio.explain.rules.constructs import TextFile
 from tests.history.runs import ENV, ListRun, action, fired, goal, skill
 from tests.support import SHARED, needs_shared
@@ -116,7 +116,7 @@ def test_rules_that_are_not_watched_do_not_count():
     use.add(RUN, ENV)
     found = compute_coverage(agent, use)
     assert (found.watched_count, found.fired_count) == (1, 1)
-    assert "firings not recorded: three" in report_lines(found, firings_known=True)
+    assert "firings not recorded: three" in format_report(found, has_firings=True)
 
 
 def test_files_come_from_the_recording_without_the_core():
@@ -134,7 +134,7 @@ def test_files_come_from_the_recording_without_the_core():
 
 
 def test_the_tracefile_of_lcov(tmp_path):
-    text = list(lcov_lines(covered(RUN)))
+    text = list(format_lcov_lines(covered(RUN)))
     assert text[:12] == [
         "TN:",
         "SF:/a/agent.clp",
@@ -172,7 +172,7 @@ def test_genhtml_takes_it(tmp_path):
     source = tmp_path / "agent.clp"
     source.write_text(AGENT)
     (tmp_path / "c.info").write_text(
-        "".join(f"{line}\n" for line in lcov_lines(covered(RUN, files=((str(source), AGENT),))))
+        "".join(f"{line}\n" for line in format_lcov_lines(covered(RUN, files=((str(source), AGENT),))))
     )
     done = subprocess.run(
         ["genhtml", "c.info", "-o", "html"],

@@ -13,7 +13,7 @@ from cxbridge_studio.explain.answer import Explanation, explain
 from cxbridge_studio.explain.answering import copy_evidence
 from cxbridge_studio.explain.evidence import Evidence
 from cxbridge_studio.explain.recorded import RecordedEvidence
-from cxbridge_studio.explain.scenario import EnvironmentEvidence, scenario_evidence
+from cxbridge_studio.explain.scenario import EnvironmentEvidence, collect_scenario_evidence
 from studio_tests.explain.mistakes.agents import MISTAKES, Mistake
 from tests.support import ROOT, share
 
@@ -49,7 +49,7 @@ def test_there_are_enough():
 @pytest.mark.parametrize("mistake", share(MISTAKES, 5), ids=lambda mistake: mistake.name)
 def test_the_true_cause_is_in_the_first_line(mistake, tmp_path):
     agent, recording = mistake.write(tmp_path), tmp_path / "run.mcap"
-    with scenario_evidence(RunOptions(scenario=agent, **TO_THE_END), mistake.at) as evidence:
+    with collect_scenario_evidence(RunOptions(scenario=agent, **TO_THE_END), mistake.at) as evidence:
         assert_tells(asked(evidence, mistake), mistake)
         assert isinstance(evidence, EnvironmentEvidence)
         assert_tells(asked(copied(evidence, mistake), mistake), mistake)
@@ -69,7 +69,7 @@ def test_the_true_cause_is_in_the_first_line(mistake, tmp_path):
 )
 def test_the_cause_is_found_from_the_root_goal(name, tmp_path):
     mistake = next(each for each in MISTAKES if each.name == name)
-    with scenario_evidence(
+    with collect_scenario_evidence(
         RunOptions(scenario=mistake.write(tmp_path), **TO_THE_END), mistake.at
     ) as evidence:
         first = explain(evidence, "TESTGOAL-PARENT").lines[0]
@@ -80,7 +80,9 @@ def test_the_cause_is_found_from_the_root_goal(name, tmp_path):
 def test_a_sound_agent_is_not_blamed(name):
     """While it runs, and at its end: no cause is made up."""
     for at in (0.5, 2.0, None):
-        with scenario_evidence(RunOptions(scenario=ROOT / "scenarios" / "test-scenario"), at) as evidence:
+        with collect_scenario_evidence(
+            RunOptions(scenario=ROOT / "scenarios" / "test-scenario"), at
+        ) as evidence:
             answer = explain(evidence, name)
         text = "\n".join(answer.lines)
         for word in ("refused", "not load", "did you mean", "no rule executes", "precondition"):

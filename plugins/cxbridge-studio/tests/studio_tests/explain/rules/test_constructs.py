@@ -22,7 +22,7 @@ def test_a_function_comes_after_all_that_it_calls():
     text = """
         (deffunction c (?x) (+ ?x 1)) (deffunction a (?x) (c ?x))
         (defrule r (test (and (a 1) (c 1))) =>)"""
-    snapshot = Constructs([TextFile("1.clp", text)]).snapshot("r", "e", 0)
+    snapshot = Constructs([TextFile("1.clp", text)]).take_snapshot("r", "e", 0)
     assert [function.split()[1] for function in snapshot.functions] == ["c", "a"]
     assert diagnose(snapshot).unknown == ""
 
@@ -37,9 +37,9 @@ def test_of_two_constructs_the_later_counts_and_globals_are_found():
             ),
         ]
     )
-    snapshot = made.snapshot("r", "e", 0)
+    snapshot = made.take_snapshot("r", "e", 0)
     assert not snapshot.needs_all_facts
     with Matcher(snapshot) as matcher:
         assert matcher.evaluate("?*b*") == 2
-    assert made.rulebook().positions == {"r": ("2.clp", 2)}
+    assert made.read_rulebook().positions == {"r": ("2.clp", 2)}
     assert snapshot.templates["y"].slots == (("z", False), ("w", True))

@@ -8,7 +8,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.events import RuleFired
 from cxbridge_studio.explain.evidence import Evidence, History
 from cxbridge_studio.explain.rules.environment import read_rulebook, take_snapshot
-from cxbridge_studio.explain.rules.report import explain_rule, report_lines, to_json, verdict
+from cxbridge_studio.explain.rules.report import explain_rule, format_report, make_verdict, to_json
 from studio_tests.explain.worlds import world
 
 
@@ -20,13 +20,13 @@ class WorldEvidence(Evidence):
         self.env = env
         self.folders = folders
 
-    def rulebook(self):
+    def read_rulebook(self):
         return read_rulebook(self.env, self.folders)
 
-    def snapshot(self, rule):
+    def take_snapshot(self, rule):
         return take_snapshot(self.env, rule)
 
-    def fact_slots(self, template):
+    def read_fact_slots(self, template):
         return []
 
 
@@ -36,26 +36,26 @@ ROBOT = "(robot (name r) (battery 7))"
 def test_on_the_agenda_behind_another():
     first = "(defrule first (declare (salience 10)) (robot) =>)"
     with world(first, "(defrule it (robot) =>)", ROBOT) as env:
-        told = verdict(explain_rule(WorldEvidence(env), "it"))
+        told = make_verdict(explain_rule(WorldEvidence(env), "it"))
         assert told == (
             "its condition matches in one way, 1 of them is on the agenda: "
             "it comes after 1 others, first first (salience 10)"
         )
         env.run(1)
-        assert "it is the next to fire" in verdict(explain_rule(WorldEvidence(env), "it"))
+        assert "it is the next to fire" in make_verdict(explain_rule(WorldEvidence(env), "it"))
 
 
 def test_fired_already():
     with world("(defrule it (robot) =>)", ROBOT) as env:
         env.run()
-        told = verdict(explain_rule(WorldEvidence(env), "it"))
+        told = make_verdict(explain_rule(WorldEvidence(env), "it"))
     assert told.startswith("its condition matches in one way, and it has fired for it: it fires again when")
 
 
 def test_halted():
     with world("(defrule it (robot) =>)", ROBOT) as env:
         env.interrupt()
-        assert "no rule fires any more: the run was interrupted" in verdict(
+        assert "no rule fires any more: the run was interrupted" in make_verdict(
             explain_rule(WorldEvidence(env), "it")
         )
 
@@ -67,7 +67,7 @@ def test_firings_are_told():
     with world("(defrule it (robot) =>)", ROBOT) as env:
         env.run()
         story = explain_rule(WorldEvidence(env, history), "it")
-    text = "\n".join(report_lines(story))
+    text = "\n".join(format_report(story))
     assert "It has fired once at 1.500 s for f-1." in text
     assert "  f-1  fired at 1.500 s" in text
     assert to_json(story)["fired"] == 1
@@ -80,7 +80,7 @@ def test_a_rule_with_a_broken_construct(tmp_path):
         env.load(file)
         story = explain_rule(WorldEvidence(env), "it")
     assert f"{file}:2: defrule it is not defined" in story.missing
-    assert "there is no such rule: it was refused" in verdict(story)
+    assert "there is no such rule: it was refused" in make_verdict(story)
     assert to_json(story)["exists"] is False
 
 
@@ -133,7 +133,7 @@ def test_the_page_as_a_person_reads_it(tmp_path):
         story = explain_rule(WorldEvidence(env), "it")
     goal = "?g <- (goal (id ?n) (mode SELECTED))"
     nearest = "no fact matches together with the facts before it; the nearest have 1 of 2 slots right"
-    assert list(report_lines(story)) == [
+    assert list(format_report(story)) == [
         f"rule it has not fired: CE 2 {goal} has no match: {nearest}: id is g, not ?n",
         "",
         "rule it",
