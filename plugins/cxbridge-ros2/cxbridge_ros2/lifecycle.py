@@ -56,7 +56,7 @@ class TransitionOutcome(IntEnum):
         return f"transition_{self.name.lower()}"
 
 
-# names of transitions
+# the names of transitions
 CONFIGURE, CLEANUP, ACTIVATE, DEACTIVATE = "configure", "cleanup", "activate", "deactivate"
 SHUTDOWN: Final = "shutdown"
 
@@ -92,7 +92,7 @@ _TRANSITIONS: Final = tuple(
         (7, SHUTDOWN, "ACTIVE", "SHUTTINGDOWN", "FINALIZED"),
     )
 )
-# By transition state: the number that lifecycle_msgs/msg/Transition gives to the successful end.
+# The number in lifecycle_msgs/msg/Transition of the successful end of each transition state.
 _SUCCESS_NUMBERS: Final = {
     LifecycleState.CONFIGURING: 10,
     LifecycleState.CLEANINGUP: 20,
@@ -112,7 +112,7 @@ class Lifecycle(Closing):
     :param name: the node's name without the slash.
     :param callbacks: functions by transition. A transition without a function succeeds; an exception
         finalizes the node.
-    :param report: called with a text about each exception.
+    :param report_error: called with a text about each exception.
     :param state: the initial state.
     """
 
@@ -122,10 +122,10 @@ class Lifecycle(Closing):
         name: str,
         callbacks: Mapping[str, TransitionCallback],
         clock: Clock,
-        report: Callable[[str], None],
+        report_error: Callable[[str], None],
         state: LifecycleState = LifecycleState.UNCONFIGURED,
     ) -> None:
-        self._callbacks, self._clock, self._report = callbacks, clock, report
+        self._callbacks, self._clock, self._report_error = callbacks, clock, report_error
         self.state = state
         services: dict[str, tuple[str, Callable[[Message], Mapping[str, Any]]]] = {
             "change_state": ("ChangeState", self._change_state),
@@ -179,13 +179,13 @@ class Lifecycle(Closing):
         try:
             succeeded = self._callbacks[name]() if name in self._callbacks else True
         except Exception as error:  # noqa: BLE001 - any exception is an error of the transition
-            self._report(f"{name} has failed: {error}")
+            self._report_error(f"{name} has failed: {error}")
             return TransitionOutcome.ERROR
         return TransitionOutcome.SUCCESS if succeeded else TransitionOutcome.FAILURE
 
     def _end_transition(self, outcome: TransitionOutcome) -> None:
         """Go from the current transition state to the primary state after an outcome."""
-        goal_state = _end_states(self.state)[outcome]
+        goal_state = _find_end_states(self.state)[outcome]
         self._enter_state(_SUCCESS_NUMBERS[self.state] + outcome, outcome.label, goal_state)
 
     def _enter_state(self, number: int, label: str, goal_state: LifecycleState) -> None:
@@ -198,10 +198,12 @@ class Lifecycle(Closing):
     # --- services -----------------------------------------------------------------------------------------
 
     def _change_state(self, request: Message) -> Mapping[str, Any]:
-        requested = request["transition"]
+        requested_transition = request["transition"]
         # a client names the transition by its label, or by its number and an empty label
-        names = (transition.name for transition in _TRANSITIONS if transition.number == requested["id"])
-        return {"success": self.request_transition(requested["label"] or next(names, ""))}
+        names = (
+            transition.name for transition in _TRANSITIONS if transition.number == requested_transition["id"]
+        )
+        return {"success": self.request_transition(requested_transition["label"] or next(names, ""))}
 
     def _get_state(self, _request: Message) -> Mapping[str, Any]:
         return {"current_state": self.state.message}
@@ -215,7 +217,7 @@ class Lifecycle(Closing):
     def _get_transition_graph(self, _request: Message) -> Mapping[str, Any]:
         end_descriptions = (
             _make_description(
-                number + outcome, outcome.label, transition_state, _end_states(transition_state)[outcome]
+                number + outcome, outcome.label, transition_state, _find_end_states(transition_state)[outcome]
             )
             for transition_state, number in _SUCCESS_NUMBERS.items()
             for outcome in TransitionOutcome
@@ -228,7 +230,9 @@ class Lifecycle(Closing):
         self._event_publisher.close()
 
 
-def _end_states(transition_state: LifecycleState) -> tuple[LifecycleState, LifecycleState, LifecycleState]:
+def _find_end_states(
+    transition_state: LifecycleState,
+) -> tuple[LifecycleState, LifecycleState, LifecycleState]:
     """Return the states after a transition state: for SUCCESS, FAILURE and ERROR."""
     if transition_state is LifecycleState.ERRORPROCESSING:
         return LifecycleState.UNCONFIGURED, LifecycleState.FINALIZED, LifecycleState.FINALIZED
@@ -237,8 +241,8 @@ def _end_states(transition_state: LifecycleState) -> tuple[LifecycleState, Lifec
     )
     # a node that fails to shut down is finalized all the same
     is_final = transition.goal_state is LifecycleState.FINALIZED
-    failed = LifecycleState.FINALIZED if is_final else transition.start_state
-    return transition.goal_state, failed, LifecycleState.ERRORPROCESSING
+    failure_state = LifecycleState.FINALIZED if is_final else transition.start_state
+    return transition.goal_state, failure_state, LifecycleState.ERRORPROCESSING
 
 
 def _describe_first_changes(transitions: Iterable[_Transition]) -> Iterator[Message]:

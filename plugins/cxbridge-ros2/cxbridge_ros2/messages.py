@@ -27,8 +27,8 @@ Message = dict[str, Any]
 EMPTY_MESSAGE_FIELD: Final = "structure_needs_at_least_one_member"
 BYTE_TYPES: Final = ("uint8", "byte")  # without char, which Definitions replaces by uint8
 
-_CDR_IDENTIFIERS: Final = (b"\0\0", b"\0\1")  # of big-endian and little-endian CDR
-_HEADER_LENGTH: Final = 4  # bytes of the encapsulation header: the identifier, and options
+_CDR_IDENTIFIERS: Final = (b"\0\0", b"\0\1")  # big-endian and little-endian CDR
+_HEADER_BYTES: Final = 4  # the encapsulation header has the identifier, and options
 _INTEGER_RANGES: Final = {
     name: (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1) if name.startswith("int") else (0, 2**bits - 1)
     for bits in (8, 16, 32, 64)
@@ -76,7 +76,7 @@ class Codec:
             raise ValueError("not plain CDR")
         definition = self._store.get_msgdef(str(name))
         deserialize = definition.deserialize_cdr_le if data[1] else definition.deserialize_cdr_be
-        instance, _end = deserialize(data[_HEADER_LENGTH:], 0, definition.cls, self._store)
+        instance, _end = deserialize(data[_HEADER_BYTES:], 0, definition.cls, self._store)
         return instance
 
     # --- to ROS -------------------------------------------------------------------------------------------
@@ -117,13 +117,13 @@ class Codec:
             raise Ros2Error(f"{path} must have {size} elements, not {len(values)}")
         if node == Nodetype.SEQUENCE and size and len(values) > size:
             raise Ros2Error(f"{path} must have at most {size} elements, not {len(values)}")
-        base = _base_type_name(element)
-        if base in BYTE_TYPES and isinstance(values, bytes | bytearray | memoryview):
+        base_type = _find_base_type_name(element)
+        if base_type in BYTE_TYPES and isinstance(values, bytes | bytearray | memoryview):
             return np.frombuffer(bytes(values), dtype=np.uint8)  # without checks, since each byte fits
         elements = [self._to_ros(element, value, f"{path}[{index}]") for index, value in enumerate(values)]
-        if base in BYTE_TYPES:  # the mask removes the sign that `_check_byte` gives to numbers above 127
+        if base_type in BYTE_TYPES:  # the mask removes the sign that `_check_byte` gives to numbers above 127
             return np.array([number & 0xFF for number in elements], dtype=np.uint8)
-        return np.array(elements, dtype=_DTYPES[base]) if base in _DTYPES else elements
+        return np.array(elements, dtype=_DTYPES[base_type]) if base_type in _DTYPES else elements
 
     def _make_zero(self, field_type: FieldType) -> Any:
         node, details = field_type
@@ -132,10 +132,10 @@ class Codec:
         if node == Nodetype.BASE:
             return _ZEROS_BY_TYPE.get(details[0], 0)
         element, size = details
-        base = _base_type_name(element)
+        base_type = _find_base_type_name(element)
         length = size if node == Nodetype.ARRAY else 0
-        if base in _DTYPES:
-            return np.zeros(length, dtype=_DTYPES[base])
+        if base_type in _DTYPES:
+            return np.zeros(length, dtype=_DTYPES[base_type])
         return [self._make_zero(element) for _ in range(length)]
 
     # --- from ROS -----------------------------------------------------------------------------------------
@@ -165,13 +165,13 @@ class Codec:
         return value.tolist() if isinstance(value, np.ndarray) else list(value)
 
 
-def _base_type_name(field_type: FieldType) -> str:
+def _find_base_type_name(field_type: FieldType) -> str:
     """Return the name of a base type; empty for a message or a list."""
     node, details = field_type
     return str(details[0]) if node == Nodetype.BASE else ""
 
 
-def value_at(message: Any, path: str) -> Any:
+def find_value(message: Any, path: str) -> Any:
     """Return the value of a field; None if the message has no such field.
 
     :param path: the path of the field, such as ``header.stamp``.
@@ -234,7 +234,8 @@ def _check_string(value: Any, path: str, _name: str, limit: int) -> str:
 
 
 # Functions by base type. A function returns a value after the check that it fits. Its arguments are the
-# value, the path of the field for errors, the base type, and the maximal number of bytes of a string or 0.
+# value, the path of the field for errors, the base type, and the maximum number of bytes of a string, or 0
+# for no limit.
 _CHECKS_BY_TYPE: Final[dict[str, Callable[[Any, str, str, int], Any]]] = {
     **dict.fromkeys(_INTEGER_RANGES, _check_integer),
     "byte": _check_byte,

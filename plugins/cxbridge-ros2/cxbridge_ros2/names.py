@@ -1,4 +1,4 @@
-"""Names in ROS 2: of types, and of topics, services and actions."""
+"""The names of types, topics, services and actions in ROS 2."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from msgspec import Struct
 
 from cxbridge.errors import Ros2Error
 
-# Kinds of definitions: the folder in a package, and the middle part of a type's name.
+# The kinds of definitions: each is a folder in a package, and the middle part of a type's name.
 DEFINITION_KINDS: Final = ("msg", "srv", "action")
 
 _TOPIC: Final = re.compile(r"(?:/[A-Za-z_][A-Za-z0-9_]*)+")

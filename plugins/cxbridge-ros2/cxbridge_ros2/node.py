@@ -24,14 +24,14 @@ from cxbridge_ros2.qos import PROFILES, QosProfile
 
 MessageCallback = Callable[[Message], None]
 
-# Gets a text about a problem of another node: a broken message, or a mismatch of type or QoS.
+# Receives a text about a problem of another node: a broken message, or a mismatch of type or QoS.
 ProblemCallback = Callable[[str], None]
 
-FailureCallback = Callable[[str], None]  # gets the reason why a call has no response
+FailureCallback = Callable[[str], None]  # receives the reason why a call has no response
 
 SendResponse = Callable[[Mapping[str, Any]], None]  # sends the response to a request; called once
 
-# Gets a request, and sends the response at once or later.
+# Handles a request, and sends the response at once or later.
 RequestHandler = Callable[[Message, SendResponse], None]
 
 # Makes the response to a refused request, from the request and the reason.
@@ -141,7 +141,7 @@ class Node(Closing):
     def complain(self, kind: str, text: str) -> None:
         """Report a problem of another node.
 
-        :param kind: identifies similar problems, which are reported together.
+        :param kind: the kind of the problem; problems of one kind are reported together.
         """
         self._complaints.add(kind, text)
 
@@ -252,5 +252,5 @@ class Node(Closing):
     def poll(self, timeout_s: float = 0.0) -> bool:
         """Call the callbacks for received messages; return whether there were messages.
 
-        :param timeout_s: the seconds to wait for the first message.
+        :param timeout_s: the time limit for the first message.
         """

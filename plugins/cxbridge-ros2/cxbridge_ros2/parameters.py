@@ -65,7 +65,7 @@ _TYPES_BY_CLASS: Final = {
 }
 
 
-def parameter_type(value: ParameterValue) -> ParameterType:
+def find_parameter_type(value: ParameterValue) -> ParameterType:
     """Return the type of a value.
 
     :raises Ros2Error: for a list of several types, or a number beyond 64 bits.
@@ -87,7 +87,7 @@ def parameter_type(value: ParameterValue) -> ParameterType:
 
 def encode_value(value: ParameterValue) -> Mapping[str, Any]:
     """Return a value as rcl_interfaces/msg/ParameterValue."""
-    value_type = parameter_type(value)
+    value_type = find_parameter_type(value)
     field = _VALUE_FIELDS.get(value_type)
     if field is None:
         return {"type": int(value_type)}
@@ -115,7 +115,7 @@ def decode_value(message: Mapping[str, Any]) -> ParameterValue:
 class Parameter:
     """A declared parameter.
 
-    :param read_only: True if clients cannot set the parameter.
+    :param read_only: whether clients cannot set the parameter.
     """
 
     value: ParameterValue
@@ -127,19 +127,21 @@ class Parameters(Closing):
     """The parameters of a node, with their services.
 
     :param name: the node's name without the slash.
-    :param declared: parameters by name; their types never change.
+    :param parameters_by_name: parameters by name; their types never change.
     """
 
     def __init__(
         self,
         node: Node,
         name: str,
-        declared: Mapping[str, Parameter],
+        parameters_by_name: Mapping[str, Parameter],
         clock: Clock,
     ) -> None:
         self._name, self._clock = name, clock
-        self._declared = dict(declared)
-        self._types = {key: parameter_type(parameter.value) for key, parameter in declared.items()}
+        self._parameters = dict(parameters_by_name)
+        self._types = {
+            key: find_parameter_type(parameter.value) for key, parameter in parameters_by_name.items()
+        }
         handlers: dict[str, Callable[[Message], Mapping[str, Any]]] = {
             "get_parameters": self._get_parameters,
             "get_parameter_types": self._get_parameter_types,
@@ -161,32 +163,34 @@ class Parameters(Closing):
         self._event_publisher = node.create_publisher(
             EVENTS_TOPIC, f"{_PACKAGE}/msg/ParameterEvent", PROFILES["parameters"]
         )
-        self._publish_event("new_parameters", self._declared)
+        self._publish_event("new_parameters", self._parameters)
 
     def __getitem__(self, name: str) -> ParameterValue:
-        return self._declared[name].value
+        return self._parameters[name].value
 
     # --- services -----------------------------------------------------------------------------------------
 
     def _get_parameters(self, request: Message) -> Mapping[str, Any]:
-        return self._answer_each(request, "values", lambda name: encode_value(self[name]))
+        return self._describe_each(request, "values", lambda name: encode_value(self[name]))
 
     def _get_parameter_types(self, request: Message) -> Mapping[str, Any]:
-        return self._answer_each(request, "types", lambda name: int(parameter_type(self[name])))
+        return self._describe_each(request, "types", lambda name: int(find_parameter_type(self[name])))
 
     def _describe_parameters(self, request: Message) -> Mapping[str, Any]:
-        return self._answer_each(
+        return self._describe_each(
             request,
             "descriptors",
             lambda name: {
                 "name": name,
                 "type": int(self._types[name]),
-                "description": self._declared[name].description,
-                "read_only": self._declared[name].read_only,
+                "description": self._parameters[name].description,
+                "read_only": self._parameters[name].read_only,
             },
         )
 
-    def _answer_each(self, request: Message, field: str, describe: Callable[[str], Any]) -> Mapping[str, Any]:
+    def _describe_each(
+        self, request: Message, field: str, describe: Callable[[str], Any]
+    ) -> Mapping[str, Any]:
         """Return a response with data of each requested parameter.
 
         As in rclcpp, the response is empty if one of the parameters is unknown.
@@ -195,12 +199,12 @@ class Parameters(Closing):
         :param describe: returns the data of a parameter.
         """
         names = request["names"]
-        are_known = all(name in self._declared for name in names)
+        are_known = all(name in self._parameters for name in names)
         return {field: [describe(name) for name in names] if are_known else []}
 
     def _list_parameters(self, request: Message) -> Mapping[str, Any]:
         depth, prefixes = request["depth"], request["prefixes"]
-        names = [name for name in self._declared if _is_listed(name, prefixes, depth)]
+        names = [name for name in self._parameters if _is_listed(name, prefixes, depth)]
         parents = dict.fromkeys(name.rpartition(_SEPARATOR)[0] for name in names if _SEPARATOR in name)
         return {"result": {"names": names, "prefixes": list(parents)}}
 
@@ -208,7 +212,7 @@ class Parameters(Closing):
         results = []
         # in a loop: a refused parameter does not keep the following parameters from being set
         for parameter in request["parameters"]:
-            reason = self._refusal_reason(parameter)
+            reason = self._find_refusal_reason(parameter)
             results.append({"successful": not reason, "reason": reason})
             if not reason:
                 self._store_values([parameter])
@@ -216,15 +220,15 @@ class Parameters(Closing):
 
     def _set_parameters_atomically(self, request: Message) -> Mapping[str, Any]:
         parameters = request["parameters"]
-        reason = next(filter(None, map(self._refusal_reason, parameters)), "")
+        reason = next(filter(None, map(self._find_refusal_reason, parameters)), "")
         if not reason:
             self._store_values(parameters)
         return {"result": {"successful": not reason, "reason": reason}}
 
-    def _refusal_reason(self, message: Message) -> str:
+    def _find_refusal_reason(self, message: Message) -> str:
         """Return why a parameter cannot be set; empty if the parameter can be set."""
         name = message["name"]
-        parameter = self._declared.get(name)
+        parameter = self._parameters.get(name)
         if parameter is None:
             return f"there is no parameter '{name}'"
         if parameter.read_only:
@@ -233,14 +237,14 @@ class Parameters(Closing):
             value = decode_value(message["value"])
         except Ros2Error as error:
             return error.message
-        declared_type, value_type = self._types[name], parameter_type(value)
+        declared_type, value_type = self._types[name], find_parameter_type(value)
         if value_type is not declared_type and declared_type is not ParameterType.NOT_SET:
             return f"the parameter '{name}' is of type {declared_type.name}, not {value_type.name}"
         return ""
 
     def _store_values(self, messages: Sequence[Message]) -> None:
         for message in messages:
-            self._declared[message["name"]].value = decode_value(message["value"])
+            self._parameters[message["name"]].value = decode_value(message["value"])
         self._publish_event("changed_parameters", [message["name"] for message in messages])
 
     def _publish_event(self, field: str, names: Iterable[str]) -> None:
@@ -269,8 +273,8 @@ def _to_camel_case(service: str) -> str:
 def _is_listed(name: str, prefixes: Sequence[str], depth: int) -> bool:
     """Return whether ``list_parameters`` lists a parameter.
 
-    :param prefixes: the names whose parameters are listed; empty for all.
-    :param depth: the maximal number of further parts of a name; 0 for any number (DEPTH_RECURSIVE).
+    :param prefixes: the names whose parameters are listed; empty for all names.
+    :param depth: the maximum number of further parts of a name; 0 for any number (DEPTH_RECURSIVE).
     """
     paths = [
         name.removeprefix(prefix).removeprefix(_SEPARATOR)

@@ -40,7 +40,7 @@ class PlanSys2Protocol(HubProtocol):
     def decode_heartbeat(self, fields: Message) -> Heartbeat:
         return Heartbeat(fields["node_name"], fields["action"], fields["state"])
 
-    def cancel_reply(self, finish: HubMessage) -> HubMessage | None:  # noqa: ARG002
+    def make_cancel_reply(self, finish: HubMessage) -> HubMessage | None:  # noqa: ARG002
         """Return None, since PlanSys2's performers stop silently and its executor expects no message."""
         return None
 

@@ -56,7 +56,7 @@ class ProblemExpertFeature(Feature):
         self.version += 1
 
     def make_expert(self, env: ClipsEnvironment) -> ProblemExpert:
-        """Make an expert. The caller holds the lock of the environment while using the expert."""
+        """Return an expert, which the caller uses while holding the lock of the environment."""
         # imported here, since the imports are slow and only clients use an expert
         from cxbridge_ros2.experts.facts import FactKnowledge, extend_domain  # noqa: PLC0415
         from cxbridge_ros2.experts.knowledge import ProblemExpert  # noqa: PLC0415

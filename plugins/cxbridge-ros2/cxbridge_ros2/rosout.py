@@ -1,4 +1,4 @@
-"""The log on /rosout: publishes the log lines of a run, and receives those of other nodes."""
+"""Publishes the log lines of a run on /rosout, and receives the log lines of other nodes."""
 
 from __future__ import annotations
 
@@ -34,23 +34,23 @@ class RosoutPublisher(Closing):
 
     def __call__(self, event: Event) -> None:
         if isinstance(event, LogLine) and _SEVERITIES[event.level] >= _SEVERITIES[self._min_level]:
-            self._publisher.publish(log_message(event, f"{self._name}.{event.component}"))
+            self._publisher.publish(make_log_message(event, f"{self._name}.{event.component}"))
 
     def close(self) -> None:
         self._publisher.close()
 
 
-def log_message(line: LogLine, component: str) -> Message:
+def make_log_message(line: LogLine, component: str) -> Message:
     """Return a log line as a message."""
     return {
         "stamp": us_to_stamp(line.time_us),
         "level": _SEVERITIES[line.level],
-        "name": _ros_text(component),
-        "msg": _ros_text(line.text),
+        "name": _to_ros_text(component),
+        "msg": _to_ros_text(line.text),
     }
 
 
-def _ros_text(text: str) -> str:
+def _to_ros_text(text: str) -> str:
     """Return a text without NULs and lone surrogates, which ROS strings cannot contain."""
     return text.replace("\0", "").encode("utf-8", "replace").decode()
 
@@ -61,11 +61,11 @@ def subscribe_log(node: Node, on_line: Callable[[LogLine], None]) -> Callable[[]
     A publisher sends its last lines to a new subscription, so old lines come first.
     """
 
-    def callback(message: Message) -> None:
+    def receive_line(message: Message) -> None:
         level = find_level(message["level"])
         on_line(LogLine(stamp_to_us(message["stamp"]), level, message["name"], message["msg"]))
 
-    return node.subscribe(ROSOUT_TOPIC, LOG_TYPE, callback, PROFILES["rosout"], right=Right.LOOK)
+    return node.subscribe(ROSOUT_TOPIC, LOG_TYPE, receive_line, PROFILES["rosout"], right=Right.LOOK)
 
 
 def find_level(severity: int) -> Level:

@@ -26,7 +26,7 @@ from cxbridge_ros2.fawkes_keys import has_cxbridge_keys, is_cxbridge_key
 from cxbridge_ros2.names import check_topic
 from cxbridge_ros2.node import Domain, Node, ProblemCallback
 from cxbridge_ros2.transports import TRANSPORTS
-from cxbridge_ros2.transports.environment import default_reach, has_rclpy
+from cxbridge_ros2.transports.environment import find_default_reach, has_rclpy
 
 if TYPE_CHECKING:
     from cxbridge.config import Configuration
@@ -83,7 +83,7 @@ class NodeSettings(Struct, frozen=True):
         """
         domain = typed_setting(settings, "domain", -1, component)
         namespace = typed_setting(settings, "namespace", "", component)
-        transport = typed_setting(settings, "transport", "", component) or _default_transport(settings)
+        transport = typed_setting(settings, "transport", "", component) or _find_default_transport(settings)
         if transport not in TRANSPORTS:
             raise ConfigError(
                 f"{component}: there is no transport '{transport}'",
@@ -98,7 +98,7 @@ class NodeSettings(Struct, frozen=True):
         # -1 stands for a missing domain, since `typed_setting` takes the type from the default
         return cls(
             packages=tuple(folder / str(package) for package in to_list(settings.get("packages", []))),
-            distribution=typed_setting(settings, "distribution", _default_distribution(), component),
+            distribution=typed_setting(settings, "distribution", _find_default_distribution(), component),
             transport=transport,
             url=typed_setting(settings, "url", "", component),
             domain=None if domain < 0 else domain,
@@ -113,7 +113,7 @@ class NodeSettings(Struct, frozen=True):
         # a configuration of Cyclone DDS may name any interface and peer
         if default is None or os.environ.get("CYCLONEDDS_URI"):
             return False
-        return (self.reach or default_reach(default)) in ("localhost", "off")
+        return (self.reach or find_default_reach(default)) in ("localhost", "off")
 
     def load_definitions(self, texts: Mapping[str, str] | None = None) -> Definitions:
         return Definitions(self.packages, self.distribution, texts=texts)
@@ -136,7 +136,7 @@ class NodeSettings(Struct, frozen=True):
         return node
 
 
-def _default_transport(settings: Mapping[str, Any]) -> str:
+def _find_default_transport(settings: Mapping[str, Any]) -> str:
     """Return rclpy in a sourced ROS 2, so that its RMW and types are used; otherwise DDS."""
     excludes_rclpy = any(
         key in settings and "rclpy" not in transports for key, transports in _TRANSPORTS_BY_KEY.items()
@@ -144,10 +144,10 @@ def _default_transport(settings: Mapping[str, Any]) -> str:
     return "dds" if excludes_rclpy or not has_rclpy() else "rclpy"
 
 
-def _default_distribution() -> str:
-    """Return the distribution of the sourced environment if it is known, else the default."""
-    sourced = os.environ.get("ROS_DISTRO", "")
-    return sourced if sourced in DISTRIBUTIONS else DEFAULT_DISTRIBUTION
+def _find_default_distribution() -> str:
+    """Return the distribution of the sourced environment if rosbags knows it, or else the default."""
+    sourced_distribution = os.environ.get("ROS_DISTRO", "")
+    return sourced_distribution if sourced_distribution in DISTRIBUTIONS else DEFAULT_DISTRIBUTION
 
 
 # --- values -------------------------------------------------------------------------------------------------
@@ -171,9 +171,9 @@ def typed_setting(settings: Mapping[str, Any], name: str, default: SettingT, com
     return value
 
 
-def check_keys(settings: Iterable[str], known: Iterable[str], component: str) -> None:
+def check_keys(settings: Iterable[str], known_keys: Iterable[str], component: str) -> None:
     """Raise `ConfigError` for a key that a component does not read."""
-    names = [*known]
+    names = [*known_keys]
     for key in settings:
         if key.split("/")[0] not in names:
             raise ConfigError(
@@ -257,14 +257,16 @@ class Ros2Reach(PluginSettings):
     def read(cls, config: Configuration) -> Self | None:
         if not config.keys(cls.SECTION):
             return None
-        return cls(is_local=all(_is_local_section(config, section) for section in _node_sections(config)))
+        return cls(
+            is_local=all(_is_local_section(config, section) for section in _list_node_sections(config))
+        )
 
     @property
     def is_local(self) -> bool:
         return self._is_local
 
 
-def _node_sections(config: Configuration) -> Iterator[str]:
+def _list_node_sections(config: Configuration) -> Iterator[str]:
     """Yield the sections of the nodes that handle messages of other nodes."""
     for name in config.keys(_ROS2_SECTION):
         section = f"{_ROS2_SECTION}/{name}"

@@ -24,16 +24,16 @@ from cxbridge_ros2.settings import read_node_section
 from cxbridge_ros2.stamps import stamp_to_us
 
 CLOCK_TOPIC: Final = "/clock"
-DEFAULT_SERVER_TIMEOUT_S: Final = 10.0  # limit of real time in seconds for the first message
+DEFAULT_SERVER_TIMEOUT_S: Final = 10.0  # limit of real time for the first message
 _CLOCK_SECTION: Final = "/ros2/clock"
 
 _CLOCK_TYPE: Final = "rosgraph_msgs/msg/Clock"
-_POLL_S: Final = 0.1  # seconds of one poll for /clock
+_POLL_TIMEOUT_S: Final = 0.1  # the time limit of one poll for /clock
 # Pause after a poll with a message: 1000 steps a second are enough, even if the simulator sends more.
 _PAUSE_S: Final = 0.001
-# Seconds between a sleeper's checks of its wake event, since a paused simulation sends no messages.
+# The time between a sleeper's checks of its wake event, since a paused simulation sends no messages.
 _WAKE_CHECK_S: Final = 0.05
-_NEVER: Final = 2**63  # later than each time in int64 microseconds
+_NEVER_US: Final = 2**63  # later than each time in int64 microseconds
 
 
 def make_clock(config: Configuration, folder: Path) -> Clock:
@@ -68,7 +68,7 @@ class SimTimeClock(Clock):
         self._is_closed = False
         self._now_us = self._offset_us = 0
         # the earliest end of a sleep: messages with an earlier time wake no sleeper
-        self._earliest_wake_us = _NEVER
+        self._earliest_wake_us = _NEVER_US
 
     def now_us(self) -> int:
         """Return the simulated time in microseconds.
@@ -116,7 +116,7 @@ class SimTimeClock(Clock):
 
     def _follow(self, node: Node) -> None:
         while not self._is_closed:
-            if node.poll(_POLL_S):
+            if node.poll(_POLL_TIMEOUT_S):
                 time.sleep(_PAUSE_S)
         node.close()
 
@@ -127,5 +127,5 @@ class SimTimeClock(Clock):
                 self._offset_us = self._now_us - sent_us  # the simulation was reset
             self._now_us = sent_us + self._offset_us
             if self._now_us >= self._earliest_wake_us:
-                self._earliest_wake_us = _NEVER
+                self._earliest_wake_us = _NEVER_US
                 self._time_changed.notify_all()

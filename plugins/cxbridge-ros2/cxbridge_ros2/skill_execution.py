@@ -37,7 +37,7 @@ class SkillExecutionProtocol(HubProtocol):
     def decode_heartbeat(self, fields: Message) -> Heartbeat:
         return Heartbeat(fields["node_name"], fields["action_name"], fields["state"])
 
-    def cancel_reply(self, finish: HubMessage) -> HubMessage | None:
+    def make_cancel_reply(self, finish: HubMessage) -> HubMessage | None:
         """Return a FINISH with the status by which the thesis' caller recognises a cancellation."""
         return finish if finish.success else replace(finish, status="CANCELLED", progress=0.0)
 

@@ -21,12 +21,12 @@ from cxbridge.skiller.board.executor import ExecutorContext
 from cxbridge.suggestions import did_you_mean
 from cxbridge_ros2.actions import ActionClient, GoalStatus, SentGoal
 from cxbridge_ros2.executor import DEFAULT_TIMEOUT_S, RosExecutor, parse_seconds
-from cxbridge_ros2.messages import Message, value_at
+from cxbridge_ros2.messages import Message, find_value
 from cxbridge_ros2.names import check_topic, parse_type
 from cxbridge_ros2.node import Client
 from cxbridge_ros2.settings import NodeSettings, check_keys, nest_settings
 
-DEFAULT_SERVER_TIMEOUT_S: Final = 5.0  # default limit in seconds without a server until a skill fails
+DEFAULT_SERVER_TIMEOUT_S: Final = 5.0  # the default time without a server after which a skill fails
 
 _ACTION_KEYS: Final = ("action", "name", "goal", "feedback", "error", "timeout", "patience")
 _SERVICE_KEYS: Final = ("service", "name", "request", "success", "error", "timeout", "patience")
@@ -42,8 +42,8 @@ class RosSkill(Struct, frozen=True):
     :param feedback_path: the field of the feedback to show; empty for the whole feedback.
     :param success_path: the field of a response that must be true; empty if any response is a success.
     :param error_path: the field of a result or response with the error; may be empty.
-    :param timeout_s: the limit in seconds for the skill.
-    :param server_timeout_s: the limit in seconds without a server.
+    :param timeout_s: the time limit of the skill.
+    :param server_timeout_s: the time without a server after which the skill fails.
     """
 
     type_name: str
@@ -65,13 +65,15 @@ class RosSkills(RosExecutor):
     def __init__(self, context: ExecutorContext) -> None:
         super().__init__(context)
         self._tables: Mapping[str, Mapping[str, Any]] = self.setting("tables", {})
-        configured: Mapping[str, Any] = self.setting("skills", {})
-        if not configured:
+        skill_settings: Mapping[str, Any] = self.setting("skills", {})
+        if not skill_settings:
             raise ConfigError(
                 "RosSkills has no skills", hint="skills: {goto: {action: TYPE, name: /NAME, goal: {}}}"
             )
         namespace = self.node_settings.namespace
-        self._skills = {name: _read_skill(name, settings, namespace) for name, settings in configured.items()}
+        self._skills = {
+            name: _read_skill(name, settings, namespace) for name, settings in skill_settings.items()
+        }
         self.skills = tuple(self._skills)
         self._clients: dict[str, ActionClient | Client] = {}
 
@@ -84,18 +86,18 @@ class RosSkills(RosExecutor):
     def mistakes(cls, settings: Mapping[str, Any], folder: Path) -> Iterator[CxbridgeError]:
         node_settings = NodeSettings.parse(settings, folder, cls.__name__)
         definitions = node_settings.load_definitions()
-        configured = nest_settings(settings).get("skills")
-        for name, value in configured.items() if isinstance(configured, Mapping) else ():
+        skill_settings = nest_settings(settings).get("skills")
+        for name, value in skill_settings.items() if isinstance(skill_settings, Mapping) else ():
             skill = _read_skill(name, value, node_settings.namespace)
-            name_of_type = parse_type(skill.type_name, "action" if skill.is_action else "srv")
-            response = name_of_type.derive("Result" if skill.is_action else "Response")
+            ros_type = parse_type(skill.type_name, "action" if skill.is_action else "srv")
+            response = ros_type.derive("Result" if skill.is_action else "Response")
             try:
                 definitions.find_fields(response)
             except Ros2Error as error:
                 yield _prefix_skill(name, error)
                 continue  # without the type, the paths in it cannot be checked
             for message, path in (
-                (name_of_type.derive("Feedback"), skill.feedback_path),
+                (ros_type.derive("Feedback"), skill.feedback_path),
                 (response, skill.success_path),
                 (response, skill.error_path),
             ):
@@ -140,43 +142,43 @@ class RosSkills(RosExecutor):
         self, skill: RosSkill, client: ActionClient, goal: Message
     ) -> Generator[Any, None, None]:
         yield from self._wait_for_server(skill, client)
-        sent = client.send(goal)
+        sent_goal = client.send(goal)
         try:
-            yield from self._yield_progress(skill, client, sent)
+            yield from self._yield_progress(skill, client, sent_goal)
         finally:
-            if not sent.is_over:
-                sent.cancel()  # the skill was cancelled, or has exceeded its time limit
-                client.forget(sent)
-        if sent.is_accepted is False:
+            if not sent_goal.is_over:
+                sent_goal.cancel()  # the skill was cancelled, or has exceeded its time limit
+                client.forget(sent_goal)
+        if sent_goal.is_accepted is False:
             raise SkillFailedError(f"{skill.name} has rejected the goal")
-        if sent.status is GoalStatus.UNKNOWN:
+        if sent_goal.status is GoalStatus.UNKNOWN:
             raise SkillFailedError(
                 f"the server of {skill.name} does not know the goal, since it was restarted"
             )
-        if sent.status is not GoalStatus.SUCCEEDED:
-            reason = sent.reason or value_at(sent.result, skill.error_path)
-            raise SkillFailedError(f"{skill.name}: {sent.status.name}{f', {reason}' if reason else ''}")
+        if sent_goal.status is not GoalStatus.SUCCEEDED:
+            reason = sent_goal.reason or find_value(sent_goal.result, skill.error_path)
+            raise SkillFailedError(f"{skill.name}: {sent_goal.status.name}{f', {reason}' if reason else ''}")
 
     def _yield_progress(
-        self, skill: RosSkill, client: ActionClient, sent: SentGoal
+        self, skill: RosSkill, client: ActionClient, sent_goal: SentGoal
     ) -> Generator[Any, None, None]:
         """Yield the progress of a goal until its end."""
         last_served_us, shown_feedback, max_amount = self.clock.now_us(), None, 0.0
         while True:
             self.poll()
-            if sent.is_over:
+            if sent_goal.is_over:
                 return
             now_us = self.clock.now_us()
-            client.check_server(sent)
+            client.check_server(sent_goal)
             if client.has_server:
                 last_served_us = now_us
             elif now_us - last_served_us > skill.server_timeout_s * MICROSECONDS:
                 raise SkillFailedError(f"the server of {skill.name} has vanished")
-            if sent.feedback is None or sent.feedback is shown_feedback:
+            if sent_goal.feedback is None or sent_goal.feedback is shown_feedback:
                 yield None
                 continue
-            shown_feedback = sent.feedback
-            value = value_at(shown_feedback, skill.feedback_path) if skill.feedback_path else shown_feedback
+            shown_feedback = sent_goal.feedback
+            value = find_value(shown_feedback, skill.feedback_path) if skill.feedback_path else shown_feedback
             amount = value if isinstance(value, int | float) and math.isfinite(value) else 0.0
             max_amount = max(max_amount, amount)
             # the amount remains to be done, such as a distance, and falls to zero; a detour may raise the
@@ -199,8 +201,8 @@ class RosSkills(RosExecutor):
                 yield None
         finally:
             client.forget(number)  # a later response has no receiver
-        if skill.success_path and value_at(responses[0], skill.success_path) is not True:
-            reason = value_at(responses[0], skill.error_path)
+        if skill.success_path and find_value(responses[0], skill.success_path) is not True:
+            reason = find_value(responses[0], skill.error_path)
             raise SkillFailedError(f"{skill.name}: {reason or f'{skill.success_path} is not true'}")
 
 
@@ -220,14 +222,14 @@ def fill_template(value: Any, call: SkillCall, tables: Mapping[str, Mapping[str,
     :raises SkillError: if the call lacks an argument, or a table an entry.
     """
     if isinstance(value, Mapping):
-        return {key: fill_template(inner, call, tables) for key, inner in value.items()}
+        return {key: fill_template(element, call, tables) for key, element in value.items()}
     if isinstance(value, list):
-        return [fill_template(inner, call, tables) for inner in value]
+        return [fill_template(element, call, tables) for element in value]
     if not isinstance(value, str):
         return value
     match = _PARAMETER.fullmatch(value)
     if match is None:
-        return _PARAMETER.sub(lambda inner: str(call.get(inner[1] or inner[2])), value)
+        return _PARAMETER.sub(lambda parameter: str(call.get(parameter[1] or parameter[2])), value)
     name = match[1] or match[2]
     argument = call.get(name)
     if name not in tables:

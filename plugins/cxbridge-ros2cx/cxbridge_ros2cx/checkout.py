@@ -24,7 +24,7 @@ KNOWN_COMMIT = "0abace1"
 
 # the list of that commit's CLIPS and PDDL files: a line has the short digest of a file, then its path
 _KNOWN_FILES = Path(__file__).parent / "known_files.txt"
-_DIGEST_LENGTH = 16  # hexadecimal digits of a digest in that list: enough to notice a change
+_SHORT_DIGEST_DIGITS = 16  # hexadecimal digits of the short digests in that list: enough to notice a change
 
 # folders of a checkout
 _HOST_CLIPS = "cx_clips/src/cx_clips/clips"
@@ -49,11 +49,13 @@ class Ros2CxCheckout(Struct, frozen=True):
         """
         checkout = cls(root.resolve())
         packages = {_HOST_CLIPS: "cx_clips", _CORE_CLIPS: "cx_clips_executive", _PARAMETERS: _BRINGUP}
-        missing = [package for folder, package in packages.items() if not (checkout.root / folder).is_dir()]
-        if missing:
+        missing_packages = [
+            package for folder, package in packages.items() if not (checkout.root / folder).is_dir()
+        ]
+        if missing_packages:
             raise CxbridgeError(
                 f"this is not a checkout of ros2-clips-executive that cxbridge supports: "
-                f"it lacks the CLIPS files or parameters of {', '.join(missing)}",
+                f"it lacks the CLIPS files or parameters of {', '.join(missing_packages)}",
                 file=root,
                 hint=f"name the top folder of the repository, at commit {KNOWN_COMMIT} "
                 "(branch idoychev/minor-fixes); later versions are organised differently",
@@ -61,7 +63,7 @@ class Ros2CxCheckout(Struct, frozen=True):
         return checkout
 
     def find_changed_files(self) -> dict[str, list[str]]:
-        """Return the CLIPS and PDDL files that are missing or differ from those of the known commit.
+        """Return the CLIPS and PDDL files that are missing or differ from the files of the known commit.
 
         :returns: the files by package; the files of a shipped agent by ``PACKAGE/FOLDER``. The list of a
             package without changes is empty.
@@ -75,7 +77,7 @@ class Ros2CxCheckout(Struct, frozen=True):
             # the package of the core also contains the shipped agents, each in a folder
             is_agent = slash and folder.startswith("test-scenario")
             changed = changed_files.setdefault(f"{package}/{folder}" if is_agent else package, [])
-            if short_digest(self.root / path) != digest:
+            if compute_short_digest(self.root / path) != digest:
                 changed.append(inner_path.removeprefix(f"{folder}/") if is_agent else inner_path)
         return changed_files
 
@@ -99,11 +101,11 @@ class Ros2CxCheckout(Struct, frozen=True):
         return self.root / _CORE_CLIPS
 
 
-def short_digest(file: Path) -> str:
+def compute_short_digest(file: Path) -> str:
     """Return the first digits of a text file's SHA-256; empty if the file is missing."""
     try:
         data = file.read_bytes()
     except OSError:
         return ""
     # Git on Windows writes CRLF at line ends
-    return hashlib.sha256(data.replace(b"\r\n", b"\n")).hexdigest()[:_DIGEST_LENGTH]
+    return hashlib.sha256(data.replace(b"\r\n", b"\n")).hexdigest()[:_SHORT_DIGEST_DIGITS]

@@ -48,16 +48,18 @@ def check_parameters(config: Configuration, spec: str, checkout: Ros2CxCheckout)
 
 
 def _find_changed_files(checkout: Ros2CxCheckout) -> Iterator[str]:
-    """Yield a warning if the files of a checkout differ from those of the known commit."""
+    """Yield a warning if the files of a checkout differ from the files of the known commit."""
     changed_files = checkout.find_changed_files()
-    changed = "; ".join(
+    changed_text = "; ".join(
         f"{package} ({_shorten_list(files)})" for package, files in changed_files.items() if files
     )
-    if changed:
-        unchanged = ", ".join(package for package, files in changed_files.items() if not files) or "nothing"
+    if changed_text:
+        unchanged_text = (
+            ", ".join(package for package, files in changed_files.items() if not files) or "nothing"
+        )
         yield (
             f"{checkout.root}: this is not commit {KNOWN_COMMIT}, with which cxbridge was compared. "
-            f"Different files: {changed}. Unchanged: {unchanged}"
+            f"Different files: {changed_text}. Unchanged: {unchanged_text}"
         )
 
 
@@ -85,11 +87,13 @@ def _find_unknown_keys(config: Configuration, spec: str) -> Iterator[str]:
 def _find_invalid_folders(config: Configuration, checkout: Ros2CxCheckout) -> Iterator[str]:
     path = f"{EXECUTIVE_TREE}/clips-dirs"
     for text in config.get_strings(path, default=[]):
-        unknown = [name for name in _PLACEHOLDER.findall(text) if name not in _SHIPPED_PLACEHOLDERS]
-        if unknown:
+        unknown_placeholders = [
+            name for name in _PLACEHOLDER.findall(text) if name not in _SHIPPED_PLACEHOLDERS
+        ]
+        if unknown_placeholders:
             hint = f"use {_SHIPPED_PLACEHOLDERS[0]}"
             location = _format_location(config, path)
-            yield f"{location}{unknown[0]} in clips-dirs is not a known placeholder; {hint}"
+            yield f"{location}{unknown_placeholders[0]} in clips-dirs is not a known placeholder; {hint}"
         elif "@FEATURESTEST@" not in text:
             folder = Path(text.replace("@CONFDIR@", str(checkout.bringup_folder)))
             if not folder.is_dir():

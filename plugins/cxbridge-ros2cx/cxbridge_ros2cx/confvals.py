@@ -62,27 +62,27 @@ class ParametersFeature(Feature):
         for parameter in config.walk(tree):
             # the rules expect the paths of the ROS node, without ros__parameters
             path = f"/{node}{parameter.path[len(tree) :]}".replace(f"/{_SECTION}", "", 1)
-            slots = _confval_slots(parameter, repeats_defects=self._repeats_defects)
+            slots = _make_confval_slots(parameter, repeats_defects=self._repeats_defects)
             if slots is not None:
                 env.assert_fact("confval", {"path": path, **slots})
 
 
-def _confval_slots(parameter: ConfigValue, *, repeats_defects: bool) -> dict[str, Value] | None:
+def _make_confval_slots(parameter: ConfigValue, *, repeats_defects: bool) -> dict[str, Value] | None:
     """Return the slots of a parameter except its path; None for an empty list, which gets no fact."""
     if parameter.is_list:
         if not parameter.items:
             return None
         return {"type": Symbol("STRING"), "is-list": TRUE, "list-value": tuple(parameter.items)}
-    kind = scalar_type(parameter.text)
+    type_name = find_scalar_type(parameter.text)
     # within a list of maps each value is a string, in the mode `original` even TRUE and FALSE
-    if kind == "STRING" or (_INDEX.search(parameter.path) and (repeats_defects or kind != "BOOL")):
-        return {"type": Symbol(kind), "value": parameter.text}
-    if kind == "BOOL":
-        return {"type": Symbol(kind), "value": TRUE if parameter.text.lower() in YAML_TRUE else FALSE}
-    return {"type": Symbol(kind), "value": clips_scalar(parameter.text)}
+    if type_name == "STRING" or (_INDEX.search(parameter.path) and (repeats_defects or type_name != "BOOL")):
+        return {"type": Symbol(type_name), "value": parameter.text}
+    if type_name == "BOOL":
+        return {"type": Symbol(type_name), "value": TRUE if parameter.text.lower() in YAML_TRUE else FALSE}
+    return {"type": Symbol(type_name), "value": clips_scalar(parameter.text)}
 
 
-def scalar_type(text: str) -> str:
+def find_scalar_type(text: str) -> str:
     """Return the type of a scalar for the rules: BOOL, INT, FLOAT or STRING.
 
     Quotes make no difference: the executives try yaml-cpp's conversions on the text, one after another.

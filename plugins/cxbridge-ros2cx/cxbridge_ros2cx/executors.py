@@ -35,19 +35,19 @@ class DummyExecutor(SkillExecutor):
         feedback_count = self.setting("feedbacks", FEEDBACK_COUNT)
         start_us = self.clock.now_us()
         for number in range(feedback_count):
-            yield Progress(self.feedback_progress(number, feedback_count), "running")
+            yield Progress(self.compute_progress(number, feedback_count), "running")
             while self.clock.now_us() < start_us + (number + 1) * period_us:
                 yield None
         return Progress(1.0, "completed")
 
-    def feedback_progress(self, number: int, feedback_count: int) -> float:
+    def compute_progress(self, number: int, feedback_count: int) -> float:
         return number / feedback_count
 
 
 class ThesisDummyExecutor(DummyExecutor):
     """The dummy with the defect of the thesis' executive, which multiplies the progress by 0."""
 
-    def feedback_progress(self, number: int, feedback_count: int) -> float:  # noqa: ARG002
+    def compute_progress(self, number: int, feedback_count: int) -> float:  # noqa: ARG002
         return 0.0
 
 
@@ -77,24 +77,24 @@ class MoveExecutor(SkillExecutor):
 
     def execute(self, call: SkillCall) -> Steps:
         """Report the progress and the remaining distance twice a second."""
-        if (target := self.positions.get(call.text("3"))) is None:
+        if (target_position := self.positions.get(call.text("3"))) is None:
             raise SkillFailedError(
                 f"unknown waypoint {call.text('3')}, not one of {', '.join(self.positions)}"
             )
-        start, start_us, feedback_us = self.position, self.clock.now_us(), self.clock.now_us()
-        distance = math.dist(start, target)
+        start_position, start_us, feedback_us = self.position, self.clock.now_us(), self.clock.now_us()
+        distance_m = math.dist(start_position, target_position)
         yield Progress(0.0, "Move starting")
-        while (driven := (self.clock.now_us() - start_us) / MICROSECONDS * self.speed) < distance:
-            share = driven / distance
+        while (driven_m := (self.clock.now_us() - start_us) / MICROSECONDS * self.speed) < distance_m:
+            driven_share = driven_m / distance_m
             self.position = (
-                start[0] + share * (target[0] - start[0]),
-                start[1] + share * (target[1] - start[1]),
+                start_position[0] + driven_share * (target_position[0] - start_position[0]),
+                start_position[1] + driven_share * (target_position[1] - start_position[1]),
             )
             if self.clock.now_us() < feedback_us + _FEEDBACK_PERIOD_US:
                 yield None
                 continue
             feedback_us += _FEEDBACK_PERIOD_US
-            remaining = distance - driven
-            yield Progress(share, f"Move running: {remaining:.2f} m remaining at {self.speed:g} m/s")
-        self.position = target
+            remaining_m = distance_m - driven_m
+            yield Progress(driven_share, f"Move running: {remaining_m:.2f} m remaining at {self.speed:g} m/s")
+        self.position = target_position
         return Progress(1.0, "Move completed")

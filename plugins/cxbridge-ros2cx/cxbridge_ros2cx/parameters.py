@@ -85,13 +85,15 @@ def load_feature_entries(folder: Path) -> tuple[FeatureEntry, ...]:
     entries: list[FeatureEntry] = []
     for name in config.get_strings(f"{parameter_path}/clips_features"):
         if any(entry.name == name for entry in entries):
-            raise _feature_list_error(
+            raise _make_feature_list_error(
                 config, parameter_path, f"the feature '{name}' is listed twice", "list each feature once"
             )
         path = f"{parameter_path}/{name}/plugin"
         if not config.exists(path):
             hint = f'write below ros__parameters: {name}: {{plugin: "cx::..."}}'
-            raise _feature_list_error(config, parameter_path, f"the feature '{name}' has no plugin", hint)
+            raise _make_feature_list_error(
+                config, parameter_path, f"the feature '{name}' has no plugin", hint
+            )
         value = config.get(path)
         entries.append(FeatureEntry(name, config.get_str(path), value.file or str(file), value.line or None))
     return tuple(entries)
@@ -102,20 +104,22 @@ def _describe_sections(config: Configuration) -> str:
     return f"the file has {', '.join(config.keys()) or 'nothing'}"
 
 
-def _feature_list_error(config: Configuration, parameter_path: str, message: str, hint: str) -> ConfigError:
+def _make_feature_list_error(
+    config: Configuration, parameter_path: str, message: str, hint: str
+) -> ConfigError:
     return config.error(f"{parameter_path}/clips_features", message, hint)
 
 
-def refresh_period_us(config: Configuration) -> int:
+def read_refresh_period_us(config: Configuration) -> int:
     """Return the time between two runs of the rules from the rate ``refresh-rate``.
 
     :raises ConfigError: if the rate is not positive, or is above 10000 Hz.
     """
-    rate = config.get_float(REFRESH_RATE_PATH, default=float(_DEFAULT_REFRESH_HZ))
-    if 0 < rate <= _MAX_REFRESH_HZ:
-        return round(1_000_000 / rate)
+    rate_hz = config.get_float(REFRESH_RATE_PATH, default=float(_DEFAULT_REFRESH_HZ))
+    if 0 < rate_hz <= _MAX_REFRESH_HZ:
+        return round(1_000_000 / rate_hz)
     raise config.error(
         REFRESH_RATE_PATH,
-        f"refresh-rate cannot be {rate:g}",
+        f"refresh-rate cannot be {rate_hz:g}",
         f"the rate is in Hz, above 0 and at most {_MAX_REFRESH_HZ}",
     )

@@ -47,7 +47,7 @@ _TIME_SPECIFIERS: Final = (("at", "start"), ("over", "all"), ("at", "end"))
 
 
 def find_domain_error(file: str) -> PddlError | None:
-    """Return the reason for which PlanSys2 would reject the domain in a file, with its line; None if none."""
+    """Return the reason for which PlanSys2 would reject the domain in a file, or None if it would not."""
     try:
         text = Path(file).read_text(encoding="utf-8", errors="surrogateescape")
         faults = _find_faults(read_items(text.lower(), file))
@@ -61,14 +61,14 @@ def find_domain_error(file: str) -> PddlError | None:
 
 def _find_faults(items: tuple[Item, ...]) -> Iterator[tuple[Item, str]]:
     """Yield the faults of a domain, each with the word or list at fault."""
-    sections = [item for define in _filter_groups(items) for item in _filter_groups(define.items)]
+    sections = [item for definition in _filter_groups(items) for item in _filter_groups(definition.items)]
     requirements = [section for section in sections if section.head == ":requirements"]
     for section in requirements:
         for word in section.items[1:]:
             if isinstance(word, BracketWord) and word.text.removeprefix(":") not in REQUIREMENTS:
                 yield word, f"it does not support the requirement {word.text}"
     has_typing = any(word.text == ":typing" for item in requirements for word in _filter_words(item.items))
-    section_keywords: set[str] = set()  # of the sections before the current section
+    section_keywords: set[str] = set()  # the keywords of the sections before the current section
     for section in sections:
         if section.head == ":types" and not has_typing:
             yield section, "it needs the requirement :typing where there are types; :adl does not include it"
@@ -83,13 +83,15 @@ def _find_action_faults(action: Group) -> Iterator[tuple[Item, str]]:
     """Yield the faults of an action: its keys have a fixed order, and only the condition is optional."""
     # items: the keyword, the name, then pairs of key and value; not strict, since the last value may be
     # missing
-    values = dict(zip(action.items[2::2], action.items[3::2], strict=False))
-    keys = [word.text for word in values if isinstance(word, BracketWord)]
-    expected = [key for key in _ACTION_KEYS[action.head] if key in keys or key not in _OPTIONAL_KEYS]
-    if keys != expected:
-        yield action, f"an action must have {', '.join(expected)}, in this order, and nothing else"
+    values_by_key = dict(zip(action.items[2::2], action.items[3::2], strict=False))
+    key_texts = [word.text for word in values_by_key if isinstance(word, BracketWord)]
+    expected_keys = [
+        key for key in _ACTION_KEYS[action.head] if key in key_texts or key not in _OPTIONAL_KEYS
+    ]
+    if key_texts != expected_keys:
+        yield action, f"an action must have {', '.join(expected_keys)}, in this order, and nothing else"
         return
-    for key, value in values.items():
+    for key, value in values_by_key.items():
         if isinstance(key, BracketWord) and isinstance(value, Group):
             yield from _find_value_faults(key.text, value, durative=action.head == ":durative-action")
 

@@ -50,7 +50,7 @@ class Ros2CxTemplate(Template):
         assert self.from_ros2cx is not None  # without this option, another template is chosen
         source_path = self.from_ros2cx.absolute()
         if source_path.is_file():
-            return _clips_manager_files(name, source_path, self.ros2cx and self.ros2cx.absolute())
+            return _read_node_template(name, source_path, self.ros2cx and self.ros2cx.absolute())
         if self.ros2cx is not None:
             raise CxbridgeError("--ros2cx requires the parameters of an agent", file=source_path)
         return read_template(
@@ -59,7 +59,7 @@ class Ros2CxTemplate(Template):
         )
 
 
-def _clips_manager_files(name: str, parameter_file: Path, package_folder: Path | None) -> dict[str, str]:
+def _read_node_template(name: str, parameter_file: Path, package_folder: Path | None) -> dict[str, str]:
     options = options_from_keywords(parameter_file, ros2cx=package_folder)
     if not is_clips_manager_agent(options):
         raise CxbridgeError(

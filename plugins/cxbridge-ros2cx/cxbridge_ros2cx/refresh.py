@@ -31,8 +31,8 @@ class RefreshTimer:
         if now_us < self._next_us:
             return False
         # as with a ROS timer, a late check does not delay later due times, and missed due times are dropped
-        missed = (now_us - self._next_us) // self._period_us
-        self._next_us += (missed + 1) * self._period_us
+        missed_count = (now_us - self._next_us) // self._period_us
+        self._next_us += (missed_count + 1) * self._period_us
         return True
 
     def record_blocking(self, seconds: float) -> None:

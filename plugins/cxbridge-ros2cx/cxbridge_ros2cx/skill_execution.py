@@ -59,13 +59,13 @@ class SkillExecutionFeature(Feature):
         self._skills_by_environment: dict[str, _EnvironmentSkills] = {}
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        user = _EnvironmentSkills(
+        environment_skills = _EnvironmentSkills(
             env, self._get_skills, self._on_removal, repeats_defects=self._repeats_defects
         )
-        self._skills_by_environment[env.name] = user
-        env.define("call-skill-execution", user.call, 5, types="*;sy;sy;sy;sy;sy")
-        env.define("call-skill-read", user.read)
-        env.define("call-skill-cancel", user.cancel, 1, types="*;sy")
+        self._skills_by_environment[env.name] = environment_skills
+        env.define("call-skill-execution", environment_skills.call, 5, types="*;sy;sy;sy;sy;sy")
+        env.define("call-skill-read", environment_skills.read)
+        env.define("call-skill-cancel", environment_skills.cancel, 1, types="*;sy")
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
         """Cancel the environment's requests."""
@@ -116,26 +116,35 @@ class _EnvironmentSkills:
         self._sensors = SimulatedSensors(env)
         self._calls: dict[str, _SkillCall] = {}
 
-    def call(self, skill_id: str, action: str, params: str, mapped: str, agent: str) -> None:
+    def call(self, skill_id: str, action: str, parameter_text: str, mapped_action: str, agent: str) -> None:
         """Request an executor for a skill, and cancel the skill that the agent still executes."""
-        self._log.info(f"Requesting skill ({action}, {params}) with mapped_action {mapped} for agent {agent}")
-        previous = self._calls.pop(str(agent), None)
-        if previous is not None and previous.action is not None and not previous.action.is_over:
-            self._log.warn(f"Previous skill {previous.skill_id} is running: cancelled")
-            self._cancel_action(previous.action)
+        self._log.info(
+            f"Requesting skill ({action}, {parameter_text})"
+            f" with mapped_action {mapped_action} for agent {agent}"
+        )
+        previous_call = self._calls.pop(str(agent), None)
+        if (
+            previous_call is not None
+            and previous_call.action is not None
+            and not previous_call.action.is_over
+        ):
+            self._log.warn(f"Previous skill {previous_call.skill_id} is running: cancelled")
+            self._cancel_action(previous_call.action)
         self._calls[str(agent)] = self._request_skill(
-            str(skill_id), str(action), str(params), str(mapped), str(agent)
+            str(skill_id), str(action), str(parameter_text), str(mapped_action), str(agent)
         )
 
-    def _request_skill(self, skill_id: str, action: str, params: str, mapped: str, agent: str) -> _SkillCall:
+    def _request_skill(
+        self, skill_id: str, action: str, parameter_text: str, mapped_action: str, agent: str
+    ) -> _SkillCall:
         skills = self._get_skills()
         if skills is None:
             return _SkillCall(skill_id, agent, None, "there is no skill board")
         # the thesis' executive splits at each blank, and passes an empty parameter to a skill without any
-        parameter_texts = params.split(" ") if self._repeats_defects else params.split()
+        parameter_texts = parameter_text.split(" ") if self._repeats_defects else parameter_text.split()
         parameters = {str(number): text for number, text in enumerate(parameter_texts, start=1)}
-        if mapped:
-            parameters[MAPPED_ACTION] = mapped
+        if mapped_action:
+            parameters[MAPPED_ACTION] = mapped_action
         try:
             skill_action = skills.ask(action, parameters, agent or NO_AGENT, lambda _action: None, skill_id)
         except CxbridgeError as error:
@@ -198,38 +207,40 @@ class SimulatedSensors:
     def __init__(self, env: ClipsEnvironment) -> None:
         self._env = env
         # ids of goal, plan and action of the executed actions
-        self._executed: set[tuple[Value, Value, Value]] = set()
+        self._executed_actions: set[tuple[Value, Value, Value]] = set()
 
     def add_skill(self, skill_id: str) -> None:
         """Record the action of an executed skill."""
         for _index, _template, slots in self._env.facts("skill-action-execinfo"):
             if slots["skill-id"] == skill_id:
-                self._executed.add((slots["goal-id"], slots["plan-id"], slots["action-id"]))
+                self._executed_actions.add((slots["goal-id"], slots["plan-id"], slots["action-id"]))
 
     def assert_effects(self) -> None:
         """Assert the effects for which the recorded actions still wait."""
-        if not self._executed:
+        if not self._executed_actions:
             return
         has_effects = self._env.has_template(_PENDING_EFFECT_TEMPLATE)
         effects = [slots for _, _, slots in self._env.facts(_PENDING_EFFECT_TEMPLATE)] if has_effects else []
         if not effects:
             # forget the actions whose plans are gone, so that an idle executive need not search for effects
-            self._executed &= {
+            self._executed_actions &= {
                 (slots["goal-id"], slots["plan-id"], slots["id"])
                 for _, _, slots in self._env.facts("plan-action")
             }
         for slots in effects:
-            if (slots["goal-id"], slots["plan-id"], slots["action-id"]) in self._executed:
-                self._set_domain_fact(slots["name"], slots["param-values"], holds=slots["type"] == "POSITIVE")
+            if (slots["goal-id"], slots["plan-id"], slots["action-id"]) in self._executed_actions:
+                self._set_domain_fact(
+                    slots["name"], slots["param-values"], is_true=slots["type"] == "POSITIVE"
+                )
 
-    def _set_domain_fact(self, predicate: Value, values: Value, *, holds: bool) -> None:
+    def _set_domain_fact(self, predicate: Value, values: Value, *, is_true: bool) -> None:
         indices = [
             index
             for index, _, slots in self._env.facts("domain-fact")
             if slots["name"] == predicate and slots["param-values"] == values
         ]
-        if holds and not indices:
+        if is_true and not indices:
             self._env.assert_fact("domain-fact", {"name": Symbol(str(predicate)), "param-values": values})
-        elif not holds:
+        elif not is_true:
             for index in indices:
                 self._env.retract(index)

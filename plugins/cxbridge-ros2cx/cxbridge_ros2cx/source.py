@@ -32,7 +32,7 @@ from cxbridge_ros2cx.parameters import (
     EXECUTIVE_FILE,
     load_executive_parameters,
     load_feature_entries,
-    refresh_period_us,
+    read_refresh_period_us,
 )
 from cxbridge_ros2cx.refresh import RefreshTimer, to_seconds_and_nanoseconds
 from cxbridge_ros2cx.settings import Ros2CxSettings
@@ -112,11 +112,11 @@ class Ros2CxSource(Source):
     def find_paths(self, config: Configuration, config_file: Path) -> RunPaths:
         """Return the files and folders of the checkout."""
         checkout, options = self._checkout, self.options
-        configured = config.get_strings("/clips-executive/clips-dirs", default=[])
+        configured_folders = config.get_strings("/clips-executive/clips-dirs", default=[])
         # an unknown placeholder stays as it is: check_parameters warns about such a folder
         folders = [
             *options.clips_dirs,
-            *(Path(text.replace("@CONFDIR@", str(checkout.bringup_folder))) for text in configured),
+            *(Path(text.replace("@CONFDIR@", str(checkout.bringup_folder))) for text in configured_folders),
         ]
         folders.append(OVERLAYS)  # the files that shipped overlays load
         is_builtin = options.core == "builtin"
@@ -143,7 +143,7 @@ class Ros2CxSource(Source):
 
     def loop_period_us(self, config: Configuration) -> int:
         """Return the duration of a main loop, which is at most the time between two runs of the rules."""
-        return min(super().loop_period_us(config), refresh_period_us(config))
+        return min(super().loop_period_us(config), read_refresh_period_us(config))
 
     def board_settings(
         self, config: Configuration, paths: RunPaths, executors: tuple[type[SkillExecutor], ...] = ()
@@ -207,8 +207,8 @@ class Ros2CxSource(Source):
             RedefineWarningFeature(),
         ]
         # a feature of the checkout replaces the built-in one of its name
-        names = {feature.name for feature in features}
-        return [*(feature for feature in builtin_features if feature.name not in names), *features]
+        feature_names = {feature.name for feature in features}
+        return [*(feature for feature in builtin_features if feature.name not in feature_names), *features]
 
     def core_files(self, paths: RunPaths, config: Configuration) -> CoreFiles:
         """Return the executive's files, with the features of the checkout's own core."""
@@ -231,16 +231,16 @@ class Ros2CxSource(Source):
         )
 
     def start_thinking(self, clock: Clock, config: Configuration) -> None:
-        self._refresh_timer = RefreshTimer(clock, refresh_period_us(config))
+        self._refresh_timer = RefreshTimer(clock, read_refresh_period_us(config))
 
     def think(self, executive: Executive) -> int:
         """Run the rules as often as the timer is due; a run that the debugger has stopped resumes at once."""
         if self._refresh_timer is None or executive.is_within_loop:
             return executive.loop()
-        fired = 0
+        fired_count = 0
         while self._refresh_timer.advance_if_due():
-            fired += executive.loop()
-        return fired
+            fired_count += executive.loop()
+        return fired_count
 
 
 def _find_overlay(file: Path) -> Path:
@@ -252,8 +252,8 @@ def _find_overlay(file: Path) -> Path:
         return file
     overlay = OVERLAYS / f"{file}.yaml"
     if not overlay.is_file():
-        names = ", ".join(path.stem for path in sorted(OVERLAYS.glob("*.yaml")))
+        overlay_names = ", ".join(path.stem for path in sorted(OVERLAYS.glob("*.yaml")))
         raise CxbridgeError(
-            "there is no such configuration", file=file, hint=f"shipped with cxbridge: {names}"
+            "there is no such configuration", file=file, hint=f"shipped with cxbridge: {overlay_names}"
         )
     return overlay

@@ -47,7 +47,7 @@ class ThesisMaster(Master):
             )
 
     def handle_response(self, executor: str, now_us: int) -> None:  # noqa: ARG002
-        """Confirm each executor, and follow the last one."""
+        """Confirm each executor, and follow the last."""
         if self.is_over:
             return
         self._sender.confirm(executor, self.number)

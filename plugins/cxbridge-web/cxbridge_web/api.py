@@ -29,17 +29,17 @@ from cxbridge_web.queue import QueueClosedError, RequestQueue, RequestQueueFullE
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send
 
-MAX_BODY_BYTES: Final = 1 << 20  # limit of a request body
+MAX_BODY_BYTES: Final = 1 << 20  # size of a request body
 
-ANSWER_TIMEOUT_S: Final = 10.0  # limit for the main loop to carry out a request
+ANSWER_TIMEOUT_S: Final = 10.0  # time limit for the main loop to carry out a request
 
-BODY_TIMEOUT_S: Final = 10.0  # limit for receiving a body
+BODY_TIMEOUT_S: Final = 10.0  # time limit for receiving a body
 
-COPY_TIMEOUT_S: Final = 60.0  # limit for copying facts; longer, since the copy is made in pieces
+COPY_TIMEOUT_S: Final = 60.0  # time limit for copying facts; longer, since the copy is made in pieces
 
-MAX_WAITING: Final = 16  # limit of requests that wait for a Skiller or an explanation
+MAX_WAITING_REQUESTS: Final = 16  # number of requests that may wait for a Skiller or an explanation
 
-# The number of requests that wait for an answer at the same time; further requests queue, up to MAX_WAITING.
+# The number of requests that wait for an answer at the same time; up to MAX_WAITING_REQUESTS queue.
 _THREAD_COUNT: Final = 4
 _NO_CACHE: Final = {"Cache-Control": "no-cache, no-store, must-revalidate, max-age=0"}
 
@@ -57,20 +57,20 @@ class Api:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         request = Request(scope, receive)
-        pretty = "pretty" in request.query_params
+        is_pretty = "pretty" in request.query_params
         try:
-            response = await self._handle_request(request, pretty=pretty)
+            response = await self._handle_request(request, is_pretty=is_pretty)
         except ClientDisconnect:
             return
         except ApiError as error:
             content = Text(error.text) if error.model is None else error.model
-            response = _make_response(content, error.status, pretty=pretty)
+            response = _make_response(content, error.status, is_pretty=is_pretty)
         await response(scope, receive, send)
 
-    async def _handle_request(self, request: Request, *, pretty: bool) -> Response:
+    async def _handle_request(self, request: Request, *, is_pretty: bool) -> Response:
         path: str = request.scope["path"]
         if request.method == "GET" and path == f"/api{openapi.DOCUMENT_PATH}":
-            return _make_response(openapi.make_document(self._directory.endpoints), 200, pretty=pretty)
+            return _make_response(openapi.make_document(self._directory.endpoints), 200, is_pretty=is_pretty)
         endpoint, names = self._directory.find(request.method, path.removeprefix("/api"))
         self._check_right(endpoint)
         body = await read_json_object(request) if endpoint.body else {}
@@ -91,7 +91,7 @@ class Api:
                     endpoint, partial(endpoint.handler, call), call, ANSWER_TIMEOUT_S
                 )
             # a long text is encoded in a thread, where it does not delay other clients
-            return await asyncio.to_thread(_encode_content, endpoint, call, content, pretty)
+            return await asyncio.to_thread(_encode_content, endpoint, call, content, is_pretty)
         except RefusedError as error:
             raise ApiError(403, f"{error.message} ({error.hint})") from error
         except CxbridgeError as error:
@@ -111,10 +111,10 @@ class Api:
         :raises ApiError: if clients lack the right of the endpoint.
         """
         rights = self._host.rights
-        right = endpoint.needed_right(rights)
-        if not rights.allow(right):
+        needed_right = endpoint.needed_right(rights)
+        if not rights.allow(needed_right):
             forbidden_action = "change anything" if not rights.control else "run programs"
-            raise ApiError(403, f"Clients may not {forbidden_action}: {rights.refusal_hint(right)}")
+            raise ApiError(403, f"Clients may not {forbidden_action}: {rights.refusal_hint(needed_right)}")
 
     def _find_thread_handler(self, endpoint: Endpoint) -> Handler | None:
         """Return the handler that runs in a thread; None for a handler that runs in the main loop."""
@@ -124,7 +124,7 @@ class Api:
 
     async def _run_in_thread(self, handler: Handler, call: ApiCall) -> Any:
         """Run, in a thread, a handler that may wait."""
-        if self._waiting_count >= MAX_WAITING:
+        if self._waiting_count >= MAX_WAITING_REQUESTS:
             raise ApiError(503, "Too many requests are waiting already")
         self._waiting_count += 1
         try:
@@ -138,7 +138,7 @@ class Api:
         self._threads.shutdown(wait=False, cancel_futures=True)
 
     async def _run_in_loop(
-        self, endpoint: Endpoint, function: Callable[[], Any], call: ApiCall, limit_s: float
+        self, endpoint: Endpoint, function: Callable[[], Any], call: ApiCall, timeout_s: float
     ) -> Any:
         """Let the main loop call a function, and return its result."""
         key = None
@@ -148,7 +148,7 @@ class Api:
             result = asyncio.wrap_future(self._queue.submit(function, key))
             result.add_done_callback(_retrieve_error)
             # several clients may wait for the same result: one disconnect must not cancel it
-            return await asyncio.wait_for(asyncio.shield(result), limit_s)
+            return await asyncio.wait_for(asyncio.shield(result), timeout_s)
         except RequestQueueFullError as error:
             raise ApiError(503, "Too many requests are waiting for the main loop") from error
         except QueueClosedError as error:
@@ -156,7 +156,7 @@ class Api:
         except TimeoutError as error:
             stall_reason = self._host.stall_reason
             reason = f": {stall_reason}" if stall_reason else ""
-            raise ApiError(503, f"The main loop did not answer within {limit_s:g} s{reason}") from error
+            raise ApiError(503, f"The main loop did not answer within {timeout_s:g} s{reason}") from error
 
 
 def _retrieve_error(result: asyncio.Future[Any]) -> None:
@@ -170,8 +170,8 @@ async def read_json_object(request: Request) -> dict[str, Any]:
 
     :raises ApiError: if the body is too long, arrives too slowly, or is not a JSON object.
     """
-    kind = request.headers.get("content-type", "application/json").partition(";")[0].strip().lower()
-    if kind != "application/json":
+    media_type = request.headers.get("content-type", "application/json").partition(";")[0].strip().lower()
+    if media_type != "application/json":
         raise ApiError(400, "The body must be JSON: Content-Type application/json")
     body = bytearray()
     try:
@@ -193,19 +193,21 @@ async def read_json_object(request: Request) -> dict[str, Any]:
     return value
 
 
-def _encode_content(endpoint: Endpoint, call: ApiCall, content: Any, pretty: bool) -> Response:
+def _encode_content(endpoint: Endpoint, call: ApiCall, content: Any, is_pretty: bool) -> Response:
     """Return the response with the return value of a handler."""
     content = endpoint.finish(call, content)
     if not endpoint.is_paged:
-        return _make_response(content, 200, pretty=pretty)
-    part = content if isinstance(content, ListPart) else call.window.select(to_json_types(content))
-    response = _make_response(part.items, 200, pretty=pretty)
-    response.headers["X-Total-Count"] = str(part.total)
+        return _make_response(content, 200, is_pretty=is_pretty)
+    list_part = content if isinstance(content, ListPart) else call.window.select(to_json_types(content))
+    response = _make_response(list_part.items, 200, is_pretty=is_pretty)
+    response.headers["X-Total-Count"] = str(list_part.total)
     return response
 
 
-def _make_response(content: Any, status: int, *, pretty: bool) -> Response:
+def _make_response(content: Any, status: int, *, is_pretty: bool) -> Response:
     if isinstance(content, Text):
         text = content.encode("utf-8", "replace")
         return Response(text, status, headers=_NO_CACHE, media_type="text/plain; charset=utf-8")
-    return Response(to_json(content, pretty=pretty), status, headers=_NO_CACHE, media_type="application/json")
+    return Response(
+        to_json(content, is_pretty=is_pretty), status, headers=_NO_CACHE, media_type="application/json"
+    )

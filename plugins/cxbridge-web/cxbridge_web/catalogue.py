@@ -25,5 +25,7 @@ def make_directory(state: ServerState) -> Directory:
     fawkes_endpoints = [
         endpoint for component in components for endpoint in getattr(component, "ENDPOINTS", ())
     ]
-    extensions = [endpoint for module in (status, clips, blackboard) for endpoint in module.endpoints(state)]
-    return Directory([*fawkes_endpoints, *operations.endpoints(), *extensions])
+    extensions = [
+        endpoint for module in (status, clips, blackboard) for endpoint in module.make_endpoints(state)
+    ]
+    return Directory([*fawkes_endpoints, *operations.make_endpoints(), *extensions])

@@ -113,7 +113,7 @@ class Endpoint:
     :param reply: the type of the answer, a model or a list of models; a text by default.
     :param names: the types of those names in the path that are not texts.
     :param is_paged: whether clients can request a part of the list, which the API cuts out of the result of
-        ``finish`` unless that is a :class:`~cxbridge_web.paging.ListPart`.
+        ``finish`` unless the result is a :class:`~cxbridge_web.paging.ListPart`.
     :param body: the type of the body, a struct; None without a body.
     :param errors: possible errors by status.
     :param right: the required right; by default `LOOK` for GET and `PROGRAMS` for other methods.
@@ -168,9 +168,9 @@ def _compile_path(path: str) -> re.Pattern[str]:
         name = match[1].replace("\\", "").replace("-", "_")
         return f"(?P<{name}>{'.+?' if match[2] else '[^/]+'})"
 
-    without_slash = path.removesuffix("/?")
-    optional_slash = "" if without_slash == path else "/?"
-    return re.compile(_PATH_NAME.sub(make_group, re.escape(without_slash)) + optional_slash, re.DOTALL)
+    path_without_slash = path.removesuffix("/?")
+    optional_slash = "" if path_without_slash == path else "/?"
+    return re.compile(_PATH_NAME.sub(make_group, re.escape(path_without_slash)) + optional_slash, re.DOTALL)
 
 
 class Directory:
@@ -189,7 +189,7 @@ class Directory:
         for pattern, endpoint in self._patterns:
             if endpoint.method == method and (match := pattern.fullmatch(path)):
                 return endpoint, match.groupdict()
-        # The texts of the errors are those of Fawkes' webview.
+        # The errors have the texts of Fawkes' webview.
         component, slash, subpath = path.removeprefix("/").partition("/")
         if not component:
             raise ApiError(404, "REST API overview not yet implemented\n")
@@ -206,18 +206,18 @@ class Directory:
         return f": {hint}" if hint and not is_installed else ""
 
 
-def to_json(value: Any, *, pretty: bool = False) -> bytes:
+def to_json(value: Any, *, is_pretty: bool = False) -> bytes:
     """Return a value as JSON. NaN and infinities become null, lone surrogates become question marks."""
     value = to_json_types(value)
     try:
-        text = _encode_json(value, pretty=pretty)
+        text = _encode_json(value, is_pretty=is_pretty)
     except ValueError:  # NaN or infinite; rare, so only then is the whole value searched
-        text = _encode_json(_replace_non_finite(value), pretty=pretty)
+        text = _encode_json(_replace_non_finite(value), is_pretty=is_pretty)
     return text.encode("utf-8", "replace")
 
 
-def _encode_json(value: Any, *, pretty: bool) -> str:
-    layout: dict[str, Any] = {"indent": 4} if pretty else {"separators": (",", ":")}
+def _encode_json(value: Any, *, is_pretty: bool) -> str:
+    layout: dict[str, Any] = {"indent": 4} if is_pretty else {"separators": (",", ":")}
     return json.dumps(value, ensure_ascii=False, allow_nan=False, default=_encode_bytes, **layout)
 
 

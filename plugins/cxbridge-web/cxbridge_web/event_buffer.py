@@ -16,9 +16,9 @@ from typing import Any, Final, NamedTuple
 from cxbridge.events import Event, InterfaceWrite
 from cxbridge.trace.codec import encode_with_kind
 
-MAX_EVENTS: Final = 10_000  # limit of events in each group
+MAX_GROUP_EVENTS: Final = 10_000  # number of events in each group
 
-MAX_BYTES: Final = 16 << 20  # limit of encoded bytes in each group
+MAX_GROUP_BYTES: Final = 16 << 20  # size of the encoded events in each group
 
 BUNCH_BYTES: Final = 64 << 10  # size at which a bunch of events is complete
 
@@ -63,7 +63,7 @@ class StreamPosition(NamedTuple):
     """A position in the stream of events.
 
     :param counts: the number of events of each group up to the position.
-    :param lost: the number of events that were lost before the buffer.
+    :param lost: the number of events that were lost before they reached the buffer.
     """
 
     counts: tuple[int, ...] = (0,) * (_OTHER_GROUP + 1)
@@ -114,7 +114,7 @@ class _Group:
             self.byte_count -= len(self.buffered_events.popleft().text)
             self.discarded_count += 1
 
-    def events_after(self, count: int) -> list[_BufferedEvent]:
+    def list_events_after(self, count: int) -> list[_BufferedEvent]:
         """Return the buffered events of the group except the first ``count`` events of the run."""
         # from the newest event backwards, because most clients are up to date and need only a few events
         later_count = max(0, self.discarded_count + len(self.buffered_events) - count)
@@ -127,16 +127,16 @@ class EventBuffer:
     Not thread-safe.
     """
 
-    def __init__(self, max_events: int = MAX_EVENTS, max_bytes: int = MAX_BYTES) -> None:
+    def __init__(self, max_events: int = MAX_GROUP_EVENTS, max_bytes: int = MAX_GROUP_BYTES) -> None:
         self.end = StreamPosition()  # position after the newest event
         self._groups = [_Group(max_events, max_bytes) for _ in range(_OTHER_GROUP + 1)]
-        self._last_values: dict[str, Any] = {}  # by interface
+        self._last_values: dict[str, Any] = {}  # the last values of each interface
 
     @property
     def begin(self) -> StreamPosition:
         """The position before the oldest buffered event."""
-        oldest = (group.buffered_events[0] for group in self._groups if group.buffered_events)
-        lost = min((buffered_event.position.lost for buffered_event in oldest), default=self.end.lost)
+        oldest_events = (group.buffered_events[0] for group in self._groups if group.buffered_events)
+        lost = min((buffered_event.position.lost for buffered_event in oldest_events), default=self.end.lost)
         return StreamPosition(tuple(group.discarded_count for group in self._groups), lost)
 
     @property
@@ -153,7 +153,7 @@ class EventBuffer:
         return sum(len(group.buffered_events) for group in self._groups)
 
     def count_lost(self, count: int) -> None:
-        """Count events that were lost before the buffer."""
+        """Count events that were lost before they reached the buffer."""
         self.end = self.end._replace(lost=self.end.lost + count)
 
     def add(self, events: Iterable[Event]) -> None:
@@ -179,7 +179,7 @@ class EventBuffer:
         buffered_event = _BufferedEvent(self.end, kind, getattr(event, "env", ""), encode_with_kind(event))
         self._groups[group].add(buffered_event)
 
-    def bunch_after(
+    def read_bunch_after(
         self, position: StreamPosition, selection: EventSelection
     ) -> tuple[list[tuple[StreamPosition, bytes]], StreamPosition, int]:
         """Return a bunch of about :data:`BUNCH_BYTES` of events after a position.
@@ -188,11 +188,11 @@ class EventBuffer:
             missing events of the selected groups.
         """
         groups = selection.groups
-        buffered_events = (self._groups[group].events_after(position.counts[group]) for group in groups)
-        later = merge(*buffered_events, key=lambda buffered_event: sum(buffered_event.position.counts))
+        buffered_events = (self._groups[group].list_events_after(position.counts[group]) for group in groups)
+        later_events = merge(*buffered_events, key=lambda buffered_event: sum(buffered_event.position.counts))
         selected_events: list[tuple[StreamPosition, bytes]] = []
         byte_count, end_position = 0, self.end
-        for buffered_event in later:
+        for buffered_event in later_events:
             if selection.includes(buffered_event.kind, buffered_event.env):
                 selected_events.append((buffered_event.position, buffered_event.text))
                 byte_count += len(buffered_event.text)

@@ -24,11 +24,11 @@ if TYPE_CHECKING:
 
 WATCHED_KINDS: Final = ("fact", "rule")  # kinds of events that CLIPS reports only while they are watched
 
-# The limit of events in each group of `GROUPS` that wait for the server's thread.
+# The number of events in each group of `GROUPS` that may wait for the server's thread.
 MAX_PENDING: Final = 10_000
 
 
-def default_kinds() -> frozenset[str]:
+def list_default_kinds() -> frozenset[str]:
     """Return the default kinds of a client, which are the kinds of every recording."""
     return frozenset(event_type.KIND.name for event_type in RecordLevel.TRANSITIONS.event_types)
 
@@ -48,7 +48,8 @@ class EventCollector:
         self._lost_count = 0
         self._request_counts: Counter[str] = Counter()  # number of clients by kind
         self._sinks: dict[str, Sink] = {}  # subscribed sinks by kind
-        self._watches: list[tuple[ClipsEnvironment, str]] = []  # watches that this collector has switched on
+        # the watches that this collector has switched on
+        self._own_watches: list[tuple[ClipsEnvironment, str]] = []
         self._environments: list[ClipsEnvironment] = []
         # Number of firings by environment and rule, counted while a client requests them.
         self.firings: Counter[tuple[str, str]] = Counter()
@@ -82,45 +83,45 @@ class EventCollector:
 
     def take_events(self) -> tuple[list[Event], int]:
         """Return the events since the last call, and the number of events lost in between."""
-        lost, self._lost_count = self._lost_count, 0
+        lost_count, self._lost_count = self._lost_count, 0
         pending_groups = [[group.popleft() for _ in range(len(group))] for group in self._pending]
-        return [event for _, event in merge(*pending_groups, key=itemgetter(0))], lost
+        return [event for _, event in merge(*pending_groups, key=itemgetter(0))], lost_count
 
     # -- in the main loop's thread
 
     def poll(self) -> None:
         """Subscribe to exactly the kinds that clients request. Called once a loop."""
-        requested = {kind for kind in self._on_demand if self._request_counts[kind] > 0}
+        requested_kinds = {kind for kind in self._on_demand if self._request_counts[kind] > 0}
         environments = list(self._host.environments().values())
-        if requested == self._sinks.keys() and environments == self._environments:
+        if requested_kinds == self._sinks.keys() and environments == self._environments:
             return
-        self._subscribe(requested, environments)
+        self._subscribe(requested_kinds, environments)
 
     def close(self) -> None:
         """Unsubscribe from all events; repeated calls are harmless."""
         self._subscribe(set(), [])
         self._host.bus.unsubscribe(self._enqueue)
 
-    def _subscribe(self, requested: set[str], environments: list[ClipsEnvironment]) -> None:
-        """Replace all subscriptions and watches by those of the requested kinds."""
+    def _subscribe(self, requested_kinds: set[str], environments: list[ClipsEnvironment]) -> None:
+        """Replace all subscriptions and watches by subscriptions and watches of the requested kinds."""
         bus = self._host.bus
         current_environments = list(self._host.environments().values())
-        for env, kind in self._watches:
+        for env, kind in self._own_watches:
             if env in current_environments:  # a closed environment has no watches
                 _watch_item(env, kind).set((), on=False)
-        self._watches.clear()
+        self._own_watches.clear()
         for sink in self._sinks.values():
             bus.unsubscribe(sink)
         # if a kind has another listener, that listener decides which facts or rules are watched
-        unwatched_kinds = [kind for kind in requested if not bus.wants(self._on_demand[kind])]
-        self._sinks = {kind: self._make_sink(kind) for kind in requested}
+        unwatched_kinds = [kind for kind in requested_kinds if not bus.wants(self._on_demand[kind])]
+        self._sinks = {kind: self._make_sink(kind) for kind in requested_kinds}
         for kind, sink in self._sinks.items():
             bus.subscribe(sink, self._on_demand[kind])
         for env in environments:
             for kind in unwatched_kinds:
                 if kind in WATCHED_KINDS and not _watch_item(env, kind):
                     _watch_item(env, kind).set((), on=True)
-                    self._watches.append((env, kind))
+                    self._own_watches.append((env, kind))
         for env in current_environments:
             env.watcher.set_hooks()  # only for subscribed kinds, because each hook of CLIPS costs time
         self._environments = environments

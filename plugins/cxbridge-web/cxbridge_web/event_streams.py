@@ -18,7 +18,7 @@ from starlette.responses import PlainTextResponse
 from cxbridge.event_kinds import EVENT_TYPES
 from cxbridge_web.endpoint import to_json
 from cxbridge_web.event_buffer import GROUPS, EventBuffer, EventSelection, StreamPosition
-from cxbridge_web.event_collector import EventCollector, default_kinds
+from cxbridge_web.event_collector import EventCollector, list_default_kinds
 
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send
@@ -31,7 +31,7 @@ KEEP_ALIVE_S: Final = 15.0  # time without events after which the server sends a
 
 _RETRY_MS: Final = 2000  # time after which a browser reconnects
 
-MAX_CLIENTS: Final = 100  # limit of simultaneous clients
+MAX_CLIENTS: Final = 100  # number of simultaneous clients
 
 # The id of an event: `EPOCH-COUNT.COUNT.COUNT.LOST`, a StreamPosition with the count of each group.
 _EVENT_ID: Final = re.compile(r"([^-]*)-" + r"\.".join([r"(\d{1,19})"] * (len(GROUPS) + 2)), re.ASCII)
@@ -93,8 +93,8 @@ class EventStreams:
         if self._poller is None:
             self._poller = asyncio.create_task(self._poll_events())
         disconnect = asyncio.create_task(_wait_for_disconnect(receive))
-        together = request.query_params.get("together") == "true"
-        stream = asyncio.create_task(self._send_events(send, selection, position, together=together))
+        is_joined = request.query_params.get("together") == "true"
+        stream = asyncio.create_task(self._send_events(send, selection, position, is_joined=is_joined))
         try:
             await asyncio.wait((disconnect, stream), return_when=asyncio.FIRST_COMPLETED)
         finally:
@@ -125,11 +125,11 @@ class EventStreams:
             return self._buffer.begin
         end = self._buffer.end
         # a position beyond the end, which a faulty client may send, would hide all further events
-        *group_counts, lost = map(min, map(int, counts), (*end.counts, end.lost))
-        return StreamPosition(tuple(group_counts), lost)
+        *group_counts, lost_count = map(min, map(int, counts), (*end.counts, end.lost))
+        return StreamPosition(tuple(group_counts), lost_count)
 
     async def _send_events(
-        self, send: Send, selection: EventSelection, position: StreamPosition, *, together: bool
+        self, send: Send, selection: EventSelection, position: StreamPosition, *, is_joined: bool
     ) -> None:
         """Send events from a position on until the streams are closed."""
         await send({"type": "http.response.start", "status": 200, "headers": _HEADERS})
@@ -138,7 +138,7 @@ class EventStreams:
         )
         await _send_text(send, b"retry: %d\nevent: hello\ndata: %s\n\n" % (_RETRY_MS, hello))
         while not self._is_closed:
-            text, position = self._encode_bunch(position, selection, together=together)
+            text, position = self._encode_bunch(position, selection, is_joined=is_joined)
             if text:
                 await _send_text(send, text)
             if position == self._buffer.end:
@@ -157,23 +157,25 @@ class EventStreams:
                 return
 
     def _encode_bunch(
-        self, position: StreamPosition, selection: EventSelection, *, together: bool
+        self, position: StreamPosition, selection: EventSelection, *, is_joined: bool
     ) -> tuple[bytes, StreamPosition]:
         """Return the encoded events after a position, and the position after them. Clients share the result.
 
-        :param together: whether to send one message with an event per line, since browsers need 0.1 ms per
+        :param is_joined: whether to send one message with an event per line, since browsers need 0.1 ms per
             message.
         """
-        key = (position, selection, together)
+        key = (position, selection, is_joined)
         bunch = self._bunches.get(key)
         if bunch is None:
-            buffered, end_position, missing_count = self._buffer.bunch_after(position, selection)
+            buffered_events, end_position, missing_count = self._buffer.read_bunch_after(position, selection)
             text = b""
             if missing_count:
                 dropped_message = json.dumps({"kind": "dropped", "count": missing_count})
                 text = f"event: dropped\ndata: {dropped_message}\n\n".encode()
                 self.dropped_count += missing_count
-            messages = [buffered] if together and buffered else [[event] for event in buffered]
+            messages = (
+                [buffered_events] if is_joined and buffered_events else [[event] for event in buffered_events]
+            )
             bunch = self._bunches[key] = text + b"".join(map(self._encode_message, messages)), end_position
         return bunch
 
@@ -197,9 +199,9 @@ class EventStreams:
     def _collect_events(self) -> bool:
         """Buffer further events; return whether there were any."""
         previous_end = self._buffer.end
-        events, lost = self._collector.take_events()
-        if lost:
-            self._buffer.count_lost(lost)
+        events, lost_count = self._collector.take_events()
+        if lost_count:
+            self._buffer.count_lost(lost_count)
         if events:
             self._buffer.add(events)
         if self._buffer.end == previous_end:
@@ -209,8 +211,8 @@ class EventStreams:
 
     def _wake_clients(self) -> None:
         """Wake all waiting clients."""
-        previous, self._new_events = self._new_events, asyncio.Event()
-        previous.set()
+        previous_event, self._new_events = self._new_events, asyncio.Event()
+        previous_event.set()
 
 
 async def _send_text(send: Send, text: bytes) -> None:
@@ -229,8 +231,8 @@ def _parse_selection(request: Request) -> EventSelection:
     """
     text = request.query_params.get("kinds", "")
     kinds = frozenset(kind.strip() for kind in text.split(",") if kind.strip())
-    if unknown := kinds - EVENT_TYPES.keys():
+    if unknown_kinds := kinds - EVENT_TYPES.keys():
         raise ValueError(
-            f"The kind '{min(unknown)}' is unknown; the known kinds are: {', '.join(EVENT_TYPES)}"
+            f"The kind '{min(unknown_kinds)}' is unknown; the known kinds are: {', '.join(EVENT_TYPES)}"
         )
-    return EventSelection(kinds or default_kinds(), request.query_params.get("env", ""))
+    return EventSelection(kinds or list_default_kinds(), request.query_params.get("env", ""))

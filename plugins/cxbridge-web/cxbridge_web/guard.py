@@ -42,21 +42,21 @@ class Guard:
     def __init__(self, app: ASGIApp, settings: WebSettings) -> None:
         self._app = app
         self._token = settings.token
-        self._origins = settings.allow_origins
-        self._hosts = LOCAL_NAMES | {settings.host.lower()}
+        self._allowed_origins = settings.allow_origins
+        self._host_names = LOCAL_NAMES | {settings.host.lower()}
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] != "http":
             return  # a WebSocket, which the server does not offer: uvicorn answers with an error
         request_headers = Headers(scope=scope)
         origin = request_headers.get("origin", "")
-        is_shared = is_allowed_origin(origin, self._origins)
+        is_origin_allowed = is_allowed_origin(origin, self._allowed_origins)
 
         async def send_with_headers(message: MutableMapping[str, Any]) -> None:
             if message["type"] == "http.response.start":
                 cors_headers = (
                     [(b"access-control-allow-origin", origin.encode("latin-1")), _EXPOSED_HEADERS]
-                    if is_shared
+                    if is_origin_allowed
                     else []
                 )
                 message["headers"] = [
@@ -74,10 +74,10 @@ class Guard:
         """Return the reply to a rejected or a preflight request; None for an allowed request."""
         host = headers.get("host", "")
         # A server with a token may have further names: a page after DNS rebinding does not know the token.
-        if not self._token and not has_host_name(host, self._hosts):
+        if not self._token and not has_host_name(host, self._host_names):
             return PlainTextResponse("This server has no such name\n", 421)
         origin = headers.get("origin", "")
-        if not is_permitted_request(origin, scope["scheme"], host, self._origins):
+        if not is_permitted_request(origin, scope["scheme"], host, self._allowed_origins):
             return PlainTextResponse("Pages of other origins may not use this server\n", 403)
         # Browsers send no origin with the GET of another site's images and scripts, but Sec-Fetch-Site.
         if not origin and _is_cross_site(scope, headers):

@@ -58,9 +58,9 @@ def _convert_unknown(value: object) -> Any:
     return dict(value) if isinstance(value, Mapping) else str(value)
 
 
-def make_schema(type_: Any) -> Schema:
+def make_schema(value_type: Any) -> Schema:
     """Return the JSON schema of a type; a reference if it is a model."""
-    (schema,), _ = msgspec.json.schema_components([type_], ref_template=_REFERENCE)
+    (schema,), _ = msgspec.json.schema_components([value_type], ref_template=_REFERENCE)
     return schema
 
 

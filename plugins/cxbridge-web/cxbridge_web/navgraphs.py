@@ -20,7 +20,7 @@ class NavGraphs:
             # replaced, never changed, because other threads iterate over it
             self._graphs = {**self._graphs, event.graph: event}
 
-    def all(self) -> Iterable[NavGraphRead]:
+    def list_graphs(self) -> Iterable[NavGraphRead]:
         """Return the events in the order of the first reading of each graph."""
         return self._graphs.values()
 

@@ -97,8 +97,8 @@ def _describe_endpoint(endpoint: Endpoint) -> dict[str, Any]:
     return operation
 
 
-def _make_content(media_type: str, type_: Any) -> dict[str, Any]:
-    return {media_type: {"schema": make_schema(type_)}}
+def _make_content(media_type: str, value_type: Any) -> dict[str, Any]:
+    return {media_type: {"schema": make_schema(value_type)}}
 
 
 def _make_operation_id(endpoint: Endpoint) -> str:
@@ -106,8 +106,8 @@ def _make_operation_id(endpoint: Endpoint) -> str:
     return "_".join([endpoint.method.lower(), *words])
 
 
-def _describe_path_parameter(name: str, type_: Any) -> dict[str, Any]:
-    return {"name": name, "in": "path", "required": True, "schema": make_schema(type_)}
+def _describe_path_parameter(name: str, value_type: Any) -> dict[str, Any]:
+    return {"name": name, "in": "path", "required": True, "schema": make_schema(value_type)}
 
 
 def _describe_query_parameter(query: Query) -> dict[str, Any]:

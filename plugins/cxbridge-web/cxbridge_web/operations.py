@@ -28,7 +28,7 @@ from cxbridge_web.models import API_VERSION, make_model
 _TYPE_NAMES: Final = {str: "a text", bool: "true or false", int: "a whole number", list: "a list of texts"}
 
 
-def endpoints() -> Iterator[Endpoint]:
+def make_endpoints() -> Iterator[Endpoint]:
     """Yield an endpoint for each route of an operation."""
     for operation in operations().values():
         for route in operation.routes:
@@ -100,8 +100,8 @@ def _make_error_text(operation: Operation[Any], route: Route[Any], name: str) ->
     member, kind = route.names.get(name, name), _find_bare_type(parameter)
     if parameter.required and kind is str and name not in route.defaults:
         return f"The body lacks '{member}', which must be a text"
-    expected = _TYPE_NAMES.get(kind) or _get_metadata(parameter).description
-    return f"'{member}' must be {expected}"
+    expected_type = _TYPE_NAMES.get(kind) or _get_metadata(parameter).description
+    return f"'{member}' must be {expected_type}"
 
 
 def _get_metadata(parameter: FieldInfo) -> msgspec.Meta:
@@ -111,8 +111,8 @@ def _get_metadata(parameter: FieldInfo) -> msgspec.Meta:
 
 def _find_bare_type(parameter: FieldInfo) -> Any:
     """Return the type of a parameter without metadata and item types."""
-    type_ = get_args(parameter.type)[0] if hasattr(parameter.type, "__metadata__") else parameter.type
-    return get_origin(type_) or type_
+    bare_type = get_args(parameter.type)[0] if hasattr(parameter.type, "__metadata__") else parameter.type
+    return get_origin(bare_type) or bare_type
 
 
 def _make_body_type(parameters: type[msgspec.Struct], route: Route[Any]) -> type[msgspec.Struct]:

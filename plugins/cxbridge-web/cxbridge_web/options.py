@@ -133,7 +133,7 @@ class WebOptions(BrowserOptions, WatchOptions):
     def port_text(self) -> str | None:
         return self.web
 
-    def server_settings(self) -> WebSettings:
+    def make_server_settings(self) -> WebSettings:
         """Return the settings of a server on this machine."""
         from cxbridge_web.settings import DEFAULT_PORT, WebSettings  # noqa: PLC0415 - start-up time is a feature
 
@@ -145,7 +145,7 @@ class WebOptions(BrowserOptions, WatchOptions):
     def make_server(self) -> RunServer:
         from cxbridge_web.servers.run_page import RunPage  # noqa: PLC0415 - start-up time is a feature
 
-        return RunPage(self.server_settings(), self.announce)
+        return RunPage(self.make_server_settings(), self.announce)
 
     def settings(self) -> Iterable[tuple[str, Setting]]:
         if self.is_on:

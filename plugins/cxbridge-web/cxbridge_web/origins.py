@@ -20,7 +20,7 @@ def has_host_name(host: str, names: Collection[str]) -> bool:
 def is_permitted_request(origin: str, scheme: str, host: str, allowed_origins: Collection[str]) -> bool:
     """Return whether a request comes from the server's own page or from an allowed page.
 
-    Requests of other programs than browsers have no origin, and are permitted, too.
+    Programs that are not browsers send requests without an origin; these are permitted, too.
 
     :param origin: the header ``Origin``, empty without one.
     :param scheme: the scheme of the request, ``http`` or ``https``.

@@ -71,15 +71,15 @@ def make_page(title: str, data: bytes, embedded: Mapping[str, Any]) -> str:
         ``answers``, for a document also ``kind``.
     """
     # without the present time, so that equal data give equal pages
-    packed = b64encode(gzip.compress(data, mtime=0)).decode()
-    element = f'\n<script type="text/plain" id="recording">{packed}</script>'
+    packed_data = b64encode(gzip.compress(data, mtime=0)).decode()
+    data_element = f'\n<script type="text/plain" id="recording">{packed_data}</script>'
     modules = _make_import_map({"runs": [], "inside": embedded})
     policy = (
         f"default-src 'none'; {_allow_scripts(modules)}; style-src 'unsafe-inline'; img-src data: blob:; "
         "base-uri 'none'; form-action 'none'"
     )
     meta = f'\n<meta http-equiv="Content-Security-Policy" content="{policy}">'
-    return _make_document(title, modules, meta=meta, data=element)
+    return _make_document(title, modules, meta=meta, data=data_element)
 
 
 class Page:
@@ -90,10 +90,10 @@ class Page:
     """
 
     def __init__(self, runs: Sequence[tuple[str, str]] | None = None) -> None:
-        rows = None if runs is None else [{"path": path, "name": name} for path, name in runs]
-        modules = _make_import_map({"runs": rows, "inside": None})
+        recordings = None if runs is None else [{"path": path, "name": name} for path, name in runs]
+        modules = _make_import_map({"runs": recordings, "inside": None})
         self._document = _make_document("cxbridge", modules).encode("utf-8")
-        self._packed = gzip.compress(self._document, 6, mtime=0)
+        self._packed_document = gzip.compress(self._document, 6, mtime=0)
         self._headers = {
             "content-security-policy": (
                 f"default-src 'self'; {_allow_scripts(modules)}; style-src 'unsafe-inline'; "
@@ -114,12 +114,12 @@ class Page:
             return PlainTextResponse("Not Found\n", 404)
         if scope["method"] not in {"GET", "HEAD"}:
             return PlainTextResponse("Method Not Allowed\n", 405, {"allow": "GET, HEAD"})
-        request = Headers(scope=scope)
-        if self._headers["etag"] in request.get("if-none-match", ""):
+        request_headers = Headers(scope=scope)
+        if self._headers["etag"] in request_headers.get("if-none-match", ""):
             return Response(None, 304, self._headers)
-        if "gzip" in request.get("accept-encoding", ""):
+        if "gzip" in request_headers.get("accept-encoding", ""):
             headers = {**self._headers, "content-encoding": "gzip"}
-            return Response(self._packed, headers=headers, media_type="text/html")
+            return Response(self._packed_document, headers=headers, media_type="text/html")
         return Response(self._document, headers=self._headers, media_type="text/html")
 
 
@@ -193,8 +193,8 @@ def _hash_script(text: str) -> str:
     return f"'sha256-{b64encode(sha256(text.encode('utf-8')).digest()).decode()}'"
 
 
-def _make_data_url(text: str, kind: str = "text/javascript") -> str:
-    return f"data:{kind};charset=utf-8,{_ESCAPED_IN_URL.sub(lambda match: quote(match[0], ''), text)}"
+def _make_data_url(text: str, media_type: str = "text/javascript") -> str:
+    return f"data:{media_type};charset=utf-8,{_ESCAPED_IN_URL.sub(lambda match: quote(match[0], ''), text)}"
 
 
 def _read_file(name: str) -> str:

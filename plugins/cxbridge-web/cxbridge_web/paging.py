@@ -61,7 +61,7 @@ class Window:
         """The start and the end of the part; an end of None is the end of the list."""
         return self.offset, None if self.limit is None else self.offset + self.limit
 
-    def bounds_within(self, total: int) -> tuple[int, int]:
+    def find_bounds_within(self, total: int) -> tuple[int, int]:
         """Return the start and the end of the part in a list of length ``total``, ignoring the search."""
         begin = min(self.offset, total)
         return begin, total if self.limit is None else min(begin + self.limit, total)
@@ -71,7 +71,7 @@ class Window:
         matching_models = (
             [model for model in models if has_text(model, self.search)] if self.search else models
         )
-        begin, end = self.bounds_within(len(matching_models))
+        begin, end = self.find_bounds_within(len(matching_models))
         return ListPart(matching_models[begin:end], len(matching_models))
 
 

@@ -14,7 +14,7 @@ from concurrent.futures import Future
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-MAX_WAITING: Final = 64  # limit of waiting requests
+MAX_WAITING_REQUESTS: Final = 64  # number of waiting requests
 
 MAX_SHARE: Final = 0.1  # largest share of the main loop's time for the web server
 
@@ -55,9 +55,9 @@ class RequestQueue:
         self._now = now
         self._lock = threading.Lock()
         self._requests: deque[_QueuedRequest] = deque()
-        self._by_key: dict[object, _QueuedRequest] = {}
+        self._requests_by_key: dict[object, _QueuedRequest] = {}
         self._is_closed = False
-        self._pause_end = 0.0
+        self._pause_end_s = 0.0
 
     def submit(self, function: Callable[[], Any], key: object = None) -> Future[Any]:
         """Queue a call of a function in the main loop and return its future result.
@@ -72,36 +72,36 @@ class RequestQueue:
         with self._lock:
             if self._is_closed:
                 raise QueueClosedError
-            shared_request = None if key is None else self._by_key.get(key)
+            shared_request = None if key is None else self._requests_by_key.get(key)
             if shared_request is not None:
                 return shared_request.result
-            if len(self._requests) >= MAX_WAITING:
+            if len(self._requests) >= MAX_WAITING_REQUESTS:
                 raise RequestQueueFullError
             request = _QueuedRequest(function, key)
             self._requests.append(request)
             if key is not None:
-                self._by_key[key] = request
+                self._requests_by_key[key] = request
             return request.result
 
     def poll(self) -> None:
         """Carry out waiting requests in bounded time. Called once a loop by the main loop's thread."""
         if not self._requests:
             return
-        start = self._now()
-        if start < self._pause_end:
+        start_s = self._now()
+        if start_s < self._pause_end_s:
             return
 
         def is_late() -> bool:
-            return self._now() - start >= MAX_ROUND_S
+            return self._now() - start_s >= MAX_ROUND_S
 
         while (request := self._take_next()) is not None:
             if not _carry_out(request, is_late):
                 self._requeue(request)
             if is_late():
                 break
-        end = self._now()
+        end_s = self._now()
         # a pause of 9 times the duration of the work keeps the web server within its share of the time
-        self._pause_end = end + min((end - start) * (1 / MAX_SHARE - 1), MAX_PAUSE_S)
+        self._pause_end_s = end_s + min((end_s - start_s) * (1 / MAX_SHARE - 1), MAX_PAUSE_S)
 
     def _requeue(self, request: _QueuedRequest) -> None:
         """Queue an unfinished request again, after the waiting requests."""
@@ -117,7 +117,7 @@ class RequestQueue:
             self._is_closed = True
             waiting_requests = list(self._requests)
             self._requests.clear()
-            self._by_key.clear()
+            self._requests_by_key.clear()
         for request in waiting_requests:
             # A request that has begun is marked as running already, and a future is marked only once.
             if request.pieces is not None or request.result.set_running_or_notify_cancel():
@@ -129,7 +129,7 @@ class RequestQueue:
                 return None
             request = self._requests.popleft()
             if request.key is not None:
-                self._by_key.pop(request.key, None)
+                self._requests_by_key.pop(request.key, None)
             return request
 
 
@@ -144,8 +144,8 @@ def _carry_out(request: _QueuedRequest, is_late: Callable[[], bool]) -> bool:
             while not is_late():
                 next(result)
             return False
-    except StopIteration as end:
-        request.result.set_result(end.value)
+    except StopIteration as stop:
+        request.result.set_result(stop.value)
     except Exception as error:  # noqa: BLE001 - reported to the client
         request.result.set_exception(error)
     else:

@@ -16,8 +16,7 @@ from cxbridge.trace.codec import encode_with_kind
 from cxbridge.trace.formats.base import Run
 from cxbridge_web.pages import make_page
 
-MAX_EXPLANATIONS: Final = 20
-"""The limit of unfinished or failed goals whose explanations a report contains."""
+MAX_EXPLANATIONS: Final = 20  # number of unfinished or failed goals whose explanations a report contains
 
 
 def report(run: Run, title: str = "") -> str:
@@ -35,7 +34,7 @@ def report(run: Run, title: str = "") -> str:
     history = RunHistory.from_events(run, UNLIMITED, run.start_us)
     embedded = {
         "name": name,
-        "links": guessed_links(history),
+        "links": list_guessed_links(history),
         "notes": run.notes,
         "answers": _make_explanations(run, history),
     }
@@ -48,16 +47,18 @@ def _make_explanations(run: Run, history: RunHistory) -> dict[str, Any]:
     With several agents, a question begins with the agent's environment. Empty without a plug-in that explains
     runs.
     """
-    envs: list[str | None] = [*dict.fromkeys(goal.env for goal in history.goals)] or [None]
+    environments: list[str | None] = [*dict.fromkeys(goal.env for goal in history.goals)] or [None]
     explanations: dict[str, Any] = {}
     try:
-        for env in envs:
+        for env in environments:
             explain = explainer(run, env=env)
-            agent = f"{env} " if len(envs) > 1 else ""
+            agent = f"{env} " if len(environments) > 1 else ""
             goals = [goal for goal in history.goals if goal.env == env]
-            troubled = [goal.name for goal in goals if goal.end_change is None or goal.outcome == "FAILED"]
+            troubled_goals = [
+                goal.name for goal in goals if goal.end_change is None or goal.outcome == "FAILED"
+            ]
             explanations[f"{agent}run"] = explain("run", "")["data"]
-            for name in troubled[:MAX_EXPLANATIONS]:
+            for name in troubled_goals[:MAX_EXPLANATIONS]:
                 explanations[f"{agent}goal {name}"] = explain("goal", name)["data"]
     except (CxbridgeError, RecursionError):  # RecursionError: thousands of nested goals
         return {}
@@ -93,7 +94,7 @@ def is_mcap(path: Path) -> bool:
         return file.read(len(_MCAP)) == _MCAP
 
 
-def guessed_links(history: RunHistory) -> list[list[Any]]:
+def list_guessed_links(history: RunHistory) -> list[list[Any]]:
     """Return the guessed pairs of plan-actions and skill calls, which the recording lacks.
 
     :returns: for each pair the environment, goal, plan and id of the action, then the Skiller, skill string,

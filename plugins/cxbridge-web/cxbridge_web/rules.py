@@ -61,9 +61,9 @@ class Rule(Model, kw_only=True):
 def list_rules(env: ClipsEnvironment) -> list[Rule]:
     """Return all rules without their locations; the caller holds the lock, between runs of the rules."""
     activations = _iterate_items(env, lib.GetNextActivation)
-    counts = Counter(decode(lib.ActivationRuleName(activation)) for activation in activations)
+    activation_counts = Counter(decode(lib.ActivationRuleName(activation)) for activation in activations)
     models = []
     for rule in _iterate_items(env, lib.GetNextDefrule):
         name = decode(lib.DefruleName(rule))
-        models.append(Rule(name=name, module=decode(lib.DefruleModule(rule)), agenda=counts[name]))
+        models.append(Rule(name=name, module=decode(lib.DefruleModule(rule)), agenda=activation_counts[name]))
     return models

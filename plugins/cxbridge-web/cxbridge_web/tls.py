@@ -22,45 +22,47 @@ _LONG_LENGTH: Final = 0x80  # the bit that marks a length in further bytes, whos
 _CENTURY_LIMIT: Final = 50  # two-digit years below 50 belong to the 21st century (RFC 5280)
 
 
-def check_pair(cert: Path, key: Path, now: Callable[[], float] = time.time) -> None:
+def check_pair(cert_file: Path, key_file: Path, now: Callable[[], float] = time.time) -> None:
     """Check a certificate and its key.
 
     :param now: the clock, in seconds since the epoch.
     :raises ConfigError: if the certificate or the key is unusable.
     """
-    text = _read_text(cert)
+    text = _read_text(cert_file)
     match = _CERTIFICATE.search(text)
     if match is None:
-        raise ConfigError("this file contains no certificate", file=cert, hint=_HINT)
+        raise ConfigError("this file contains no certificate", file=cert_file, hint=_HINT)
     try:
         expiry = _read_expiry(ssl.PEM_cert_to_DER_cert(match[0]))
     except (ValueError, IndexError) as error:
-        raise ConfigError("this is not a certificate", file=cert, hint=_HINT) from error
+        raise ConfigError("this is not a certificate", file=cert_file, hint=_HINT) from error
     if expiry.timestamp() < now():
         raise ConfigError(
             f"this certificate has expired: it was valid until {expiry:%Y-%m-%d %H:%M} UTC",
-            file=cert,
+            file=cert_file,
             hint="make a new certificate; docs/security.md shows how",
         )
-    if "PRIVATE KEY-----" not in _read_text(key):
-        raise ConfigError("this file contains no private key", file=key, hint=_HINT)
+    if "PRIVATE KEY-----" not in _read_text(key_file):
+        raise ConfigError("this file contains no private key", file=key_file, hint=_HINT)
 
-    def password() -> str:
-        """Refuse an encrypted key: only then does the module ssl ask for a password."""
+    def refuse_password() -> str:
+        """Raise the error about an encrypted key: only then does the module ssl ask for a password."""
         raise ConfigError(
             "this key is encrypted, and a server cannot ask for its password",
-            file=key,
+            file=key_file,
             hint="decrypt the key: openssl pkey -in KEY -out NEW; only the daemon's user should read it",
         )
 
     try:
-        ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER).load_cert_chain(cert, key, password=password)
+        ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER).load_cert_chain(cert_file, key_file, password=refuse_password)
     except ssl.SSLError as error:
         if error.reason == "KEY_VALUES_MISMATCH":
             raise ConfigError(
-                f"this key does not belong to the certificate {cert}", file=key, hint=_HINT
+                f"this key does not belong to the certificate {cert_file}", file=key_file, hint=_HINT
             ) from error
-        raise ConfigError(f"this key cannot be used with {cert}: {error}", file=key, hint=_HINT) from error
+        raise ConfigError(
+            f"this key cannot be used with {cert_file}: {error}", file=key_file, hint=_HINT
+        ) from error
 
 
 def _read_text(file: Path) -> str:
@@ -82,8 +84,8 @@ def _read_expiry(der: bytes) -> datetime:
     :raises IndexError: if the data is cut off.
     """
     _, certificate, _ = _read_element(der)
-    _, inner, _ = _read_element(certificate)
-    tag, _, remaining = _read_element(inner)
+    _, signed_part, _ = _read_element(certificate)
+    tag, _, remaining = _read_element(signed_part)
     # The elements before the validity are: version (optional), serial number, algorithm, issuer. The first
     # element has been read.
     skipped_count = 3 if tag == _VERSION else 2

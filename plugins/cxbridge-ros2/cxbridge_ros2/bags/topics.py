@@ -22,7 +22,7 @@ from cxbridge.trace.formats.base import StoredFile
 from cxbridge_ros2.actions import STATUS_TYPE, GoalStatus
 from cxbridge_ros2.frames import ROS_ID_PREFIX, TF_MESSAGE_TYPE
 from cxbridge_ros2.hub.protocol import MessageKind
-from cxbridge_ros2.interfaces.definitions import ros_field_names, ros_message_type
+from cxbridge_ros2.interfaces.definitions import make_ros_field_names, make_ros_message_type
 from cxbridge_ros2.messages import Message
 from cxbridge_ros2.rosout import LOG_TYPE, find_level
 
@@ -60,7 +60,7 @@ class ConverterTable:
     def __init__(self, registry: InterfaceRegistry, *, has_events: bool) -> None:
         self._registry = registry
         self._interface_types = (
-            {} if has_events else {ros_message_type(name): name for name in registry.names()}
+            {} if has_events else {make_ros_message_type(name): name for name in registry.names()}
         )
         self.has_events = has_events
         self._goals: dict[bytes, _Goal] = {}
@@ -134,7 +134,7 @@ class ConverterTable:
 
     def _make_interface_converter(self, interface_type: str) -> Converter:
         fields = self._registry.schema(interface_type).fields
-        names = ros_field_names(fields)
+        names = make_ros_field_names(fields)
 
         def convert(topic: str, message: Message, time_us: int) -> Iterator[Event]:
             values = {field.name: _to_interface_value(field, message[names[field.name]]) for field in fields}

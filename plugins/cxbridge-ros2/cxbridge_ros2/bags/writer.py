@@ -35,7 +35,7 @@ from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.frames import TF_MESSAGE_TYPE, encode_transform
 from cxbridge_ros2.messages import Codec, Message
 from cxbridge_ros2.names import parse_type
-from cxbridge_ros2.rosout import LOG_TYPE, log_message
+from cxbridge_ros2.rosout import LOG_TYPE, make_log_message
 from cxbridge_ros2.stamps import NS_PER_US
 
 _METADATA_VERSION: Final = 9  # version of the metadata.yaml, that of ROS 2 Jazzy
@@ -78,7 +78,7 @@ class BagWriter(RunWriter):
             EVENTS_TOPIC, TEXT_TYPE, event.time_us, {"data": _to_ros_text(encode_with_kind(event))}
         )
         if isinstance(event, LogLine):
-            self._write_message("/rosout", LOG_TYPE, event.time_us, log_message(event, event.component))
+            self._write_message("/rosout", LOG_TYPE, event.time_us, make_log_message(event, event.component))
         elif isinstance(event, InterfaceWrite) and event.uid.startswith(_TRANSFORM_UID_PREFIX):
             topic = "/tf_static" if event.values.get("static_transform") else "/tf"
             transform = encode_transform(event.values, event.time_us)

@@ -1,9 +1,9 @@
-"""The calling side of a hub: an executor of the skill board whose skills are executed by performers.
+"""The calling side of a hub: an executor of the skill board whose skills performers execute.
 
-The caller behaves like those of PlanSys2 and of the thesis, except where these hang. The caller repeats a
-REQUEST until a performer responds, confirms one performer, and rejects each further performer, even after the
-end. A performer whose RESPONSE was lost would wait forever, so the caller rejects the performer. A performer
-that vanishes or restarts is a failure of the skill.
+The caller behaves like the callers of PlanSys2 and of the thesis, except where these hang. The caller repeats
+a REQUEST until a performer responds, confirms one performer, and rejects each further performer, even after
+the end. A performer whose RESPONSE was lost would wait forever, so the caller rejects the performer. A
+performer that vanishes or restarts is a failure of the skill.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ from cxbridge_ros2.hub.protocol import (
 from cxbridge_ros2.settings import check_keys, nest_settings, to_list
 from cxbridge_ros2.skills import fill_template
 
-REQUEST_PERIOD_S: Final = 1.0  # seconds until a REQUEST without a RESPONSE is repeated, as in PlanSys2
+REQUEST_PERIOD_S: Final = 1.0  # time until a REQUEST without a RESPONSE is repeated, as in PlanSys2
 
-MAX_SILENCE_S: Final = 5.0  # seconds without a heartbeat after which a performer counts as gone
+MAX_SILENCE_S: Final = 5.0  # time without a heartbeat after which a performer counts as gone
 
 _SKILL_KEYS: Final = ("action", "arguments", "mapped", "timeout", "patience")
 # REQUESTs without a RESPONSE after which the caller rejects a performer that reports READY.
@@ -51,6 +51,8 @@ class HubSkill(Struct, frozen=True):
     :param action: the name of the action on the hub.
     :param arguments: templates of the arguments, with parameters of the skill; None for all parameters.
     :param skill_string: the template of the skill string; None for the parameter ``mapped_action``.
+    :param timeout_s: the time limit of the skill.
+    :param server_timeout_s: the time without a RESPONSE after which the skill fails.
     """
 
     action: str
@@ -114,7 +116,7 @@ class _OpenRequest(Struct):
 class _PerformerRecord(Struct):
     """The known state of a performer.
 
-    :ivar heartbeat_us: the time of the last heartbeat; 0 before the first.
+    :ivar heartbeat_us: the time of the last heartbeat; 0 before the first heartbeat.
     :ivar response_us: the time of the last RESPONSE, to any caller.
     """
 
@@ -147,7 +149,7 @@ class HubSkills(RosExecutor):
         self._name = f"cxbridge_{self.agent}_{secrets.token_hex(2)}"
         self._hub: Hub | None = None
         self._open_request: _OpenRequest | None = None
-        self._request_nodes: dict[ActionKey, str] = {}  # node name of our recent REQUESTs by action
+        self._request_nodes: dict[ActionKey, str] = {}  # the node name in our recent REQUESTs by action
         self._performers: dict[str, _PerformerRecord] = {}
 
     @classmethod
@@ -208,7 +210,7 @@ class HubSkills(RosExecutor):
                 raise SkillFailedError(f"no performer of {key} answers on {self.topic}")
             if waited_us >= request_count * REQUEST_PERIOD_S * MICROSECONDS:
                 if request_count >= _MAX_UNANSWERED_REQUESTS:
-                    self._reject_deaf_performers(key)
+                    self._reject_silent_performers(key)
                 self._send_request(open_request.request)
                 request_count += 1
             yield
@@ -221,7 +223,7 @@ class HubSkills(RosExecutor):
         assert self._hub is not None  # skills are executed only after the start
         self._hub.publish(request)
 
-    def _reject_deaf_performers(self, key: ActionKey) -> None:
+    def _reject_silent_performers(self, key: ActionKey) -> None:
         """Reject performers that report READY but do not respond: their RESPONSE may be lost."""
         recent_us = self.clock.now_us() - round(_MAX_UNANSWERED_REQUESTS * REQUEST_PERIOD_S * MICROSECONDS)
         for name, performer in self._performers.items():

@@ -1,8 +1,8 @@
 """The performing side of a hub: executes requested actions with the skills of an agent on the skill board.
 
-The performer behaves like those of PlanSys2 and of the thesis, except where these hang. A REQUEST waits for a
-free executor. A RESPONSE is repeated, since it may be lost. A RESPONSE reserves an executor for a limited
-time only, but a later CONFIRM is still carried out.
+The performer behaves like the performers of PlanSys2 and of the thesis, except where these hang. A REQUEST
+waits for a free executor. A RESPONSE is repeated, since it may be lost. A RESPONSE reserves an executor for a
+limited time only, but a later CONFIRM is still carried out.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ MAX_RESERVATION_S: Final = 2.0
 # Seconds until a RESPONSE is repeated: this node may not have discovered the subscription of a new caller.
 RESPONSE_PERIOD_S: Final = 0.5
 
-HEARTBEAT_PERIOD_S: Final = 1.0  # seconds between heartbeats
+HEARTBEAT_PERIOD_S: Final = 1.0
 
 _ACTION_KEYS: Final = ("parameters", "call")
 _REQUESTED_CALL: Final = "mapped"  # setting that calls the skill string of the REQUEST
@@ -133,7 +133,7 @@ class _Job(Struct, eq=False):
     :ivar node: the node name of the performer.
     :ivar call: the skill call, or the reason why the action cannot be performed.
     :ivar deadline_us: the time until which a CONFIRM must arrive.
-    :ivar repeat_us: when to repeat the RESPONSE; 0 for never, after the CONFIRM of another performer.
+    :ivar repeat_us: the time to repeat the RESPONSE; 0 for never, after the CONFIRM of another performer.
     :ivar master: the execution on the skill board; None before the CONFIRM.
     :ivar last_feedback: progress and status in the last FEEDBACK.
     """
@@ -169,7 +169,7 @@ class HubPerformer(Closing):
         self._nodes = {re.sub(r"\W", "_", f"{settings.name}_{action}"): action for action in self._actions}
         self._agent, self._agent_id = settings.agent, settings.agent_id
         self._find_skill_calls, self._node, self._clock, self._log = find_skill_calls, node, clock, log
-        # REQUESTs without a RESPONSE, each with the time until which a RESPONSE is of use
+        # REQUESTs without a RESPONSE, each with the time until which a RESPONSE is useful
         self._pending_requests: dict[ActionKey, tuple[HubMessage, int]] = {}
         self._jobs: dict[ActionKey, _Job] = {}
         self._next_heartbeat_us = 0
@@ -205,7 +205,9 @@ class HubPerformer(Closing):
         if now_us >= self._next_heartbeat_us:
             self._next_heartbeat_us = now_us + round(HEARTBEAT_PERIOD_S * MICROSECONDS)
             for node, action in self._nodes.items():
-                self._hub.publish_heartbeat(Heartbeat(node, action, self._performer_state(action)), now_us)
+                self._hub.publish_heartbeat(
+                    Heartbeat(node, action, self._find_performer_state(action)), now_us
+                )
 
     def close(self) -> None:
         """Stop all executions, report their end, and leave the hub."""
@@ -291,13 +293,13 @@ class HubPerformer(Closing):
 
     def _has_free_executor(self, skill: str) -> bool:
         """Return whether an executor for a skill is free, and not reserved for a caller."""
-        idle = sum(info.state is ExecutorState.IDLE for info in self._find_executors(skill))
-        reserved = sum(
+        idle_count = sum(info.state is ExecutorState.IDLE for info in self._find_executors(skill))
+        reserved_count = sum(
             job.master is None or job.master.state is MasterState.ASKING for job in self._jobs.values()
         )
-        return idle > reserved
+        return idle_count > reserved_count
 
-    def _performer_state(self, action: str) -> PerformerState:
+    def _find_performer_state(self, action: str) -> PerformerState:
         if any(job.request.key.action == action and job.master is not None for job in self._jobs.values()):
             return PerformerState.RUNNING
         # NOT_READY without the right, so that callers do not wait for a performer that refuses their messages
@@ -343,6 +345,6 @@ class HubPerformer(Closing):
         """Publish the FINISH of a job; after a CANCEL, the message that the protocol requires."""
         request = job.request
         finish = HubMessage(MessageKind.FINISH, job.node, request.key, request.skill_string, **fields)
-        message = self._protocol.cancel_reply(finish) if job.is_cancelled else finish
+        message = self._protocol.make_cancel_reply(finish) if job.is_cancelled else finish
         if message is not None:
             self._hub.publish(message)

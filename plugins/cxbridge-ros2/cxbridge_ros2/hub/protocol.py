@@ -61,7 +61,7 @@ class HubMessage(Struct, frozen=True):
     :param key: the requested action.
     :param skill_string: the skill string that the caller's action mapping gives; may be empty.
     :param success: the result in a FINISH.
-    :param progress: from 0 to 1, in FEEDBACK and FINISH.
+    :param progress: the progress from 0 to 1, in FEEDBACK and FINISH.
     :param status: the current work or the error, in FEEDBACK and FINISH.
     """
 
@@ -92,9 +92,9 @@ class HubProtocol(ABC):
     :cvar topic: the topic of the hub.
     :cvar arguments_field: the field with the arguments of the action.
     :cvar progress_field: the field with the progress.
-    :cvar server_timeout_s: seconds without a RESPONSE after which the project's own caller gives up.
-    :cvar request_lifetime_s: seconds after which the project's own caller repeats a REQUEST or gives up, so
-        that a later RESPONSE is of no use.
+    :cvar server_timeout_s: the time without a RESPONSE after which the project's own caller gives up.
+    :cvar request_lifetime_s: the time after which the project's own caller repeats a REQUEST or gives up,
+        so that a later RESPONSE is useless.
     :cvar has_agents: whether messages have the name of a robot and a skill string.
     """
 
@@ -146,7 +146,7 @@ class HubProtocol(ABC):
     def decode_heartbeat(self, fields: Message) -> Heartbeat: ...
 
     @abstractmethod
-    def cancel_reply(self, finish: HubMessage) -> HubMessage | None:
+    def make_cancel_reply(self, finish: HubMessage) -> HubMessage | None:
         """Return the last message of a performer after a CANCEL, or None for no message.
 
         :param finish: the last message of a performer without a CANCEL.

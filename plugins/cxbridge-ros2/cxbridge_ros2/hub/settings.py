@@ -62,7 +62,7 @@ def _parse_performer(
         hint = did_you_mean(protocol_name, PROTOCOLS, f"use one of: {', '.join(PROTOCOLS)}")
         raise ConfigError(f"{component} has the unknown protocol '{protocol_name}'", hint=hint)
     protocol = PROTOCOLS[protocol_name]
-    # a skill board with one agent gives the default
+    # the only agent of a skill board is the default
     agent = str(values.get("agent", agents[0] if len(agents) == 1 else ""))
     if agent not in agents:
         problem = f"serves the unknown agent '{agent}'" if agent else "must name an agent"

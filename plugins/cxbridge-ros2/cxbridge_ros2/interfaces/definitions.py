@@ -43,21 +43,23 @@ _ROS_TYPES: Final = {
 _ENUM_TYPE: Final = "int32"  # ROS has no enums: a field is a number, and the items are constants
 
 
-def ros_message_type(interface: str, message: str = "") -> str:
+def make_ros_message_type(interface: str, message: str = "") -> str:
     return f"{PACKAGE}/msg/{_to_camel_case(interface)}{_to_camel_case(message)}"
 
 
 def generate_definitions(schema: InterfaceSchema) -> dict[str, str]:
     """Return the texts of the definitions of an interface and its messages, by type."""
-    definitions = {ros_message_type(schema.name): _format_definition(schema.fields, schema, has_time=True)}
+    definitions = {
+        make_ros_message_type(schema.name): _format_definition(schema.fields, schema, has_time=True)
+    }
     for message in schema.messages:
-        definitions[ros_message_type(schema.name, message.name)] = _format_definition(
+        definitions[make_ros_message_type(schema.name, message.name)] = _format_definition(
             message.fields, schema, has_time=False
         )
     return definitions
 
 
-def ros_field_names(fields: Sequence[FieldSchema]) -> dict[str, str]:
+def make_ros_field_names(fields: Sequence[FieldSchema]) -> dict[str, str]:
     """Return the names of fields in ROS, by their names in the interface."""
     used_names = {TIME_FIELD}
     names = {}
@@ -69,7 +71,7 @@ def ros_field_names(fields: Sequence[FieldSchema]) -> dict[str, str]:
 
 def _format_definition(fields: Sequence[FieldSchema], schema: InterfaceSchema, *, has_time: bool) -> str:
     lines = [f"builtin_interfaces/Time {TIME_FIELD}"] if has_time else []
-    names = ros_field_names(fields)
+    names = make_ros_field_names(fields)
     enum_names = {field.enum.name for field in fields if field.enum is not None}
     enums = [enum for enum in schema.enums if enum.name in enum_names]
     lines += _format_constants(enums, schema.constants if has_time else ())
@@ -101,14 +103,14 @@ def _make_unique_name(name: str, prefix: str, used_names: set[str]) -> str:
 
     :param prefix: precedes a name that begins with another character.
     """
-    unique = base_name = name if name[:1].isalpha() else f"{prefix}{name}"
+    unique_name = base_name = name if name[:1].isalpha() else f"{prefix}{name}"
     number = 2
-    while unique in used_names:
+    while unique_name in used_names:
         # _ after a digit: a second a1 becomes a1_2, since a12 looks like another name
-        unique = f"{base_name}{'_' if base_name[-1].isdigit() else ''}{number}"
+        unique_name = f"{base_name}{'_' if base_name[-1].isdigit() else ''}{number}"
         number += 1
-    used_names.add(unique)
-    return unique
+    used_names.add(unique_name)
+    return unique_name
 
 
 def _to_camel_case(name: str) -> str:

@@ -31,13 +31,13 @@ $depends
 </package>
 """)
 
-_MESSAGE_DEPENDS: Final = """  <buildtool_depend>rosidl_default_generators</buildtool_depend>
+_MESSAGE_DEPENDENCIES: Final = """  <buildtool_depend>rosidl_default_generators</buildtool_depend>
   <depend>builtin_interfaces</depend>
   <depend>action_msgs</depend>
   <exec_depend>rosidl_default_runtime</exec_depend>
   <member_of_group>rosidl_interface_packages</member_of_group>"""
 
-_PROGRAM_DEPENDS: Final = """  <exec_depend>ros2launch</exec_depend>"""
+_PROGRAM_DEPENDENCIES: Final = """  <exec_depend>ros2launch</exec_depend>"""
 
 _BUILD_MESSAGES: Final = Template("""cmake_minimum_required(VERSION 3.16)
 project($name)
@@ -99,7 +99,7 @@ def _make_message_files(texts: Mapping[str, str]) -> dict[str, str]:
         files[f"{folder}/{name}.{folder}"] = text
     file_list = "\n".join(f'  "{file}"' for file in sorted(files))
     manifest = _format_manifest(
-        PACKAGE, "Interfaces of the blackboard as messages, and the action of Skillers", _MESSAGE_DEPENDS
+        PACKAGE, "Interfaces of the blackboard as messages, and the action of Skillers", _MESSAGE_DEPENDENCIES
     )
     build_file = _BUILD_MESSAGES.substitute(name=PACKAGE, files=file_list)
     return {**files, "package.xml": manifest, "CMakeLists.txt": build_file}
@@ -109,7 +109,9 @@ def _make_program_files() -> dict[str, str]:
     # a script with the path of this Python, since the Python of ROS does not have cxbridge
     start_script = f'#!/bin/sh\nexec {shlex.join(python_command("-m", "cxbridge"))} "$@"\n'
     return {
-        "package.xml": _format_manifest("cxbridge", "The CLIPS Executive as a program", _PROGRAM_DEPENDS),
+        "package.xml": _format_manifest(
+            "cxbridge", "The CLIPS Executive as a program", _PROGRAM_DEPENDENCIES
+        ),
         "CMakeLists.txt": _BUILD_PROGRAM,
         "cxbridge": start_script,
         "launch/daemon.launch.py": _LAUNCH,

@@ -43,12 +43,12 @@ class TopicSettings(Struct, frozen=True):
     """The settings of interfaces and their topics. Paths in a message have dots: ``header.stamp``.
 
     :param key: the name in the configuration.
-    :param pattern: matches the interfaces.
+    :param pattern: the pattern that matches the interfaces.
     :param direction: ``publish`` to send writes to the topic, ``write`` to write received messages.
     :param topic: the topic; None for ``/blackboard/TYPE/ID``.
     :param type_name: the message type; None for the generated type.
     :param paths: the path in the message of each interface field.
-    :param constants: values in the message by path.
+    :param constants: the constant values in the message, by path.
     :param stamp_path: the path of the time in the message; may be empty.
     :param has_message_topics: whether the messages of the interface have topics, too.
     """
@@ -99,9 +99,9 @@ def _parse_topic_settings(key: str, values_by_path: Mapping[str, Any], folder: P
     has_message_topics = typed_setting(values, "messages", default=False, component=component)
     if type_name and has_message_topics:
         raise ConfigError(f"{component} cannot have both 'messages' and 'type'")
-    if not type_name and (useless := [name for name in _MESSAGE_TYPE_KEYS if name in values]):
+    if not type_name and (unused_keys := [name for name in _MESSAGE_TYPE_KEYS if name in values]):
         raise ConfigError(
-            f"{component}: '{useless[0]}' requires a 'type'", hint="e.g. sensor_msgs/msg/BatteryState"
+            f"{component}: '{unused_keys[0]}' requires a 'type'", hint="e.g. sensor_msgs/msg/BatteryState"
         )
     fields: dict[str, Any] = typed_setting(values, "fields", {}, component)
     if type_name and not fields:

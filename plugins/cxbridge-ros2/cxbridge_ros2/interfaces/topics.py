@@ -23,20 +23,20 @@ from cxbridge.interfaces.schema import FieldSchema, InterfaceSchema
 from cxbridge.rights import right_of_frame
 from cxbridge.suggestions import did_you_mean
 from cxbridge_ros2.definitions import Definitions
-from cxbridge_ros2.interfaces.definitions import TIME_FIELD, ros_field_names, ros_message_type
+from cxbridge_ros2.interfaces.definitions import TIME_FIELD, make_ros_field_names, make_ros_message_type
 from cxbridge_ros2.interfaces.settings import WRITE, TopicSettings
-from cxbridge_ros2.messages import Message, value_at
+from cxbridge_ros2.messages import Message, find_value
 from cxbridge_ros2.names import parse_type
 from cxbridge_ros2.node import Node, Publisher
 from cxbridge_ros2.stamps import us_to_stamp
 
-OWNER: Final = "ROS 2"  # the owner of the opened interfaces, as the blackboard shows
+OWNER: Final = "ROS 2"  # the owner of the opened interfaces, as the blackboard lists it
 
-_MAX_QUEUED_MESSAGES: Final = 100  # messages of readers that wait for the next loop
-_MESSAGE_SUFFIX: Final = "Message"  # the end of a message's name, which the name of the topic leaves out
+_MAX_QUEUED_MESSAGES: Final = 100  # limit of the readers' messages that wait for the next loop
+_MESSAGE_SUFFIX: Final = "Message"  # the end of a message's name, which topics leave out
 
 
-def default_topic(interface_type: str, interface_id: str) -> str:
+def make_default_topic(interface_type: str, interface_id: str) -> str:
     """Return the default topic of an interface: ``/blackboard/TYPE/ID``.
 
     In the id, ``_`` replaces the characters that are invalid in ROS. A part of a name begins with a letter.
@@ -54,7 +54,7 @@ def check_mapping(settings: TopicSettings, schema: InterfaceSchema, definitions:
         return
     type_name = parse_type(settings.type_name)
     stamp_paths = filter(None, [settings.stamp_path])
-    for path in (*_message_paths(settings, schema).values(), *settings.constants, *stamp_paths):
+    for path in (*_find_message_paths(settings, schema).values(), *settings.constants, *stamp_paths):
         definitions.check_path(type_name, path)
 
 
@@ -104,15 +104,17 @@ class PublishedInterfaces(Closing):
     def _start_publishing(self, uid: str) -> Callable[[InterfaceChange], None]:
         interface_type, _, interface_id = uid.partition("::")
         settings, schema = self._settings, self._board.registry.get(interface_type).SCHEMA
-        topic = f"{settings.node.namespace}{settings.topic or default_topic(interface_type, interface_id)}"
+        topic = (
+            f"{settings.node.namespace}{settings.topic or make_default_topic(interface_type, interface_id)}"
+        )
         if topic in self._used_topics:
             raise ConfigError(f"another interface has the topic {topic}")
         self._used_topics.add(topic)
         publisher = self._node.create_publisher(
-            topic, settings.type_name or ros_message_type(interface_type), settings.qos
+            topic, settings.type_name or make_ros_message_type(interface_type), settings.qos
         )
         self._publishers.append(publisher)
-        paths = _message_paths(settings, schema)
+        paths = _find_message_paths(settings, schema)
         stamp_path = TIME_FIELD if settings.type_name is None else settings.stamp_path
         if settings.has_message_topics:
             self._subscribe_messages(topic, self._feed.open(interface_type, interface_id))
@@ -133,8 +135,10 @@ class PublishedInterfaces(Closing):
     def _subscribe_messages(self, topic: str, instance: Interface) -> None:
         """Subscribe to the topics for messages of an interface, and send the messages to its writer."""
         for schema in instance.SCHEMA.messages:
-            enqueue = partial(self._enqueue_message, instance, schema.name, ros_field_names(schema.fields))
-            type_name = ros_message_type(instance.type, schema.name)
+            enqueue = partial(
+                self._enqueue_message, instance, schema.name, make_ros_field_names(schema.fields)
+            )
+            type_name = make_ros_message_type(instance.type, schema.name)
             right = self._node.rights.message_right(instance.type, schema.name)
             message_topic = f"{topic}/{schema.name.removesuffix(_MESSAGE_SUFFIX)}"
             self._close_functions.append(self._node.subscribe(message_topic, type_name, enqueue, right=right))
@@ -173,20 +177,22 @@ class WrittenInterface(Closing):
             interface_type, interface_id, owner=OWNER, queue_limit=_MAX_QUEUED_MESSAGES
         )
         schema = self._instance.SCHEMA
-        self._message_paths = _message_paths(settings, schema)
+        self._message_paths = _find_message_paths(settings, schema)
         self._reported_errors: set[str] = set()
-        topic = f"{settings.node.namespace}{settings.topic or default_topic(interface_type, interface_id)}"
+        topic = (
+            f"{settings.node.namespace}{settings.topic or make_default_topic(interface_type, interface_id)}"
+        )
         self._publishers: dict[str, tuple[Publisher, Mapping[str, str]]] = {}
         try:
             for message in schema.messages if settings.has_message_topics else ():
                 publisher = node.create_publisher(
                     f"{topic}/{message.name.removesuffix(_MESSAGE_SUFFIX)}",
-                    ros_message_type(interface_type, message.name),
+                    make_ros_message_type(interface_type, message.name),
                 )
-                self._publishers[message.name] = publisher, ros_field_names(message.fields)
+                self._publishers[message.name] = publisher, make_ros_field_names(message.fields)
             self._close_subscription = node.subscribe(
                 topic,
-                settings.type_name or ros_message_type(interface_type),
+                settings.type_name or make_ros_message_type(interface_type),
                 self._write_message,
                 settings.qos,
                 right=right_of_frame("ros2-interfaces", WRITE),
@@ -211,7 +217,7 @@ class WrittenInterface(Closing):
         try:
             for field, path in self._message_paths.items():
                 self._instance.set(
-                    field, _to_interface_value(self._instance.field(field), value_at(message, path))
+                    field, _to_interface_value(self._instance.field(field), find_value(message, path))
                 )
             self._instance.write()
         except CxbridgeError as error:
@@ -227,13 +233,13 @@ class WrittenInterface(Closing):
         self._instance.close()
 
 
-def _message_paths(settings: TopicSettings, schema: InterfaceSchema) -> Mapping[str, str]:
+def _find_message_paths(settings: TopicSettings, schema: InterfaceSchema) -> Mapping[str, str]:
     """Return the path in the message of each interface field.
 
     :raises ConfigError: if the interface lacks a configured field.
     """
     if settings.type_name is None:
-        return ros_field_names(schema.fields)
+        return make_ros_field_names(schema.fields)
     interface_fields = [field.name for field in schema.fields]
     for name in settings.paths:
         if name not in interface_fields:

@@ -11,7 +11,7 @@ from typing import Final
 from cxbridge.errors import Ros2Error
 from cxbridge.numbers import parse_decimal
 
-MAX_DDS_DOMAIN: Final = 232  # DDS computes port numbers from the domain, and those of 233 exceed 65535
+MAX_DDS_DOMAIN: Final = 232  # DDS computes port numbers from the domain; the port numbers of 233 exceed 65535
 
 
 def read_domain_id(max_id: int | None = None) -> int:
@@ -29,7 +29,7 @@ def read_domain_id(max_id: int | None = None) -> int:
     return domain_id
 
 
-def default_reach(default_range: str = "localhost") -> str:
+def find_default_reach(default_range: str = "localhost") -> str:
     """Return the discovery range of the environment (ROS_AUTOMATIC_DISCOVERY_RANGE).
 
     :param default_range: the range if the environment does not name a range.

@@ -28,7 +28,7 @@ from cxbridge_ros2.node import (
 )
 from cxbridge_ros2.qos import PROFILES, QosProfile
 
-# Limit for nodes that respond to each other forever, in whose presence the clock would never advance.
+# Limit for nodes that respond to each other forever: the clock would never advance.
 MAX_SETTLING_ROUNDS: Final = 10_000
 
 
@@ -80,8 +80,8 @@ class LocalGraph:
         """Poll all nodes until no messages are left; return False if the nodes do not stop."""
         for _ in range(MAX_SETTLING_ROUNDS):
             # a list, since any() of a generator would stop polling at the first node with a message
-            handled = [node.poll() for node in list(self._nodes)]
-            if not any(handled):
+            were_messages_handled = [node.poll() for node in list(self._nodes)]
+            if not any(were_messages_handled):
                 return True
         return False
 
@@ -215,7 +215,7 @@ class _LocalClient(Client):
 
     def _handle_response(self, number: int, response: Message) -> None:
         if number in self._pending_callbacks:
-            on_response, _failed = self._pending_callbacks.pop(number)
+            on_response, _on_failure = self._pending_callbacks.pop(number)
             on_response(response)
 
     @property

@@ -21,20 +21,20 @@ _DERIVED_SUFFIX: Final = re.compile(
 _ACTION_SUFFIX: Final = re.compile(r"/_action/\w+$")
 
 
-def public_type_name(name: TypeName) -> str:
+def format_type(name: TypeName) -> str:
     """Return the name of a message, or of the service or action from which a type is derived."""
     return str(
         name if name.kind == "msg" else TypeName(name.package, name.kind, _DERIVED_SUFFIX.sub("", name.name))
     )
 
 
-def ros_type_name(dds_type: str) -> str:
+def format_dds_type(dds_type: str) -> str:
     """Return the ROS name of a DDS type; names of another form stay unchanged."""
     match = _DDS_TYPE.fullmatch(dds_type)
-    return dds_type if match is None else public_type_name(TypeName(match[1], match[2], match[3]))
+    return dds_type if match is None else format_type(TypeName(match[1], match[2], match[3]))
 
 
-def public_name(name: str) -> str:
+def find_public_name(name: str) -> str:
     """Return the name of a topic or service, or of the action to which it belongs."""
     return _ACTION_SUFFIX.sub("", name)
 
@@ -50,9 +50,11 @@ def describe_mismatch(
     :param their_hash: its type hash; empty if unknown, since Humble has no hashes.
     :param our_hash: the type hash of our endpoint; may be empty.
     """
-    our_name = public_type_name(our_type)
+    our_name = format_type(our_type)
     if their_type != our_type.dds_name:
-        return f"{name}: another node's {peer} has the type {ros_type_name(their_type)}, ours has {our_name}"
+        return (
+            f"{name}: another node's {peer} has the type {format_dds_type(their_type)}, ours has {our_name}"
+        )
     if not their_hash or not our_hash or their_hash == our_hash:
         return ""
     return (
@@ -74,5 +76,5 @@ def describe_missing_server(
         return f"there is no other node in {network_if_empty}"
     if name not in served_types:
         return did_you_mean(name, sorted(served_types))
-    served_type = ros_type_name(served_types[name])
-    return "" if served_type == public_type_name(client_type) else f"it is served as {served_type}"
+    served_type = format_dds_type(served_types[name])
+    return "" if served_type == format_type(client_type) else f"it is served as {served_type}"

@@ -29,14 +29,14 @@ from cxbridge_ros2.node import (
 from cxbridge_ros2.qos import PROFILES, QosProfile
 from cxbridge_ros2.transports.environment import MAX_DDS_DOMAIN
 
-# By suffix of the type's name: the member of `Impl` in the Python class of an action.
+# The member of `Impl` in the Python class of an action, by the suffix of the type's name.
 _ACTION_MEMBERS: Final = {
     "SendGoal": "SendGoalService",
     "GetResult": "GetResultService",
     "FeedbackMessage": "FeedbackMessage",
 }
 
-_MAX_CALLBACKS: Final = 256  # limit per poll, so that a fast topic does not starve the loop
+_MAX_CALLBACKS: Final = 256  # callbacks per poll, so that a fast topic does not starve the loop
 
 
 class RclpyNode(Node):
@@ -60,10 +60,11 @@ class RclpyNode(Node):
         self._definitions = definitions
         self._codec = Codec(definitions)
         self._rclpy = rclpy = _import_rclpy()
-        if domain is not None and domain > MAX_DDS_DOMAIN and "zenoh" not in _rmw_name(rclpy):
+        if domain is not None and domain > MAX_DDS_DOMAIN and "zenoh" not in _find_rmw_name(rclpy):
             # some RMWs abort the process for an invalid domain
             raise Ros2Error(
-                f"the domain {domain} does not exist: the highest of {_rmw_name(rclpy)} is {MAX_DDS_DOMAIN}"
+                f"the domain {domain} does not exist: "
+                f"the highest of {_find_rmw_name(rclpy)} is {MAX_DDS_DOMAIN}"
             )
         self._context = rclpy.context.Context()
         try:
@@ -77,13 +78,13 @@ class RclpyNode(Node):
             self._node = rclpy.create_node(
                 name,
                 context=self._context,
-                use_global_arguments=False,  # the arguments of this process are not those of ROS
+                use_global_arguments=False,  # the arguments of this process are not arguments of ROS
                 start_parameter_services=False,  # the class Parameters serves them
                 enable_rosout=False,  # the class RosoutPublisher publishes the log
             )
         except Exception as error:  # noqa: BLE001 - rclpy's errors have no common base class
             raise Ros2Error(
-                f"rclpy cannot start: {_one_line(error)}",
+                f"rclpy cannot start: {_format_error(error)}",
                 hint="are ROS_DOMAIN_ID and RMW_IMPLEMENTATION right, and is this RMW installed?",
             ) from None
         self._executor = rclpy.executors.SingleThreadedExecutor(context=self._context)
@@ -97,7 +98,7 @@ class RclpyNode(Node):
     ) -> Publisher:
         type_name = parse_type(message_type)
         rcl_publisher = self._node.create_publisher(
-            self._message_class(type_name), check_topic(topic), self._make_qos(qos)
+            self._find_message_class(type_name), check_topic(topic), self._make_qos(qos)
         )
         return Publisher(
             lambda message: rcl_publisher.publish(self._codec.encode(type_name, message)),
@@ -117,13 +118,13 @@ class RclpyNode(Node):
                 callback(message)
 
         rcl_subscription = self._node.create_subscription(
-            self._message_class(type_name), check_topic(topic), receive, self._make_qos(qos), raw=True
+            self._find_message_class(type_name), check_topic(topic), receive, self._make_qos(qos), raw=True
         )
         return self._make_close_function("subscription", rcl_subscription)
 
     def create_client(self, service: str, service_type: str) -> Client:
         type_name = parse_type(service_type, "srv")
-        service_class = self._service_class(type_name)
+        service_class = self._find_service_class(type_name)
         rcl_client = self._node.create_client(
             service_class, check_topic(service), qos_profile=self._make_qos(PROFILES["services_default"])
         )
@@ -146,7 +147,7 @@ class RclpyNode(Node):
 
     def _serve_later(self, service: str, service_type: str, handler: RequestHandler) -> Callable[[], None]:
         type_name = parse_type(service_type, "srv")
-        service_class = self._service_class(type_name)
+        service_class = self._find_service_class(type_name)
         request, response = type_name.derive("Request"), type_name.derive("Response")
 
         def receive(message: Any, _encoded_response: object) -> _DeferredResponse:
@@ -206,14 +207,14 @@ class RclpyNode(Node):
         gids = (bytes(publisher.endpoint_gid) for publisher in publishers)
         return frozenset(int.from_bytes(gid, "big") for gid in gids) or frozenset({0})
 
-    def _message_class(self, type_name: TypeName) -> Any:
+    def _find_message_class(self, type_name: TypeName) -> Any:
         """Return the Python class of a message, after a check of its fields."""
         self._definitions.find_fields(type_name)  # raises the error about an unknown type
         message_class = _import_class(type_name)
         self._check_fields(type_name, message_class)
         return message_class
 
-    def _service_class(self, type_name: TypeName) -> Any:
+    def _find_service_class(self, type_name: TypeName) -> Any:
         """Return the Python class of a service, after a check of the fields of its messages."""
         self._definitions.find_fields(type_name.derive("Request"))  # raises the error about an unknown type
         service_class = _import_class(type_name)
@@ -330,12 +331,12 @@ def _import_rclpy() -> Any:
     except ImportError as error:
         python = ".".join(map(str, sys.version_info[:2]))
         raise Ros2Error(
-            f"rclpy is not installed: {_one_line(error)}",
+            f"rclpy is not installed: {_format_error(error)}",
             hint=f"source the setup.bash of a ROS 2 for Python {python}, or use the transport dds",
         ) from None
 
 
-def _rmw_name(rclpy: Any) -> str:
+def _find_rmw_name(rclpy: Any) -> str:
     return str(rclpy.utilities.get_rmw_implementation_identifier())
 
 
@@ -349,10 +350,10 @@ def _import_class(type_name: TypeName) -> Any:
         return getattr(module, type_name.name)
     except (ImportError, AttributeError, KeyError) as error:
         raise Ros2Error(
-            f"{type_name} has no Python class: {_one_line(error)}",
+            f"{type_name} has no Python class: {_format_error(error)}",
             hint=f"source the workspace that the package {type_name.package} was built in",
         ) from None
 
 
-def _one_line(error: BaseException) -> str:
+def _format_error(error: BaseException) -> str:
     return " ".join(str(error).split()) or type(error).__name__

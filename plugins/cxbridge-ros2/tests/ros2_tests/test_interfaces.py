@@ -29,9 +29,9 @@ from cxbridge_ros2.interfaces.definitions import (
     ACTION_DEFINITIONS,
     EXEC_SKILL_TYPE,
     generate_definitions,
-    ros_message_type,
+    make_ros_message_type,
 )
-from cxbridge_ros2.interfaces.topics import default_topic
+from cxbridge_ros2.interfaces.topics import make_default_topic
 from cxbridge_ros2.node import Node
 from cxbridge_ros2.transports.dds import DdsNode
 from ros2_tests.conftest import HERE, has_package, needs_ros, with_ros
@@ -81,7 +81,7 @@ def turn_until(run: Run, node: Node | None, done: Callable[[], Any], limit_s: fl
 
 def test_each_write_is_published(tmp_path: Path, domain: int, node: Node):
     got: list[Any] = []
-    node.subscribe(BATTERY, ros_message_type("BatteryInterface"), got.append)
+    node.subscribe(BATTERY, make_ros_message_type("BatteryInterface"), got.append)
     with a_run(tmp_path, domain, "    all: {interface: 'Battery*', DOMAIN}\n") as run:
         battery = run.board.open_for_writing("BatteryInterface", "Robot")
         while not got:  # until the topic has found its subscriber
@@ -197,8 +197,8 @@ def test_each_interface_there_is_goes_from_board_to_board(tmp_path: Path, domain
 
 
 def test_messages_go_to_the_writer(tmp_path: Path, domain: int, node: Node):
-    topic = default_topic("SpeechSynthInterface", "Speech")
-    says = node.create_publisher(f"{topic}/Say", ros_message_type("SpeechSynthInterface", "SayMessage"))
+    topic = make_default_topic("SpeechSynthInterface", "Speech")
+    says = node.create_publisher(f"{topic}/Say", make_ros_message_type("SpeechSynthInterface", "SayMessage"))
     with a_run(
         tmp_path, domain, "    s: {interface: 'SpeechSynthInterface', messages: true, DOMAIN}\n"
     ) as run:
@@ -214,8 +214,8 @@ def test_messages_go_to_the_writer(tmp_path: Path, domain: int, node: Node):
 
 def test_messages_come_from_the_readers(tmp_path: Path, domain: int, node: Node):
     got: list[Any] = []
-    topic = default_topic("SpeechSynthInterface", "Speech")
-    node.subscribe(f"{topic}/Say", ros_message_type("SpeechSynthInterface", "SayMessage"), got.append)
+    topic = make_default_topic("SpeechSynthInterface", "Speech")
+    node.subscribe(f"{topic}/Say", make_ros_message_type("SpeechSynthInterface", "SayMessage"), got.append)
     settings = (
         "    s: {interface: 'SpeechSynthInterface::Speech', direction: write, messages: true, DOMAIN}\n"
     )
@@ -269,7 +269,7 @@ def test_a_run_whose_clients_may_only_look_is_not_written(tmp_path: Path, domain
     with a_run(tmp_path, domain, f"{topics}cxbridge: {{remote-control: false}}\n") as run:
         run.bus.subscribe(lambda line: lines.append(str(line)), LogLine)
         battery = run.board.open_for_reading("BatteryInterface", "Robot")
-        publisher = node.create_publisher(BATTERY, ros_message_type("BatteryInterface"))
+        publisher = node.create_publisher(BATTERY, make_ros_message_type("BatteryInterface"))
         turn_until(run, node, publisher.count_subscriptions)
         publisher.publish({"current": 7})
         turn_until(run, node, lambda: any(f"refused: {BATTERY}: cxbridge/remote" in line for line in lines))

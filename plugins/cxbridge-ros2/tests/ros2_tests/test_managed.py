@@ -18,7 +18,7 @@ from cxbridge.events import LogLine
 from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.lifecycle import ACTIVATE, CLEANUP, CONFIGURE, DEACTIVATE, SHUTDOWN, LifecycleState
 from cxbridge_ros2.node import Node
-from cxbridge_ros2.parameters import EVENTS_TOPIC, decode_value, encode_value, parameter_type
+from cxbridge_ros2.parameters import EVENTS_TOPIC, decode_value, encode_value, find_parameter_type
 from cxbridge_ros2.rosout import subscribe_log
 from cxbridge_ros2.transports.dds import DdsNode
 from ros2_tests.clients import LifecycleClient, ParameterClient
@@ -179,7 +179,7 @@ def test_a_value_comes_back_as_it_was(value):
 @pytest.mark.parametrize("value", [2**63, [1, "a"], [1, True]])
 def test_what_no_parameter_can_be(value):
     with pytest.raises(Ros2Error):
-        parameter_type(value)
+        find_parameter_type(value)
 
 
 @needs_ros

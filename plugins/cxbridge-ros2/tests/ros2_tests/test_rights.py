@@ -28,7 +28,11 @@ from cxbridge_ros2.experts.client import ExpertClient
 from cxbridge_ros2.experts.definitions import TYPE_DEFINITIONS
 from cxbridge_ros2.frames import TF_MESSAGE_TYPE
 from cxbridge_ros2.hub.protocol import ActionKey, HubMessage, MessageKind
-from cxbridge_ros2.interfaces.definitions import ACTION_DEFINITIONS, generate_definitions, ros_message_type
+from cxbridge_ros2.interfaces.definitions import (
+    ACTION_DEFINITIONS,
+    generate_definitions,
+    make_ros_message_type,
+)
 from cxbridge_ros2.interfaces.definitions import EXEC_SKILL_TYPE as EXEC_SKILL_ACTION
 from cxbridge_ros2.plansys2 import PlanSys2Protocol
 from cxbridge_ros2.qos import PROFILES
@@ -170,7 +174,7 @@ def _write(ask: Asking) -> bool:
         return int(battery.get("current")) == 7
 
     topic = "/blackboard/BatteryInterface/Robot"
-    return ask.publish(topic, ros_message_type("BatteryInterface"), {"current": 7}, is_written)
+    return ask.publish(topic, make_ros_message_type("BatteryInterface"), {"current": 7}, is_written)
 
 
 def _transforms(ask: Asking, topic: str) -> bool:
@@ -286,7 +290,8 @@ def check_messages_as_topics(ask: Asking, highest: Right) -> None:
     ):
         message = f"{name}Message"
         place = f"/blackboard/{interface}/Skiller/{name}"
-        sent = ask.publish(place, ros_message_type(interface, message), {}, lambda each=message: each in came)  # type: ignore[misc]
+        message_type = make_ros_message_type(interface, message)
+        sent = ask.publish(place, message_type, {}, lambda each=message: each in came)  # type: ignore[misc]
         assert sent is (ask.daemon.settings.rights.message_right(interface, message) <= highest), name
     ask.daemon.bus.unsubscribe(note)
 

@@ -50,7 +50,7 @@ def test_a_bag_does_not_unpack_beyond_the_limit(
         list(run)
         list(run.description())
         with run._open() as bag:  # type: ignore[attr-defined]
-            list(run._messages(bag, lambda _connection: True))  # type: ignore[attr-defined]
+            list(run._read_messages(bag, lambda _connection: True))  # type: ignore[attr-defined]
         told = " ".join(run.notes)
     except CxbridgeError as error:
         told = str(error)

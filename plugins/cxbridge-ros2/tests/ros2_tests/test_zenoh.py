@@ -126,11 +126,11 @@ def test_the_token_of_a_node_is_that_of_rmw_zenoh():
 
 
 def test_keys_are_those_of_rmw_zenoh():
-    assert CHATTER.key(0) == f"0/chatter/std_msgs::msg::dds_::String_/{STRING}"
-    assert TypedName("/robot1/chatter", CHATTER.dds_type, STRING).key(0) == (
+    assert CHATTER.make_key(0) == f"0/chatter/std_msgs::msg::dds_::String_/{STRING}"
+    assert TypedName("/robot1/chatter", CHATTER.dds_type, STRING).make_key(0) == (
         f"0/robot1/chatter/std_msgs::msg::dds_::String_/{STRING}"
     )
-    assert ADDITION.key(2) == f"2/add_two_ints/example_interfaces::srv::dds_::AddTwoInts_/{ADD}"
+    assert ADDITION.make_key(2) == f"2/add_two_ints/example_interfaces::srv::dds_::AddTwoInts_/{ADD}"
 
 
 def test_types_have_the_hashes_of_rmw_zenoh():
@@ -139,7 +139,7 @@ def test_types_have_the_hashes_of_rmw_zenoh():
     add = parse_type("example_interfaces/srv/AddTwoInts")
     assert make_typed_name("/add_two_ints", add, types, is_service=True) == ADDITION
     humble = Definitions([PACKAGES], "humble", environment={})
-    assert make_typed_name("/add_two_ints", add, humble, is_service=True).key(0) == (
+    assert make_typed_name("/add_two_ints", add, humble, is_service=True).make_key(0) == (
         "0/add_two_ints/example_interfaces::srv::dds_::AddTwoInts_/TypeHashNotSupported"
     )
     with pytest.raises(Ros2Error, match="Nothing"):
@@ -196,13 +196,13 @@ def test_a_graph_knows_who_is_there():
     graph, (token, (endpoint, _)) = RosGraph(), next(iter(TOKENS.items()))
     graph.add(token)
     graph.add(token)
-    (first,) = graph.endpoint_numbers("MS", endpoint.topic)
-    assert not graph.endpoint_numbers("MP", endpoint.topic)
+    (first,) = graph.find_endpoint_numbers("MS", endpoint.topic)
+    assert not graph.find_endpoint_numbers("MP", endpoint.topic)
     graph.remove(token)
     graph.remove(token)
-    assert not graph.endpoint_numbers("MS", endpoint.topic)
+    assert not graph.find_endpoint_numbers("MS", endpoint.topic)
     graph.add(token)
-    assert graph.endpoint_numbers("MS", endpoint.topic) != {first}  # it may be another one by now
+    assert graph.find_endpoint_numbers("MS", endpoint.topic) != {first}  # it may be another one by now
 
 
 def test_an_inbox_drops_what_is_oldest():

@@ -56,8 +56,8 @@ def read_commands(file: Path) -> list[CMakeCommand]:
     commands = []
     for name, argument_text in _COMMAND.findall(text):
         # as in CMake, an undefined variable is empty
-        expanded = _VARIABLE.sub(lambda match: variables.get(match[1], ""), argument_text)
-        arguments = tuple(quoted or unquoted for quoted, unquoted in _ARGUMENT.findall(expanded))
+        expanded_text = _VARIABLE.sub(lambda match: variables.get(match[1], ""), argument_text)
+        arguments = tuple(quoted or unquoted for quoted, unquoted in _ARGUMENT.findall(expanded_text))
         if name.lower() == "project" and arguments:
             variables["PROJECT_NAME"] = arguments[0]
         elif name.lower() == "set" and arguments:
@@ -74,10 +74,10 @@ def find_installed_entries(commands: list[CMakeCommand], folder: Path) -> Iterat
             continue
         target = arguments[arguments.index("DESTINATION") + 1].strip("/")
         new_name = arguments[arguments.index("RENAME") + 1] if "RENAME" in arguments else ""
-        for word in takewhile(lambda word: word not in _END_KEYWORDS, arguments[1:]):
-            source = folder / word
+        for source_text in takewhile(lambda source_text: source_text not in _END_KEYWORDS, arguments[1:]):
+            source = folder / source_text
             # as in CMake, the slash means the content of the folder
-            if arguments[0] == "DIRECTORY" and word.endswith("/"):
+            if arguments[0] == "DIRECTORY" and source_text.endswith("/"):
                 yield InstalledEntry(source, target)
             else:
                 yield InstalledEntry(source, f"{target}/{new_name or source.name}")

@@ -37,7 +37,7 @@ class CxNode(Executive):
     ) -> None:
         self.environment_names = read_environment_names(manager.context)
         self._first_error = ""
-        self._fired = 0
+        self._fired_count = 0
         self._is_active = self._was_active = False
         self._node_name = manager.context.parameters.name.strip("/")
         self._services: NodeServices | None = None
@@ -103,7 +103,7 @@ class CxNode(Executive):
         return True
 
     def load_core(self) -> None:
-        """Load the plug-ins of all environments into the first one, for commands that inspect agents."""
+        """Load the plug-ins of all environments into the first, for commands that inspect agents."""
         loaded_plugins: set[str] = set()
         for name in self.environment_names:
             for plugin in self.manager.context.parameters.get_strings(f"{name}.plugins"):
@@ -114,9 +114,9 @@ class CxNode(Executive):
     def _run_environment(self, env: StockEnvironment) -> int:
         """Run an environment's rules until its agenda is empty; the caller holds its lock."""
         env.refresh_agenda()
-        fired = self._run() if env is self.env else env.run()
-        self._fired += fired
-        return fired
+        fired_count = self._run() if env is self.env else env.run()
+        self._fired_count += fired_count
+        return fired_count
 
     def loop(self) -> int:
         """Let plug-ins do the work that is due; return the number of fired rules.
@@ -131,8 +131,8 @@ class CxNode(Executive):
         if self._services is not None:
             self._services.tick()
         self._receive_messages()  # the messages that nodes of this process have sent during the ticks
-        fired, self._fired = self._fired, 0
-        return fired
+        fired_count, self._fired_count = self._fired_count, 0
+        return fired_count
 
     def _receive_messages(self) -> None:
         """Receive the messages of other nodes."""
@@ -158,7 +158,7 @@ class CxNode(Executive):
         """Do nothing: agents have their own templates."""
 
     def deactivate(self) -> bool:
-        """Run the shutdown rules and unload the plug-ins; environments stay."""
+        """Run the shutdown rules and unload the plug-ins; the environments stay."""
         self.manager.log.info(f"Deactivating [{self._node_name}]...")
         self._is_active = False
         # the environments of the parameters first, in their order, then the environments created at run time

@@ -42,7 +42,7 @@ class InstalledPrefix:
     def __init__(self, path: Path) -> None:
         self.path = path
 
-    def resources(self, kind: str) -> Mapping[str, str]:
+    def find_resources(self, kind: str) -> Mapping[str, str]:
         """Return the contents of a kind's resources by name; the kind ``packages`` lists the packages."""
         contents = {}
         with suppress(OSError):  # an index without resources of this kind has no folder for them
@@ -50,17 +50,17 @@ class InstalledPrefix:
                 contents[file_path.name] = file_path.read_text("utf-8", "replace")
         return contents
 
-    def share_folder(self, package: str) -> Path:
+    def find_share_folder(self, package: str) -> Path:
         return self.path / "share" / package
 
-    def file_path(self, package: str, name: str) -> Path:
+    def find_file(self, package: str, name: str) -> Path:
         """Return the path of a package's file, e.g. of a message definition."""
-        return self.share_folder(package) / name
+        return self.find_share_folder(package) / name
 
     def find_proto_files(self, class_name: str) -> list[Path]:
         """Return the .proto files of the package whose plug-in description contains a class."""
-        for package, description in self.resources(_PLUGIN_RESOURCE).items():
-            share_folder = self.share_folder(package)
+        for package, description in self.find_resources(_PLUGIN_RESOURCE).items():
+            share_folder = self.find_share_folder(package)
             files = (self.path / line for line in description.split())
             if any(f'"{class_name}"' in _read_text(file_path) for file_path in files):
                 return sorted(share_folder.rglob("*.proto"))
@@ -98,7 +98,7 @@ class SourceTree:
     def _commands(self) -> dict[str, list[CMakeCommand]]:
         return {name: read_commands(folder / "CMakeLists.txt") for name, folder in self.packages.items()}
 
-    def resources(self, kind: str) -> Mapping[str, str]:
+    def find_resources(self, kind: str) -> Mapping[str, str]:
         if kind == _PACKAGE_RESOURCE:
             return dict.fromkeys(self.packages, "")
         contents = {}
@@ -111,7 +111,7 @@ class SourceTree:
                     contents[name] = _read_option(command, "CONTENT")
         return contents
 
-    def share_folder(self, package: str) -> Path:
+    def find_share_folder(self, package: str) -> Path:
         """Return the share folder of a package, with links to its installed files."""
         share_folder = self.path / "share" / package
         if package in self.packages and package not in self._linked_packages:
@@ -126,7 +126,7 @@ class SourceTree:
                     _link(folder / name, share_folder / name)
         return share_folder
 
-    def file_path(self, package: str, name: str) -> Path:
+    def find_file(self, package: str, name: str) -> Path:
         return self.packages.get(package, self.root) / name
 
     def find_proto_files(self, class_name: str) -> list[Path]:
@@ -154,31 +154,33 @@ class Packages:
     def from_folders(
         cls, definition_folders: Iterable[Path], environment: Mapping[str, str] = os.environ
     ) -> Packages:
-        """Return the packages in checkouts, workspaces and prefixes, and those of a sourced ROS."""
+        """Return the packages in checkouts, workspaces and prefixes, and the packages of a sourced ROS."""
         prefixes: list[Prefix] = []
         for folder in definition_folders:
-            installed_prefixes = [InstalledPrefix(path) for path in _installed_prefixes(folder.resolve())]
+            installed_prefixes = [
+                InstalledPrefix(path) for path in _find_installed_prefixes(folder.resolve())
+            ]
             prefixes += installed_prefixes or [SourceTree(folder)]
-        sourced = environment.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
-        prefixes += (InstalledPrefix(Path(path)) for path in sourced if path)
+        sourced_paths = environment.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
+        prefixes += (InstalledPrefix(Path(path)) for path in sourced_paths if path)
         return cls(prefixes)
 
-    def resources(self, kind: str) -> dict[str, tuple[str, Prefix]]:
+    def find_resources(self, kind: str) -> dict[str, tuple[str, Prefix]]:
         """Return contents and prefixes of the resources of a kind, sorted by name."""
         resources: dict[str, tuple[str, Prefix]] = {}
         # reversed: the update with the first prefix comes last, so its resources hide equal names
         for prefix in reversed(self.prefixes):
-            resources.update({name: (text, prefix) for name, text in prefix.resources(kind).items()})
+            resources.update({name: (text, prefix) for name, text in prefix.find_resources(kind).items()})
         return dict(sorted(resources.items()))
 
     @cached_property
     def prefix_by_package(self) -> dict[str, Prefix]:
-        return {name: prefix for name, (_, prefix) in self.resources(_PACKAGE_RESOURCE).items()}
+        return {name: prefix for name, (_, prefix) in self.find_resources(_PACKAGE_RESOURCE).items()}
 
-    def share_folder(self, package: str) -> Path | None:
+    def find_share_folder(self, package: str) -> Path | None:
         """Return the share folder of a package; None if the package does not exist."""
         prefix = self.prefix_by_package.get(package)
-        return None if prefix is None else prefix.share_folder(package)
+        return None if prefix is None else prefix.find_share_folder(package)
 
     def find_proto_files(self, class_name: str) -> list[Path]:
         files_of_prefixes = (prefix.find_proto_files(class_name) for prefix in self.prefixes)
@@ -186,7 +188,7 @@ class Packages:
 
     def has_file(self, package: str, name: str) -> bool:
         prefix = self.prefix_by_package.get(package)
-        return prefix is not None and prefix.file_path(package, name).is_file()
+        return prefix is not None and prefix.find_file(package, name).is_file()
 
     @property
     def definition_folders(self) -> list[Path]:
@@ -226,7 +228,7 @@ def _find_packages(root: Path) -> Iterator[tuple[str, Path]]:
             )
 
 
-def _installed_prefixes(folder: Path) -> list[Path]:
+def _find_installed_prefixes(folder: Path) -> list[Path]:
     """Return the prefixes of a workspace or an installation; empty without a build."""
     candidates = (folder, folder / "install", *sorted((folder / "install").glob("*")))
     return [path for path in candidates if (path / _INDEX).is_dir()]

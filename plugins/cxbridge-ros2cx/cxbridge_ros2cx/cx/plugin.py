@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 # the entry point group for plug-ins of installed packages: an entry point has the name of the C++ class
 PLUGIN_GROUP: Final = "cxbridge.cx_plugins"
 
-# of the classes that the build of the ROS 2 CX generates for ROS types
+# the prefix of the classes that the build of the ROS 2 CX generates for ROS types
 GENERATED_CLASS_PREFIX: Final = "cx::CX"
 
 _PLUGIN_PACKAGE: Final = "cxbridge_ros2cx.cx.plugins"

@@ -30,7 +30,7 @@ from cxbridge_ros2cx.cx.node import CxNode
 from cxbridge_ros2cx.cx.packages import Packages, find_package_folder
 from cxbridge_ros2cx.cx.parameters import ENVIRONMENTS, NodeParameters
 from cxbridge_ros2cx.cx.plugin import NodeContext
-from cxbridge_ros2cx.cx.plugins.executive import shortest_period_us
+from cxbridge_ros2cx.cx.plugins.executive import find_shortest_period_us
 from cxbridge_ros2cx.cx.plugins.file_load import FileLoadPlugin
 from cxbridge_ros2cx.cx.ros.node import RosNode
 from cxbridge_ros2cx.cx.stock import StockEnvironment
@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 # package and file that exist since pull request 33 of carologistics/clips_executive (June 2026)
 _FILE_SINCE_2026 = ("cx_msgs", "srv/ClipsCommand.srv")
 
-_CALLBACK_SUFFIX = "-callback"  # of the deffunctions that plug-ins call
+_CALLBACK_SUFFIX = "-callback"  # suffix of the deffunctions that plug-ins call
 _EXECUTIVE_TREE = "/clips-executive"
 # the longest time between two receptions of messages on a real clock: it limits the delay of responses
 _MAX_LOOP_PERIOD_US = MICROSECONDS // 50
@@ -67,7 +67,7 @@ class CxSource(Source):
 
     @cached_property
     def packages(self) -> Packages:
-        """The packages for the agent: those of ``--ros2cx``, then the package of the parameter file."""
+        """The packages for the agent: those in ``--ros2cx``, then the package of the parameter file."""
         assert self.options.scenario is not None
         own_package, folders = find_package_folder(self.options.scenario), [*self.folders]
         if own_package is not None and not any(
@@ -108,7 +108,7 @@ class CxSource(Source):
 
     @property
     def is_checkout(self) -> bool:
-        """Whether the agent's files belong to a checkout: true, so broken files do not stop the start."""
+        """Whether the agent's files belong to a checkout: always, so broken files do not stop the start."""
         return True
 
     def config_file(self) -> Path:
@@ -146,7 +146,7 @@ class CxSource(Source):
 
     def loop_period_us(self, config: Configuration) -> int:  # noqa: ARG002
         """Return the period of the fastest executive plug-in, on a real clock a fraction of that period."""
-        period_us = shortest_period_us(self.parameters)
+        period_us = find_shortest_period_us(self.parameters)
         if self.options.clock_name == "virtual":
             return period_us
         # the largest fraction that is short enough; -(-a // b) rounds up

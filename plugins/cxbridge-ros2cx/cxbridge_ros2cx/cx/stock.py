@@ -33,7 +33,7 @@ WATCH_ITEMS: Final = frozenset(
 
 # Firings between two checks for endless rules. The number is large, since CLIPS begins a new count of
 # firings, which its trace lines show, with each chunk.
-_FIRINGS_PER_CHUNK: Final = 10_000
+_MAX_CHUNK_FIRINGS: Final = 10_000
 
 # logical names that the ROS 2 CX adds for coloured output
 _COLOUR_NAMES: Final = (b"red", b"green", b"blue", b"yellow", b"magenta", b"cyan", b"white", b"bold")
@@ -79,7 +79,7 @@ class StockEnvironment(ClipsEnvironment):
     def _apply_shims(self) -> None:
         self._facts_by_index = FactsByIndex(self.c_env)
         self._clips630_functions = Clips630Functions(self.c_env, self.udfs, self.build_unrecorded)
-        self._executing: list[Path] = []
+        self._open_files: list[Path] = []
         for name, function, minimum, maximum, types in (
             ("exit", self._exit, 0, 1, "*"),
             ("clear", self._clear, 0, 0, "*"),
@@ -133,16 +133,16 @@ class StockEnvironment(ClipsEnvironment):
         :raises ClipsError: if the file is being read already: it would read itself without end.
         """
         file = path.resolve()
-        if file in self._executing:
-            chain = " -> ".join(entry.name for entry in (*self._executing, file))
+        if file in self._open_files:
+            chain = " -> ".join(entry.name for entry in (*self._open_files, file))
             raise ClipsError("this file reads itself", file=path, hint=f"files that read each other: {chain}")
         self._forget_templates()
-        self._executing.append(file)
+        self._open_files.append(file)
         try:
             with self.loader.recorded_inner_load(str(path), batch=batch):
                 yield
         finally:
-            self._executing.pop()
+            self._open_files.pop()
 
     def _load_star(self, file: str) -> Value:
         with self._mark_reading(Path(file)):
@@ -159,10 +159,10 @@ class StockEnvironment(ClipsEnvironment):
         value = ffi.new("CLIPSValue *")
         outer = self.output.begin_error_capture()
         error = lib.Eval(self.c_env, encode(expression), value)
-        text = self.output.end_error_capture(outer)
+        error_text = self.output.end_error_capture(outer)
         if error != lib.EE_NO_ERROR:
             self.api.clear_halt()
-            raise ClipsError(f"CLIPS cannot evaluate {expression}: {' '.join(text.split())}")
+            raise ClipsError(f"CLIPS cannot evaluate {expression}: {' '.join(error_text.split())}")
         return to_python(value)
 
     def assert_string(self, fact: str) -> int | None:
@@ -179,26 +179,26 @@ class StockEnvironment(ClipsEnvironment):
         :param limit: the maximum number of firings; -1 for no limit.
         :param fired_before: the number of firings in previous calls for the same run.
         """
-        fired = 0
+        fired_count = 0
         self._is_ended_by_host = self._is_ended_by_halt = False
         if not fired_before:
             self.endless.begin()
         while not self.is_ended:
-            max_firings = _FIRINGS_PER_CHUNK if limit < 0 else min(_FIRINGS_PER_CHUNK, limit - fired)
+            max_firings = _MAX_CHUNK_FIRINGS if limit < 0 else min(_MAX_CHUNK_FIRINGS, limit - fired_count)
             if max_firings <= 0:
                 break
             self.is_firing = self.output.is_firing = True
-            chunk_fired = int(lib.Run(self.c_env, max_firings))
+            chunk_fired_count = int(lib.Run(self.c_env, max_firings))
             self.is_firing = self.output.is_firing = False
-            fired += chunk_fired
+            fired_count += chunk_fired_count
             if self.api.is_halted() or self.api.is_halt_requested():
                 self.api.clear_halt()
                 break
-            if chunk_fired < max_firings:
+            if chunk_fired_count < max_firings:
                 break
             # a run with a limit ends anyway, unless this call continues a longer run
             has_limit = limit >= 0 and not fired_before
-            if reason := self.endless.check(chunk_fired, has_limit=has_limit):
+            if reason := self.endless.check(chunk_fired_count, has_limit=has_limit):
                 self.end_faulty_run(reason)
                 self.api.clear_halt()
-        return fired
+        return fired_count

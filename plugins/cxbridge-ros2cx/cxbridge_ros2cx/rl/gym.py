@@ -87,7 +87,7 @@ class ClipsGym(gymnasium.Env[Observation, np.int64]):
         status["current_episode_step"] = 0
         self.agent.reset()
         self._decision = self.agent.next_decision()
-        return self._observation(), self._step_info("")
+        return self._encode_observation(), self._make_step_info("")
 
     def step(self, action: np.int64 | int) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Let the free robot execute an action; an action that the robot cannot execute has no effect."""
@@ -100,13 +100,25 @@ class ClipsGym(gymnasium.Env[Observation, np.int64]):
         if action_id is None:
             episode_end = self.agent.call_service("get_episode_end", "GetEpisodeEnd")
             reward, is_over = float(episode_end["reward"]), bool(episode_end["episode_end"])
-            return self._observation(), reward, is_over, False, self._step_info("NO-ACTION-FOR-ROBOT")
+            return (
+                self._encode_observation(),
+                reward,
+                is_over,
+                False,
+                self._make_step_info("NO-ACTION-FOR-ROBOT"),
+            )
         result = self.agent.execute_action(action_id)
         is_over = result["info"] == _DONE_INFO
         if not is_over:
             self._decision = self.agent.next_decision()
         outcome = {_DONE_INFO: "Game Over", _ABORTED_INFO: "RESET"}.get(result["info"], "")
-        return self._observation(), float(result["reward"]), is_over, False, self._step_info(outcome)
+        return (
+            self._encode_observation(),
+            float(result["reward"]),
+            is_over,
+            False,
+            self._make_step_info(outcome),
+        )
 
     def action_masks(self) -> NDArray[np.int8]:
         """Return 1 for each action that the free robot can execute; ``no-op`` if there are none."""
@@ -117,10 +129,10 @@ class ClipsGym(gymnasium.Env[Observation, np.int64]):
         self.agent.close()
         self._folder.cleanup()
 
-    def _observation(self) -> Observation:
+    def _encode_observation(self) -> Observation:
         return self.spaces.encode_observation(self.agent.observations())
 
-    def _step_info(self, outcome: str) -> dict[str, Any]:
+    def _make_step_info(self, outcome: str) -> dict[str, Any]:
         """Return the info of a step: its outcome as in ``CXRLGym``, the free robot, and its actions."""
         robot = self._decision.robot if self._decision else ""
         return {"outcome": outcome, "robot": robot, "action_mask": self.action_masks()}

@@ -37,10 +37,10 @@ if TYPE_CHECKING:
 LEARNER_NODE: Final = "/cx_rl_node"  # the peer's name, unless the agent's `?*CX-RL-NODE-NAME*` differs
 
 _PACKAGE: Final = "cx_rl_interfaces"
-_NO_OBJECTS: Final = "Not found"  # the agent's response for a type without objects
+_NO_OBJECTS_TEXT: Final = "Not found"  # the agent's response for a type without objects
 _STORAGE_PARAMETER: Final = "storage_dir"
-_STARTUP_TIMEOUT_S: Final = 10.0  # time of the agent's clock until its services must exist
-_NO_TIMEOUT_S: Final = 1e9  # 30 years: the learner decides about the end of the run
+_STARTUP_TIMEOUT_S: Final = 10.0  # time on the agent's clock until its services must exist
+_NO_TIMEOUT_S: Final = 1e9  # 30 years: the learner decides when the run ends
 
 
 class Decision(Struct, frozen=True):
@@ -257,10 +257,10 @@ class LearningAgent(Closing):
                     response = self.call_service(
                         "get_observable_objects", "GetObservableObjects", type=type_name
                     )
-                    objects[type_name] = [text for text in response["objects"] if text != _NO_OBJECTS]
+                    objects[type_name] = [text for text in response["objects"] if text != _NO_OBJECTS_TEXT]
             if parameters:
-                grounds = product(*(objects[type_name] for type_name in parameters))
-                yield from (format_grounding(name, arguments) for arguments in grounds)
+                argument_tuples = product(*(objects[type_name] for type_name in parameters))
+                yield from (format_grounding(name, arguments) for arguments in argument_tuples)
 
     def observations(self) -> Iterable[str]:
         """Yield the names of the current observations."""
@@ -286,10 +286,12 @@ class LearningAgent(Closing):
             return
         slots = ("node", "assigned-to", "is-selected", "id", "name", "params")
         robots = self._env.columns("rl-robot", "node", "waiting", "name")
-        waiting_robots = {name for node, waits, name in robots if node == self._name and waits == "TRUE"}
+        waiting_robots = {
+            name for node, is_waiting, name in robots if node == self._name and is_waiting == "TRUE"
+        }
         actions_of_robots: dict[str, dict[str, str]] = {}
-        for node, robot, selected, action_id, name, parameters in self._env.columns("rl-action", *slots):
-            if node == self._name and robot in waiting_robots and selected == "FALSE":
+        for node, robot, is_selected, action_id, name, parameters in self._env.columns("rl-action", *slots):
+            if node == self._name and robot in waiting_robots and is_selected == "FALSE":
                 actions_of_robots.setdefault(str(robot), {})[format_grounding(name, parameters)] = str(
                     action_id
                 )

@@ -47,11 +47,11 @@ class Groundings(Struct, frozen=True):
 
     def encode_observation(self, predicates: Iterable[str]) -> Observation:
         """Return the observation of true predicates; as in ``CXRLGym``, unknown predicates are ignored."""
-        observed = np.zeros(len(self.predicate_indices), dtype=np.float32)
-        observed[[self.predicate_indices[name] for name in predicates if name in self.predicate_indices]] = (
-            1.0
-        )
-        return observed
+        observation = np.zeros(len(self.predicate_indices), dtype=np.float32)
+        observation[
+            [self.predicate_indices[name] for name in predicates if name in self.predicate_indices]
+        ] = 1.0
+        return observation
 
     def make_action_mask(self, actions: Iterable[str]) -> ActionMask:
         """Return the mask of executable actions, or of ``no-op`` without any; unknown actions are ignored."""

@@ -12,13 +12,13 @@ from cxbridge.events import EventBus, Level
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.interfaces import InterfaceRegistry
 from cxbridge_ros2cx.checkout import Ros2CxCheckout
-from cxbridge_ros2cx.confvals import ParametersFeature, scalar_type
+from cxbridge_ros2cx.confvals import ParametersFeature, find_scalar_type
 from cxbridge_ros2cx.features import make_features
 from cxbridge_ros2cx.parameters import (
     FeatureEntry,
     load_executive_parameters,
     load_feature_entries,
-    refresh_period_us,
+    read_refresh_period_us,
 )
 from cxbridge_ros2cx.settings import Ros2CxMode, Ros2CxSettings
 from tests.executive.conftest import Log
@@ -83,7 +83,7 @@ def test_the_executives_parameters_are_the_tree_that_a_run_reads(folder):
     assert config.get_str("/clips-executive/spec") == "courier"
     assert config.get_str("/clips-executive/specs/courier/init/stage-3/1/name") == "a"
     assert config.get("/clips-executive/spec").file == str(folder / "clips_executive.yaml")
-    assert refresh_period_us(config) == 500_000
+    assert read_refresh_period_us(config) == 500_000
 
 
 def test_facts_come_in_the_order_of_the_file_with_the_originals_types(facts):
@@ -128,7 +128,7 @@ def test_a_node_without_a_file_is_logged(facts, bus):
     ],
 )
 def test_types_of_scalars(text, kind):
-    assert scalar_type(text) == kind
+    assert find_scalar_type(text) == kind
 
 
 @pytest.mark.parametrize("rate", ["0", "-1", "1e9"])
@@ -137,7 +137,7 @@ def test_a_refresh_rate_that_makes_no_sense(folder, rate):
         PARAMETERS.replace("refresh-rate: 2", f"refresh-rate: {rate}")
     )
     with pytest.raises(ConfigError, match="refresh-rate cannot be") as caught:
-        refresh_period_us(load_executive_parameters(folder))
+        read_refresh_period_us(load_executive_parameters(folder))
     assert caught.value.line == 5
 
 

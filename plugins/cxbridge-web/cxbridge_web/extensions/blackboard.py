@@ -46,15 +46,15 @@ def _list_navgraphs(state: ServerState, _call: ApiCall) -> list[NavGraph]:
     """Return the models of the loaded navigation graphs."""
     return [
         NavGraph(graph=event.graph, nodes=dict(event.nodes), edges=dict(event.edges))
-        for event in state.navgraphs.all()
+        for event in state.navgraphs.list_graphs()
     ]
 
 
 def _list_interfaces(call: ApiCall) -> list[InterfaceData]:
-    types, ids = call.query.get("type", ""), call.query.get("id", "")
+    type_pattern, id_pattern = call.query.get("type", ""), call.query.get("id", "")
     infos = call.host.board.list_all()
     return read_all_data(
-        call, [info for info in infos if matches(info.type, types) and matches(info.id, ids)]
+        call, [info for info in infos if matches(info.type, type_pattern) and matches(info.id, id_pattern)]
     )
 
 
@@ -79,7 +79,7 @@ def _send_message(call: ApiCall) -> MessageId:
         return MessageId(msgid=instance.msgq_enqueue(message))
 
 
-def endpoints(state: ServerState) -> Sequence[Endpoint]:
+def make_endpoints(state: ServerState) -> Sequence[Endpoint]:
     """Return the endpoints for the blackboard and navigation graphs."""
     return (
         Endpoint(

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge_web.extensions.state import ServerState
 
-_ANSWER_TIMEOUT_S: Final = 10.0  # limit for an explanation
-_MAX_NAME_BYTES: Final = 250  # limit of a subject's name, which is sent in a message on the blackboard
+_ANSWER_TIMEOUT_S: Final = 10.0  # time limit of an explanation
+_MAX_NAME_BYTES: Final = 250  # size of a subject's name, which is sent in a message on the blackboard
 _WHY_KINDS: Final = {
     "rule": "The name of a rule.",
     "goal": "The id or the class of a goal.",
@@ -52,22 +52,22 @@ def _copy_rules(call: ApiCall) -> tuple[str, list[Rule], tuple[str, ...]]:
     """Return the name of the environment, its selected rules, and its loaded files."""
     env, pattern = _find_environment(call), call.query.get("name", "")
     with env.lock:
-        rows = [row for row in list_rules(env) if matches(row.name, pattern)]
-        return env.name, rows, tuple(map(str, env.loader.files))
+        rules = [rule for rule in list_rules(env) if matches(rule.name, pattern)]
+        return env.name, rules, tuple(map(str, env.loader.files))
 
 
 def _describe_rules(
-    state: ServerState, _call: ApiCall, query_result: tuple[str, list[Rule], tuple[str, ...]]
+    state: ServerState, _call: ApiCall, rules_and_files: tuple[str, list[Rule], tuple[str, ...]]
 ) -> list[Rule]:
     """Return the rules of :func:`_copy_rules` with their locations and firings."""
-    env, rules_of_environment, files = query_result
+    env, rules, files = rules_and_files
     constructs = state.constructs.find_constructs(files)
-    for rule in rules_of_environment:
+    for rule in rules:
         if (construct := constructs.get(("defrule", rule.name))) is not None:
             rule.file, rule.line, rule.core = construct.file, construct.line, construct.core
         if state.collector.counts_firings:
             rule.firings = state.collector.firings[env, rule.name]
-    return rules_of_environment
+    return rules
 
 
 def _select_constructs(call: ApiCall) -> tuple[tuple[str, ...], str, str, bool]:
@@ -82,14 +82,18 @@ def _describe_constructs(
     state: ServerState, _call: ApiCall, selection: tuple[tuple[str, ...], str, str, bool]
 ) -> list[Construct]:
     """Return the constructs that :func:`_select_constructs` selects."""
-    files, kinds, names, with_text = selection
+    files, kinds, names, includes_text = selection
     constructs = state.constructs.find_constructs(files).values()
-    selected = [
+    selected_constructs = [
         construct
         for construct in constructs
         if matches(construct.construct, kinds) and matches(construct.name, names)
     ]
-    return selected if with_text else [replace(construct, text=UNSET) for construct in selected]
+    return (
+        selected_constructs
+        if includes_text
+        else [replace(construct, text=UNSET) for construct in selected_constructs]
+    )
 
 
 def _explain(call: ApiCall) -> Answer:
@@ -105,7 +109,7 @@ def _explain(call: ApiCall) -> Answer:
     return Answer(lines=explanation["lines"], data=explanation["data"])
 
 
-def endpoints(state: ServerState) -> Sequence[Endpoint]:
+def make_endpoints(state: ServerState) -> Sequence[Endpoint]:
     """Return the endpoints for rules, constructs and explanations."""
     return (
         Endpoint(

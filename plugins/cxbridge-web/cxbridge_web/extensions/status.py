@@ -139,7 +139,7 @@ def _make_command_endpoint(state: ServerState, verb: str, summary: str) -> Endpo
     )
 
 
-def endpoints(state: ServerState) -> Sequence[Endpoint]:
+def make_endpoints(state: ServerState) -> Sequence[Endpoint]:
     """Return the endpoints for the daemon's status and commands."""
     return (
         Endpoint(

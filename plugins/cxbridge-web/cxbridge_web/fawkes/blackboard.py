@@ -218,8 +218,8 @@ def make_graph(infos: Sequence[BoardInfo]) -> str:
 
 def quote_dot(name: str) -> str:
     """Return a name as an identifier of the dot language."""
-    escaped = name.replace("\\", "\\\\").replace('"', '\\"')
-    return f'"{escaped}"'
+    escaped_name = name.replace("\\", "\\\\").replace('"', '\\"')
+    return f'"{escaped_name}"'
 
 
 def _make_endpoint(path: str, handler: Any, reply: Any, summary: str, **options: Any) -> Endpoint:

@@ -14,7 +14,7 @@ from cxbridge_web.fawkes.slots import copy_facts, read_texts
 from cxbridge_web.models import Model
 from cxbridge_web.paging import ListPart, matches
 
-_MAX_FORMATTED_LENGTH: Final = 16_382  # limit of characters of a formatted fact: the size of Fawkes' buffer
+_MAX_FORMATTED_LENGTH: Final = 16_382  # characters of a formatted fact: the size of Fawkes' buffer
 
 
 class Environment(Model, kw_only=True):
@@ -50,16 +50,16 @@ def _copy_facts(call: ApiCall) -> Generator[None, None, FactCopy]:
 
 
 def _list_facts(call: ApiCall) -> Any:
-    formatted = call.query.get("formatted") == "true"
+    is_formatted = call.query.get("formatted") == "true"
     templates = call.facts.templates
-    models = [_make_fact(templates[row.template], row, formatted=formatted) for row in call.facts.rows]
+    models = [_make_fact(templates[row.template], row, is_formatted=is_formatted) for row in call.facts.rows]
     # for a search, all facts are copied, and the API cuts out the window later
     return models if call.window.search else ListPart(models, call.facts.total)
 
 
-def _make_fact(template: FactTemplate, row: FactRow, *, formatted: bool) -> Fact:
+def _make_fact(template: FactTemplate, row: FactRow, *, is_formatted: bool) -> Fact:
     fact = Fact(index=row.index, template_name=row.template)
-    if formatted:
+    if is_formatted:
         fact.formatted = fact_text(template.name, template.slots_of(row))[:_MAX_FORMATTED_LENGTH]
     else:
         # an ordered fact has a single multislot, which CLIPS calls implied

@@ -19,7 +19,7 @@ from cxbridge_web.fawkes.slots import (
     SlotError,
     Slots,
     copy_facts,
-    facts,
+    iterate_facts,
     read_model,
     read_text,
 )
@@ -47,11 +47,11 @@ def _make_goal_member(slot: GoalSlot) -> tuple[Any, ...]:
     """Return the name and the type of a goal slot's member, and the default of an optional member."""
     if slot.name == "params":
         return "parameters", Annotated[list[str], Meta(extra={"slot": slot.name})]
-    name, kind = slot.name.replace("-", "_"), _SLOT_TYPES.get(slot.type, str)
+    name, member_type = slot.name.replace("-", "_"), _SLOT_TYPES.get(slot.type, str)
     if slot.name == "priority":
-        kind = int  # as in Fawkes, although the slot has a float
-    kind = list[str] if slot.is_multi else kind
-    return (name, kind) if slot.name in _FAWKES_SLOTS else (name, kind | UnsetType, UNSET)
+        member_type = int  # as in Fawkes, although the slot has a float
+    member_type = list[str] if slot.is_multi else member_type
+    return (name, member_type) if slot.name in _FAWKES_SLOTS else (name, member_type | UnsetType, UNSET)
 
 
 Goal: Final = cast(
@@ -184,7 +184,7 @@ def _make_models(
 def _find_plan_ids(call: ApiCall) -> dict[str, list[str]]:
     """Return the ids of the plans of each goal."""
     plans: dict[str, list[str]] = {}
-    for slots in facts(call, "plan"):
+    for slots in iterate_facts(call, "plan"):
         try:
             plans.setdefault(read_text(slots, "goal-id"), []).append(read_text(slots, "id"))
         except SlotError:
@@ -197,12 +197,12 @@ def _make_goal(plans: dict[str, list[str]], slots: Slots) -> Model:
 
 
 def _list_goals(call: ApiCall) -> list[Model]:
-    return _make_models(call, "goal", facts(call, "goal"), partial(_make_goal, _find_plan_ids(call)))
+    return _make_models(call, "goal", iterate_facts(call, "goal"), partial(_make_goal, _find_plan_ids(call)))
 
 
 def _get_goal(call: ApiCall) -> Model:
     goal_id = call.path["id"]
-    rows = (slots for slots in facts(call, "goal") if slots.get("id") == goal_id)
+    rows = (slots for slots in iterate_facts(call, "goal") if slots.get("id") == goal_id)
     for goal in _make_models(call, "goal", rows, partial(_make_goal, _find_plan_ids(call))):
         return goal
     raise ApiError(400, f"Goal '{goal_id}' is unknown")
@@ -212,15 +212,15 @@ def _get_goal(call: ApiCall) -> Model:
 
 
 def _list_operators(call: ApiCall) -> list[DomainOperator]:
-    params: dict[str, list[DomainOperatorParameter]] = {}
-    for slots in facts(call, "domain-operator-parameter"):
-        param = DomainOperatorParameter(read_text(slots, "name"), read_text(slots, "type"))
-        params.setdefault(read_text(slots, "operator"), []).append(param)
+    parameters: dict[str, list[DomainOperatorParameter]] = {}
+    for slots in iterate_facts(call, "domain-operator-parameter"):
+        parameter = DomainOperatorParameter(read_text(slots, "name"), read_text(slots, "type"))
+        parameters.setdefault(read_text(slots, "operator"), []).append(parameter)
 
     def make_model(slots: Slots) -> DomainOperator:
-        return read_model(DomainOperator, slots, parameters=params.get(read_text(slots, "name"), []))
+        return read_model(DomainOperator, slots, parameters=parameters.get(read_text(slots, "name"), []))
 
-    return _make_models(call, "operator", facts(call, "domain-operator"), make_model)
+    return _make_models(call, "operator", iterate_facts(call, "domain-operator"), make_model)
 
 
 # -- plans
@@ -252,8 +252,8 @@ def _list_plans(call: ApiCall) -> list[Plan]:
         actions.setdefault(key, []).append(action)
         return action
 
-    _make_models(call, "plan action", facts(call, "plan-action"), add_action)
-    plans = _make_models(call, "plan", facts(call, "plan"), partial(_make_plan, actions))
+    _make_models(call, "plan action", iterate_facts(call, "plan-action"), add_action)
+    plans = _make_models(call, "plan", iterate_facts(call, "plan"), partial(_make_plan, actions))
     return sorted(plans, key=lambda plan: (plan.goal_id, plan.id))
 
 
@@ -275,7 +275,7 @@ def _make_list_endpoint(path: str, model: type[Model], template: str, noun: str)
         return copy_facts(call, DEFAULT_ENVIRONMENT, template.__eq__, window=call.window)
 
     def handler(call: ApiCall) -> Any:
-        models = _make_models(call, noun, facts(call, template), partial(read_model, model))
+        models = _make_models(call, noun, iterate_facts(call, template), partial(read_model, model))
         return models if call.window.search else ListPart(models, call.facts.total)
 
     summary = f"All facts of the deftemplate {template}."
@@ -287,7 +287,7 @@ def _make_item_endpoint(path: str, model: type[Model], template: str, noun: str)
 
     def handler(call: ApiCall) -> Model:
         fact_id = call.path["id"]
-        rows = (slots for slots in facts(call, template) if slots.get("id") == fact_id)
+        rows = (slots for slots in iterate_facts(call, template) if slots.get("id") == fact_id)
         for first_model in _make_models(call, noun, rows, partial(read_model, model)):
             return first_model
         raise ApiError(400, f"No {noun} with ID '{fact_id}' found")

@@ -8,7 +8,7 @@ from typing import Final
 
 from cxbridge.clipstext.values import constants_of
 from cxbridge_web.endpoint import ApiCall
-from cxbridge_web.fawkes.slots import SlotError, Slots, facts, read_flag, read_text, read_texts
+from cxbridge_web.fawkes.slots import SlotError, Slots, iterate_facts, read_flag, read_text, read_texts
 from cxbridge_web.models import Model
 
 
@@ -49,7 +49,7 @@ FORMULA_TEMPLATES: Final = (
     "grounded-pddl-predicate",
 )
 
-_MAX_DEPTH: Final = 64  # limit of nesting, since asserted facts may form a cycle
+_MAX_DEPTH: Final = 64  # limit of nested formulas, since asserted facts may form a cycle
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,20 +70,20 @@ class Groundings:
         """Read the copied facts of the executive."""
         nodes: dict[str, list[tuple[bool, Slots]]] = {}
         satisfied: dict[tuple[str, str], bool] = {}
-        groundings = {str(slots.get("id", "")): slots for slots in facts(call, "pddl-grounding")}
+        groundings = {str(slots.get("id", "")): slots for slots in iterate_facts(call, "pddl-grounding")}
         if not groundings:
             return cls({}, {}, {})
         # by id, so that a formula has one parent: a formula below N formulas with two parents each would be
         # visited 2^N times
-        formulas = {str(slots.get("id", "")): slots for slots in facts(call, "pddl-formula")}.values()
-        for is_atom, rows in ((False, formulas), (True, facts(call, "pddl-predicate"))):
+        formulas = {str(slots.get("id", "")): slots for slots in iterate_facts(call, "pddl-formula")}.values()
+        for is_atom, rows in ((False, formulas), (True, iterate_facts(call, "pddl-predicate"))):
             for slots in rows:
                 nodes.setdefault(str(slots.get("part-of", "")), []).append((is_atom, slots))
         for template, slot in (
             ("grounded-pddl-formula", "formula-id"),
             ("grounded-pddl-predicate", "predicate-id"),
         ):
-            for slots in facts(call, template):
+            for slots in iterate_facts(call, template):
                 try:
                     satisfied[read_text(slots, "grounding"), read_text(slots, slot)] = read_flag(
                         slots, "is-satisfied"

@@ -98,7 +98,7 @@ def _open_interfaces(call: ApiCall, *types: str) -> Iterator[list[Any]]:
             instances.append(board.open_for_reading(name, skiller, owner=OWNER))
             instances[-1].read()
         if not all(instance.has_writer for instance in instances):
-            # this text and those of the other endpoints are Fawkes' texts
+            # this endpoint and the other endpoints have Fawkes' texts
             raise ApiError(503, "Behavior Engine plugin is not loaded")
         yield instances
     except NoWriterError as error:  # the Skiller has stopped during the request
@@ -113,13 +113,13 @@ def _show_graph(debug_interface: Any, subject: str) -> None:
 
     :raises ApiError: if the graph does not arrive in time.
     """
-    deadline = time.monotonic() + GRAPH_TIMEOUT_S
+    deadline_s = time.monotonic() + GRAPH_TIMEOUT_S
     if len(subject.encode("utf-8", "surrogateescape")) <= MAX_NAME_BYTES:
         if debug_interface.graph_fsm != subject:
             _request_graph(debug_interface, subject)
         while (
             debug_interface.graph_fsm != subject
-            and time.monotonic() < deadline
+            and time.monotonic() < deadline_s
             and debug_interface.has_writer
         ):
             time.sleep(_READ_PERIOD_S)

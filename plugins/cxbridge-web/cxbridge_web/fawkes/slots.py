@@ -68,7 +68,7 @@ def copy_facts(
             raise ApiError(503, f"The CLIPS environment '{name}' was replaced during the request")
 
 
-def facts(call: ApiCall, template: str) -> Iterator[Slots]:
+def iterate_facts(call: ApiCall, template: str) -> Iterator[Slots]:
     """Yield the slots of the copied facts of a deftemplate in order."""
     return call.facts.facts_of(template)
 
@@ -163,14 +163,14 @@ def _find_member_slots(model: type[Model]) -> tuple[tuple[str, str, Reader, bool
     """
     members = []
     for member in fields(model):
-        hint, name = member.type, member.encode_name
-        if get_origin(hint) is Annotated:
-            hint, meta = get_args(hint)
+        member_type, name = member.type, member.encode_name
+        if get_origin(member_type) is Annotated:
+            member_type, meta = get_args(member_type)
             name = (meta.extra or {}).get("slot", name)
         if member.default is UNSET:
-            hint = get_args(hint)[0]
-        if hint in _SLOT_READERS:
-            members.append((member.name, name, _SLOT_READERS[hint], member.required))
+            member_type = get_args(member_type)[0]
+        if member_type in _SLOT_READERS:
+            members.append((member.name, name, _SLOT_READERS[member_type], member.required))
     return tuple(members)
 
 

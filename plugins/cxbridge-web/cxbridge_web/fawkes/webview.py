@@ -85,8 +85,8 @@ _SCALAR_CONVERTERS: Final = {
 # -- config
 
 
-def _convert_scalar(text: str, kind: ConfigType) -> Any:
-    converter = _SCALAR_CONVERTERS.get(kind)
+def _convert_scalar(text: str, config_type: ConfigType) -> Any:
+    converter = _SCALAR_CONVERTERS.get(config_type)
     value = text if converter is None else converter(text)
     return text if value is None else value  # a text that does not fit its type stays a text
 
@@ -133,7 +133,7 @@ def _get_plugin(call: ApiCall) -> Plugin:
 
 
 def _set_plugin(call: ApiCall) -> PluginOpResponse:
-    # the texts of the errors are those of Fawkes
+    # the errors have Fawkes' texts
     name, desired_state = call.path["name"], call.body.get("desired_state")
 
     def make_refusal(status: int, text: str) -> ApiError:

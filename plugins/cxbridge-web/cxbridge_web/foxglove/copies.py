@@ -10,8 +10,8 @@ from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.trace.codec import dump_json
 from cxbridge.trace.formats.base import CopyFormat
 from cxbridge.trace.formats.mcap.writer import McapWriter
-from cxbridge_web.foxglove.messages import foxglove_messages
-from cxbridge_web.foxglove.schemas import make_json_schema, schema_name
+from cxbridge_web.foxglove.messages import make_foxglove_messages
+from cxbridge_web.foxglove.schemas import make_json_schema, make_schema_name
 
 
 class FoxgloveWriter(McapWriter):
@@ -29,7 +29,7 @@ class FoxgloveWriter(McapWriter):
         """Yield events as messages, each followed by its messages for panels."""
         for event in events:
             yield from super()._make_messages((event,))
-            for message in foxglove_messages(event):
+            for message in make_foxglove_messages(event):
                 data = dump_json(message.data).encode("utf-8", "backslashreplace")
                 time_ns = event.time_us * 1000
                 yield self._get_channel(message.topic, message.schema), time_ns, data
@@ -39,7 +39,9 @@ class FoxgloveWriter(McapWriter):
         if topic not in self._panel_channels:
             if schema not in self._panel_schemas:
                 text = dump_json(make_json_schema(schema)).encode()
-                self._panel_schemas[schema] = self._mcap.add_schema(schema_name(schema), "jsonschema", text)
+                self._panel_schemas[schema] = self._mcap.add_schema(
+                    make_schema_name(schema), "jsonschema", text
+                )
             self._panel_channels[topic] = self._mcap.add_channel(topic, "json", self._panel_schemas[schema])
         return self._panel_channels[topic]
 

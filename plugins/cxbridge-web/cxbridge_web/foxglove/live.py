@@ -15,12 +15,12 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, EventBus, LoopTime
 from cxbridge.trace.codec import dump_json, encode, event_json_schema
-from cxbridge_web.foxglove.messages import FoxgloveMessage, foxglove_messages
+from cxbridge_web.foxglove.messages import FoxgloveMessage, make_foxglove_messages
 from cxbridge_web.foxglove.proxy import FoxgloveProxy, choose_hidden_host
 from cxbridge_web.foxglove.schemas import make_json_schema
 from cxbridge_web.foxglove.settings import FoxgloveSettings
 
-# The limit of messages per topic that are kept for later subscribers; older messages are dropped.
+# The number of messages per topic that are kept for later subscribers; older messages are dropped.
 MAX_STATES_PER_TOPIC: Final = 1000
 
 _COMPONENT: Final = "Foxglove"
@@ -47,12 +47,12 @@ class FoxgloveServer:
         self._server: Any = None
         self._proxy: FoxgloveProxy | None = None
         self.url = ""  # address of the running server
-        kinds: tuple[type[Event], ...] = (*RecordLevel.TRANSITIONS.event_types, LoopTime)
+        event_types: tuple[type[Event], ...] = (*RecordLevel.TRANSITIONS.event_types, LoopTime)
         # add channels before the first client: the SDK advertises a channel before it accepts subscriptions
-        for kind in kinds:
-            if not kind.KIND.topic_field:
-                self._add_event_channel(kind.KIND.topic, kind)
-        bus.subscribe(self._send_messages, *kinds)
+        for event_type in event_types:
+            if not event_type.KIND.topic_field:
+                self._add_event_channel(event_type.KIND.topic, event_type)
+        bus.subscribe(self._send_messages, *event_types)
 
     def start(self) -> None:
         """Start the server and its proxy.
@@ -76,8 +76,8 @@ class FoxgloveServer:
                 f"the Foxglove server cannot listen on {host}:{port}: {error}",
                 hint="choose another port; 0: any free port",
             ) from error
-        shown_host = f"[{host}]" if ":" in host else host
-        self.url = f"ws://{shown_host}:{self._proxy.port}"
+        url_host = f"[{host}]" if ":" in host else host
+        self.url = f"ws://{url_host}:{self._proxy.port}"
         log.info(f"Foxglove connects to {self.url}")
 
     def stop(self) -> None:
@@ -111,16 +111,16 @@ class FoxgloveServer:
 
     def _send_messages(self, event: Event) -> None:
         self._send_event(event)
-        for message in foxglove_messages(event):
+        for message in make_foxglove_messages(event):
             self._send_panel_message(message, event.time_us)
 
     def _send_event(self, event: Event) -> None:
-        kind = type(event).KIND
-        subject_id = getattr(event, kind.topic_field) if kind.topic_field else ""
-        topic = kind.topic + subject_id.replace("::", "/", 1)
+        event_kind = type(event).KIND
+        subject_id = getattr(event, event_kind.topic_field) if event_kind.topic_field else ""
+        topic = event_kind.topic + subject_id.replace("::", "/", 1)
         if topic not in self._channels:
             self._add_event_channel(topic, type(event))
-        subject = "\0".join(str(getattr(event, name)) for name in kind.subject)
+        subject = "\0".join(str(getattr(event, name)) for name in event_kind.subject)
         self._send_and_store(topic, subject, event.time_us, partial(encode, event))
 
     def _send_panel_message(self, message: FoxgloveMessage, time_us: int) -> None:
@@ -145,8 +145,10 @@ class FoxgloveServer:
         if channel.has_sinks():
             channel.log(encode_message(), log_time=time_us * 1000)
 
-    def _add_event_channel(self, topic: str, kind: type[Event]) -> None:
-        self._add_channel(topic, {**event_json_schema(kind), "title": f"cxbridge.{kind.__name__}"})
+    def _add_event_channel(self, topic: str, event_type: type[Event]) -> None:
+        self._add_channel(
+            topic, {**event_json_schema(event_type), "title": f"cxbridge.{event_type.__name__}"}
+        )
 
     def _add_channel(self, topic: str, schema: Mapping[str, Any]) -> None:
         """Create the channel of a topic unless another thread has just created it."""

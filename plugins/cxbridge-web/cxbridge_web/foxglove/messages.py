@@ -46,7 +46,7 @@ class FoxgloveMessage:
     subject: str = ""
 
 
-def foxglove_messages(event: Event) -> Iterator[FoxgloveMessage]:
+def make_foxglove_messages(event: Event) -> Iterator[FoxgloveMessage]:
     """Yield the messages for an event. Most kinds of events have none."""
     if isinstance(event, LogLine):
         yield _make_log(event)

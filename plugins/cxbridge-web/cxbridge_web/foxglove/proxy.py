@@ -20,12 +20,12 @@ from cxbridge.listening import LOOPBACK, is_loopback
 from cxbridge_web.foxglove.settings import FoxgloveSettings
 from cxbridge_web.origins import LOCAL_NAMES, has_host_name, is_permitted_request
 
-MAX_CONNECTIONS: Final = 64  # limit of simultaneous connections
+MAX_CONNECTIONS: Final = 64  # number of simultaneous connections
 
-_MAX_HEAD_BYTES: Final = 16_384  # limit of the head of a request
-_HEAD_TIMEOUT_S: Final = 5.0  # limit for receiving the head
-_START_TIMEOUT_S: Final = 10.0  # limit for the start of the thread
-_PIECE_BYTES: Final = 1 << 16  # limit of bytes that are forwarded at once
+_MAX_HEAD_BYTES: Final = 16_384  # size of the head of a request
+_HEAD_TIMEOUT_S: Final = 5.0  # time limit for receiving the head
+_START_TIMEOUT_S: Final = 10.0  # time limit for the start of the thread
+_MAX_PIECE_BYTES: Final = 1 << 16  # number of bytes that are forwarded at once
 _HEAD_END: Final = b"\r\n\r\n"
 
 
@@ -48,26 +48,28 @@ class FoxgloveProxy(Closing):
     """
 
     def __init__(self, settings: FoxgloveSettings, server_address: tuple[str, int]) -> None:
-        self._server_address, self._origins = server_address, settings.allow_origins
+        self._server_address, self._allowed_origins = server_address, settings.allow_origins
         is_local = is_loopback(settings.host)
         # a public server may be reached by names that it does not know
-        self._names: Collection[str] | None = LOCAL_NAMES | {settings.host.lower()} if is_local else None
+        self._allowed_host_names: Collection[str] | None = (
+            LOCAL_NAMES | {settings.host.lower()} if is_local else None
+        )
         family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
         self._connection_count = 0
-        listening = socket.create_server((settings.host, settings.port), family=family)
+        listening_socket = socket.create_server((settings.host, settings.port), family=family)
         # accepted sockets inherit the option; Nagle's algorithm would delay messages by up to 40 ms
-        listening.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        self.port: int = listening.getsockname()[1]
+        listening_socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self.port: int = listening_socket.getsockname()[1]
         self._thread = LoopThread("foxglove proxy")
-        self._server = self._thread.spawn(self._start_server(listening)).result(_START_TIMEOUT_S)
+        self._server = self._thread.spawn(self._start_server(listening_socket)).result(_START_TIMEOUT_S)
 
     def close(self) -> None:
         """Close all connections and stop listening."""
         self._thread.call(self._server.close)
         self._thread.close()
 
-    async def _start_server(self, listening: socket.socket) -> asyncio.Server:
-        return await asyncio.start_server(self._accept, sock=listening, limit=_MAX_HEAD_BYTES)
+    async def _start_server(self, listening_socket: socket.socket) -> asyncio.Server:
+        return await asyncio.start_server(self._accept, sock=listening_socket, limit=_MAX_HEAD_BYTES)
 
     async def _accept(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         self._connection_count += 1
@@ -102,9 +104,9 @@ class FoxgloveProxy(Closing):
         hosts, origins = _find_header_values(head, "host"), _find_header_values(head, "origin")
         if len(hosts) != 1 or len(origins) > 1:
             return "400 The request needs one Host and at most one Origin"
-        if self._names is not None and not has_host_name(hosts[0], self._names):
+        if self._allowed_host_names is not None and not has_host_name(hosts[0], self._allowed_host_names):
             return "421 This server has no such name"
-        if not is_permitted_request("".join(origins), "http", hosts[0], self._origins):
+        if not is_permitted_request("".join(origins), "http", hosts[0], self._allowed_origins):
             return "403 Pages of other origins may not use this server"
         return ""
 
@@ -116,7 +118,7 @@ def _find_header_values(head: bytes, name: str) -> list[str]:
 
 
 async def _copy_bytes(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-    while data := await reader.read(_PIECE_BYTES):
+    while data := await reader.read(_MAX_PIECE_BYTES):
         writer.write(data)
         await writer.drain()
 

@@ -15,8 +15,8 @@ _Point: TypeAlias = tuple[float, float]
 
 _NODE_DIAMETER_M: Final = 0.12
 _EDGE_WIDTH_M: Final = 0.03
-_LABEL_HEIGHT_M: Final = 0.2  # of the letters, and of their place above the node
-_MAX_HEAD_LENGTH_M: Final = 0.25  # of an arrow
+_LABEL_HEIGHT_M: Final = 0.2  # height of the letters, and of their place above the node
+_MAX_ARROW_HEAD_LENGTH_M: Final = 0.25  # length of the head of an arrow
 _LINE_LIST: Final = 2  # Foxglove's number for a line for each pair of points
 _NODE_COLOUR: Final = {"r": 0.16, "g": 0.42, "b": 0.68, "a": 1.0}
 _EDGE_COLOUR: Final = {"r": 0.45, "g": 0.47, "b": 0.5, "a": 1.0}
@@ -106,7 +106,7 @@ def _make_arrow(start: tuple[float, float], end: tuple[float, float]) -> dict[st
     """Return an arrow, rotated from the x axis, along which Foxglove's arrows point."""
     dx, dy = end[0] - start[0], end[1] - start[1]
     length, half_angle = hypot(dx, dy), atan2(dy, dx) / 2  # a quaternion has half the angle of its rotation
-    head_length = min(_MAX_HEAD_LENGTH_M, length / 2)
+    head_length = min(_MAX_ARROW_HEAD_LENGTH_M, length / 2)
     return {
         "pose": make_pose((*start, 0.0), (0.0, 0.0, sin(half_angle), cos(half_angle))),
         "shaft_length": length - head_length,

@@ -62,7 +62,7 @@ _BASIC_SCHEMAS: Final[dict[str, dict[str, Any]]] = {
 }
 
 
-def schema_name(message: str) -> str:
+def make_schema_name(message: str) -> str:
     """Return Foxglove's name of a message."""
     return f"foxglove.{message}"
 
@@ -72,16 +72,16 @@ def make_json_schema(message: str) -> dict[str, Any]:
     """Return the JSON schema of a message such as ``Log``. Do not modify the cached result."""
     fields = dict(field.split(":") for field in _MESSAGE_FIELDS[message].split())
     return {
-        "title": schema_name(message),
+        "title": make_schema_name(message),
         "type": "object",
-        "properties": {name: _make_field_schema(kind) for name, kind in fields.items()},
+        "properties": {name: _make_field_schema(field_type) for name, field_type in fields.items()},
         "required": list(fields),
     }
 
 
-def _make_field_schema(kind: str) -> dict[str, Any]:
-    if kind.endswith("[]"):
-        return {"type": "array", "items": _make_field_schema(kind.removesuffix("[]"))}
-    if kind in _MESSAGE_FIELDS:
-        return make_json_schema(kind)
-    return _BASIC_SCHEMAS.get(kind) or {"type": kind}
+def _make_field_schema(field_type: str) -> dict[str, Any]:
+    if field_type.endswith("[]"):
+        return {"type": "array", "items": _make_field_schema(field_type.removesuffix("[]"))}
+    if field_type in _MESSAGE_FIELDS:
+        return make_json_schema(field_type)
+    return _BASIC_SCHEMAS.get(field_type) or {"type": field_type}

@@ -22,7 +22,7 @@ class IdleLimitedConnection(H11Protocol):
     def __init__(self, *arguments: Any, **kwargs: Any) -> None:
         super().__init__(*arguments, **kwargs)
         self._timer: asyncio.TimerHandle | None = None
-        # The request and the number of unsent bytes at the last check; None if it was the server's turn.
+        # The request and the number of unsent bytes at the last check; None if the server had to act.
         self._last_progress: tuple[object, int] | None = None
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
@@ -37,8 +37,8 @@ class IdleLimitedConnection(H11Protocol):
     def _check_progress(self) -> None:
         """Close the connection if its client had to act since the last check and did not."""
         cycle = self.cycle
-        is_clients_turn = cycle is None or cycle.response_complete or self.flow.write_paused
-        progress = (cycle, self.transport.get_write_buffer_size()) if is_clients_turn else None
+        must_client_act = cycle is None or cycle.response_complete or self.flow.write_paused
+        progress = (cycle, self.transport.get_write_buffer_size()) if must_client_act else None
         if progress is not None and progress == self._last_progress:
             self.transport.abort()
             return

@@ -28,7 +28,7 @@ from cxbridge.trace.codec import encode_with_kind
 from cxbridge.trace.compare.model import Order
 from cxbridge.trace.formats.registry import open_run
 from cxbridge_web.pages import Page, make_icon_link, read_style
-from cxbridge_web.report import document_page, guessed_links, is_mcap
+from cxbridge_web.report import document_page, is_mcap, list_guessed_links
 
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send
@@ -118,7 +118,7 @@ class RecordingsApp:
             return PlainTextResponse("This run does not exist\n", 404)
         if query.startswith(_WHY_PREFIX):
             return self._explain(file, dict(parse_qsl(query.decode("ascii", "replace"))))
-        return _make_recording_response(file, with_links=query == _LINKS_QUERY)
+        return _make_recording_response(file, has_links_only=query == _LINKS_QUERY)
 
     def _make_list_item(self, number: int, address: str, file: Path) -> str:
         """Return the list item of a run, with a link to its comparison with the previous run."""
@@ -178,13 +178,13 @@ class _RecordingResponse(FileResponse):
     chunk_size = 1 << 20
 
 
-def _make_recording_response(file: Path, *, with_links: bool) -> Response:
+def _make_recording_response(file: Path, *, has_links_only: bool) -> Response:
     """Return a recording, or its guessed pairs of plan-actions and skill calls."""
     headers = {"Cache-Control": "no-cache"}
-    if with_links:
+    if has_links_only:
         run = open_run(file)
         return JSONResponse(
-            guessed_links(RunHistory.from_events(run, UNLIMITED, run.start_us)), headers=headers
+            list_guessed_links(RunHistory.from_events(run, UNLIMITED, run.start_us)), headers=headers
         )
     if is_mcap(file):
         return _RecordingResponse(file, media_type="application/octet-stream", headers=headers)
@@ -200,12 +200,12 @@ def make_comparison_page(a: Path, b: Path, view: View, order: Order, runs: Mappi
     from cxbridge.trace.compare.runs import compare_runs  # noqa: PLC0415
     from cxbridge.trace.compare.side_by_side import page_report  # noqa: PLC0415
 
-    sides = {"a": open_run(a), "b": open_run(b)}
-    comparison = compare_runs(sides["a"], [sides["b"]], view, order)
-    document = page_report(make_report(comparison, sides["a"], [sides["b"]])) | {"runs": runs}
+    runs_by_side = {"a": open_run(a), "b": open_run(b)}
+    comparison = compare_runs(runs_by_side["a"], [runs_by_side["b"]], view, order)
+    document = page_report(make_report(comparison, runs_by_side["a"], [runs_by_side["b"]])) | {"runs": runs}
     with suppress(CxbridgeError):  # no headlines without a plug-in that explains runs
         document["headlines"] = {
-            side: explainer(run)("run", "")["data"]["headline"] for side, run in sides.items()
+            side: explainer(run)("run", "")["data"]["headline"] for side, run in runs_by_side.items()
         }
     return document_page("comparison", f"{a.name} and {b.name}", document)
 

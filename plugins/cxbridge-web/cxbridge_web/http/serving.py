@@ -23,8 +23,7 @@ if TYPE_CHECKING:
     from cxbridge.events import Logger
     from cxbridge_web.settings import WebSettings
 
-MAX_CONNECTIONS: Final = 200
-"""The maximum number of simultaneous connections."""
+MAX_CONNECTIONS: Final = 200  # number of simultaneous connections
 
 _START_TIMEOUT_S: Final = 10.0
 _STOP_TIMEOUT_S: Final = 5.0  # the time for open responses to finish
@@ -71,8 +70,8 @@ class HttpThread:
         settings.check()
         self._settings = settings
         self._log = log
-        self._listening = listen(settings.host, settings.port)
-        self.port: int = self._listening.getsockname()[1]
+        self._listening_socket = listen(settings.host, settings.port)
+        self.port: int = self._listening_socket.getsockname()[1]
         self._server: _Uvicorn | None = None
         self._thread: LoopThread | None = None
         self._serving_result: Future[None] = Future()
@@ -91,17 +90,17 @@ class HttpThread:
         try:
             self._server = _Uvicorn(self._make_configuration(app))
         except Exception:
-            self._listening.close()
+            self._listening_socket.close()
             raise
         logging.getLogger("uvicorn.error").addHandler(self._handler)
         serving = self._server.serving
         self._thread = LoopThread("web")
-        self._serving_result = self._thread.spawn(self._server.serve(sockets=[self._listening]))
+        self._serving_result = self._thread.spawn(self._server.serve(sockets=[self._listening_socket]))
         # a failed start must end the wait, too
         self._serving_result.add_done_callback(lambda _: serving.set())
         if not serving.wait(_START_TIMEOUT_S) or self._serving_result.done():
             self.stop()
-            self._listening.close()
+            self._listening_socket.close()
             raise CxbridgeError("the web server did not start")
 
     def _make_configuration(self, app: ASGIApp) -> uvicorn.Config:
@@ -133,7 +132,7 @@ class HttpThread:
     def close(self) -> None:
         """Release the port of a server that was never started."""
         if self._thread is None:
-            self._listening.close()
+            self._listening_socket.close()
 
     def stop(self, close_streams: Callable[[], None] = lambda: None) -> None:
         """Stop serving; repeated calls are harmless.
@@ -158,17 +157,17 @@ def listen(host: str, port: int) -> socket.socket:
     try:
         family, _, protocol, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
         # with protocol 0, asyncio leaves Nagle's algorithm on, which delays answers by 40 ms
-        listening = socket.socket(family, socket.SOCK_STREAM, protocol)
+        listening_socket = socket.socket(family, socket.SOCK_STREAM, protocol)
     except OSError as error:
         raise CxbridgeError(f"the web server cannot listen on {host}: {error.strerror}") from error
     try:
-        listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        listening.bind(address)
-        listening.listen(_MAX_BACKLOG)
+        listening_socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listening_socket.bind(address)
+        listening_socket.listen(_MAX_BACKLOG)
     except OSError as error:
-        listening.close()
+        listening_socket.close()
         hint = "choose another port with cxbridge/web/port; 0: any free port"
         raise CxbridgeError(
             f"the web server cannot listen on {host}:{port}: {error.strerror}", hint=hint
         ) from error
-    return listening
+    return listening_socket

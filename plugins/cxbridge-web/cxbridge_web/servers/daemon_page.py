@@ -98,7 +98,7 @@ class DaemonHost(WebHost):
         self._daemon.stalls.interrupt()
 
     def list_plugins(self) -> Sequence[tuple[str, str, bool]]:
-        """Return the components that may be stopped: the name, the description, whether each is active."""
+        """Return name, description and activity of each component that may be stopped."""
         return [
             (node.name, node.description, node.state is State.ACTIVE)
             for node in self._daemon.lifecycle.nodes

@@ -36,7 +36,7 @@ class RunHost(WebHost):
         super().__init__(run)
         self._run = run
         self._agent = run.agents[0]
-        self.paused = False
+        self.is_paused = False
         self._result: dict[str, Any] | None = None
         self._end_us = 0
         self.operations = OperationContext(
@@ -74,7 +74,7 @@ class RunHost(WebHost):
     def status(self) -> dict[str, Any]:
         """Return the status of the run; ``FINISHED`` with the result after its end."""
         is_over = self._result is not None
-        state = "FINISHED" if is_over else "PAUSED" if self.paused else "RUNNING"
+        state = "FINISHED" if is_over else "PAUSED" if self.is_paused else "RUNNING"
         status = self._make_status(
             state, self._list_component_rows(), now_us=self._end_us if is_over else None
         )
@@ -86,9 +86,9 @@ class RunHost(WebHost):
         :raises CxbridgeError: for ``reset``, since a run cannot restart.
         """
         if verb == "pause":
-            self.paused = True
+            self.is_paused = True
         elif verb == "resume":
-            self.paused = False
+            self.is_paused = False
             if (control := self.executive.control) is not None:
                 control.go_on()
         else:
@@ -146,7 +146,7 @@ class RunPage(RunServer):
             def attend_until_resumed() -> None:
                 self.attend()
                 # A paused run stays between two loops, where the page still gets answers.
-                while host.paused and not run.loop.is_stopping:
+                while host.is_paused and not run.loop.is_stopping:
                     time.sleep(ATTEND_PAUSE_S)
                     self.attend()
 

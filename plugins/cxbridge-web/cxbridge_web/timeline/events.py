@@ -17,7 +17,7 @@ from cxbridge_web.escaping import escape_invisible
 # The number of an event of the run, and its time in microseconds since the first event.
 Moment = tuple[int, int]
 
-# The limit of characters in the name of a slice or track; arguments of slices may be longer.
+# The number of characters in the name of a slice or track; arguments of slices may be longer.
 MAX_NAME_LENGTH: Final = 80
 
 
@@ -83,22 +83,22 @@ class Lanes:
     """Tracks of one name for slices that may overlap: each lane is a track.
 
     :param title: the name of the tracks.
-    :param numbered: whether the names of further tracks have numbers.
+    :param is_numbered: whether the names of further tracks have numbers.
     """
 
-    def __init__(self, tracks: Tracks, process: int, title: str, *, numbered: bool = False) -> None:
-        self._tracks, self._process, self._title, self._numbered = tracks, process, title, numbered
+    def __init__(self, tracks: Tracks, process: int, title: str, *, is_numbered: bool = False) -> None:
+        self._tracks, self._process, self._title, self._is_numbered = tracks, process, title, is_numbered
         # Each track with the number of the event that ends its last slice.
         self._lanes: list[tuple[Track, int]] = []
 
     def reserve_track(self, begin: Moment, end: Moment) -> Track:
         """Return a track that is free at the start of a slice, and reserve the track until the end."""
-        for number, (track, busy_until) in enumerate(self._lanes):
-            if busy_until <= begin[0]:
+        for number, (track, end_number) in enumerate(self._lanes):
+            if end_number <= begin[0]:
                 self._lanes[number] = track, end[0]
                 return track
         number = len(self._lanes) + 1
-        suffix = f" ({number})" if self._numbered and number > 1 else ""
+        suffix = f" ({number})" if self._is_numbered and number > 1 else ""
         track = self._tracks.add_track(self._process, f"{self._title}{suffix}")
         self._lanes.append((track, end[0]))
         return track
@@ -109,7 +109,7 @@ class TraceEvents:
     """Collects trace events and yields them in order."""
 
     _events: list[tuple[int, int, int, dict[str, Any]]] = field(default_factory=list)
-    # By track: the time of its last instant, and the number of earlier instants at that time.
+    # The time of the last instant of each track, and the number of earlier instants at that time.
     _last_instants: dict[Track, tuple[int, int]] = field(default_factory=dict)
 
     def add_slice(
@@ -141,8 +141,8 @@ class TraceEvents:
 
         Viewers stack simultaneous instants, so a nanosecond between instants keeps them on one line.
         """
-        time, count = self._last_instants.get(track, (-1, 0))
-        count = count + 1 if time == moment[1] else 0
+        time_us, count = self._last_instants.get(track, (-1, 0))
+        count = count + 1 if time_us == moment[1] else 0
         self._last_instants[track] = moment[1], count
         event: dict[str, Any] = {
             "ph": "i",
@@ -160,12 +160,12 @@ class TraceEvents:
 
     def add_flow(self, number: int, name: str, steps: list[tuple[Track, Moment]]) -> None:
         """Add an arrow through the slices that are open in at least two tracks at the given moments."""
-        last = len(steps) - 1
+        last_index = len(steps) - 1
         for index, (track, moment) in enumerate(steps):
-            phase = "s" if index == 0 else "f" if index == last else "t"
+            phase = "s" if index == 0 else "f" if index == last_index else "t"
             event: dict[str, Any] = {"ph": phase, "id": number, "name": name, "cat": "flow"}
             if phase == "f":
-                event["bp"] = "e"  # the arrow ends at the enclosing slice, not at the next one
+                event["bp"] = "e"  # the arrow ends at the enclosing slice, not at the next slice
             self._add(moment, Rank.FLOW, track, event)
 
     def _add(self, moment: Moment, rank: int, track: Track, event: dict[str, Any]) -> None:

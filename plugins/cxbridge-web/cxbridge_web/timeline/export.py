@@ -43,7 +43,7 @@ def write_timeline(run: Run, output: Path) -> tuple[int, list[str]]:
     ):
         metadata = _encode_json({**run.metadata(), "run": run.path.name, "notes": data.notes})
         file.write(f'{{"displayTimeUnit":"ms","otherData":{metadata},"traceEvents":[\n')
-        for event in trace_events(data):
+        for event in make_trace_events(data):
             file.write(",\n" if count else "")
             file.write(_encode_json(event))
             count += 1
@@ -56,17 +56,17 @@ def _encode_json(value: Any) -> str:
     return json.dumps(value, ensure_ascii=False, separators=(",", ":"))
 
 
-def trace_events(data: TimelineData) -> Iterator[dict[str, Any]]:
+def make_trace_events(data: TimelineData) -> Iterator[dict[str, Any]]:
     """Yield the trace events: names of processes and threads, then the run's events in order."""
     tracks, events = Tracks(), TraceEvents()
-    envs = dict.fromkeys(
+    environments = dict.fromkeys(
         [
             *(goal.env for goal in data.history.goals),
             *(action.env for action in data.history.actions),
             *(env for _, env, _ in data.firings.items()),
         ]
     )
-    processes = {env: tracks.add_process(f"environment {env}") for env in envs}
+    processes = {env: tracks.add_process(f"environment {env}") for env in environments}
     actions = add_goals(data.history, tracks, events, processes)
     _add_rules(data, tracks, events, processes)
     skillers = _add_calls(data, tracks, events)
@@ -78,18 +78,18 @@ def trace_events(data: TimelineData) -> Iterator[dict[str, Any]]:
 
 def _add_rules(data: TimelineData, tracks: Tracks, events: TraceEvents, processes: dict[str, int]) -> None:
     """Add the firings of each environment, their rate, and the number of facts."""
-    envs = {env for _, env, _ in data.firings.items()}
+    environments = {env for _, env, _ in data.firings.items()}
     env_tracks = {
-        env: tracks.add_track(process, "rules") for env, process in processes.items() if env in envs
+        env: tracks.add_track(process, "rules") for env, process in processes.items() if env in environments
     }
-    bins: Counter[tuple[str, int]] = Counter()
+    firing_counts: Counter[tuple[str, int]] = Counter()
     for moment, env, rule in data.firings.items():
         events.add_instant(env_tracks[env], rule, moment, {}, category="rule")
-        bins[env, moment[1] // BIN_US] += 1
-    for (env, number), count in bins.items():
+        firing_counts[env, moment[1] // BIN_US] += 1
+    for (env, number), count in firing_counts.items():
         # counters are independent of slices, so their order does not matter
         events.add_counter(env_tracks[env], "rules", (0, number * BIN_US), {_RATE_NAME: count})
-        if (env, number + 1) not in bins:  # viewers keep the last value of a counter
+        if (env, number + 1) not in firing_counts:  # viewers keep the last value of a counter
             events.add_counter(env_tracks[env], "rules", (0, (number + 1) * BIN_US), {_RATE_NAME: 0})
     if data.facts:
         track = tracks.add_track(next(iter(processes.values()), 0) or tracks.add_process("facts"), "facts")
@@ -125,7 +125,7 @@ def _add_calls(data: TimelineData, tracks: Tracks, events: TraceEvents) -> dict[
 
 
 def _add_interfaces(data: TimelineData, tracks: Tracks, events: TraceEvents) -> dict[str, Track]:
-    """Add a slice from each change of an interface to the next one; return the tracks of the interfaces."""
+    """Add a slice from each change of an interface to the next change; return the interfaces' tracks."""
     if not data.interfaces:
         return {}
     process = tracks.add_process("interfaces")
@@ -133,14 +133,14 @@ def _add_interfaces(data: TimelineData, tracks: Tracks, events: TraceEvents) -> 
     last_changes: dict[str, tuple[Moment, dict[str, str]]] = {}
 
     def add_slice(uid: str, end: Moment) -> None:
-        begin, changed = last_changes[uid]
-        text = ", ".join(f"{name}={value}" for name, value in changed.items())
-        events.add_slice(interface_tracks[uid], text, begin, end, changed, category="interface")
+        begin, changed_fields = last_changes[uid]
+        text = ", ".join(f"{name}={value}" for name, value in changed_fields.items())
+        events.add_slice(interface_tracks[uid], text, begin, end, changed_fields, category="interface")
 
-    for moment, uid, changed in data.changes.items():
+    for moment, uid, changed_fields in data.changes.items():
         if uid in last_changes:
             add_slice(uid, moment)
-        last_changes[uid] = moment, changed
+        last_changes[uid] = moment, changed_fields
     for uid in last_changes:
         add_slice(uid, (data.history.event_count, data.history.end))
     for moment, uid, text in data.messages.items():
@@ -171,8 +171,10 @@ def _add_flows(
             (skillers[call.env, call.skiller], call.begin),
             (interface, end_write),
         ]
-        present = [(track, moment) for track, moment in steps if track is not None and moment is not None]
-        events.add_flow(number, f"{link.guess_prefix}skill of an action", present)
+        visible_steps = [
+            (track, moment) for track, moment in steps if track is not None and moment is not None
+        ]
+        events.add_flow(number, f"{link.guess_prefix}skill of an action", visible_steps)
 
 
 class _SkillerWrites:
@@ -180,39 +182,41 @@ class _SkillerWrites:
 
     def __init__(self, data: TimelineData) -> None:
         self._changes: dict[str, list[tuple[int, Moment, dict[str, str]]]] = {}
-        for moment, uid, changed in data.changes.items():
-            self._changes.setdefault(uid, []).append((moment[0], moment, changed))
+        for moment, uid, changed_fields in data.changes.items():
+            self._changes.setdefault(uid, []).append((moment[0], moment, changed_fields))
 
-    def find_begin_and_end(self, call: SkillExecution, ordered: int) -> tuple[Moment | None, Moment | None]:
+    def find_begin_and_end(
+        self, call: SkillExecution, order_number: int
+    ) -> tuple[Moment | None, Moment | None]:
         """Return the writes that reported a skill's begin and end; None for a missing write.
 
-        :param ordered: the number of the event that ordered the skill.
+        :param order_number: the number of the event that ordered the skill.
         """
         # The executive reads an interface after its write, so the write precedes the events about the skill.
         begin, end = call.begin[0], call.end[0] if call.end else call.begin[0]
         begin_writes = [
             moment
-            for moment, changed in self._find_changes(call.skiller, ordered, begin)
-            if changed.get("status") == RUNNING or "msgid" in changed
+            for moment, changed_fields in self._find_changes(call.skiller, order_number, begin)
+            if changed_fields.get("status") == RUNNING or "msgid" in changed_fields
         ]
         end_writes = [
             moment
-            for moment, changed in self._find_changes(call.skiller, begin, end)
-            if changed.get("status") in ENDED
+            for moment, changed_fields in self._find_changes(call.skiller, begin, end)
+            if changed_fields.get("status") in ENDED
         ]
         return begin_writes[-1] if begin_writes else None, end_writes[-1] if end_writes else None
 
     def _find_changes(self, skiller: str, after: int, before: int) -> list[tuple[Moment, dict[str, str]]]:
         """Return the changes of a Skiller's interface between two events of the run."""
         changes = self._changes.get(f"{_SKILLER_PREFIX}{skiller}", [])
-        first = bisect_right(changes, after, key=itemgetter(0))
-        last = bisect_left(changes, before, key=itemgetter(0))
-        return [(moment, changed) for _, moment, changed in changes[first:last]]
+        first_index = bisect_right(changes, after, key=itemgetter(0))
+        last_index = bisect_left(changes, before, key=itemgetter(0))
+        return [(moment, changed_fields) for _, moment, changed_fields in changes[first_index:last_index]]
 
 
 def _add_log(data: TimelineData, tracks: Tracks, events: TraceEvents) -> None:
     """Add the log lines, one track per component."""
-    lines = sorted((*line, level.value) for level, kept in data.log.items() for line in kept.items())
+    lines = sorted((*line, level.value) for level, log_list in data.log.items() for line in log_list.items())
     if not lines:
         return
     process = tracks.add_process("log")

@@ -17,7 +17,7 @@ DROPPED_NOTE: Final = "unfinished when its goal was retracted"
 # The indentation of track names per level, since tracks cannot nest and blanks are trimmed.
 INDENT: Final = "· "
 
-MAX_DEPTH: Final = 12  # limit of indented levels
+MAX_DEPTH: Final = 12  # number of indented levels
 
 _FORMULATED: Final = "FORMULATED"  # state of a plan-action before its begin
 
@@ -39,11 +39,13 @@ def add_goals(
         _add_goal(goal, "" if parent is None else history.goals[parent].name, history, events, track)
         for plan, actions in _group_by_plan(goal.actions).items():
             title = f"{_indent(depth + 1)}plan {plan}"
-            action_tracks |= _add_plan(history, events, Lanes(tracks, process, title, numbered=True), actions)
+            action_tracks |= _add_plan(
+                history, events, Lanes(tracks, process, title, is_numbered=True), actions
+            )
     # A recording may lack the goal of an action, so the plan gets a track without a goal.
-    orphans = [action for action in history.actions if action.goal_record is None]
-    for plan, actions in _group_by_plan(orphans).items():
-        lanes = Lanes(tracks, processes[actions[0].env], f"plan {plan}", numbered=True)
+    actions_without_goal = [action for action in history.actions if action.goal_record is None]
+    for plan, actions in _group_by_plan(actions_without_goal).items():
+        lanes = Lanes(tracks, processes[actions[0].env], f"plan {plan}", is_numbered=True)
         action_tracks |= _add_plan(history, events, lanes, actions)
     return action_tracks
 
@@ -166,7 +168,7 @@ def _add_action(
     events.add_slice(
         track, name, begin, end, {**args, "state": action.state, **note}, category="action", depth=1
     )
-    ends = [*(change[:2] for change in action.changes[1:]), end]
-    for (seq, time, state), change_end in zip(action.changes, ends, strict=True):
+    state_ends = [*(change[:2] for change in action.changes[1:]), end]
+    for (seq, time, state), change_end in zip(action.changes, state_ends, strict=True):
         if seq >= begin[0] and seq < end[0]:
             events.add_slice(track, state, (seq, time), change_end, {}, category="state", depth=2)

@@ -17,7 +17,7 @@ from cxbridge.trace.formats.base import Run
 from cxbridge_web.timeline.events import Moment
 from cxbridge_web.timeline.truncation import TruncatedList
 
-MAX_VALUE_LENGTH: Final = 400  # limit of characters of the value of a field
+MAX_VALUE_LENGTH: Final = 400  # characters of the value of a field
 
 BIN_US: Final = 100_000  # width in microseconds of the bins in which firings and facts are counted
 
@@ -104,14 +104,14 @@ def _add_event(data: TimelineData, event: Event, moment: Moment) -> None:
             data.log[event.level].add((moment, event.component, truncate(event.text)))
         case InterfaceWrite():
             values = data.interfaces.setdefault(event.uid, {})
-            texts = {
+            field_texts = {
                 name: _format_value(value) for name, value in values_with_enum_names(event.values).items()
             }
-            texts = {name: truncate(text, MAX_VALUE_LENGTH) for name, text in texts.items()}
-            changed = {name: text for name, text in texts.items() if values.get(name) != text}
-            values.update(changed)
-            if changed:  # a program may write the same values in each loop
-                data.changes.add((moment, event.uid, changed))
+            field_texts = {name: truncate(text, MAX_VALUE_LENGTH) for name, text in field_texts.items()}
+            changed_fields = {name: text for name, text in field_texts.items() if values.get(name) != text}
+            values.update(changed_fields)
+            if changed_fields:  # a program may write the same values in each loop
+                data.changes.add((moment, event.uid, changed_fields))
         case InterfaceMessage():
             data.interfaces.setdefault(event.uid, {})
             fields = values_with_enum_names(event.values).items()

@@ -11,7 +11,7 @@ Item = TypeVar("Item")
 class TruncatedList(Generic[Item]):
     """The first and last items of a sequence, without its middle.
 
-    :param limit: the maximal number of items.
+    :param limit: the maximum number of items.
     """
 
     def __init__(self, limit: int) -> None:
@@ -30,7 +30,7 @@ class TruncatedList(Generic[Item]):
 
     @property
     def lost(self) -> int:
-        """The number of lost items, which are those of the middle."""
+        """The number of lost items, all from the middle."""
         return self.total - len(self._head) - len(self._tail)
 
     @property

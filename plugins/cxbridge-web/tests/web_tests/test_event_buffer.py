@@ -32,7 +32,7 @@ def goal(name="G"):
 
 
 def texts(buffer, after=START, selection=ALL):
-    found = (json.loads(text) for _, text in buffer.bunch_after(after, selection)[0])
+    found = (json.loads(text) for _, text in buffer.read_bunch_after(after, selection)[0])
     return [each.get("goal") or each.get("text") or each.get("env") for each in found]
 
 
@@ -42,7 +42,7 @@ def test_events_are_counted_and_chosen_by_kind_and_environment():
     assert texts(buffer) == ["x", "a", "b"]
     assert texts(buffer, at_line(1)) == ["a", "b"]
     assert texts(buffer, selection=EventSelection(ALL.kinds, "a")) == ["x", "a"]
-    assert buffer.bunch_after(START, EventSelection(frozenset({"log"}))) == (
+    assert buffer.read_bunch_after(START, EventSelection(frozenset({"log"}))) == (
         [(at_line(1), b'{"kind":"log","time_us":1,"level":"I","component":"C","text":"x"}')],
         at_line(1, others=2),
         0,
@@ -52,11 +52,11 @@ def test_events_are_counted_and_chosen_by_kind_and_environment():
 def test_what_is_gone_is_told_at_the_begin_and_in_between():
     buffer = EventBuffer(max_events=3)
     buffer.add([line() for _ in range(5)])
-    assert buffer.bunch_after(START, ALL)[1:] == (at_line(5), 2)
-    assert buffer.bunch_after(buffer.begin, ALL)[2] == 0, "who asks for all that is kept misses nothing"
+    assert buffer.read_bunch_after(START, ALL)[1:] == (at_line(5), 2)
+    assert buffer.read_bunch_after(buffer.begin, ALL)[2] == 0, "who asks for all that is kept misses nothing"
     buffer.count_lost(4)
     buffer.add([line()])
-    found, end, gone = buffer.bunch_after(at_line(4), ALL)
+    found, end, gone = buffer.read_bunch_after(at_line(4), ALL)
     assert ([after for after, _ in found], end, gone) == (
         [at_line(5), at_line(6, lost=4)],
         at_line(6, lost=4),
@@ -69,11 +69,11 @@ def test_a_client_that_comes_late_gets_the_goals_however_much_else_there_was():
     buffer.add([goal("first"), line("between"), goal("second")])
     buffer.add([line(str(number)) for number in range(1000)])
     assert texts(buffer, buffer.begin) == ["first", "second", *map(str, range(990, 1000))]
-    assert buffer.bunch_after(buffer.begin, ALL)[2] == 0
-    assert buffer.bunch_after(START, EventSelection(frozenset({"goal"})))[2] == 0, (
+    assert buffer.read_bunch_after(buffer.begin, ALL)[2] == 0
+    assert buffer.read_bunch_after(START, EventSelection(frozenset({"goal"})))[2] == 0, (
         "nothing that it wants is gone"
     )
-    assert buffer.bunch_after(START, ALL)[2] == 991
+    assert buffer.read_bunch_after(START, ALL)[2] == 991
 
 
 def test_goals_are_there_though_nobody_has_looked_for_long():
@@ -94,7 +94,7 @@ def test_events_of_both_groups_come_in_their_order_in_bunches():
     at, seen = START, []
     while at != buffer.end:
         seen += texts(buffer, at)
-        _, at, gone = buffer.bunch_after(at, ALL)
+        _, at, gone = buffer.read_bunch_after(at, ALL)
         assert gone == 0
     assert seen == [f"g{number}" if number % 7 == 0 else "z" * 1000 for number in range(300)]
 
@@ -111,7 +111,7 @@ def test_a_bunch_is_bounded_and_goes_on_where_it_ended():
     buffer.add([line("z" * 1000) for _ in range(300)])
     at, seen = START, []
     while at != buffer.end:
-        found, at, gone = buffer.bunch_after(at, ALL)
+        found, at, gone = buffer.read_bunch_after(at, ALL)
         assert gone == 0
         assert sum(len(text) for _, text in found) < BUNCH_BYTES + 2000
         seen += [after for after, _ in found]
@@ -127,7 +127,7 @@ def test_interfaces_are_told_of_when_they_have_changed_the_last_of_those_that_co
     buffer.add([write(1), write(2), write(9, "T::b")])
     buffer.add([write(2)])
     buffer.add([write(3)])
-    values = [json.loads(text)["values"]["v"] for _, text in buffer.bunch_after(START, ALL)[0]]
+    values = [json.loads(text)["values"]["v"] for _, text in buffer.read_bunch_after(START, ALL)[0]]
     assert values == [2, 9, 3]
     buffer.forget_interfaces()
     buffer.add([write(3)])
@@ -145,9 +145,9 @@ def test_everybody_gets_each_event_or_is_told_that_it_is_gone(steps, room):
         buffer.count_lost(lost)
         buffer.add([*(line() for _ in range(lines)), *(goal() for _ in range(goals))])
         if lines % 2:
-            found, at, missing = buffer.bunch_after(at, ALL)
+            found, at, missing = buffer.read_bunch_after(at, ALL)
             sent, gone = sent + len(found), gone + missing
             assert at.total == sent + gone
-    found, at, missing = buffer.bunch_after(at, ALL)
+    found, at, missing = buffer.read_bunch_after(at, ALL)
     assert sent + len(found) + gone + missing == at.total == buffer.count
     assert at == buffer.end

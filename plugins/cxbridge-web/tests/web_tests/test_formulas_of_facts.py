@@ -27,6 +27,6 @@ def test_the_parts_of_a_precondition_for_the_web_are_looked_at_once(monkeypatch:
         {"grounding": "g", "formula-id": slots["id"], "is-satisfied": "FALSE"} for slots in LADDER
     ]
     known["grounded-pddl-predicate"] = [{"grounding": "g", "predicate-id": "leaf", "is-satisfied": "FALSE"}]
-    monkeypatch.setattr(formulas, "facts", lambda _call, template: known[template])
+    monkeypatch.setattr(formulas, "iterate_facts", lambda _call, template: known[template])
     made = formulas.Groundings.read(None)  # type: ignore[arg-type]
     assert sum(len(nodes) for nodes in made.nodes.values()) == LEVELS + 1

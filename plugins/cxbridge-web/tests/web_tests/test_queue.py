@@ -6,7 +6,7 @@ from functools import partial
 
 import pytest
 
-from cxbridge_web.queue import MAX_WAITING, QueueClosedError, RequestQueue, RequestQueueFullError
+from cxbridge_web.queue import MAX_WAITING_REQUESTS, QueueClosedError, RequestQueue, RequestQueueFullError
 
 
 class Watch:
@@ -133,15 +133,15 @@ def test_pieces_that_fail_and_those_of_a_desk_that_closes_are_told():
 def test_short_answers_share_a_turn():
     done: list[int] = []
     queue = RequestQueue(Watch())
-    for number in range(MAX_WAITING):
+    for number in range(MAX_WAITING_REQUESTS):
         queue.submit(partial(done.append, number))
     queue.poll()
-    assert done == list(range(MAX_WAITING))
+    assert done == list(range(MAX_WAITING_REQUESTS))
 
 
 def test_not_too_many_may_wait():
     queue = RequestQueue(Watch())
-    for _ in range(MAX_WAITING):
+    for _ in range(MAX_WAITING_REQUESTS):
         queue.submit(lambda: None)
     with pytest.raises(RequestQueueFullError):
         queue.submit(lambda: None)

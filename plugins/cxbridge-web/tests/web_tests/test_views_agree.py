@@ -36,7 +36,7 @@ from cxbridge_explore.counterexample_playing import play_run
 from cxbridge_explore.worlds.points import RandomChooser
 from cxbridge_studio.explain.goals import Goals
 from cxbridge_studio.explain.recorded import RecordedEvidence
-from cxbridge_web.timeline.export import trace_events
+from cxbridge_web.timeline.export import make_trace_events
 from cxbridge_web.timeline.reading import read_timeline
 from explore_tests.defects.seeded import DEFECTS, Defect, runs
 from tests.history import runs as made
@@ -114,7 +114,7 @@ def in_timeline(run: Run) -> Iterator[Pair]:
     names: dict[int, str] = {}
     slices: dict[int, list[dict[str, Any]]] = {}
     arrows: dict[int, list[dict[str, Any]]] = {}
-    for event in trace_events(read_timeline(run)):
+    for event in make_trace_events(read_timeline(run)):
         if event["ph"] == "M" and event["name"].endswith("_name"):
             names[event["tid"] or event["pid"]] = event["args"]["name"]
         elif event["ph"] == "B":

@@ -240,4 +240,4 @@ def test_a_desktop_has_a_display_where_there_are_any():
 def test_a_port_that_is_none_is_told():
     with pytest.raises(CxbridgeError, match="port '70000'"):
         WebOptions(web="70000").check(RunOptions())
-    assert WebOptions(web="0").server_settings().port == 0
+    assert WebOptions(web="0").make_server_settings().port == 0

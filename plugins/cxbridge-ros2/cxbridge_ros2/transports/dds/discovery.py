@@ -37,7 +37,7 @@ _POLICIES: Final = {
 
 # Topics of requests to the services of an action, except send_goal, which stands for the action.
 _FURTHER_SERVICES: Final = ("/_action/get_resultRequest", "/_action/cancel_goalRequest")
-_MAX_SAMPLES: Final = 1000  # limit per read; reads are repeated until no sample is left
+_MAX_SAMPLES: Final = 1000  # limit of the samples of a read, which is repeated until no sample is left
 _MAX_ENDPOINTS: Final = 20_000  # limit of stored endpoints, since other nodes decide how many exist
 
 _TYPE_HASH_PATTERN: Final = re.compile(rb"typehash=(RIHS01_[0-9a-f]{64});")
@@ -76,7 +76,7 @@ class Discovery:
     """Stores the endpoints of other participants, and complains about mismatches.
 
     :param graph_reader: reads the messages in which participants announce their nodes.
-    :param read_node_names: returns the full names of the nodes in such a message.
+    :param read_node_names: returns the full names of the nodes in a message of the graph reader.
     :param name: the full name of our node.
     :param complain: called with the kind and the description of a problem.
     """
@@ -93,7 +93,7 @@ class Discovery:
         self._graph_reader, self._read_node_names, self._name = graph_reader, read_node_names, name
         self._own_guid = participant.guid
         self._participant_reader = BuiltinDataReader(participant, BuiltinTopicDcpsParticipant)
-        # by whether the endpoints are writers, which match our readers
+        # the readers of endpoints, by whether the endpoints are writers
         self._endpoint_readers = {
             True: BuiltinDataReader(participant, BuiltinTopicDcpsPublication),
             False: BuiltinDataReader(participant, BuiltinTopicDcpsSubscription),
@@ -106,8 +106,8 @@ class Discovery:
 
     def add(self, endpoint: LocalEndpoint) -> None:
         self._local_endpoints.append(endpoint)
-        for discovered in self._discovered_endpoints[endpoint.is_reader].values():
-            self._compare_types(endpoint, discovered)
+        for discovered_endpoint in self._discovered_endpoints[endpoint.is_reader].values():
+            self._compare_types(endpoint, discovered_endpoint)
 
     def remove(self, entity: object) -> None:
         self._local_endpoints = [

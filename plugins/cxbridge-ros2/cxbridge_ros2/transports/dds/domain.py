@@ -43,8 +43,8 @@ def find_security_problem() -> str:
     return f"{text}, so no data is encrypted; the transport rclpy supports security in a sourced ROS 2"
 
 
-# By number: the configured domains of this process, and the counts of their nodes. A domain is configured by
-# its first node and closed with its last node.
+# The configured domains of this process and the counts of their nodes, by the number of the domain. A domain
+# is configured by its first node and closed with its last node.
 _domains: dict[int, Domain] = {}
 _node_counts: Counter[int] = Counter()
 

@@ -64,11 +64,11 @@ from cxbridge_ros2.transports.dds.services import (
     make_sample,
     write_data,
 )
-from cxbridge_ros2.transports.environment import MAX_DDS_DOMAIN, default_reach, read_domain_id
+from cxbridge_ros2.transports.environment import MAX_DDS_DOMAIN, find_default_reach, read_domain_id
 
-_MAX_SAMPLES: Final = 256  # limit per reader and poll, so that a fast topic does not starve other topics
-_DISCOVERY_PERIOD_S: Final = 1.0  # seconds between two updates of the discovered endpoints
-_RETRY_PERIOD_S: Final = 0.01  # seconds between two checks for the reader of a response
+_MAX_SAMPLES: Final = 256  # samples per reader and poll, so that a fast topic does not starve other topics
+_DISCOVERY_PERIOD_S: Final = 1.0  # time between two updates of the discovered endpoints
+_RETRY_PERIOD_S: Final = 0.01  # time between two checks for the reader of a response
 # The topic on which participants announce their nodes, readers and writers to the graph of ROS.
 _GRAPH_TOPIC: Final = "ros_discovery_info"
 _GRAPH_TYPE: Final = parse_type("rmw_dds_common/msg/ParticipantEntitiesInfo")
@@ -76,7 +76,7 @@ _GRAPH_QOS: Final = QosProfile(durability="transient_local", depth=1000)
 _GID_TYPE: Final = parse_type("rmw_dds_common/msg/Gid")
 _PARTICIPANT_USER_DATA: Final = b"enclave=/;"  # ROS ignores participants without an enclave
 
-# The limit of a write that waits for space in the queue of a slow reader; that of rmw_cyclonedds.
+# The time limit of a write that waits for space in the queue of a slow reader, as in rmw_cyclonedds.
 _MAX_BLOCKING_TIME: Final = duration(milliseconds=100)
 
 
@@ -109,7 +109,7 @@ class DdsNode(Node):
         self._definitions = definitions
         self._codec = Codec(definitions)
         self._domain_number = number = read_domain_id(MAX_DDS_DOMAIN) if domain is None else domain
-        self._reach = reach or default_reach()
+        self._reach = reach or find_default_reach()
         if problem := find_security_problem():
             self.complain("security", problem)
         self._leave_domain = enter_domain(number, self._reach)
@@ -256,7 +256,7 @@ class DdsNode(Node):
         qos = self._make_qos(type_name, profile, user_data)
         writer: DataWriter[Any] = DataWriter(self._participant, self._make_topic(topic, type_name), qos=qos)
         self._writers.append(writer)
-        self._discovery.add(LocalEndpoint(writer, topic, type_name, self._type_hash(type_name)))
+        self._discovery.add(LocalEndpoint(writer, topic, type_name, self._find_type_hash(type_name)))
         self._announce_endpoints()
         return writer
 
@@ -274,7 +274,7 @@ class DdsNode(Node):
         self._wait_set.attach(condition)
         reader = _Reader(entity, condition, handle_sample)
         self._readers.append(reader)
-        self._discovery.add(LocalEndpoint(entity, topic, type_name, self._type_hash(type_name)))
+        self._discovery.add(LocalEndpoint(entity, topic, type_name, self._find_type_hash(type_name)))
         self._announce_endpoints()
         return reader
 
@@ -303,13 +303,13 @@ class DdsNode(Node):
         host = " on this host (reach: subnet includes further hosts)" if self._reach == "localhost" else ""
         return f"the domain {self._domain_number}{host}"
 
-    def _type_hash(self, type_name: TypeName) -> str:
+    def _find_type_hash(self, type_name: TypeName) -> str:
         return self._definitions.compute_type_hash(type_name) if self._definitions.has_type_hashes else ""
 
     # --- the graph of ROS -----------------------------------------------------------------------------------
 
     def _make_graph(self) -> tuple[DataWriter[Any], DataReader[Any]]:
-        """Return the writer of our announcements, and the reader of those of other participants."""
+        """Return the writer of our announcements, and the reader of other participants' announcements."""
         topic = self._make_topic(_GRAPH_TOPIC, _GRAPH_TYPE)
         writer = DataWriter(self._participant, topic, qos=self._make_qos(_GRAPH_TYPE, PROFILES["latched"]))
         return writer, DataReader(
@@ -345,7 +345,7 @@ class DdsNode(Node):
         )
 
     def _make_qos(self, type_name: TypeName, profile: QosProfile, user_data: str = "") -> Qos:
-        type_hash = self._type_hash(type_name)
+        type_hash = self._find_type_hash(type_name)
         if type_hash:
             user_data = f"typehash={type_hash};{user_data}"
         return Qos(

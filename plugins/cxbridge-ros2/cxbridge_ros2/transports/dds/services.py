@@ -32,11 +32,11 @@ if TYPE_CHECKING:
 
 _REQUEST_ID: Final = struct.Struct("<Qq")  # the id of the client, and the number of the request
 
-_PROBE_PERIOD_S: Final = 0.2  # seconds between two probes of a reader
-_INTRODUCTION_TIMEOUT_S: Final = 2.0  # seconds after which a reader counts as having found a writer
+_PROBE_PERIOD_S: Final = 0.2  # time between two probes of a reader
+_INTRODUCTION_TIMEOUT_S: Final = 2.0  # time after which a reader counts as having found a writer
 
-_CDR_HEADER_LENGTH: Final = 4  # bytes of the encapsulation header before the payload
-_OWNER_ID_LENGTH: Final = 16  # bytes of a GUID, which rmw_cyclonedds writes here
+_CDR_HEADER_BYTES: Final = 4  # the encapsulation header before the payload
+_OWNER_ID_BYTES: Final = 16  # the length of a GUID, which rmw_cyclonedds writes here
 
 Decode = Callable[[bytes], Message | None]  # decodes a message, or reports a broken message
 Encode = Callable[[Mapping[str, Any]], bytes]
@@ -47,7 +47,7 @@ def make_owner_data(key: str) -> str:
 
     :param key: ``clientid`` or ``serviceid``.
     """
-    return f"{key}={secrets.token_bytes(_OWNER_ID_LENGTH).hex('.')};"
+    return f"{key}={secrets.token_bytes(_OWNER_ID_BYTES).hex('.')};"
 
 
 class _EndpointOwners:
@@ -55,30 +55,33 @@ class _EndpointOwners:
 
     :param key: ``clientid`` or ``serviceid``.
     :param list_handles: returns the handles of the discovered endpoints.
-    :param describe: returns the endpoint of a handle; None while DDS does not know the endpoint.
+    :param describe_endpoint: returns the endpoint of a handle; None while DDS does not know the endpoint.
     """
 
     def __init__(
-        self, key: str, list_handles: Callable[[], list[int]], describe: Callable[[int], DcpsEndpoint | None]
+        self,
+        key: str,
+        list_handles: Callable[[], list[int]],
+        describe_endpoint: Callable[[int], DcpsEndpoint | None],
     ) -> None:
         self._pattern = re.compile(rf"(?:^|;){key}=([^;]*);")
-        self._list_handles, self._describe = list_handles, describe
+        self._list_handles, self._describe_endpoint = list_handles, describe_endpoint
         self._owners: dict[int, str] = {}
 
     @classmethod
-    def readers(cls, key: str, writer: DataWriter[Any]) -> _EndpointOwners:
+    def of_readers(cls, key: str, writer: DataWriter[Any]) -> _EndpointOwners:
         return cls(key, writer.get_matched_subscriptions, writer.get_matched_subscription_data)
 
     @classmethod
-    def writers(cls, key: str, reader: DataReader[Any]) -> _EndpointOwners:
+    def of_writers(cls, key: str, reader: DataReader[Any]) -> _EndpointOwners:
         return cls(key, reader.get_matched_publications, reader.get_matched_publication_data)
 
     def update(self) -> Mapping[int, str]:
         """Return the owners of the discovered endpoints by handle; the owner may be empty."""
-        previous, self._owners = self._owners, {}
+        previous_owners, self._owners = self._owners, {}
         for handle in list_matched_handles(self._list_handles):
             # an endpoint without an id is read again: DDS may report the id later
-            owner = previous.get(handle) or self._read_owner(handle)
+            owner = previous_owners.get(handle) or self._read_owner(handle)
             if owner is not None:
                 self._owners[handle] = owner
         return self._owners
@@ -94,7 +97,7 @@ class _EndpointOwners:
     def _read_owner(self, handle: int) -> str | None:
         """Return the id in an endpoint's user data; None while DDS does not know the endpoint."""
         with QOS_LOCK:
-            endpoint = self._describe(handle)
+            endpoint = self._describe_endpoint(handle)
         if endpoint is None:
             return None
         policy = endpoint.qos[Policy.Userdata]
@@ -122,7 +125,7 @@ class DdsClient(Client):
         super().__init__()
         self._writer, self._encode, self._decode = writer, encode, decode
         self._describe_missing_server = describe_missing_server
-        self._request_readers = _EndpointOwners.readers("serviceid", writer)
+        self._request_readers = _EndpointOwners.of_readers("serviceid", writer)
         self._introduction = _Introduction(writer)
         self._response_writers: _EndpointOwners | None = None
         self._close_endpoints: Callable[[], None] = lambda: None
@@ -136,7 +139,7 @@ class DdsClient(Client):
         :param close_endpoints: closes the reader and the writer.
         """
         self._response_writers, self._close_endpoints = (
-            _EndpointOwners.writers("serviceid", reader),
+            _EndpointOwners.of_writers("serviceid", reader),
             close_endpoints,
         )
 
@@ -152,11 +155,11 @@ class DdsClient(Client):
         return number
 
     def handle_sample(self, sample: Any) -> None:
-        """Handle a response, which may be that to another client: the clients of a service share a topic."""
+        """Handle a response, perhaps to another client: the clients of a service share a topic."""
         data = sample.cdr
-        if len(data) < _CDR_HEADER_LENGTH + _REQUEST_ID.size:
+        if len(data) < _CDR_HEADER_BYTES + _REQUEST_ID.size:
             return
-        client_id, number = _REQUEST_ID.unpack_from(data, _CDR_HEADER_LENGTH)
+        client_id, number = _REQUEST_ID.unpack_from(data, _CDR_HEADER_BYTES)
         if client_id != self._id or number not in self._pending_callbacks:
             return
         on_response, on_failure = self._pending_callbacks.pop(number)
@@ -172,13 +175,13 @@ class DdsClient(Client):
         if self._response_writers is None:
             return frozenset()  # the client is closed
         owners, readers = set(self._response_writers.update().values()), self._request_readers.update()
-        paired = frozenset(handle for handle, owner in readers.items() if owner in owners)
+        paired_handles = frozenset(handle for handle, owner in readers.items() if owner in owners)
         now_s = time.monotonic()
-        if paired or not readers:
+        if paired_handles or not readers:
             self._last_paired_s = now_s
         elif owners and now_s - self._last_paired_s > _INTRODUCTION_TIMEOUT_S:
-            paired = frozenset(readers)  # the endpoints have no ids by which they could be paired
-        return self._introduction.filter_introduced(paired)
+            paired_handles = frozenset(readers)  # the endpoints have no ids by which they could be paired
+        return self._introduction.filter_introduced(paired_handles)
 
     def explain_missing_server(self) -> str:
         return self._describe_missing_server()
@@ -252,12 +255,12 @@ class DdsServer:
         self, writer: DataWriter[Any], encode: Encode, decode: Decode, handler: RequestHandler
     ) -> None:
         self._writer, self._encode, self._decode, self._handler = writer, encode, decode, handler
-        self._response_readers = _EndpointOwners.readers("clientid", writer)
+        self._response_readers = _EndpointOwners.of_readers("clientid", writer)
         self._request_writers: _EndpointOwners | None = None
         self._unsent_responses: list[_UnsentResponse] = []
 
     def set_reader(self, reader: DataReader[Any]) -> None:
-        self._request_writers = _EndpointOwners.writers("clientid", reader)
+        self._request_writers = _EndpointOwners.of_writers("clientid", reader)
 
     def close(self) -> None:
         """Drop all pending and later responses."""
@@ -265,7 +268,7 @@ class DdsServer:
 
     def handle_sample(self, sample: Any) -> None:
         """Handle a request."""
-        header = sample.cdr[_CDR_HEADER_LENGTH : _CDR_HEADER_LENGTH + _REQUEST_ID.size]
+        header = sample.cdr[_CDR_HEADER_BYTES : _CDR_HEADER_BYTES + _REQUEST_ID.size]
         handle = _to_signed(sample.sample_info.publication_handle)
         client_id = "" if self._request_writers is None else self._request_writers.find_owner(handle)
 
@@ -326,13 +329,13 @@ def list_matched_handles(list_handles: Callable[[], list[int]]) -> list[int]:
 
 
 def _to_signed(handle: int) -> int:
-    """Convert the handle in a sample, which is unsigned in 64 bits, to a signed handle as of endpoints."""
+    """Convert the unsigned 64-bit handle in a sample to a signed handle, as endpoints have."""
     return handle - 2**64 if handle >= 2**63 else handle
 
 
 def _insert_request_id(data: bytes, header: bytes) -> bytes:
-    return data[:_CDR_HEADER_LENGTH] + header + data[_CDR_HEADER_LENGTH:]
+    return data[:_CDR_HEADER_BYTES] + header + data[_CDR_HEADER_BYTES:]
 
 
 def _remove_request_id(data: bytes) -> bytes:
-    return data[:_CDR_HEADER_LENGTH] + data[_CDR_HEADER_LENGTH + _REQUEST_ID.size :]
+    return data[:_CDR_HEADER_BYTES] + data[_CDR_HEADER_BYTES + _REQUEST_ID.size :]

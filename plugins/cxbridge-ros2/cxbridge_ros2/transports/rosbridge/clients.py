@@ -19,16 +19,16 @@ from cxbridge_ros2.transports.rosbridge.messages import to_base_type
 
 # ABORTED of action_msgs/msg/GoalStatus, the status of a result without a status
 _ABORTED: Final = 6
-_CANCEL_PERIOD_S: Final = 0.5  # seconds until a cancel request is repeated
-_MAX_CANCEL_REQUESTS: Final = 20  # limit per goal, since a goal that the robot rejects has no result
+_CANCEL_PERIOD_S: Final = 0.5  # time until a cancel request is repeated
+_MAX_CANCEL_REQUESTS: Final = 20  # requests per goal, since a goal that the robot rejects has no result
 
 
 class ServiceClient(Client):
     """A client of a service. Requests are sent one by one, since rosbridge_suite loses some concurrent calls.
 
     :param encode: converts a request to JSON.
-    :param send: sends a request, and later calls its second argument with the response or its third with the
-        reason for a failure.
+    :param send: sends a request (its first argument), and later calls the second argument with the response,
+        or the third argument with the reason for a failure.
     """
 
     def __init__(
@@ -107,7 +107,7 @@ class RosbridgeAction:
         self._connection, self._defer, self._send = connection, defer, send
         self._callbacks: dict[str, list[MessageCallback]] = {"feedback": [], "status": []}
         self._result_callbacks: dict[str, tuple[MessageCallback, FailureCallback | None]] = {}
-        # by goal: the time of the next cancel request, and the number of requests that remain
+        # the time of the next cancel request and the number of remaining requests, by the id of the goal
         self._cancel_schedule: dict[str, tuple[float, int]] = {}
 
     def subscribe(self, topic: str, callback: MessageCallback) -> Callable[[], None]:
@@ -209,4 +209,4 @@ def _parse_uuid(goal_id: str) -> bytes:
     try:
         return bytes.fromhex(goal_id)
     except ValueError:
-        return b""  # ids of another form are those of other clients, whose goals are unknown here
+        return b""  # other clients may use ids of another form; their goals are unknown here

@@ -23,9 +23,9 @@ Operation = Mapping[str, Any]  # the JSON of an operation; the value of `op` is 
 
 CONNECTION_LOST: Final = {"op": ""}  # stands in the inbox for the loss of the connection
 
-_HANDSHAKE_TIMEOUT_S: Final = 5.0  # seconds for the WebSocket handshake
-_RETRY_PERIOD_S: Final = 1.0  # seconds between two attempts to connect
-_STOP_TIMEOUT_S: Final = 5.0  # seconds for the thread to end
+_HANDSHAKE_TIMEOUT_S: Final = 5.0  # time limit of the WebSocket handshake
+_RETRY_PERIOD_S: Final = 1.0  # time between two attempts to connect
+_STOP_TIMEOUT_S: Final = 5.0  # time limit of the end of the thread
 _NAME_KEYS: Final = ("op", "id", "topic", "service", "action")  # keys whose values must be texts or numbers
 
 # Limit of a message in bytes after decompression. A larger message ends the connection, which is restored.

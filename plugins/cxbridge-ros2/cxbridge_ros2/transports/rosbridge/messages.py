@@ -26,9 +26,9 @@ class JsonCodec:
     def to_json(self, type_name: TypeName, message: Mapping[str, Any]) -> Any:
         """Return a message as JSON values, with bytes as Base64."""
         # converted to CDR and back, since `Codec` checks messages
-        decoded = self._codec.decode(type_name, self._codec.encode(type_name, message))
-        # the hook converts scalars of NumPy to those of Python
-        return msgspec.to_builtins(decoded, enc_hook=np.generic.item)
+        checked_message = self._codec.decode(type_name, self._codec.encode(type_name, message))
+        # the hook converts scalars of NumPy to scalars of Python
+        return msgspec.to_builtins(checked_message, enc_hook=np.generic.item)
 
     def from_json(self, type_name: TypeName, value: Any) -> Message:
         """Return the message in JSON values. A missing or invalid field becomes zero or empty."""

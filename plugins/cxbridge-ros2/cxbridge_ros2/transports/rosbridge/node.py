@@ -30,7 +30,8 @@ DEFAULT_URL: Final = "ws://localhost:9090"
 _ACTION_PART: Final = "/_action/"
 _UNREACHABLE_REASON: Final = "the rosbridge is unreachable"
 _LOST_REASON: Final = "the connection to the rosbridge was lost"
-# Lengths in the text of a status: the start that identifies the problem, and the start that is reported.
+# Numbers of characters at the start of a status: the compared start identifies the problem, the displayed
+# start is reported.
 _COMPARED_LENGTH, _DISPLAYED_LENGTH = 40, 500
 
 

@@ -11,7 +11,7 @@ from itertools import count
 from typing import Final
 
 from cxbridge_ros2.names import TypeName
-from cxbridge_ros2.transports.mismatches import describe_missing_server, public_name
+from cxbridge_ros2.transports.mismatches import describe_missing_server, find_public_name
 from cxbridge_ros2.transports.zenoh.names import EndpointKind, TypedName, parse_token
 
 _MAX_TOKENS: Final = 100_000  # limit of stored tokens, since other sessions may declare any number
@@ -67,12 +67,12 @@ class RosGraph:
             servers = [topic for endpoint_kind, topic in self._tokens if endpoint_kind == "SS"]
             # the third part of a token is the session; with one session, there are only our own endpoints
             sessions = {token.split("/")[2] for tokens in self._tokens.values() for token in tokens}
-        served_types = {public_name(topic.name): topic.dds_type for topic in servers}
+        served_types = {find_public_name(topic.name): topic.dds_type for topic in servers}
         return describe_missing_server(
-            public_name(service.name), client_type, served_types, "" if len(sessions) > 1 else network
+            find_public_name(service.name), client_type, served_types, "" if len(sessions) > 1 else network
         )
 
-    def endpoint_numbers(self, kind: EndpointKind, topic: TypedName) -> frozenset[int]:
+    def find_endpoint_numbers(self, kind: EndpointKind, topic: TypedName) -> frozenset[int]:
         """Return the numbers of the endpoints of a kind that a topic or service has."""
         with self._lock:
             return frozenset(self._tokens.get((kind, topic), {}).values())

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from itertools import count
 from typing import Any, Final
 
-MAX_QUEUED_MESSAGES: Final = 1000  # default limit per source
+MAX_QUEUED_MESSAGES: Final = 1000  # default limit of the queued messages of a source
 
 
 class InboxSource:
@@ -58,19 +58,19 @@ class MessageInbox:
     def deliver(self, timeout_s: float) -> bool:
         """Deliver the queued messages in this thread; return whether there were messages.
 
-        :param timeout_s: the seconds to wait for the first message.
+        :param timeout_s: how long to wait for the first message.
         """
         with self._condition:
             if timeout_s > 0:
                 self._condition.wait_for(lambda: self._messages, timeout_s)
-            remaining = len(self._messages)
-        any_queued = remaining > 0
+            remaining_count = len(self._messages)
+        any_queued = remaining_count > 0
         # Messages that arrive during the delivery belong to the next call. The lock is not held during a
         # callback, which may queue messages.
-        while remaining and (entry := self._pop()) is not None:
+        while remaining_count and (entry := self._pop()) is not None:
             source, message = entry
             source.deliver(message)
-            remaining -= 1
+            remaining_count -= 1
         return any_queued
 
     def _pop(self) -> tuple[InboxSource, Any] | None:

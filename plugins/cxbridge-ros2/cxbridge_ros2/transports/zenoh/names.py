@@ -27,7 +27,7 @@ GID_BYTES: Final = 16  # length of the GID, the unique number of an endpoint
 _KEY_SPACE: Final = "@ros2_lv"
 _NODE_KIND: Final = "NN"
 _ENDPOINT_KINDS: Final[dict[str, EndpointKind]] = {"MP": "MP", "MS": "MS", "SS": "SS", "SC": "SC"}
-_MIN_TOKEN_PARTS: Final = 13  # of an endpoint's token; newer releases append a part about the memory backend
+_MIN_TOKEN_PARTS: Final = 13  # parts of an endpoint's token; newer releases append one
 _ATTACHMENT_FORMAT: Final = struct.Struct(f"<qqB{GID_BYTES}s")
 _DEFAULT_DEPTH: Final = 42  # default of rmw_zenoh_cpp, which omits this depth from the text of a QoS
 
@@ -44,7 +44,7 @@ class TypedName(Struct, frozen=True):
     dds_type: str
     type_hash: str
 
-    def key(self, domain: int) -> str:
+    def make_key(self, domain: int) -> str:
         """Return the key of messages or requests in Zenoh."""
         return f"{domain}/{self.name.strip('/')}/{self.dds_type}/{self.type_hash}"
 
@@ -138,7 +138,7 @@ def make_typed_name(
     )
 
 
-def token_pattern(domain: int) -> str:
+def make_token_pattern(domain: int) -> str:
     """Return the key expression of Zenoh that matches all tokens of a domain."""
     return f"{_KEY_SPACE}/{domain}/**"
 

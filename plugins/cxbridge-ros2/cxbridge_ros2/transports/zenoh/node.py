@@ -32,7 +32,7 @@ from cxbridge_ros2.node import (
 )
 from cxbridge_ros2.qos import PROFILES, QosProfile
 from cxbridge_ros2.transports.environment import read_domain_id
-from cxbridge_ros2.transports.mismatches import describe_mismatch, public_name
+from cxbridge_ros2.transports.mismatches import describe_mismatch, find_public_name
 from cxbridge_ros2.transports.zenoh.graph import RosGraph
 from cxbridge_ros2.transports.zenoh.inbox import InboxSource, MessageInbox
 from cxbridge_ros2.transports.zenoh.names import (
@@ -41,17 +41,17 @@ from cxbridge_ros2.transports.zenoh.names import (
     GraphEndpoint,
     MessageAttachment,
     NodeName,
+    make_token_pattern,
     make_typed_name,
     parse_attachment,
-    token_pattern,
 )
 from cxbridge_ros2.transports.zenoh.session import open_session
 
 _SERVICE_QOS: Final = PROFILES["services_default"]
-_HEARTBEAT_PERIOD_S: Final = 0.5  # seconds until a subscription notices that it has missed the last message
-_REQUEST_TIMEOUT_S: Final = 600.0  # seconds until a request counts as failed
+_HEARTBEAT_PERIOD_S: Final = 0.5  # time until a subscription notices that it has missed the last message
+_REQUEST_TIMEOUT_S: Final = 600.0  # time until a request counts as failed
 _RESULT_TIMEOUT_S: Final = 1e9  # the same for the result of a goal, which may take any time
-# By kind: the kind of the endpoints that match, and ROS' term for them.
+# The kind of the matching endpoints and ROS' term for them, by the kind of an endpoint.
 _PEERS: Final[Mapping[EndpointKind, tuple[EndpointKind, str]]] = {
     "MP": ("MS", "subscription"),
     "MS": ("MP", "publisher"),
@@ -65,7 +65,8 @@ _GET_RESULT_SUFFIX: Final = "/_action/get_result"
 class ZenohNode(Node):
     """A node on Zenoh.
 
-    :param url: the router, such as ``tcp/robot:7447``; empty for that of the environment or of this host.
+    :param url: the router, such as ``tcp/robot:7447``; empty for the router in the environment or on this
+        host.
     :param domain: the domain; by default ``ROS_DOMAIN_ID``.
     :param report: see the base class.
     :raises Ros2Error: if there is no router.
@@ -94,7 +95,7 @@ class ZenohNode(Node):
         liveliness = self._session.liveliness()
         # referenced, since Zenoh ends a subscription or a token when its Python object is deleted
         self._token_subscriber = liveliness.declare_subscriber(
-            token_pattern(self._domain), _make_direct_callback(self._update_graph), history=True
+            make_token_pattern(self._domain), _make_direct_callback(self._update_graph), history=True
         )
         self._node_token = liveliness.declare_token(self._node_name.token)
 
@@ -105,7 +106,7 @@ class ZenohNode(Node):
     ) -> Publisher:
         type_name = parse_type(message_type)
         endpoint = self._make_endpoint("MP", topic, type_name, qos)
-        zenoh_publisher = _declare_publisher(self._session, endpoint.topic.key(self._domain), qos)
+        zenoh_publisher = _declare_publisher(self._session, endpoint.topic.make_key(self._domain), qos)
         gid, numbers = endpoint.gid, count(1)
 
         def publish(message: Mapping[str, Any]) -> None:
@@ -118,7 +119,7 @@ class ZenohNode(Node):
 
         return Publisher(
             publish,
-            lambda: len(self._graph.endpoint_numbers("MS", endpoint.topic)),
+            lambda: len(self._graph.find_endpoint_numbers("MS", endpoint.topic)),
             self._announce(endpoint, type_name, zenoh_publisher),
         )
 
@@ -139,7 +140,7 @@ class ZenohNode(Node):
         source = InboxSource(handle_sample, max(1, qos.depth))
         queue_sample = _make_direct_callback(partial(self._inbox.put, source))
         zenoh_subscriber = _declare_subscriber(
-            self._session, endpoint.topic.key(self._domain), queue_sample, qos
+            self._session, endpoint.topic.make_key(self._domain), queue_sample, qos
         )
         return self._announce(endpoint, type_name, zenoh_subscriber, source)
 
@@ -147,7 +148,7 @@ class ZenohNode(Node):
         type_name = parse_type(service_type, "srv")
         endpoint = self._make_endpoint("SC", service, type_name, _SERVICE_QOS)
         querier = self._session.declare_querier(
-            endpoint.topic.key(self._domain),
+            endpoint.topic.make_key(self._domain),
             # each server gets the request, and the first response counts, as in rmw_zenoh_cpp
             target=zenoh.QueryTarget.ALL_COMPLETE,
             consolidation=zenoh.ConsolidationMode.NONE,
@@ -162,7 +163,7 @@ class ZenohNode(Node):
     def _serve_later(self, service: str, service_type: str, handler: RequestHandler) -> Callable[[], None]:
         type_name = parse_type(service_type, "srv")
         endpoint = self._make_endpoint("SS", service, type_name, _SERVICE_QOS)
-        key = endpoint.topic.key(self._domain)
+        key = endpoint.topic.make_key(self._domain)
         encode = partial(self._codec.encode, type_name.derive("Response"))
 
         def handle_query(query: zenoh.Query) -> None:
@@ -216,7 +217,7 @@ class ZenohNode(Node):
     def _compare_types(self, endpoint: GraphEndpoint, type_name: TypeName) -> None:
         """Complain about endpoints of other nodes with the same name and another type."""
         peer_kind, peer = _PEERS[endpoint.kind]
-        name, our_hash = public_name(endpoint.topic.name), _find_known_hash(endpoint.topic.type_hash)
+        name, our_hash = find_public_name(endpoint.topic.name), _find_known_hash(endpoint.topic.type_hash)
         for topic in self._graph.find_topics(peer_kind, endpoint.topic.name):
             their_hash = _find_known_hash(topic.type_hash)
             if text := describe_mismatch(name, peer, topic.dds_type, their_hash, type_name, our_hash):
@@ -314,7 +315,7 @@ class _Client(Client):
 
     @property
     def server_numbers(self) -> frozenset[int]:
-        return self._graph.endpoint_numbers("SS", self._endpoint.topic)
+        return self._graph.find_endpoint_numbers("SS", self._endpoint.topic)
 
     def explain_missing_server(self) -> str:
         return self._graph.describe_missing_server(
@@ -391,7 +392,7 @@ def _send_reply(query: zenoh.Query, key: str, data: bytes) -> None:
         query.reply(key, data, attachment=attachment)
         query.drop()
     except zenoh.ZError:
-        return  # the client has gone
+        return  # the client is gone
 
 
 def _read_payload(reply: zenoh.Reply | None) -> bytes:

@@ -21,7 +21,7 @@ from cxbridge.listening import is_loopback
 DEFAULT_ROUTER: Final = "tcp/localhost:7447"  # the router on this machine
 
 _ATTEMPT_PERIOD_S: Final = 1.0  # time limit of an attempt to find a router, and pause between two attempts
-_POLL_PERIOD_S: Final = 0.02  # seconds between two checks for a router
+_POLL_PERIOD_S: Final = 0.02  # time between two checks for a router
 # The defaults of rmw_zenoh_cpp: nodes find each other through the router and its gossip, not by multicast.
 _LOCAL_ROUTER_SETTINGS: Final = {
     "mode": "peer",

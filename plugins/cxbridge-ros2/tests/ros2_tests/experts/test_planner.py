@@ -14,6 +14,6 @@ def test_the_response_names_the_package(monkeypatch):
     monkeypatch.setattr(plugins, "installed_plugins", tuple)
     responses: list[Any] = []
     with PlanServer(lambda: FEATURES.find("planner")) as server:
-        server.start_plan({"domain": MEETING_DOMAIN, "problem": MEETING_PROBLEM}, responses.append)
+        server.start_planning({"domain": MEETING_DOMAIN, "problem": MEETING_PROBLEM}, responses.append)
     assert not responses[0]["success"]
     assert "planner belongs to the plug-in cxbridge-planning: " in responses[0]["error_info"]

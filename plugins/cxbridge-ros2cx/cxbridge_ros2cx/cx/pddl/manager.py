@@ -34,7 +34,7 @@ NODE_NAME: Final = "/pddl_manager"
 MAX_WAITING_GOALS: Final = 64  # goals that may wait for the planner; further goals are rejected
 
 _UNKNOWN_INSTANCE: Final = "Unknown pddl instance"
-_MAX_GROUP_GAP_S: Final = 0.1  # actions whose starts are closer than this are in the same class
+_MAX_CLASS_GAP_S: Final = 0.1  # actions whose starts are closer than this are in the same class
 
 # the starts of expressions, statements and comments of jinja2
 _TEMPLATE_MARKS: Final = ("{{", "{%", "{#")
@@ -65,8 +65,8 @@ class PddlManager(GoalHandler, Closing):
     """The node ``pddl_manager``.
 
     :param node: the node's connection to ROS.
-    :param package: the package with the types of the services: that of the extension, or an agent's package
-        with copies of earlier types.
+    :param package: the package with the types of the services: the package of the extension, or an agent's
+        package with copies of earlier types.
     """
 
     def __init__(self, node: Node, clock: Clock, log: Logger, package: str) -> None:
@@ -74,11 +74,11 @@ class PddlManager(GoalHandler, Closing):
         self._problems: dict[str, ManagedProblem] = {}
         self._planning: PlanningService | None = None
         self._waiting_goals: deque[ServedGoal] = deque()
-        for service, (kind, handler) in self._service_handlers().items():
+        for service, (service_type, handler) in self._list_service_handlers().items():
             with suppress(Ros2Error):  # packages with earlier types lack some services
                 node.serve(
                     f"{NODE_NAME}/{service}",
-                    f"{package}/srv/{kind}",
+                    f"{package}/srv/{service_type}",
                     self._wrap_handler(handler),
                     right=Right.CONTROL,
                 )
@@ -87,7 +87,7 @@ class PddlManager(GoalHandler, Closing):
             node, f"{NODE_NAME}/temp_plan", f"{package}/action/PlanTemporal", self, clock
         )
 
-    def _service_handlers(self) -> dict[str, tuple[str, Callable[[Message], Fields]]]:
+    def _list_service_handlers(self) -> dict[str, tuple[str, Callable[[Message], Fields]]]:
         return {
             "add_pddl_instance": ("AddPddlInstance", self._add_instance),
             "check_action_condition": ("CheckActionCondition", self._check_condition),
@@ -204,7 +204,7 @@ class PddlManager(GoalHandler, Closing):
 
     def _check_condition(self, request: Message) -> Fields:
         action = request["action"]
-        unsatisfied_conditions = self._find_problem(action["pddl_instance"]).unsatisfied_conditions(
+        unsatisfied_conditions = self._find_problem(action["pddl_instance"]).find_unsatisfied_conditions(
             action["name"], action["args"]
         )
         return {"sat": not unsatisfied_conditions, "unsatisfied_conditions": unsatisfied_conditions}
@@ -213,7 +213,7 @@ class PddlManager(GoalHandler, Closing):
         action = request["action"]
         name = action["pddl_instance"]
         fluents, functions = [], []
-        for change in self._find_problem(name).action_changes(action["name"], action["args"]):
+        for change in self._find_problem(name).list_action_changes(action["name"], action["args"]):
             fluent, time = _make_fluent(name, change.ground), {"time_point": change.time_point}
             if change.sign:
                 value = {"operator_type": change.sign, "value": change.value}
@@ -249,19 +249,23 @@ class PddlManager(GoalHandler, Closing):
 
     # --- planning -----------------------------------------------------------------------------------------
 
-    def decide(self, served: ServedGoal) -> GoalResponse:
+    def decide(self, served_goal: ServedGoal) -> GoalResponse:
         """Reject a goal while :data:`MAX_WAITING_GOALS` goals wait."""
-        return super().decide(served) if len(self._waiting_goals) < MAX_WAITING_GOALS else GoalResponse.REJECT
+        return (
+            super().decide(served_goal)
+            if len(self._waiting_goals) < MAX_WAITING_GOALS
+            else GoalResponse.REJECT
+        )
 
-    def begin(self, served: ServedGoal) -> None:
+    def begin(self, served_goal: ServedGoal) -> None:
         """Queue a goal, since its sender must receive the acceptance before the result."""
-        self._waiting_goals.append(served)
+        self._waiting_goals.append(served_goal)
 
     def plan_waiting_goals(self) -> None:
         """Plan for the waiting goals; planning takes no virtual time."""
         while self._waiting_goals:
-            served = self._waiting_goals.popleft()
-            served.finish(GoalStatus.SUCCEEDED, self._plan_goal(served.goal))
+            served_goal = self._waiting_goals.popleft()
+            served_goal.finish(GoalStatus.SUCCEEDED, self._plan_goal(served_goal.goal))
 
     def _plan_goal(self, goal: Message) -> Fields:
         name, goal_name = goal["pddl_instance"], goal["goal_instance"]
@@ -294,18 +298,18 @@ def _make_fluent(problem_name: str, ground: tuple[str, tuple[str, ...]]) -> dict
 
 def _add_times(actions: Iterable[PlannedAction], problem_name: str, goal_name: str) -> Iterable[Fields]:
     """Yield a plan's actions with times; actions that start at about the same time have the same class."""
-    group, begun = 0, 0.0
+    class_number, class_start_s = 0, 0.0
     for number, action in enumerate(actions):
-        # in a plan without times, an action a second starts
-        start = float(number) if action.start is None else action.start
-        if start - begun > _MAX_GROUP_GAP_S:
-            group, begun = group + 1, start
+        # in a plan without times, one action starts each second
+        start_s = float(number) if action.start is None else action.start
+        if start_s - class_start_s > _MAX_CLASS_GAP_S:
+            class_number, class_start_s = class_number + 1, start_s
         yield {
             **_make_fluent(problem_name, (action.name, action.arguments)),
             "goal_instance": goal_name,
-            "start_time": start,
+            "start_time": start_s,
             "duration": action.duration or 0.0,
-            "equiv_class": group,
+            "equiv_class": class_number,
         }
 
 

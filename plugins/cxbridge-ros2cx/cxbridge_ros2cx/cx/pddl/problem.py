@@ -88,12 +88,15 @@ class ManagedProblem:
         self._function_parameters = {function.name: function.parameters for function in domain.functions}
         if problem_text:
             problem = parse_problem(_COMMENT.sub("", problem_text).lower(), domain, file)
-            self.objects.update((name, kind or "object") for name, kind in pairs_of(problem.objects))
+            self.objects.update(
+                (name, type_name or "object") for name, type_name in pairs_of(problem.objects)
+            )
             self.fluents = dict.fromkeys(
-                (atom.predicate, _argument_names(atom.arguments)) for atom in problem.init
+                (atom.predicate, _list_argument_names(atom.arguments)) for atom in problem.init
             )
             self.functions = {
-                (call.function, _argument_names(call.arguments)): value for call, value in problem.numbers
+                (call.function, _list_argument_names(call.arguments)): value
+                for call, value in problem.numbers
             }
 
     # --- objects and facts --------------------------------------------------------------------------------
@@ -129,19 +132,21 @@ class ManagedProblem:
         self.functions[self._make_ground(name, arguments)] = value
 
     @staticmethod
-    def _check_arguments(name: str, arguments: Sequence[str], declared: dict[str, TypedList]) -> None:
-        if name not in declared:
-            raise PddlError(f"the domain has no '{name}'", hint=f"it has: {', '.join(declared)}")
-        count = len(names_of(declared[name]))
+    def _check_arguments(
+        name: str, arguments: Sequence[str], declared_parameters: dict[str, TypedList]
+    ) -> None:
+        if name not in declared_parameters:
+            raise PddlError(f"the domain has no '{name}'", hint=f"it has: {', '.join(declared_parameters)}")
+        count = len(names_of(declared_parameters[name]))
         if len(arguments) != count:
             raise PddlError(f"'{name}' has {count} arguments, not {len(arguments)}")
 
-    def add_object(self, name: str, kind: str) -> None:
-        if kind not in self._parents and kind != "object":
-            raise PddlError(f"the domain has no type '{kind}'")
+    def add_object(self, name: str, type_name: str) -> None:
+        if type_name not in self._parents and type_name != "object":
+            raise PddlError(f"the domain has no type '{type_name}'")
         if name in self.objects:
             raise PddlError(f"the object '{name}' already exists")
-        self.objects[name] = kind
+        self.objects[name] = type_name
 
     def remove_object(self, name: str) -> None:
         self.objects.pop(name, None)
@@ -151,19 +156,23 @@ class ManagedProblem:
                 if name in arguments:
                     table.pop(ground)
 
-    def find_objects(self, kinds: Sequence[str]) -> list[str]:
+    def find_objects(self, type_names: Sequence[str]) -> list[str]:
         """Return the objects of types and of their subtypes; all objects if no type is given."""
-        return [name for name, kind in self.objects.items() if not kinds or self._is_subtype(kind, kinds)]
+        return [
+            name
+            for name, type_name in self.objects.items()
+            if not type_names or self._is_subtype(type_name, type_names)
+        ]
 
-    def _is_subtype(self, kind: str, kinds: Sequence[str]) -> bool:
+    def _is_subtype(self, type_name: str, type_names: Sequence[str]) -> bool:
         visited: set[str] = set()  # a domain may have types that inherit from each other in a circle
-        while kind not in kinds and kind in self._parents and kind not in visited:
-            visited.add(kind)
-            kind = self._parents[kind]
-        return kind in kinds
+        while type_name not in type_names and type_name in self._parents and type_name not in visited:
+            visited.add(type_name)
+            type_name = self._parents[type_name]
+        return type_name in type_names
 
-    def has_type(self, kind: str) -> bool:
-        return kind == "object" or kind in self._parents
+    def has_type(self, type_name: str) -> bool:
+        return type_name == "object" or type_name in self._parents
 
     # --- actions ------------------------------------------------------------------------------------------
 
@@ -183,7 +192,7 @@ class ManagedProblem:
             dict(zip(variables, self._make_ground(action, arguments)[1], strict=True)),
         )
 
-    def unsatisfied_conditions(self, action: str, arguments: Sequence[str]) -> list[str]:
+    def find_unsatisfied_conditions(self, action: str, arguments: Sequence[str]) -> list[str]:
         """Return the unsatisfied start conditions of an action.
 
         :raises PddlError: if the action or an object is unknown.
@@ -196,7 +205,7 @@ class ManagedProblem:
             if time == "START" and not conjunct.holds(known_state, bindings)
         ]
 
-    def action_changes(self, action: str, arguments: Sequence[str]) -> Iterator[FluentChange]:
+    def list_action_changes(self, action: str, arguments: Sequence[str]) -> Iterator[FluentChange]:
         """Yield the changes that an action makes.
 
         :raises PddlError: if the action or an object is unknown, or an effect is conditional.
@@ -206,9 +215,9 @@ class ManagedProblem:
         for time, conjunct in _find_conjuncts(effect):
             match conjunct:
                 case Atom(predicate=name, arguments=terms):
-                    yield FluentChange((name, _argument_names(terms, bindings)), time, "", 1.0)
+                    yield FluentChange((name, _list_argument_names(terms, bindings)), time, "", 1.0)
                 case Not(part=Atom(predicate=name, arguments=terms)):
-                    yield FluentChange((name, _argument_names(terms, bindings)), time, "", 0.0)
+                    yield FluentChange((name, _list_argument_names(terms, bindings)), time, "", 0.0)
                 case NumericChange(operator=operator, target=FunctionTerm() as target, amount=amount) if (
                     operator in _OPERATORS
                 ):
@@ -218,7 +227,7 @@ class ManagedProblem:
                             f"'{action}' changes {target.function} by an expression without a value"
                         )
                     yield FluentChange(
-                        (target.function, _argument_names(target.arguments, bindings)),
+                        (target.function, _list_argument_names(target.arguments, bindings)),
                         time,
                         _OPERATORS[operator],
                         value,
@@ -278,7 +287,7 @@ class ManagedProblem:
 
         problem = problem_of_facts(
             domain,
-            [(name, kind) for name, kind in self.objects.items() if is_kept_object(name)],
+            [(name, type_name) for name, type_name in self.objects.items() if is_kept_object(name)],
             [fluent for fluent in self.fluents if is_kept(fluent)],
             And(tuple(managed_goal.formulas)),
             re.sub(r"\W", "_", name) or "problem",
@@ -297,7 +306,7 @@ def _declare_all_requirements(text: str) -> str:
     return _DOMAIN_HEAD.sub(lambda head: f"{head[0]} (:requirements {_REQUIREMENTS})", stripped_text, count=1)
 
 
-def _argument_names(terms: Sequence[Term], bindings: dict[str, str] | None = None) -> tuple[str, ...]:
+def _list_argument_names(terms: Sequence[Term], bindings: dict[str, str] | None = None) -> tuple[str, ...]:
     names = []
     for term in terms:
         if isinstance(term, Variable) and bindings is not None:
@@ -325,7 +334,7 @@ def _format_condition(formula: Formula, bindings: dict[str, str]) -> str:
     """Return a condition in unified-planning's notation."""
     match formula:
         case Atom(predicate=name, arguments=terms):
-            arguments = ", ".join(_argument_names(terms, bindings))
+            arguments = ", ".join(_list_argument_names(terms, bindings))
             return f"{name}({arguments})" if arguments else name
         case Not(part=negated):
             return f"(not {_format_condition(negated, bindings)})"

@@ -55,28 +55,28 @@ class AmentIndexPlugin(CxPlugin):
 
     def _get_package_share(self, package: str) -> Value:
         self._get_package_prefix(package)  # raises LookupError for an unknown package
-        return str(self.context.packages.share_folder(package))
+        return str(self.context.packages.find_share_folder(package))
 
     def _get_packages(self) -> Value:
         prefixes = self.context.packages.prefix_by_package.items()
         return tuple(item for name, prefix in prefixes for item in (name, str(prefix.path)))
 
     def _get_resource(self, kind: str, name: str) -> Value:
-        resource = self.context.packages.resources(kind).get(name)
+        resource = self.context.packages.find_resources(kind).get(name)
         if resource is None:
             return FALSE
         content, prefix = resource
         return content, str(prefix.path)
 
     def _get_resources(self, kind: str) -> Value:
-        resources = self.context.packages.resources(kind).items()
+        resources = self.context.packages.find_resources(kind).items()
         return tuple(item for name, (_, prefix) in resources for item in (name, str(prefix.path)))
 
     def _get_search_paths(self) -> tuple[str, ...]:
         return tuple(str(prefix.path) for prefix in self.context.packages.prefixes)
 
     def _has_resource(self, kind: str, name: str) -> Value:
-        return TRUE if name in self.context.packages.resources(kind) else FALSE
+        return TRUE if name in self.context.packages.find_resources(kind) else FALSE
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
         self.log.info(f"Destroying plugin for environment {env.name}")

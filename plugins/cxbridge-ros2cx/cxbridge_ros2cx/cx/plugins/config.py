@@ -15,7 +15,7 @@ from cxbridge.config.documents import YamlList, YamlMap, YamlNode, YamlScalar, p
 from cxbridge.errors import ConfigError
 from cxbridge.executive.features.config import clips_scalar
 from cxbridge.executive.host.values import TRUE, Symbol, Value
-from cxbridge_ros2cx.confvals import scalar_type
+from cxbridge_ros2cx.confvals import find_scalar_type
 from cxbridge_ros2cx.cx.plugin import CxPlugin
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ class ConfigPlugin(CxPlugin):
             self.log.error(str(error))
 
     def make_slots(self, node: YamlNode | None, path: str) -> Iterator[Slots]:
-        return _map_slots(node, path)
+        return _make_map_slots(node, path)
 
 
 class QuotedKeyConfigPlugin(ConfigPlugin):
@@ -80,11 +80,11 @@ class QuotedKeyConfigPlugin(ConfigPlugin):
 
     def make_slots(self, node: YamlNode | None, path: str) -> Iterator[Slots]:
         if isinstance(node, YamlList):
-            yield from _list_slots(node, path)
+            yield from _make_list_slots(node, path)
         elif isinstance(node, YamlScalar):
-            yield {"path": path, **_scalar_slots(node)}
+            yield {"path": path, **_make_scalar_slots(node)}
         else:
-            yield from _map_slots(node, path)
+            yield from _make_map_slots(node, path)
 
 
 def _find_node(roots: list[YamlNode], segments: list[str], file: str) -> YamlNode | None:
@@ -99,23 +99,23 @@ def _find_node(roots: list[YamlNode], segments: list[str], file: str) -> YamlNod
     return node
 
 
-def _map_slots(node: YamlNode | None, path: str, *, in_list: bool = False) -> Iterator[Slots]:
+def _make_map_slots(node: YamlNode | None, path: str, *, is_in_list: bool = False) -> Iterator[Slots]:
     """Yield the slots of the facts for the values below a map; within a list each value is a string."""
     for key, value in node.pairs if isinstance(node, YamlMap) else ():
         name = key.text if isinstance(key, YamlScalar) else ""
         if isinstance(value, YamlMap):
-            yield from _map_slots(value, f"{path}/{name}", in_list=in_list)
+            yield from _make_map_slots(value, f"{path}/{name}", is_in_list=is_in_list)
         elif isinstance(value, YamlList):
-            yield from _list_slots(value, f"{path}/{name}")
+            yield from _make_list_slots(value, f"{path}/{name}")
         elif value.is_null:
             raise value.mark.error("NULL YAML KEY")  # the text of the ROS 2 CX, in spite of a null value
         else:
-            slots = _scalar_slots(value)
-            # as in the ROS 2 CX, within a list the value is a STRING, but the type is that of the scalar
-            yield {"path": f"{path}/{name}", **slots, **({"value": value.text} if in_list else {})}
+            slots = _make_scalar_slots(value)
+            # as in the ROS 2 CX, within a list the value is a STRING, but the type is the type of the scalar
+            yield {"path": f"{path}/{name}", **slots, **({"value": value.text} if is_in_list else {})}
 
 
-def _list_slots(node: YamlList, path: str) -> Iterator[Slots]:
+def _make_list_slots(node: YamlList, path: str) -> Iterator[Slots]:
     """Yield the slots of the facts for a list: one fact has all scalars; maps are named by their indices."""
     scalars = tuple(item.text for item in node.items if isinstance(item, YamlScalar))
     if scalars:
@@ -124,17 +124,17 @@ def _list_slots(node: YamlList, path: str) -> Iterator[Slots]:
     nested = [item for item in node.items if not isinstance(item, YamlScalar)]
     for index, item in enumerate(nested):
         if isinstance(item, YamlList):
-            yield from _list_slots(item, f"{path}/{index}")
+            yield from _make_list_slots(item, f"{path}/{index}")
         else:
-            yield from _map_slots(item, f"{path}/{index}", in_list=True)
+            yield from _make_map_slots(item, f"{path}/{index}", is_in_list=True)
 
 
-def _scalar_slots(node: YamlScalar) -> Slots:
-    kind = scalar_type(node.text)
+def _make_scalar_slots(node: YamlScalar) -> Slots:
+    type_name = find_scalar_type(node.text)
     value: Value = node.text
-    if kind == "BOOL":
+    if type_name == "BOOL":
         # as in the ROS 2 CX, only these two words are changed: yes stays yes
         value = Symbol(node.text.upper() if node.text in ("true", "false") else node.text)
-    elif kind != "STRING":
+    elif type_name != "STRING":
         value = clips_scalar(node.text)
-    return {"type": Symbol(kind), "value": value}
+    return {"type": Symbol(type_name), "value": value}

@@ -98,7 +98,7 @@ def read_period_us(plugin: str, parameters: NodeParameters) -> int:
     return MICROSECONDS // rate
 
 
-def shortest_period_us(parameters: NodeParameters) -> int:
+def find_shortest_period_us(parameters: NodeParameters) -> int:
     """Return the shortest time between two ticks of the executive plug-ins in the parameters."""
     plugins = [
         name.removesuffix(".plugin")

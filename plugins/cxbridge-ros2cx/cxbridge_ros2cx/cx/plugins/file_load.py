@@ -22,22 +22,22 @@ class FileLoadPlugin(CxPlugin):
 
     def initialize(self) -> None:
         """Find the files, by absolute paths or in the share folders of packages; log the missing files."""
-        self._files: dict[str, list[Path]] = {name: [] for name in _FILE_LISTS}
+        self._files: dict[str, list[Path]] = {parameter_name: [] for parameter_name in _FILE_LISTS}
         packages = self.parameters.get_strings(self.parameter("pkg_share_dirs"))
         folders = [folder for package in packages if (folder := self._find_share_folder(package)) is not None]
-        for name in _FILE_LISTS:
-            for file in self.parameters.get_strings(self.parameter(name)):
+        for parameter_name in _FILE_LISTS:
+            for file in self.parameters.get_strings(self.parameter(parameter_name)):
                 # `folder / file` is `file` if that is absolute; without any folder, only absolute paths are
                 # found
                 candidates = [folder / file for folder in folders] or [Path(file)] * Path(file).is_absolute()
                 path = next((path for path in candidates if path.is_file()), None)
                 if path is None:
-                    self.log.error(str(self._missing_file_error(name, file, folders)))
+                    self.log.error(str(self._make_missing_file_error(parameter_name, file, folders)))
                 else:
-                    self._files[name].append(path.resolve())
+                    self._files[parameter_name].append(path.resolve())
 
     def _find_share_folder(self, package: str) -> Path | None:
-        folder = self.context.packages.share_folder(package)
+        folder = self.context.packages.find_share_folder(package)
         if folder is None:
             fault = f"names a package that does not exist: {package}"
             hint = (
@@ -46,10 +46,12 @@ class FileLoadPlugin(CxPlugin):
             self.log.error(str(self.parameters.make_error(self.parameter("pkg_share_dirs"), fault, hint)))
         return folder
 
-    def _missing_file_error(self, name: str, file: str, folders: list[Path]) -> ConfigError:
-        searched = ", ".join(map(str, folders)) or "no folder"
+    def _make_missing_file_error(self, parameter_name: str, file: str, folders: list[Path]) -> ConfigError:
+        searched_folders = ", ".join(map(str, folders)) or "no folder"
         return self.parameters.make_error(
-            self.parameter(name), f"names a file that does not exist: {file}", f"searched: {searched}"
+            self.parameter(parameter_name),
+            f"names a file that does not exist: {file}",
+            f"searched: {searched_folders}",
         )
 
     def init_context(self, env: ClipsEnvironment) -> None:
@@ -57,8 +59,8 @@ class FileLoadPlugin(CxPlugin):
         self.log.info(f"Initializing plugin for environment {env.name}")
         if self.context.is_inspection:  # the caller loads the files
             return
-        for name, execute in (("load", env.load), ("batch", env.batch)):
-            for file in self._files[name]:
+        for parameter_name, execute in (("load", env.load), ("batch", env.batch)):
+            for file in self._files[parameter_name]:
                 # since pull request 33, each file starts in MAIN: the previous file may have changed the
                 # module
                 if self.context.has_2026_changes:
@@ -70,10 +72,10 @@ class FileLoadPlugin(CxPlugin):
     def loaded_files(self) -> list[LoadedFile]:
         """Return the files that are loaded or executed, including the clean-up files."""
         loaded_files = []
-        for name, files in self._files.items():
-            parameter = self.parameters.find(self.parameter(name))
+        for parameter_name, files in self._files.items():
+            parameter = self.parameters.find(self.parameter(parameter_name))
             mark = Mark(str(self.parameters.file)) if parameter is None else parameter.mark
-            loaded_files += [LoadedFile(file, name != "load", mark) for file in files]
+            loaded_files += [LoadedFile(file, parameter_name != "load", mark) for file in files]
         return loaded_files
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:

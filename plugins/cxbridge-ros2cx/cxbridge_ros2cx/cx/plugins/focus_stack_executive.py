@@ -86,43 +86,43 @@ class FocusStackExecutivePlugin(ExecutivePlugin):
             self._run_environments()
 
     def _run_environments(self) -> None:
-        fired = 0
+        fired_count = 0
         for env in list(self._environments):
             with env.lock:
-                fired += self._run_passes(env)
+                fired_count += self._run_passes(env)
         if self._refresh_publisher is not None:
-            self._refresh_publisher.publish({"data": fired})
+            self._refresh_publisher.publish({"data": fired_count})
 
     def _run_passes(self, env: StockEnvironment) -> int:
         """Run passes until no rule fires or the limit is reached."""
-        stack, limit = self._focus_stack(env), self.parameters.get(f"{env.name}.rule_limit", -1)
+        stack, limit = self._read_focus_stack(env), self.parameters.get(f"{env.name}.rule_limit", -1)
         env.call("set-current-module", Symbol(_MAIN_MODULE))
         time_fact = env.assert_ordered("time", (self._now_s(),)) if self._asserts_time else None
-        fired = 0
+        fired_count = 0
         while True:
-            pass_firings = self._run_pass(env, stack, limit)
+            pass_fired_count = self._run_pass(env, stack, limit)
             if time_fact is not None:  # the time fact is for the first pass only
                 env.retract(time_fact)
                 time_fact = None
-            fired += pass_firings
-            if not pass_firings:
-                return fired
-            if 0 <= limit <= fired:
+            fired_count += pass_fired_count
+            if not pass_fired_count:
+                return fired_count
+            if 0 <= limit <= fired_count:
                 self.log.error(f"Env '{env.name}': Rule fire limit of {limit} was reached.")
-                return fired
+                return fired_count
 
     def _run_pass(self, env: StockEnvironment, stack: list[str], limit: int) -> int:
         if not stack:
             env.refresh_agenda()
             return env.run(limit)
-        fired = 0
+        fired_count = 0
         for module in stack:
             if stack != [_MAIN_MODULE]:  # in a stack of MAIN alone, MAIN has the focus already
                 env.call("focus", Symbol(module))
-            fired += self.context.run_environment(env)
-        return fired
+            fired_count += self.context.run_environment(env)
+        return fired_count
 
-    def _focus_stack(self, env: StockEnvironment) -> list[str]:
+    def _read_focus_stack(self, env: StockEnvironment) -> list[str]:
         """Return the modules of the focus stack; log and omit unknown modules."""
         name = f"{env.name}.focus_stack"
         if self.parameters.find(name) is None:
@@ -143,10 +143,10 @@ class FocusStackExecutivePlugin(ExecutivePlugin):
     def _resume(self, _request: Message) -> Message:
         return self._set_paused(False, "resumed", "running")
 
-    def _set_paused(self, paused: bool, change: str, state: str) -> Message:
-        if self._is_paused == paused:
+    def _set_paused(self, is_paused: bool, change: str, state: str) -> Message:
+        if self._is_paused == is_paused:
             return {"success": False, "message": f"executive already {state}."}
-        self._is_paused = paused
+        self._is_paused = is_paused
         self.log.info(f"executive {change}.")
         return {"success": True, "message": f"executive {change}."}
 
@@ -159,7 +159,7 @@ class FocusStackExecutivePlugin(ExecutivePlugin):
         request: Message,
         execute: Callable[[StockEnvironment, bytes], int],
         operation: str,
-        errors: dict[str, str],
+        reasons_by_code: dict[str, str],
     ) -> Mapping[str, Any]:
         name = request["env_name"]
         # an empty name means the first environment
@@ -170,7 +170,7 @@ class FocusStackExecutivePlugin(ExecutivePlugin):
         with env.lock:
             code = execute(env, encode(request["command"]))
             env.api.clear_halt()
-        reason = next((text for name, text in errors.items() if getattr(lib, name) == code), "")
+        reason = next((text for name, text in reasons_by_code.items() if getattr(lib, name) == code), "")
         return {"success": not reason, "message": f"{operation} failed: {reason}" if reason else ""}
 
     def _eval(self, request: Message) -> Mapping[str, Any]:
@@ -188,4 +188,6 @@ class FocusStackExecutivePlugin(ExecutivePlugin):
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
         """Stop running the rules of the environment."""
-        self._environments = [other for other in self._environments if other is not env]
+        self._environments = [
+            remaining_env for remaining_env in self._environments if remaining_env is not env
+        ]

@@ -34,17 +34,17 @@ _CAPITALS_END: Final = re.compile(r"([A-Z])(?=[A-Z][a-z])")
 _WORD_END: Final = re.compile(r"([a-z0-9])([A-Z])")
 
 
-def generated_class_name(type_name: TypeName) -> str:
-    return f"cx::CX{_camel_case_name(type_name)}Plugin"
+def make_generated_class_name(type_name: TypeName) -> str:
+    return f"cx::CX{_make_camel_case_name(type_name)}Plugin"
 
 
-def name_prefix(type_name: TypeName) -> str:
+def make_name_prefix(type_name: TypeName) -> str:
     """Return the prefix of a type's functions and templates: ``std-msgs-string-``."""
-    hyphenated = _WORD_END.sub(r"\1-\2", _CAPITALS_END.sub(r"\1-", _camel_case_name(type_name)))
+    hyphenated = _WORD_END.sub(r"\1-\2", _CAPITALS_END.sub(r"\1-", _make_camel_case_name(type_name)))
     return f"{hyphenated.lower()}-"
 
 
-def _camel_case_name(type_name: TypeName) -> str:
+def _make_camel_case_name(type_name: TypeName) -> str:
     return "".join(word[:1].upper() + word[1:] for word in type_name.package.split("_")) + type_name.name
 
 
@@ -54,7 +54,7 @@ def find_type(class_text: str, context: NodeContext) -> TypeName | None:
         return None
     type_names = map(parse_type, context.ros.definitions.find_names())
     return next(
-        (type_name for type_name in type_names if generated_class_name(type_name) == class_text), None
+        (type_name for type_name in type_names if make_generated_class_name(type_name) == class_text), None
     )
 
 
@@ -67,7 +67,7 @@ class GeneratedPlugin(RosPlugin):
     def __init__(self, name: str, context: NodeContext, type_name: TypeName) -> None:
         super().__init__(name, context)
         self.type_name = type_name
-        prefix = name_prefix(type_name)
+        prefix = make_name_prefix(type_name)
         if type_name.kind == "msg":
             self.endpoints = (Topics(self, prefix, type_name),)
         elif type_name.kind == "srv":
@@ -79,7 +79,7 @@ class GeneratedPlugin(RosPlugin):
             self.endpoints = (ActionClients(self, prefix, type_name), ActionServers(self, prefix, type_name))
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        type_name, prefix = self.type_name, name_prefix(self.type_name)
+        type_name, prefix = self.type_name, make_name_prefix(self.type_name)
         if type_name.kind == "msg":
             self.define_message(env, prefix, type_name, "create-message", "destroy-message")
         for section in MESSAGE_SECTIONS[type_name.kind]:

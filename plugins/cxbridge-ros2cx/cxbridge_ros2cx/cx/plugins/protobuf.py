@@ -83,18 +83,18 @@ class ProtobufPlugin(CxPlugin):
     def initialize(self) -> None:
         """Find the folders with message definitions."""
         packages = self.parameters.get_strings(self.parameter("pkg_share_dirs"))
-        shares = [
+        share_folders = [
             share_folder
             for package in packages
-            if (share_folder := self.context.packages.share_folder(package)) is not None
+            if (share_folder := self.context.packages.find_share_folder(package)) is not None
         ]
         folders = [file.parent for file in self._proto_files]
         for path_text in self.parameters.get_strings(self.parameter("proto_paths")):
-            # `share / path_text` is `path_text` if that is absolute
+            # `share_folder / path_text` is `path_text` if that is absolute
             folder_path = next(
                 (
                     folder
-                    for share_folder in (Path("/"), *shares)
+                    for share_folder in (Path("/"), *share_folders)
                     if (folder := share_folder / path_text).is_dir()
                 ),
                 None,

@@ -27,7 +27,7 @@ class RosParamPlugin(CxPlugin):
 
     def initialize(self) -> None:
         """Start with the declared parameters of the node."""
-        self._declared: dict[str, ParameterValue] = dict(_DECLARED_DEFAULTS)
+        self._declared_values: dict[str, ParameterValue] = dict(_DECLARED_DEFAULTS)
 
     def init_context(self, env: ClipsEnvironment) -> None:
         # any result; the name as SYMBOL or STRING, a default of any type
@@ -37,8 +37,8 @@ class RosParamPlugin(CxPlugin):
         """Return a parameter's value and declare it with the type of its default."""
         parameter = self.parameters.find(str(name))
         default_value = _to_ros_value(default)
-        value = self._declared.get(str(name), default_value) if parameter is None else parameter.value
-        self._declared[str(name)] = value
+        value = self._declared_values.get(str(name), default_value) if parameter is None else parameter.value
+        self._declared_values[str(name)] = value
         if not _has_same_type(value, default_value):
             raise ClipsError(f"the parameter '{name}' is {value!r}: its type is not that of the default")
         return _to_clips_value(value)
@@ -50,8 +50,8 @@ def _to_ros_value(value: Value) -> ParameterValue:
     :raises ClipsError: if ROS parameters have no such value.
     """
     if isinstance(value, tuple):
-        kinds = {type(_to_ros_value(element)) for element in value}
-        if len(kinds) > 1:
+        element_types = {type(_to_ros_value(element)) for element in value}
+        if len(element_types) > 1:
             raise ClipsError("the values of a list must be of one type")
         # CLIPS has no nested multifields: the check is for the type checker
         return tuple(element for element in map(_to_ros_value, value) if not isinstance(element, tuple))

@@ -83,11 +83,11 @@ class Tf2PoseTrackerPlugin(RosPlugin):
         )
         self.define_function(env, "tf2-stop-periodic-lookup", self._stop_lookup, "e", "b")
 
-    def _start_lookup(self, env: ClipsEnvironment, parent: str, child: str, rate: float) -> Value:
+    def _start_lookup(self, env: ClipsEnvironment, parent: str, child: str, rate_hz: float) -> Value:
         # the shortest period is a microsecond, the resolution of the clock
-        if not 0 < rate <= MICROSECONDS:
-            raise ClipsError(f"the rate cannot be {rate} Hz")
-        timer = RefreshTimer(self.context.clock, round(MICROSECONDS / rate))
+        if not 0 < rate_hz <= MICROSECONDS:
+            raise ClipsError(f"the rate cannot be {rate_hz} Hz")
+        timer = RefreshTimer(self.context.clock, round(MICROSECONDS / rate_hz))
         lookup = _PeriodicLookup(env, str(parent), str(child), timer)
         lookup.address = self._lookup_handles.add(lookup)
         self._lookups.append(lookup)
@@ -116,7 +116,7 @@ class Tf2PoseTrackerPlugin(RosPlugin):
 
     def _update_fact(self, lookup: _PeriodicLookup, pose: StampedTransform) -> None:
         """Assert the fact of a lookup, or modify the changed slots of the present fact."""
-        env, pose_slots = lookup.env, _pose_slots(pose)
+        env, pose_slots = lookup.env, _make_pose_slots(pose)
         previous_values, lookup.pose_slots = lookup.pose_slots, pose_slots
         if lookup.fact is not None and env.has_fact(lookup.fact):
             slots = " ".join(
@@ -138,7 +138,7 @@ class Tf2PoseTrackerPlugin(RosPlugin):
         self._lookups = [lookup for lookup in self._lookups if lookup.env is not env]
 
 
-def _pose_slots(pose: StampedTransform) -> dict[str, Value]:
+def _make_pose_slots(pose: StampedTransform) -> dict[str, Value]:
     """Return the slots of a pose; as in the ROS 2 CX, coordinates that are whole numbers are INTEGERs."""
     return {
         "stamp": pose.stamp_us / MICROSECONDS,

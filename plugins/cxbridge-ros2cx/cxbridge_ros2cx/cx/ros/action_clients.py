@@ -156,9 +156,9 @@ class ActionClients(ClientGroup[ClientEndpoint]):
         )
         self.plugin.define_functions(env, f"{self.prefix}client-goal-handle-", functions)
 
-    def format_goal_id(self, sent: SentGoal) -> str:
+    def format_goal_id(self, sent_goal: SentGoal) -> str:
         """Return the id of a goal: a SYMBOL in the plug-in ros_msgs, a STRING in generated plug-ins."""
-        text = str(uuid.UUID(bytes=sent.goal_id))
+        text = str(uuid.UUID(bytes=sent_goal.goal_id))
         return Symbol(text) if self.type_name is None else text
 
     def _create_client(self, env: ClipsEnvironment, server: str, type_text: str | None = None) -> None:
@@ -221,23 +221,27 @@ class _GoalFactWriter(GoalObserver):
                 self._env, f"{clients.prefix}{name}", {"server": self._server, **slots}
             )
 
-    def on_response(self, sent: SentGoal) -> None:
-        if sent.is_accepted:
-            self._handle = self._clients.handles.add(sent)
+    def on_response(self, sent_goal: SentGoal) -> None:
+        if sent_goal.is_accepted:
+            self._handle = self._clients.handles.add(sent_goal)
         self._add_goal_fact("goal-response", {"client-goal-handle-ptr": self._handle})
 
-    def on_feedback(self, sent: SentGoal, feedback: Message) -> None:  # noqa: ARG002
+    def on_feedback(self, sent_goal: SentGoal, feedback: Message) -> None:  # noqa: ARG002
         name = "feedback" if self._clients.type_name is None else "goal-feedback"
         address = self._clients.plugin.messages.add_received(self._type_name.derive("Feedback"), feedback)
         self._add_goal_fact(name, {"client-goal-handle-ptr": self._handle, "feedback-ptr": address})
 
-    def on_end(self, sent: SentGoal) -> None:
+    def on_end(self, sent_goal: SentGoal) -> None:
         messages, type_name = self._clients.plugin.messages, self._type_name.derive("Result")
         # a goal without a result, e.g. after the end of its server, gets the default result
-        address = messages.add_received(type_name, sent.result) if sent.result else messages.create(type_name)
-        code = Symbol(_RESULT_CODES.get(sent.status, "UNKNOWN"))
-        slots = {"goal-id": self._clients.format_goal_id(sent), "code": code, "result-ptr": address}
+        address = (
+            messages.add_received(type_name, sent_goal.result)
+            if sent_goal.result
+            else messages.create(type_name)
+        )
+        code = Symbol(_RESULT_CODES.get(sent_goal.status, "UNKNOWN"))
+        slots = {"goal-id": self._clients.format_goal_id(sent_goal), "code": code, "result-ptr": address}
         self._add_goal_fact("wrapped-result", slots)
 
-    def on_cancel_response(self, sent: SentGoal, response: Message) -> None:  # noqa: ARG002
+    def on_cancel_response(self, sent_goal: SentGoal, response: Message) -> None:  # noqa: ARG002
         self._clients.assert_cancel_response(self._env, self._server, self._handle, response)

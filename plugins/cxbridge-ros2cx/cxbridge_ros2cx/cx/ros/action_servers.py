@@ -130,10 +130,10 @@ class ActionServers(EndpointGroup):
         return view.fields
 
     def _finish_goal(self, status: GoalStatus, address: ExternalAddress, result: ExternalAddress) -> None:
-        served = self.handles.find(address)
-        if served.status.is_final:
-            raise ClipsError(f"the goal has ended: {served.status.name}")
-        served.finish(status, self._find_fields(result, "Result"))
+        served_goal = self.handles.find(address)
+        if served_goal.status.is_final:
+            raise ClipsError(f"the goal has ended: {served_goal.status.name}")
+        served_goal.finish(status, self._find_fields(result, "Result"))
 
     def _publish_feedback(self, address: ExternalAddress, feedback: ExternalAddress) -> None:
         self.handles.find(address).publish_feedback(self._find_fields(feedback, "Feedback"))
@@ -150,13 +150,13 @@ class _DeffunctionGoalHandler(GoalHandler):
         self._plugin, self._prefix = servers.plugin, servers.prefix
         self._goal_addresses: dict[bytes, ExternalAddress] = {}
 
-    def _call_deffunction(self, name: str, served: ServedGoal, argument: Value) -> Value:
+    def _call_deffunction(self, name: str, served_goal: ServedGoal, argument: Value) -> Value:
         """Call a deffunction with a goal and an argument.
 
         :returns: the value of the deffunction; None if it is undefined, 1 if it fails.
         """
         function, messages = f"{self._prefix}{name}-callback", self._plugin.messages
-        goal = messages.add_received(self._servers.type_name.derive("Goal"), served.goal)
+        goal = messages.add_received(self._servers.type_name.derive("Goal"), served_goal.goal)
         try:
             with self._env.lock:
                 if not self._env.has_deffunction(function):
@@ -168,9 +168,9 @@ class _DeffunctionGoalHandler(GoalHandler):
         finally:
             messages.destroy(goal)  # the address is valid during the call only
 
-    def decide(self, served: ServedGoal) -> GoalResponse:
+    def decide(self, served_goal: ServedGoal) -> GoalResponse:
         """Let the deffunction decide about a goal; without a deffunction, accept and execute the goal."""
-        response = self._call_deffunction("handle-goal", served, _format_goal_id(served))
+        response = self._call_deffunction("handle-goal", served_goal, _format_goal_id(served_goal))
         if response is None:
             return GoalResponse.ACCEPT_AND_EXECUTE
         if isinstance(response, int) and response in list(GoalResponse):
@@ -178,17 +178,19 @@ class _DeffunctionGoalHandler(GoalHandler):
         self._plugin.log.error(f"Invalid goal response from CLIPS: {response}")
         return GoalResponse.REJECT
 
-    def begin(self, served: ServedGoal) -> None:
+    def begin(self, served_goal: ServedGoal) -> None:
         # the address is kept: a later cancel request names the goal by its id
-        address = self._goal_addresses[served.goal_id] = self._servers.handles.add(served)
+        address = self._goal_addresses[served_goal.goal_id] = self._servers.handles.add(served_goal)
         slots = {"server": self._server, "server-goal-handle-ptr": address}
         self._plugin.assert_fact(self._env, f"{self._prefix}accepted-goal", slots)
 
-    def may_cancel(self, served: ServedGoal) -> bool:
+    def may_cancel(self, served_goal: ServedGoal) -> bool:
         """Let the deffunction decide about a cancel request; without a deffunction, accept the request."""
-        response = self._call_deffunction("cancel-goal", served, self._goal_addresses[served.goal_id])
+        response = self._call_deffunction(
+            "cancel-goal", served_goal, self._goal_addresses[served_goal.goal_id]
+        )
         return response is None or response == _CANCEL_ACCEPTED
 
 
-def _format_goal_id(served: ServedGoal) -> str:
-    return str(uuid.UUID(bytes=served.goal_id))
+def _format_goal_id(served_goal: ServedGoal) -> str:
+    return str(uuid.UUID(bytes=served_goal.goal_id))

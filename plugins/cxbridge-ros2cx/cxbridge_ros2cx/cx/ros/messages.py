@@ -34,7 +34,7 @@ _ADDRESS_STEP: Final = 0x40
 
 
 class AddressAllocator:
-    """Allocates addresses; as with those of a C++ program, freed addresses are used again."""
+    """Allocates addresses; as in a C++ program, freed addresses are used again."""
 
     def __init__(self, first: int = _FIRST_ADDRESS) -> None:
         self._freed_addresses: list[ExternalAddress] = []
@@ -72,7 +72,7 @@ class MessageTable:
         self.definitions = definitions
         self._codec = Codec(definitions)
         self._views: dict[ExternalAddress, MessageView] = {}
-        self._nested: dict[ExternalAddress, list[ExternalAddress]] = {}
+        self._nested_addresses: dict[ExternalAddress, list[ExternalAddress]] = {}
         self._addresses = AddressAllocator()
 
     def __len__(self) -> int:
@@ -96,7 +96,7 @@ class MessageTable:
         address = self._addresses.allocate()
         self._views[address] = view
         if view.parent is not None:
-            self._nested.setdefault(view.parent, []).append(address)
+            self._nested_addresses.setdefault(view.parent, []).append(address)
         return address
 
     def find(self, address: ExternalAddress) -> MessageView:
@@ -113,10 +113,10 @@ class MessageTable:
         """Remove a message and its nested messages; unknown addresses are ignored."""
         if self._views.pop(address, None) is not None:
             self._addresses.free(address)
-        for nested in self._nested.pop(address, ()):
-            self.destroy(nested)
+        for nested_address in self._nested_addresses.pop(address, ()):
+            self.destroy(nested_address)
 
-    def field_type(self, view: MessageView, field: str) -> FieldType:
+    def find_field_type(self, view: MessageView, field: str) -> FieldType:
         types = dict(self.definitions.find_fields(view.type_name))
         if field not in types:
             raise FieldError(f"{view.type_name} has no field '{field}'", hint=f"it has: {', '.join(types)}")
@@ -128,7 +128,7 @@ class MessageTable:
         :raises ClipsError: if the message or field is unknown.
         """
         view = self.find(address)
-        node, details = field_type = self.field_type(view, field)
+        node, details = field_type = self.find_field_type(view, field)
         value = view.fields[field]
         if node in (Nodetype.BASE, Nodetype.NAME):
             return self._to_clips_value(address, field_type, value)
@@ -152,7 +152,7 @@ class MessageTable:
         :raises ClipsError: if the message or field is unknown, or the value does not fit.
         """
         view = self.find(address)
-        node, details = field_type = self.field_type(view, field)
+        node, details = field_type = self.find_field_type(view, field)
         if node in (Nodetype.BASE, Nodetype.NAME):
             view.fields[field] = self._to_field_value(field_type, value, field, view.fields[field])
             return
@@ -169,12 +169,14 @@ class MessageTable:
         node, details = field_type
         if node == Nodetype.NAME:
             return self._move_fields(parse_type(details), value, field, previous)
-        converted = _CONVERTERS[details[0]](value, details[0])
-        if converted is None:
+        field_value = _CONVERTERS[details[0]](value, details[0])
+        if field_value is None:
             raise FieldError(f"the field '{field}' of type {details[0]} cannot be {_describe_value(value)}")
-        if isinstance(converted, str) and details[1] and len(converted) > details[1]:
-            raise FieldError(f"the field '{field}' takes up to {details[1]} characters, not {len(converted)}")
-        return converted
+        if isinstance(field_value, str) and details[1] and len(field_value) > details[1]:
+            raise FieldError(
+                f"the field '{field}' takes up to {details[1]} characters, not {len(field_value)}"
+            )
+        return field_value
 
     def _have_same_fields(self, type_name: TypeName, field_type: TypeName) -> bool:
         """Return whether two types have the same fields.
@@ -215,36 +217,40 @@ def _describe_value(value: Value) -> str:
     return "an external address" if isinstance(value, ExternalAddress) else repr(value)
 
 
-def _to_bool(value: Value, _kind: str) -> bool | None:
+def _to_bool(value: Value, _type_name: str) -> bool | None:
     return value == "TRUE" if isinstance(value, str) else None
 
 
-def _to_integer(value: Value, kind: str) -> int | None:
+def _to_integer(value: Value, type_name: str) -> int | None:
     """Return an integer wrapped to the field's width; a FLOAT without a fraction is accepted."""
     if isinstance(value, float) and value.is_integer():
         value = int(value)
     if not isinstance(value, int):
         return None
-    bits = _BIT_WIDTHS[kind]
-    wrapped = value % (1 << bits)
-    return wrapped - (1 << bits) if kind.startswith("int") and wrapped >> (bits - 1) else wrapped
+    bits = _BIT_WIDTHS[type_name]
+    wrapped_value = value % (1 << bits)
+    return (
+        wrapped_value - (1 << bits)
+        if type_name.startswith("int") and wrapped_value >> (bits - 1)
+        else wrapped_value
+    )
 
 
-def _to_float64(value: Value, _kind: str) -> float | None:
+def _to_float64(value: Value, _type_name: str) -> float | None:
     return float(value) if isinstance(value, int | float) else None
 
 
-def _to_float32(value: Value, _kind: str) -> float | None:
+def _to_float32(value: Value, _type_name: str) -> float | None:
     if not isinstance(value, int | float):
         return None
     try:
-        single: float = struct.unpack("<f", struct.pack("<f", value))[0]
+        rounded_value: float = struct.unpack("<f", struct.pack("<f", value))[0]
     except OverflowError:
         return None
-    return single
+    return rounded_value
 
 
-def _to_string(value: Value, _kind: str) -> str | None:
+def _to_string(value: Value, _type_name: str) -> str | None:
     return str(value) if isinstance(value, str) else None
 
 

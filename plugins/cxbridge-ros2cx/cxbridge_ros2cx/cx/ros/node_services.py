@@ -53,13 +53,13 @@ class NodeServices(Closing):
     ) -> None:
         self._manager, context = manager, manager.context
         self._node, self._name = context.ros.node, context.parameters.name.strip("/")
-        self._closers: dict[str, Callable[[], None]] = {}
+        self._close_functions: dict[str, Callable[[], None]] = {}
         self._rosout = RosoutPublisher(self._node, self._name)
         context.bus.subscribe(self._rosout, *RosoutPublisher.events)
         self._bond = Bond.from_parameters(manager) if state is LifecycleState.ACTIVE else None
         self._offer_services()
         if context.has_2026_changes:
-            self._closers[_LOGGING_SERVICE] = TopicLogging(manager).close
+            self._close_functions[_LOGGING_SERVICE] = TopicLogging(manager).close
         report, clock = manager.log.error, context.clock
         served_transitions: dict[str, Callable[[], bool]] = {
             CONFIGURE: transitions[CONFIGURE],
@@ -68,11 +68,11 @@ class NodeServices(Closing):
             SHUTDOWN: transitions[SHUTDOWN],
         }
         self._lifecycle = Lifecycle(self._node, self._name, served_transitions, clock, report, state)
-        declared = {
+        node_parameters = {
             name: Parameter(_to_message_value(parameter.value), read_only=True)
             for name, parameter in context.parameters
         }
-        self._parameters = Parameters(self._node, self._name, declared, clock)
+        self._parameters = Parameters(self._node, self._name, node_parameters, clock)
 
     def _offer_services(self) -> None:
         services: tuple[tuple[str, str, Callable[[Message], Fields]], ...] = (
@@ -83,13 +83,13 @@ class NodeServices(Closing):
             ("unload_plugin", "UnloadClipsPlugin", self._unload_plugin),
             ("list_plugins", "ListClipsPlugins", self._list_plugins),
         )
-        for name, kind, handler in services:
-            if name in self._closers:  # an inactive node has kept this service
+        for name, service_type, handler in services:
+            if name in self._close_functions:  # an inactive node has kept this service
                 continue
             try:
-                self._closers[name] = self._node.serve(
+                self._close_functions[name] = self._node.serve(
                     f"/{self._name}/{name}",
-                    f"{_PACKAGE}/{kind}",
+                    f"{_PACKAGE}/{service_type}",
                     self._wrap_handler(handler),
                     right=Right.CONTROL,
                 )
@@ -158,18 +158,18 @@ class NodeServices(Closing):
     # --- transitions --------------------------------------------------------------------------------------
 
     def _activate(self, activate: Callable[[], bool]) -> bool:
-        succeeded = activate()
-        # without a check of `succeeded`, since a failed activation raises its error
+        has_succeeded = activate()
+        # without a check of the result, since a failed activation raises its error
         self._offer_services()
         self._bond = Bond.from_parameters(self._manager)
-        return succeeded
+        return has_succeeded
 
     def _deactivate(self, deactivate: Callable[[], bool]) -> bool:
-        succeeded = deactivate()
-        for name in [name for name in self._closers if name not in _INACTIVE_SERVICES]:
-            self._closers.pop(name)()
+        has_succeeded = deactivate()
+        for name in [name for name in self._close_functions if name not in _INACTIVE_SERVICES]:
+            self._close_functions.pop(name)()
         self._break_bond()
-        return succeeded
+        return has_succeeded
 
     def tick(self) -> None:
         """Send the heartbeat of the bond when it is due."""
@@ -184,8 +184,8 @@ class NodeServices(Closing):
     def close(self) -> None:
         self._break_bond()
         self._manager.bus.unsubscribe(self._rosout)
-        while self._closers:
-            self._closers.popitem()[1]()
+        while self._close_functions:
+            self._close_functions.popitem()[1]()
         self._lifecycle.close()
         self._parameters.close()
         self._rosout.close()
@@ -194,27 +194,27 @@ class NodeServices(Closing):
 class Bond(Closing):
     """The bond of an active node, which sends heartbeats on the topic ``bond``.
 
-    :param period: seconds between heartbeats.
+    :param period_s: the time between two heartbeats.
     """
 
-    def __init__(self, manager: CxManager, period: float) -> None:
+    def __init__(self, manager: CxManager, period_s: float) -> None:
         context = manager.context
         self._topic = context.ros.node.create_publisher(context.ros.full_name(_BOND), "bond/msg/Status")
-        self._timer = RefreshTimer(context.clock, int(period * MICROSECONDS))
+        self._timer = RefreshTimer(context.clock, int(period_s * MICROSECONDS))
         self._status = {
             "id": context.parameters.name.rpartition("/")[2],
             "instance_id": str(uuid.uuid4()),
             "active": True,
             "heartbeat_timeout": _BOND_TIMEOUT_S,
-            "heartbeat_period": period,
+            "heartbeat_period": period_s,
         }
         self._topic.publish(self._status)
 
     @classmethod
     def from_parameters(cls, manager: CxManager) -> Bond | None:
         """Return the bond that the parameters configure; None without a heartbeat period."""
-        period = manager.context.parameters.get(f"{_BOND}_heartbeat_period", 0.0)
-        return cls(manager, period) if period > 0.0 else None
+        period_s = manager.context.parameters.get(f"{_BOND}_heartbeat_period", 0.0)
+        return cls(manager, period_s) if period_s > 0.0 else None
 
     def tick(self) -> None:
         if self._timer.advance_if_due():

@@ -42,27 +42,28 @@ class HandleTable(Generic[ItemT]):
     """Objects by the external addresses that rules have for them.
 
     :param noun: the noun for an object in errors.
-    :param first: the first address. Each table has a separate range, so a handle of another table is unknown.
+    :param first_address: the lowest address. Each table has a separate range, so a handle of another table is
+        unknown.
     """
 
-    def __init__(self, noun: str, first: int) -> None:
+    def __init__(self, noun: str, first_address: int) -> None:
         self._noun = noun
-        self._addresses = AddressAllocator(first)
-        self._objects: dict[ExternalAddress, ItemT] = {}
+        self._addresses = AddressAllocator(first_address)
+        self._objects_by_address: dict[ExternalAddress, ItemT] = {}
 
     def add(self, item: ItemT) -> ExternalAddress:
         address = self._addresses.allocate()
-        self._objects[address] = item
+        self._objects_by_address[address] = item
         return address
 
     def find(self, address: ExternalAddress) -> ItemT:
-        if address not in self._objects:
+        if address not in self._objects_by_address:
             raise ClipsError(f"Unknown {self._noun}")
-        return self._objects[address]
+        return self._objects_by_address[address]
 
     def destroy(self, address: ExternalAddress) -> None:
         """Remove an object; unknown addresses are ignored."""
-        if self._objects.pop(address, None) is not None:
+        if self._objects_by_address.pop(address, None) is not None:
             self._addresses.free(address)
 
 
@@ -88,8 +89,8 @@ class RosPlugin(CxPlugin):
         """Send the requests and goals whose servers have appeared."""
         if self.has_waiting_messages:
             # a list: any() of a generator would skip the endpoints after the first with a waiting message
-            waits = [endpoints.tick() for endpoints in self.endpoints]
-            self.has_waiting_messages = any(waits)
+            have_waiting_messages = [endpoints.tick() for endpoints in self.endpoints]
+            self.has_waiting_messages = any(have_waiting_messages)
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
         """Close the environment's open endpoints."""
@@ -108,7 +109,7 @@ class RosPlugin(CxPlugin):
             env.build(f"(deftemplate {name} {text})")
 
     def assert_fact(self, env: ClipsEnvironment, template: str, slots: Mapping[str, Value]) -> int | None:
-        """Assert a fact; return its index or that of an equal fact, or None if CLIPS refuses the fact."""
+        """Assert a fact; return the index of this or of an equal fact, or None if CLIPS refuses the fact."""
         with env.lock:
             return env.assert_fact(template, slots)
 
@@ -127,8 +128,8 @@ class RosPlugin(CxPlugin):
             except Ros2Error as error:
                 raise ClipsError(str(error)) from None
 
-        count = len(types.split(";")) if types else 0
-        env.define(name, call, count, types=f"{result};{types}" if types else result)
+        argument_count = len(types.split(";")) if types else 0
+        env.define(name, call, argument_count, types=f"{result};{types}" if types else result)
 
     def define_functions(
         self, env: ClipsEnvironment, prefix: str, functions: Iterable[FunctionDefinition]
@@ -252,7 +253,7 @@ class EndpointGroup(ABC):
         """Close the endpoints of an environment."""
 
     def resolve_type(self, type_text: str | None, kind: str = "msg") -> TypeName:
-        """Return the type of a new endpoint: that of the plug-in, or that in a function's argument."""
+        """Return the type of a new endpoint: the plug-in's type, or the type in a function's argument."""
         return self.type_name if self.type_name is not None else parse_type(str(type_text), kind)
 
     def make_type_slot(self, type_text: str | None) -> dict[str, Value]:
@@ -264,12 +265,12 @@ class ClientEndpoint(Endpoint):
     """A client of a service or an action.
 
     :param ros_client: the `Client` or `ActionClient` of cxbridge_ros2.
-    :param waiting: the fields of requests or goals that wait for the server.
+    :param waiting_messages: the fields of requests or goals that wait for the server.
     """
 
     env: ClipsEnvironment
     ros_client: Any
-    waiting: list[Mapping[str, Any]]
+    waiting_messages: list[Mapping[str, Any]]
 
 
 ClientT = TypeVar("ClientT", bound=ClientEndpoint)
@@ -310,23 +311,23 @@ class ClientGroup(EndpointGroup, Generic[ClientT]):
         """Send a message at once, or as soon as a server exists."""
         client = self.find(env, name)
         fields = self.find_fields(client, message, name)
-        if client.ros_client.has_server and not client.waiting:
+        if client.ros_client.has_server and not client.waiting_messages:
             self.call(str(name), client, fields)
             return
-        if not client.waiting:
+        if not client.waiting_messages:
             self.plugin.log.warn(f"{self.server_noun} {name} not available, start waiting")
         # a copy: rules may change or destroy the message before the server appears
-        client.waiting.append(deepcopy(fields))
+        client.waiting_messages.append(deepcopy(fields))
         self.plugin.has_waiting_messages = True
 
     def tick(self) -> bool:
         """Send the messages whose servers have appeared; return whether further messages still wait."""
         for name, client in self.clients.items():
-            if client.waiting and client.ros_client.has_server:
+            if client.waiting_messages and client.ros_client.has_server:
                 self.plugin.log.info(f"{self.server_noun} {name} is finally reachable")
-                while client.waiting:
-                    self.call(name, client, client.waiting.pop(0))
-        return any(client.waiting for _, client in self.clients.items())
+                while client.waiting_messages:
+                    self.call(name, client, client.waiting_messages.pop(0))
+        return any(client.waiting_messages for _, client in self.clients.items())
 
     @abstractmethod
     def call(self, name: str, client: ClientT, fields: Mapping[str, Any]) -> object:

@@ -30,8 +30,8 @@ if TYPE_CHECKING:
     from cxbridge_ros2.names import TypeName
     from cxbridge_ros2.node import SendResponse
 
-DISCOVERY_S: Final = 1.0  # real time that the discovery of a server may take after the creation of its client
-_POLL_S: Final = 0.01  # seconds between two checks for the server
+MAX_DISCOVERY_S: Final = 1.0  # real time from the creation of a client to the discovery of its server
+_POLL_PERIOD_S: Final = 0.01  # time between two checks for the server
 
 
 class _ServiceClient(ClientEndpoint):
@@ -110,11 +110,11 @@ class ServiceClients(ClientGroup[_ServiceClient]):
 
     def _is_served(self, client: _ServiceClient) -> bool:
         """Return whether a server exists; on a real clock, wait for its discovery."""
-        deadline_s = client.creation_s + DISCOVERY_S
+        deadline_s = client.creation_s + MAX_DISCOVERY_S
         while not client.ros_client.has_server:
             if self.plugin.context.clock.is_virtual or time.monotonic() >= deadline_s:
                 return False
-            time.sleep(_POLL_S)
+            time.sleep(_POLL_PERIOD_S)
         return True
 
     def call(self, name: str, client: _ServiceClient, fields: Mapping[str, Any]) -> int:
@@ -139,7 +139,7 @@ class ServiceServers(EndpointGroup):
 
     def __init__(self, plugin: RosPlugin, prefix: str, type_name: TypeName | None = None) -> None:
         super().__init__(plugin, prefix, type_name)
-        self._services: EndpointTable[Endpoint] = EndpointTable(
+        self._servers: EndpointTable[Endpoint] = EndpointTable(
             plugin,
             "service",
             "Service {name} not found in environment {env}",
@@ -155,11 +155,11 @@ class ServiceServers(EndpointGroup):
         types = "sy;sy" if self.type_name is None else "sy"
         plugin.define_function(env, f"{prefix}create-service", partial(self._create_server, env), types)
         plugin.define_function(
-            env, f"{prefix}destroy-service", partial(self._services.close_endpoint, env), "sy"
+            env, f"{prefix}destroy-service", partial(self._servers.close_endpoint, env), "sy"
         )
 
     def _create_server(self, env: ClipsEnvironment, service: str, type_text: str | None = None) -> None:
-        if self._services.get(env, service) is not None:
+        if self._servers.get(env, service) is not None:
             self.plugin.log.warn(f"Already registered to service {service}")
             return
         type_name = self.resolve_type(type_text, "srv")
@@ -170,7 +170,7 @@ class ServiceServers(EndpointGroup):
         name_slot = "service" if self.type_name is None else "name"
         slots = {name_slot: str(service)} | self.make_type_slot(type_text)
         fact = self.plugin.assert_fact(env, f"{self.prefix}service", slots)
-        self._services[env, service] = Endpoint(type_name, close, fact)
+        self._servers[env, service] = Endpoint(type_name, close, fact)
 
     def _handle_request(
         self, env: ClipsEnvironment, service: str, type_name: TypeName, request: Message, reply: SendResponse
@@ -198,4 +198,4 @@ class ServiceServers(EndpointGroup):
             messages.destroy(address)
 
     def close(self, env: ClipsEnvironment) -> None:
-        self._services.close(env)
+        self._servers.close(env)

@@ -60,13 +60,13 @@ class Topics(EndpointGroup):
         plugin.define_functions(env, prefix, functions)
 
     def _create_publisher(self, env: ClipsEnvironment, topic: str, type_text: str | None = None) -> None:
-        type_name, previous = self.resolve_type(type_text), self._publishers.get(env, topic)
-        if previous is not None and self.type_name is None:
+        type_name, previous_endpoint = self.resolve_type(type_text), self._publishers.get(env, topic)
+        if previous_endpoint is not None and self.type_name is None:
             self.plugin.log.warn(f"Already publishing to topic {topic}")
             return
         publisher = self.plugin.ros.node.create_publisher(self.plugin.ros.full_name(topic), str(type_name))
-        if previous is not None:  # as in the ROS 2 CX, a generated plug-in replaces its publisher
-            previous.close()
+        if previous_endpoint is not None:  # as in the ROS 2 CX, a generated plug-in replaces its publisher
+            previous_endpoint.close()
         slots = {"topic": str(topic)} | self.make_type_slot(type_text)
         fact = self.plugin.assert_fact(env, f"{self.prefix}publisher", slots)
         self._publishers[env, topic] = _PublisherEndpoint(type_name, publisher.close, fact, publisher)
@@ -84,12 +84,12 @@ class Topics(EndpointGroup):
 
     def _subscribe(self, env: ClipsEnvironment, topic: str, type_text: str | None = None) -> None:
         """Subscribe to a topic: each further message becomes a fact."""
-        type_name, previous = self.resolve_type(type_text), self._subscriptions.get(env, topic)
-        if previous is not None and self.type_name is None:
+        type_name, previous_endpoint = self.resolve_type(type_text), self._subscriptions.get(env, topic)
+        if previous_endpoint is not None and self.type_name is None:
             self.plugin.log.warn(f"Already subscribed to topic {topic}")
             return
-        if previous is not None:  # as in the ROS 2 CX, a generated plug-in replaces its subscription
-            previous.close()
+        if previous_endpoint is not None:  # as in the ROS 2 CX, a generated plug-in replaces its subscription
+            previous_endpoint.close()
         receive = partial(self._assert_message, env, str(topic), type_name)
         close = self.plugin.ros.node.subscribe(
             self.plugin.ros.full_name(topic), str(type_name), receive, right=Right.CONTROL

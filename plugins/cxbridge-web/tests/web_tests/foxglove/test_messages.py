@@ -15,7 +15,7 @@ from mcap.reader import make_reader
 from cxbridge.events import Event, InterfaceWrite, Level, LogLine, NavGraphRead
 from cxbridge.trace.convert import convert
 from cxbridge.trace.formats.registry import open_run
-from cxbridge_web.foxglove.messages import FoxgloveMessage, foxglove_messages
+from cxbridge_web.foxglove.messages import FoxgloveMessage, make_foxglove_messages
 from cxbridge_web.foxglove.schemas import make_json_schema
 from tests.trace.events import events as any_event
 from tests.trace.runs import MemoryRun
@@ -68,7 +68,7 @@ ALL: list[Event] = [
 
 
 def only(event: Event) -> FoxgloveMessage:
-    (message,) = foxglove_messages(event)
+    (message,) = make_foxglove_messages(event)
     return message
 
 
@@ -136,7 +136,7 @@ def test_a_navigation_graph_is_one_entity_with_nodes_edges_and_names():
     ],
 )
 def test_what_has_no_place_has_no_message(event):
-    assert list(foxglove_messages(event)) == []
+    assert list(make_foxglove_messages(event)) == []
 
 
 def test_a_graph_of_a_strange_recording_is_drawn_as_far_as_it_makes_sense():

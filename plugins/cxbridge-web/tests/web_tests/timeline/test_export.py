@@ -24,7 +24,7 @@ from cxbridge.events import (
 from cxbridge.history.builder import RunHistory
 from cxbridge.history.linking import find_skill_links
 from cxbridge.trace.formats.registry import open_run
-from cxbridge_web.timeline.export import trace_events, write_timeline
+from cxbridge_web.timeline.export import make_trace_events, write_timeline
 from cxbridge_web.timeline.goals import DROPPED_NOTE, INDENT, OPEN_NOTE
 from cxbridge_web.timeline.reading import read_timeline
 from tests.trace.events import events
@@ -35,7 +35,7 @@ from web_tests.timeline.checker import check, counts, load, threads
 
 
 def made(*run: Event) -> list[dict[str, Any]]:
-    found = list(trace_events(read_timeline(MemoryRun(run))))
+    found = list(make_trace_events(read_timeline(MemoryRun(run))))
     check(found)
     return found
 
