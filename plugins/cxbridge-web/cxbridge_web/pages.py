@@ -110,10 +110,10 @@ class Page:
 
     def respond(self, scope: Scope) -> Response:
         """Return the response to a request of the page; status 404 for other paths."""
-        if scope["path"] not in {"/", "/index.html"}:
-            return PlainTextResponse("Not Found\n", 404)
         if scope["method"] not in {"GET", "HEAD"}:
             return PlainTextResponse("Method Not Allowed\n", 405, {"allow": "GET, HEAD"})
+        if scope["path"] not in {"/", "/index.html"}:
+            return PlainTextResponse("Not Found\n", 404)
         request_headers = Headers(scope=scope)
         if self._headers["etag"] in request_headers.get("if-none-match", ""):
             return Response(None, 304, self._headers)
