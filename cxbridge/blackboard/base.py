@@ -86,7 +86,7 @@ class OpenRequest(Struct, frozen=True):
         return instance
 
 
-I = TypeVar("I", bound=Interface)  # noqa: E741 - I for interface
+InterfaceT = TypeVar("InterfaceT", bound=Interface)
 
 COMPONENT: Final = "BlackBoard"
 """The component of a blackboard's log lines."""
@@ -135,12 +135,12 @@ class BlackBoard(ABC):
     @overload
     def open_for_reading(
         self,
-        interface: type[I],
+        interface: type[InterfaceT],
         interface_id: str,
         *,
         owner: str = "",
         listen: ListenerRegistrar | None = None,
-    ) -> I: ...
+    ) -> InterfaceT: ...
     @overload
     def open_for_reading(
         self, interface: str, interface_id: str, *, owner: str = "", listen: ListenerRegistrar | None = None
@@ -169,13 +169,13 @@ class BlackBoard(ABC):
     @overload
     def open_for_writing(
         self,
-        interface: type[I],
+        interface: type[InterfaceT],
         interface_id: str,
         *,
         owner: str = "",
         queue_limit: int | None = None,
         listen: ListenerRegistrar | None = None,
-    ) -> I: ...
+    ) -> InterfaceT: ...
     @overload
     def open_for_writing(
         self,

@@ -23,8 +23,10 @@ CONTROLLER_FIELD: Final = "exclusive_controller"
 """The field with the controller: the serial of a reading instance."""
 
 ACQUIRE_MESSAGE: Final = "AcquireControlMessage"
+"""The message that acquires exclusive control."""
+
 RELEASE_MESSAGE: Final = "ReleaseControlMessage"
-"""The messages that acquire and release exclusive control."""
+"""The message that releases exclusive control."""
 
 _STATUS_FIELD: Final = "status"
 _ERROR_FIELD: Final = "error"

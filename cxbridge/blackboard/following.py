@@ -38,16 +38,16 @@ class InterfaceChange:
 
 
 class Deadline:
-    """A point in real time.
+    """The end of a wait, in real time.
 
-    :param seconds: the seconds from now; None without limit.
+    :param seconds: the seconds from now; None: the wait has no limit.
     """
 
     def __init__(self, seconds: float | None) -> None:
         self._end_s = None if seconds is None else time.monotonic() + seconds
 
     def remaining_s(self) -> float | None:
-        """Return the remaining seconds, at least 0; None without limit."""
+        """Return the remaining seconds, at least 0; None if the wait has no limit."""
         return None if self._end_s is None else max(0.0, self._end_s - time.monotonic())
 
 
@@ -68,7 +68,8 @@ class Feed(Listener, Observer, Closing):
     def open(self, interface_type: str, interface_id: str) -> Interface:
         """Open an interface for reading and follow its events.
 
-        Callers use the values of the events, because the feed's listeners replace the copy of the instance.
+        Callers must read the values from the events: the feed's listeners overwrite the instance's copy at
+        any time.
 
         :raises BlackBoardError: if the interface cannot be opened.
         """
@@ -96,8 +97,8 @@ class Feed(Listener, Observer, Closing):
         self._board.register_observer(self, type_glob, id_glob)
         return [self.open(info.type, info.id) for info in self._board.list(type_glob, id_glob)]
 
-    def read_change(self, instance: Interface) -> InterfaceChange:
-        """Return the present values of an opened interface."""
+    def read_state(self, instance: Interface) -> InterfaceChange:
+        """Return the present state of an opened interface, as a change of its data."""
         with self._lock:
             instance.read()
             return InterfaceChange(instance.uid, "data", instance.timestamp_us, instance.as_dict())
@@ -106,16 +107,16 @@ class Feed(Listener, Observer, Closing):
         """Wait for an event; return None after the deadline."""
         while True:
             try:
-                item = self._events.get(timeout=deadline.remaining_s())
+                event = self._events.get(timeout=deadline.remaining_s())
             except queue.Empty:
                 return None
-            if isinstance(item, InterfaceChange):
-                return item
-            if item not in self._instances:
-                instance = self.open(*item)
+            if isinstance(event, InterfaceChange):
+                return event
+            if event not in self._instances:
+                instance = self.open(*event)
                 # a time stamp of 0: the interface has no data yet, and its first write will be an event
                 if instance.timestamp_us:
-                    return self.read_change(instance)
+                    return self.read_state(instance)
 
     def close(self) -> None:
         self._board.unregister_observer(self)

@@ -321,11 +321,11 @@ def listening(listener: Listener, *kinds: EventKind) -> ListenerRegistrar:
     """
 
     def listen(instance: Interface, table: ListenerTable) -> None:
-        events = kinds or overridden_kinds(listener, messages=instance.is_writer)
-        if EventKind.MESSAGE_RECEIVED in events and not instance.is_writer:
+        listened_kinds = kinds or overridden_kinds(listener, messages=instance.is_writer)
+        if EventKind.MESSAGE_RECEIVED in listened_kinds and not instance.is_writer:
             raise BlackBoardError(
                 f"Message received events can only be watched on writing interface instances ({instance.uid})"
             )
-        table.register(listener, instance, events)
+        table.register(listener, instance, listened_kinds)
 
     return listen

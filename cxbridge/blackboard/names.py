@@ -9,10 +9,10 @@ from typing import Final
 from cxbridge.blackboard.errors import InvalidNameError
 
 MAX_TYPE_LENGTH: Final = 48
-"""The maximal length of a type in bytes, as in Fawkes."""
+"""The maximum length of a type in bytes, as in Fawkes."""
 
 MAX_ID_LENGTH: Final = 64
-"""The maximal length of an id in UTF-8 bytes, as in Fawkes."""
+"""The maximum length of an id in UTF-8 bytes, as in Fawkes."""
 
 _TYPE = re.compile(r"[A-Za-z0-9_]+")
 _WILDCARDS = "*?["

@@ -59,20 +59,20 @@ def read_status(board: BlackBoard) -> dict[str, Any]:
     """
     _check_daemon(board)
     with Feed(board, OWNER) as feed:
-        daemon = feed.read_change(feed.open(_DAEMON_TYPE, DAEMON_ID)).values
+        daemon = feed.read_state(feed.open(_DAEMON_TYPE, DAEMON_ID)).values
         skillers = [
             (info.id, feed.open(info.type, info.id)) for info in board.list(SKILLER) if info.has_writer
         ]
         controllers = {
-            skiller: describe_controller(instance, str(feed.read_change(instance).values[CONTROLLER_FIELD]))
+            skiller: describe_controller(instance, str(feed.read_state(instance).values[CONTROLLER_FIELD]))
             for skiller, instance in skillers
         }
         components = [
-            feed.read_change(feed.open(info.type, info.id)) for info in board.list("ComponentInterface")
+            feed.read_state(feed.open(info.type, info.id)) for info in board.list("ComponentInterface")
         ]
         stopped = ""
         if _has_writer(board, REQUEST_TYPE, DAEMON_ID):
-            stopped = feed.read_change(feed.open(REQUEST_TYPE, DAEMON_ID)).values["stopped"]
+            stopped = feed.read_state(feed.open(REQUEST_TYPE, DAEMON_ID)).values["stopped"]
     components.sort(key=lambda component: int(component.values["position"]))
     return {
         "state": daemon["state"].name,
@@ -117,7 +117,7 @@ def _send_and_follow(
 ) -> Iterator[InterfaceChange]:
     """Send a message and yield the later changes of the interface, until the timeout."""
     deadline = Deadline(timeout_s)
-    earlier_change = feed.read_change(interface)
+    earlier_change = feed.read_state(interface)
     interface.msgq_enqueue(message)
     while (change := feed.wait_for_change(deadline)) is not None:
         # a listener may get a write that precedes the message a second time

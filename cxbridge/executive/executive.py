@@ -33,8 +33,8 @@ from cxbridge.history.transitions import (
 BUILTIN_CX = CORE_DIR / "cx"
 """cxbridge's CX core."""
 
-# the name of the skill in a skill string: `goto{...}` in Lua, `goto(...)` in other notations
-_SKILL = re.compile(r"\s*[\w-]+\s*[{(]")
+# a skill string up to its first bracket: `goto{...}` in Lua, `goto(...)` in other notations
+_SKILL_START = re.compile(r"\s*[\w-]+\s*[{(]")
 
 FINAL_ACTION_STATES: Final = frozenset({"FINAL", "FAILED"})
 """The states of plan-actions that have ended."""
@@ -75,17 +75,17 @@ class ActionMapper(Protocol):
 class CoreFiles(Struct, frozen=True):
     """The CLIPS files of core and agent.
 
-    :param cx: the folder of the CX core, with saliences.clp, init.clp ...
+    :param core_dir: the folder of the CX core, with saliences.clp, init.clp ...
     :param clips_dirs: the agent's folders, searched after the core's.
-    :param override_dirs: folders that are searched before the core's folder.
     :param substitutions: values of ``@BASEDIR@`` and other placeholders.
+    :param override_dirs: folders that are searched before the core's folder.
     :param config_feature: the feature that provides the configuration to init.clp.
     :param redefine_feature: the feature that reports redefinitions.
     :param to_time_fields: converts microseconds since the epoch to the fields of ``(now)`` and of the fact
         ``time``.
     """
 
-    cx: Path = BUILTIN_CX
+    core_dir: Path = BUILTIN_CX
     clips_dirs: tuple[Path, ...] = ()
     substitutions: Mapping[str, str] = field(default_factory=dict)
     override_dirs: tuple[Path, ...] = ()
@@ -121,7 +121,7 @@ class RuleControl(Protocol):
         """Fire the rules of a loop up to a breakpoint; return the number of firings."""
 
     def go_on(self) -> None:
-        """Continue stopped rules; otherwise do nothing."""
+        """Continue the rules if they are stopped; otherwise do nothing."""
 
     def move_to(self, executive: Executive) -> None:
         """Set the breakpoints in the executive that replaces the debugged executive after a reset."""
@@ -177,7 +177,7 @@ class Executive:
         env.refresh_agenda()
         self._run()
         env.emit_settings()
-        self._check_stage()
+        self._check_init_stages()
 
     def load_core(self) -> None:
         """Load the files that perform the initialisation.
@@ -187,7 +187,7 @@ class Executive:
         env = self.env
         for placeholder, value in self._files.substitutions.items():
             env.call("path-add-subst", placeholder, value)
-        for folder in (*self._files.override_dirs, self._files.cx, *self._files.clips_dirs):
+        for folder in (*self._files.override_dirs, self._files.core_dir, *self._files.clips_dirs):
             env.call("path-add", f"{folder}/")
         self.manager.request(env.name, self._files.config_feature)
         env.define("map-action-skill", self._map_action_skill, 3, types="*;sy;m;m")
@@ -195,13 +195,12 @@ class Executive:
             self.log.debug("Enabling warnings for redefinitions")
             self.manager.request(env.name, self._files.redefine_feature)
         for file in ("saliences.clp", "init.clp"):
-            if not env.batch(self._files.cx / file):
-                raise ExecutiveError(
-                    f"Failed to initialize CLIPS environment, batch file '{self._files.cx / file}' failed."
-                )
+            path = self._files.core_dir / file
+            if not env.batch(path):
+                raise ExecutiveError(f"Failed to initialize CLIPS environment, batch file '{path}' failed.")
         self.core_files = frozenset(env.loader.files)
 
-    def _check_stage(self) -> None:
+    def _check_init_stages(self) -> None:
         """Raise if the initialisation has failed."""
         for _index, _template, slots in self.env.facts("executive-init-stage"):
             if slots["implied"] == ("FAILED",):
@@ -353,7 +352,7 @@ class Executive:
                 self.log.error(f"Param '{name}' for action '{action}' of invalid type")
         mapped = self._mapper.map(action, params)
         spec = self._config.get_str("/clips-executive/spec", default="")
-        location = place_of_mapping(self._config, spec, action)
+        location = find_mapping_location(self._config, spec, action)
         for level, text in mapped.messages:
             self.log.log(level, f"{location}: {text}" if location else text)
         return mapped.text
@@ -364,25 +363,25 @@ def _parameter_text(value: Value) -> str:
     return f"{value:f}" if isinstance(value, float) else str(value)
 
 
-def place_of_mapping(config: Configuration, spec: str, action: str) -> str:
+def find_mapping_location(config: Configuration, spec: str, action: str) -> str:
     """Return ``FILE:LINE`` of an action's mapping; empty without a mapping in a file."""
     path = f"/clips-executive/specs/{spec}/action-mapping/{action}"
     value = config.get(path) if config.exists(path) else None
     return f"{value.file}:{value.line}" if value is not None and value.file else ""
 
 
-def place_of_skill(config: Configuration, spec: str, skill_string: str) -> str:
-    """Return ``FILE:LINE`` of the only mapping with the skill of a skill string; empty if several have it."""
-    name = _SKILL.match(skill_string)
+def find_skill_location(config: Configuration, spec: str, skill_string: str) -> str:
+    """Return ``FILE:LINE`` of the only mapping that calls a skill string's skill; empty if several do."""
+    start = _SKILL_START.match(skill_string)
     actions = [
         action
-        for action, template in action_mapping(config, spec).items()
-        if name is not None and (match := _SKILL.match(template)) is not None and match[0] == name[0]
+        for action, template in read_action_mapping(config, spec).items()
+        if start is not None and (match := _SKILL_START.match(template)) is not None and match[0] == start[0]
     ]
-    return place_of_mapping(config, spec, actions[0]) if len(actions) == 1 else ""
+    return find_mapping_location(config, spec, actions[0]) if len(actions) == 1 else ""
 
 
-def action_mapping(config: Configuration, spec: str) -> dict[str, str]:
+def read_action_mapping(config: Configuration, spec: str) -> dict[str, str]:
     """Return the mapping templates of a spec by action.
 
     :raises ConfigError: if a template is not a string.

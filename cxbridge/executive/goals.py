@@ -14,10 +14,10 @@ from msgspec import Struct
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.history.forest import NO_PARENT
 
-MAX_ENDED = 1000
+MAX_ENDED_ROOTS = 1000
 """The maximum number of remembered root goals that have ended: a daemon runs for a long time."""
 
-MAX_LISTED: Final = 10_000
+MAX_REMOVED_GOALS: Final = 10_000
 """The maximum number of remembered goals that have been removed."""
 
 _FIRST_MODE = "FORMULATED"
@@ -54,21 +54,22 @@ class GoalWatch:
     """Follows the goals of an environment. Without an environment it has no goals.
 
     :ivar open_goals: the last states of goals that have a fact, by id.
-    :ivar ended_roots: the ended root goals in the order of their end; at most :data:`MAX_ENDED`.
+    :ivar ended_roots: the ended root goals in the order of their end; at most :data:`MAX_ENDED_ROOTS`.
     :ivar outcome_counts: the number of ended root goals by outcome.
     :ivar forgotten_count: the number of removed goals that :meth:`all_states` leaves out, see
-        :data:`MAX_LISTED`.
+        :data:`MAX_REMOVED_GOALS`.
     """
 
     def __init__(self, env: ClipsEnvironment | None) -> None:
         self.open_goals: dict[str, GoalState] = {}
-        self.ended_roots: deque[GoalState] = deque(maxlen=MAX_ENDED)
+        self.ended_roots: deque[GoalState] = deque(maxlen=MAX_ENDED_ROOTS)
         self.outcome_counts: Counter[str] = Counter()
         self.forgotten_count = 0
         # the last state of each goal, by id and by the number of earlier goals with this id
         self._last_states: dict[tuple[str, int], GoalState] = {}
         self._removal_counts: Counter[str] = Counter()  # removed goals by id
-        self._max_states = 2 * MAX_LISTED  # the number of states above which removed goals are forgotten
+        # the number of states above which removed goals are forgotten
+        self._max_states = 2 * MAX_REMOVED_GOALS
         self._fact_counts: Counter[str] = Counter()  # facts by id: goals without an id share the id nil
         self._retracted_ids: set[str] = set()
         self._modified_id = ""  # id of a goal that a modify has retracted and will assert again
@@ -103,7 +104,7 @@ class GoalWatch:
         )
         if len(self._last_states) > self._max_states:
             self._forget_removed()
-            self._max_states = len(self._last_states) + MAX_LISTED
+            self._max_states = len(self._last_states) + MAX_REMOVED_GOALS
 
     def _record_retraction(self, _template: str, slots: dict[str, str]) -> None:
         goal = slots["id"]
@@ -150,13 +151,13 @@ class GoalWatch:
         return tuple(self._last_states.values())
 
     def _forget_removed(self) -> None:
-        """Forget the oldest removed goals, except the last :data:`MAX_LISTED`."""
+        """Forget the oldest removed goals, except the last :data:`MAX_REMOVED_GOALS`."""
         removed = [
             (goal, number)
             for (goal, number), state in self._last_states.items()
             if self.open_goals.get(goal) is not state
         ]
-        for goal, number in removed[:-MAX_LISTED]:
+        for goal, number in removed[:-MAX_REMOVED_GOALS]:
             del self._last_states[goal, number]
             self.forgotten_count += 1
             if goal not in self.open_goals:

@@ -231,7 +231,7 @@ class EnvironmentManager:
         self._managed_environments[env.name] = _ManagedEnvironment(env)
 
     def request(self, name: str, feature_name: str) -> Value:
-        """Load a feature into an environment; return TRUE, or FALSE if the feature is unknown."""
+        """Load a feature into an environment; return FALSE if the feature is unknown or withdrawn."""
         self.log.debug(f"Environment {name} requests feature {feature_name}")
         entry = self._managed_environments[name]
         feature = self._available_feature(feature_name)
@@ -243,11 +243,11 @@ class EnvironmentManager:
             return TRUE
         env = entry.environment
         self.bus.emit_source("feature", name, feature_name)
-        existing = env.udfs.names
+        earlier_functions = env.udfs.names
         feature.init_context(env)
         # the initialisation may have requested further features, whose functions are recorded already
-        recorded = frozenset[str]().union(*entry.functions.values())
-        entry.functions[feature_name] = env.udfs.names - existing - recorded
+        recorded_functions = frozenset[str]().union(*entry.functions.values())
+        entry.functions[feature_name] = env.udfs.names - earlier_functions - recorded_functions
         # most features have no input: calls of their empty methods would cost time in each loop
         if type(feature).before_run is not Feature.before_run:
             entry.input_features.append(feature)

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from cxbridge.errors import BrokenAgentError, ConfigError, CxbridgeError, SkillError
-from cxbridge.executive.executive import action_mapping
+from cxbridge.executive.executive import read_action_mapping
 from cxbridge.run.explainers import place_of_action
 from cxbridge.skiller.mapping import ActionSkillMapping
 from cxbridge.skiller.skillstring import read_calls
@@ -186,7 +186,7 @@ def _find_mapping_mistakes(agent: Run) -> list[CxbridgeError]:
     }
     mistakes: list[CxbridgeError] = []
     unknown_skill: CxbridgeError | None = None
-    for action, template in action_mapping(agent.config, agent.spec).items():
+    for action, template in read_action_mapping(agent.config, agent.spec).items():
         placeholders = [part.name for part in parse_template(template) if isinstance(part, Placeholder)]
         parameters = operators.get(action)
         for name in placeholders:
@@ -281,7 +281,7 @@ class UnexecutedActions:
         place = place_of_action(own_files(self._agent, self._executive), action)
         facts = self._executive.env.facts("domain-operator")
         operators = {str(slots["name"]) for _, _, slots in facts}
-        mapped = set(action_mapping(config, self._agent.spec))
+        mapped = set(read_action_mapping(config, self._agent.spec))
         if action not in operators:
             text = f"the action '{action}' has no executor"
             hint = did_you_mean(action, operators & mapped or operators | mapped)

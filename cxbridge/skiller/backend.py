@@ -11,7 +11,7 @@ DEFAULT_SKILLER: Final = "Skiller"
 """The default id of a Skiller's interface."""
 
 INSTANCES: Final = "/skiller/instances"
-"""The configuration of several Skillers by name."""
+"""The configuration path of several Skillers, by name."""
 
 Mode = Literal["strict", "fawkes"]
 """Whether to imitate Fawkes' oddities (``fawkes``) or avoid them (``strict``)."""

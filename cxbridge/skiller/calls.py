@@ -21,16 +21,16 @@ from cxbridge.errors import BlackBoardError, SkillerError
 from cxbridge.interfaces.instance import Interface
 
 OWNER = "cxbridge skill"
-TYPE = "SkillerInterface"
+SKILLER_TYPE = "SkillerInterface"
 CONTROL_TIMEOUT_S = 5.0
 """The seconds in which a Skiller must grant control."""
 
 RELEASE_TIMEOUT_S = 0.5
 """The seconds in which another client must release control: a client that ends releases it a loop later."""
 
-T = TypeVar("T")
+ResultT = TypeVar("ResultT")
 # Receives interface changes; yields the time limit for the next change, None for the caller's limit.
-_Steps: TypeAlias = Generator[Deadline | None, InterfaceChange | None, T]
+_Steps: TypeAlias = Generator[Deadline | None, InterfaceChange | None, ResultT]
 
 _RUNNING, _FINAL, _FAILED = "S_RUNNING", "S_FINAL", "S_FAILED"
 
@@ -76,13 +76,14 @@ class SkillerCall(Closing):
         self._steal = steal
         self._on_status = on_status
         self._feed = Feed(board, OWNER)
-        self._interface: Interface = self._feed.open(TYPE, skiller)
+        self._interface: Interface = self._feed.open(SKILLER_TYPE, skiller)
         self._has_control = self._is_running = False
         self._msgid = 0
         if not self._interface.has_writer:
             self._feed.close()
             raise SkillerError(
-                f"no Skiller writes {TYPE}::{skiller}", hint="is it running? see 'cxbridge skill list'"
+                f"no Skiller writes {SKILLER_TYPE}::{skiller}",
+                hint="is it running? see 'cxbridge skill list'",
             )
 
     def execute(self, skill_string: str, timeout_s: float | None = None) -> SkillResult:
@@ -101,15 +102,15 @@ class SkillerCall(Closing):
 
         :returns: the result.
         """
-        attempt = self._execution_steps(skill_string)
+        steps = self._execution_steps(skill_string)
         try:
-            limit = next(attempt)
+            limit = next(steps)
             while True:
                 change = self._feed.wait_for_change(Deadline(0))
                 if change is None and (limit is None or limit.remaining_s()):
                     yield
                 else:
-                    limit = attempt.send(change)
+                    limit = steps.send(change)
         except StopIteration as end:
             result: SkillResult = end.value
             return result
@@ -149,14 +150,14 @@ class SkillerCall(Closing):
             message.set(name, value)
         return self._interface.msgq_enqueue(message)
 
-    def _run_steps(self, steps: _Steps[T], deadline: Deadline) -> T | None:
+    def _run_steps(self, steps: _Steps[ResultT], deadline: Deadline) -> ResultT | None:
         """Feed interface changes to the steps; return their result, or None after the deadline."""
         try:
             limit = next(steps)
             while (change := self._feed.wait_for_change(limit or deadline)) is not None or limit is not None:
                 limit = steps.send(change)
         except StopIteration as end:
-            result: T = end.value
+            result: ResultT = end.value
             return result
         return None
 
@@ -165,7 +166,7 @@ class SkillerCall(Closing):
         if refusal:
             return SkillResult(CallOutcome.FAILED, refusal, 0)
         skip_stale_ids(self._interface, may_control=True)
-        former_state = self._feed.read_change(self._interface)
+        former_state = self._feed.read_state(self._interface)
         self._msgid = self._send("ExecSkillMessage", skill_string=skill_string)
         self._is_running = True
         result = yield from self._outcome_steps(self._msgid, skill_string, former_state)
@@ -175,7 +176,7 @@ class SkillerCall(Closing):
     def _control_steps(self) -> _Steps[str]:
         """Acquire control; return why it failed, or an empty text."""
         own_serial = str(self._interface.serial)
-        change: InterfaceChange | None = self._feed.read_change(self._interface)
+        change: InterfaceChange | None = self._feed.read_state(self._interface)
         assert change is not None
         deadline = Deadline(RELEASE_TIMEOUT_S)
         accepted_controllers = ("", own_serial)
@@ -195,7 +196,7 @@ class SkillerCall(Closing):
             "" if self._has_control else f"the Skiller did not grant control within {CONTROL_TIMEOUT_S:g} s"
         )
 
-    def _loss_text(self, controller: str) -> str:
+    def _describe_loss(self, controller: str) -> str:
         """Return the reason for the loss of control."""
         if not controller and not self._interface.has_writer:
             return "the Skiller is gone"
@@ -233,7 +234,7 @@ class SkillerCall(Closing):
             if (controller := values["exclusive_controller"]) != own_serial:
                 self._has_control = False
                 if controller or not has_ended:
-                    return SkillResult(CallOutcome.FAILED, self._loss_text(controller), msgid)
+                    return SkillResult(CallOutcome.FAILED, self._describe_loss(controller), msgid)
             if values["msgid"] != msgid or is_replaced:
                 if is_accepted or is_replaced:
                     reason = f"it was replaced by '{shown_string}'" if shown_string else "it was stopped"
@@ -267,7 +268,7 @@ def request_skill_names(board: BlackBoard, skiller: str, timeout_s: float) -> li
         interface = feed.open("SkillerDebugInterface", skiller)
         if not interface.has_writer:
             return _find_board_skills(board, skiller)
-        change: InterfaceChange | None = feed.read_change(interface)
+        change: InterfaceChange | None = feed.read_state(interface)
         assert change is not None
         former_subject = change.values["graph_fsm"]
         deadline = Deadline(timeout_s)

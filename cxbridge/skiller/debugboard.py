@@ -76,7 +76,7 @@ class DebugBoard:
             if is_new:
                 self._write(self._engine.overview(self._subject))
             return
-        has_machine, graph = self._engine.graph(
+        has_machine, graph = self._engine.draw_graph(
             "" if self._subject == ACTIVE else self._subject,
             self._direction,
             coloured=self._is_coloured,

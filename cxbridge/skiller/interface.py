@@ -77,7 +77,7 @@ class InterfaceSkiller(SkillerBackend):
 
     @abstractmethod
     def start(self, skill_string: str) -> None:
-        """Begin to execute a skill string.
+        """Start executing a skill string.
 
         :raises SkillError: if it is invalid.
         """

@@ -105,12 +105,12 @@ class ActionSkillMapping:
         """
         try:
             if placeholder.kind == "i":
-                return numbers.leading_integer(value)
+                return numbers.parse_leading_integer(value)
             if placeholder.kind == "f":
-                return numbers.leading_float(value)
+                return numbers.parse_leading_float(value)
         except numbers.NumberError as error:
-            kind = "integer" if placeholder.kind == "i" else "float"
-            raise _CannotMapError(f"Failed to convert '{value}' to {kind}: {error}") from None
+            type_name = "integer" if placeholder.kind == "i" else "float"
+            raise _CannotMapError(f"Failed to convert '{value}' to {type_name}: {error}") from None
         # s and S quote the value, y and Y do not; S and Y convert it to upper case
         if placeholder.kind in "SY":
             value = _to_upper(value)

@@ -21,7 +21,7 @@ class NumberError(ValueError):
     """The text is not a number, or the number is out of range. The message is C++'s."""
 
 
-def leading_integer(text: str) -> str:
+def parse_leading_integer(text: str) -> str:
     """Return the integer at the start of a text, in decimal.
 
     :raises NumberError: ``stol`` without integer, ``stol: out of range`` beyond 64 bits.
@@ -39,7 +39,7 @@ def leading_integer(text: str) -> str:
     return str(number)
 
 
-def leading_float(text: str) -> str:
+def parse_leading_float(text: str) -> str:
     """Return the number at the start of a text, with six decimals.
 
     :raises NumberError: ``stod`` without number, ``stod: out of range`` beyond the range of a double.

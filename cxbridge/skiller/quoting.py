@@ -42,7 +42,7 @@ def is_word(value: str) -> bool:
 
 
 def makes_comment(prefix: str, suffix: str) -> bool:
-    """Return whether two parts form a comment only in concatenation."""
+    """Return whether two parts form the comment mark ``--`` only when they are joined."""
     return prefix.endswith("-") and suffix.startswith("-") and context_at_end(prefix) is QuotingContext.CODE
 
 

@@ -133,7 +133,7 @@ class Skiller(InterfaceSkiller):
         """Reload changed skill files, or wait for the end of the running skill string."""
         # Fawkes reloads at once and loses the running skill string, so that saving a file stops a driving
         # robot
-        changed = watch.changed_modules()
+        changed = watch.find_changed_modules()
         if changed and not self._changed_modules and self._is_active:
             self._log.info(
                 f"Skill files changed ({', '.join(changed)}); they are loaded after this skill string"
@@ -162,7 +162,7 @@ class Skiller(InterfaceSkiller):
             return
         if status != self._interface.status:
             self._interface.status = status
-            self._interface.error = self.engine.failure() if status is Status.S_FAILED else ""
+            self._interface.error = self.engine.find_failure_reason() if status is Status.S_FAILED else ""
             self._interface.write()
         # before the reset of the skills, which would hide the last state from viewers of the graph
         self._debug.publish()

@@ -26,6 +26,7 @@ _MAX_DURATION_FACTOR = 10
 _LINUX_PLAYER = "aplay"
 _SECONDS_PER_TEXT = 0.343
 _SECONDS_PER_CHARACTER = 0.070
+
 LOADED_TEXT = "Speech synth loaded"
 """The text that flite says after loading."""
 
@@ -47,7 +48,7 @@ class Voice(ABC):
 
     @abstractmethod
     def start(self, text: str) -> float:
-        """Start to say a text; return its duration in seconds."""
+        """Start saying a text; return its duration in seconds."""
 
     @abstractmethod
     def is_done(self) -> bool:
@@ -69,9 +70,9 @@ class SilentVoice(Voice):
         self._end_us = 0
 
     def start(self, text: str) -> float:
-        duration = estimate_duration(text)
-        self._end_us = self._clock.now_us() + round(duration * MICROSECONDS)
-        return duration
+        duration_s = estimate_duration(text)
+        self._end_us = self._clock.now_us() + round(duration_s * MICROSECONDS)
+        return duration_s
 
     def is_done(self) -> bool:
         return self._clock.now_us() >= self._end_us

@@ -23,7 +23,7 @@ from cxbridge.daemon.board import COMMANDS
 from cxbridge.daemon.client import ask_why, read_status, request
 from cxbridge.daemon.operations.table import verbs
 from cxbridge.errors import ClipsError, ConfigError, CxbridgeError
-from cxbridge.executive.host.facts.constants import constant_values, parse_constant_fact
+from cxbridge.executive.host.facts.constants import parse_constant_fact, to_safe_values_text
 from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.interfaces.registry import default_registry
 from cxbridge.rights import FRAME_RIGHTS, MESSAGE_RIGHTS, Right, Rights, right_of_message
@@ -462,4 +462,4 @@ def test_what_is_no_fact_is_refused(text):
 @pytest.mark.parametrize("text", VALUES)
 def test_what_is_no_constant_is_refused(text):
     with pytest.raises(ClipsError):
-        constant_values(text.replace("M", '"x"'))
+        to_safe_values_text(text.replace("M", '"x"'))

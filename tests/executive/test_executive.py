@@ -7,7 +7,7 @@ import pytest
 from cxbridge.config import Configuration
 from cxbridge.errors import ClipsError, ConfigError, ExecutiveError
 from cxbridge.events import Level
-from cxbridge.executive.executive import CoreFiles, Executive, action_mapping
+from cxbridge.executive.executive import CoreFiles, Executive, read_action_mapping
 from cxbridge.executive.feature import Feature
 from cxbridge.executive.features.config import ConfigFeature, RedefineWarningFeature
 from cxbridge.executive.manager import EnvironmentManager
@@ -57,7 +57,7 @@ def make(bus, tmp_path, agent, feature="redefine-warning"):
     config = Configuration.from_text(CONFIG.format(feature=feature), "test.yaml")
     features = [NoBlackBoard(), ConfigFeature(config), RedefineWarningFeature()]
     manager = EnvironmentManager(bus, features)
-    mapper = ActionSkillMapping(action_mapping(config, "small"))
+    mapper = ActionSkillMapping(read_action_mapping(config, "small"))
     return Executive(manager, config, mapper, CoreFiles(clips_dirs=(tmp_path,)))
 
 
@@ -144,7 +144,7 @@ def test_a_mapping_that_is_a_list_is_an_error_with_its_place():
         "a: 1\nclips-executive/specs/x/action-mapping:\n  say: [a, b]\n", "f.yaml"
     )
     with pytest.raises(ConfigError, match=r"f.yaml:3.*'say' must be a string, not a list") as caught:
-        action_mapping(config, "x")
+        read_action_mapping(config, "x")
     assert caught.value.line == 3
 
 

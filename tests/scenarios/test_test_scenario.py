@@ -14,7 +14,7 @@ import pytest
 from cxbridge.config import Configuration
 from cxbridge.event_kinds import View
 from cxbridge.events import Event, EventBus, Level, LogLine
-from cxbridge.executive.executive import BUILTIN_CX, CoreFiles, Executive, action_mapping
+from cxbridge.executive.executive import BUILTIN_CX, CoreFiles, Executive, read_action_mapping
 from cxbridge.executive.features.config import ConfigFeature, RedefineWarningFeature
 from cxbridge.executive.features.pddl_parser import PddlParserFeature
 from cxbridge.executive.host.values import show
@@ -80,7 +80,7 @@ def run_scenario(
     skiller = FakeSkiller(duration=30)
     features = [skiller, ConfigFeature(config), RedefineWarningFeature(), PddlParserFeature()]
     manager = EnvironmentManager(bus, features, library)
-    mapping = ActionSkillMapping(action_mapping(config, "test"))
+    mapping = ActionSkillMapping(read_action_mapping(config, "test"))
     executive = Executive(manager, config, mapping, CoreFiles(core, (files,)))
     executive.follow_transitions()
     executive.init()
@@ -207,7 +207,7 @@ def test_what_a_good_run_complains_about(outcome: Outcome) -> None:
 def test_actions_map_to_the_recorded_templates() -> None:
     ours = Configuration.load(SCENARIO / "scenario.yaml")
     recorded = Configuration.load(SHARED / "fawkes-data" / "config" / "clips-executive.yaml")
-    assert action_mapping(ours, "test") == action_mapping(recorded, "test")
+    assert read_action_mapping(ours, "test") == read_action_mapping(recorded, "test")
 
 
 def domain_of(file: Path) -> set[str]:

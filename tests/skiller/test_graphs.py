@@ -97,7 +97,7 @@ class Both:
         assert self.ours.run()[0] == ""
 
     def graphs(self, skill: str, direction: str, *, coloured: bool) -> tuple[str, str]:
-        found, graph = self.ours.graph(skill, direction, coloured=coloured, redraw=True)
+        found, graph = self.ours.draw_graph(skill, direction, coloured=coloured, redraw=True)
         assert found
         return graph, self.theirs.graph(skill, direction, coloured=coloured)
 

@@ -15,7 +15,7 @@ PAUSE_S: Final = 60.0
 
 # kinds may contain names that a peer sent, so the table needs a limit
 MAX_KINDS: Final = 1000
-"""The maximal number of kinds with a separate pause."""
+"""The maximum number of kinds with a separate pause."""
 
 
 class Complaints:

@@ -56,7 +56,7 @@ class Dispatcher:
     def stop(self, timeout: float | None = None) -> None:
         """End the thread after the queued calls and wait for it, unless called within the thread.
 
-        :param timeout: the limit in seconds; None waits without limit.
+        :param timeout: the limit in seconds; None: no limit.
         """
         self._queue.put(None)
         if not self.is_current_thread():

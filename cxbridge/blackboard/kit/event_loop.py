@@ -19,7 +19,7 @@ class LoopThread(Closing):
     """A thread that runs an event loop until it is closed.
 
     All methods may be called from any thread, even before the loop runs. The loop starts calls and coroutines
-    in order, and ends at `close` after the earlier calls.
+    in order; `close` ends it after the earlier calls.
     """
 
     def __init__(self, name: str) -> None:

@@ -16,11 +16,11 @@ from cxbridge.interfaces.instance import Interface
 from cxbridge.interfaces.schema import InterfaceSchema
 
 MAX_INSTANCES: Final = 4096
-"""The maximal number of open instances of a client."""
+"""The maximum number of open instances of a client."""
 
 # the server's memory holds a copy of the data block of each open instance
 MAX_BLOCK_BYTES: Final = 16 * 1024 * 1024
-"""The maximal total size of the blocks of a client's instances, in bytes."""
+"""The maximum total size of the blocks of a client's instances, in bytes."""
 
 
 def check_client_limits(instances: Iterable[Interface], schema: InterfaceSchema) -> None:
@@ -87,7 +87,7 @@ class BoardServer(ABC):
 
         Further calls have no effect.
 
-        :param timeout: seconds to wait for the thread; None waits without limit.
+        :param timeout: the seconds to wait for the thread; None: no limit.
         """
         self._stopping = True
         if self._started:

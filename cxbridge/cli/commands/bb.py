@@ -135,7 +135,7 @@ def watch(
         # reads the present values, so that the first line of an interface has the changed fields only
         for type_glob, id_glob in map(split_glob, globs):
             for instance in feed.follow(type_glob, id_glob):
-                last_values[instance.uid] = feed.read_change(instance).values
+                last_values[instance.uid] = feed.read_state(instance).values
         while count is None or printed_count < count:
             change = feed.wait_for_change(deadline)
             if change is None:
@@ -213,7 +213,7 @@ def send(
         is_full_name = message in instance.MESSAGES or message.endswith("Message")
         outgoing = instance.create_message(message if is_full_name else f"{message}Message")
         assign(outgoing, assignments or ())
-        earlier = feed.read_change(instance)
+        earlier = feed.read_state(instance)
         msgid = instance.msgq_enqueue(outgoing)
         say(msgid, flush=True)
         if wait and not _print_reply(feed, earlier, msgid, Deadline(timeout)):

@@ -86,15 +86,15 @@ def list_skills(
     """
     from cxbridge.blackboard.exclusive_control import describe_controller
     from cxbridge.interfaces.assignments import json_value
-    from cxbridge.skiller.calls import OWNER, TYPE, request_skill_names
+    from cxbridge.skiller.calls import OWNER, SKILLER_TYPE, request_skill_names
 
     rows: list[dict[str, Any]] = []
     controllers: dict[str, str] = {}
     with connect(url, interface_dir) as board:
-        for info in board.list(TYPE):
+        for info in board.list(SKILLER_TYPE):
             if not info.has_writer:
                 continue
-            with board.open_for_reading(TYPE, info.id, owner=OWNER) as instance:
+            with board.open_for_reading(SKILLER_TYPE, info.id, owner=OWNER) as instance:
                 instance.read()
                 row: dict[str, Any] = {"skiller": info.id}
                 for name, value in instance.as_dict().items():

@@ -19,7 +19,9 @@ from cxbridge.interfaces.message import Message
 from cxbridge.interfaces.schema import FieldSchema
 
 Block: TypeAlias = Interface | Message
+"""An object with fields, as the blocks of memory in Fawkes."""
 
+# the facets of slots by the type of the field; slots of all other types hold INTEGERs
 _FACETS = {
     "bool": "(type SYMBOL) (allowed-values TRUE FALSE)",
     "float": "(type FLOAT)",
@@ -122,7 +124,7 @@ def store_field(block: Block, name: str, value: Value) -> None:
 
 
 def _from_clips(block: Block, field: FieldSchema, value: Value) -> Value:
-    """Return a CLIPS value as the value of a field.
+    """Convert a CLIPS value to the value of a field.
 
     :raises InterfaceError: if the field's type has no such value.
     """

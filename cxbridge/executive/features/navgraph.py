@@ -14,8 +14,8 @@ from cxbridge.executive.host.values import FALSE, TRUE, Value
 if TYPE_CHECKING:
     from cxbridge.space.navgraph import NavGraph
 
-_FILE = CORE_DIR / "features" / "navgraph.clp"
-_LOG = "ClipsNavGraphThread"
+_TEMPLATES_FILE = CORE_DIR / "features" / "navgraph.clp"
+_LOGGER_NAME = "ClipsNavGraphThread"
 
 
 class NavGraphFeature(Feature):
@@ -31,7 +31,7 @@ class NavGraphFeature(Feature):
         self._revisions: dict[str, int] = {}  # the revision of the graph in the facts, by environment
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        env.load(_FILE)
+        env.load(_TEMPLATES_FILE)
         self._assert_graph(env)
         env.define(
             "navgraph-block-edge", lambda *ends: self._set_blocked(env, *ends, block=True), 2, types="*;sy;sy"
@@ -48,7 +48,7 @@ class NavGraphFeature(Feature):
         # without a revision, the graph could not be read: another attempt in each loop would fail, too
         revision = self._revisions.get(env.name)
         if revision is not None and revision != self._graph().revision:
-            env.bus.logger(_LOG).debug(f"Graph changed, re-asserting in environment {env.name}")
+            env.bus.logger(_LOGGER_NAME).debug(f"Graph changed, re-asserting in environment {env.name}")
             env.call("navgraph-cleanup")
             self._assert_graph(env)
 
@@ -59,7 +59,7 @@ class NavGraphFeature(Feature):
         try:
             graph = self._graph()
         except CxbridgeError as error:
-            env.bus.logger(_LOG).warn(f"Failed to assert navgraph: {error}")
+            env.bus.logger(_LOGGER_NAME).warn(f"Failed to assert navgraph: {error}")
             env.assert_string(f"(navgraph-load-fail {quoted(str(error))})")
             return
         self._revisions[env.name] = graph.revision
@@ -95,7 +95,7 @@ class NavGraphFeature(Feature):
             edge = next((edge for edge in graph.edges if (edge.start, edge.end) == (start, end)), None)
         if edge is None:
             verb = "block" if block else "unblock"
-            env.bus.logger(_LOG).warn(
+            env.bus.logger(_LOGGER_NAME).warn(
                 f"Environment {env.name} tried to {verb} edge {start}--{end}, which does not exist in graph"
             )
             return

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 STRICT: Final = "/clips-executive/pddl/strict"
-"""The key of the setting ``strict``."""
+"""The setting that selects Fawkes' PDDL parser."""
 
 _FAWKES: Final = "fawkes"
 
@@ -76,27 +76,27 @@ class PddlParserFeature(Feature):
                 data = Path(path).read_bytes()
                 env.bus.emit_source("pddl", env.name, path, data, kind="domain")
                 text = decode_text(data, path)
-                parsed = parse_domain(text, path, fawkes_compat=self._as_fawkes, warn=warn)
-                rows = domain_facts(parsed, fawkes_compat=self._as_fawkes, warn=warn)
+                domain = parse_domain(text, path, fawkes_compat=self._as_fawkes, warn=warn)
+                rows = domain_facts(domain, fawkes_compat=self._as_fawkes, warn=warn)
             except OSError as error:
-                text = f"cannot read it: {error.strerror}"
+                reason = f"cannot read it: {error.strerror}"
                 file, line = env.loader.executing_rule_location()
-                mistake = Diagnostic(file or path, line, "", "PDDL", f"the domain {path}: {text}")
-                env.loader.report(mistake, f"Failed to parse domain: {path}: {text}", log)
+                mistake = Diagnostic(file or path, line, "", "PDDL", f"the domain {path}: {reason}")
+                env.loader.report(mistake, f"Failed to parse domain: {path}: {reason}", log)
             except PddlError as error:
                 mistake = Diagnostic(
                     error.file or path, error.line, "", "PDDL", error.message, error.hint or ""
                 )
                 env.loader.report(mistake, f"Failed to parse domain: {error}", log)
             else:
-                self._domains[env.name] = parsed
-                numbers.load_rules(parsed)
+                self._domains[env.name] = domain
+                numbers.load_rules(domain)
                 _assert_rows(env, rows)
 
         def read_formula(text: str, identifier: str) -> None:
             try:
-                parsed = parse_formula(text, fawkes_compat=self._as_fawkes)
-                rows = formula_facts(parsed, identifier)
+                formula = parse_formula(text, fawkes_compat=self._as_fawkes)
+                rows = formula_facts(formula, identifier)
             except PddlError as error:
                 log.error(f"Failed to parse formula: {error}")
             else:
@@ -121,7 +121,7 @@ def _assert_rows(env: ClipsEnvironment, rows: Iterable[FactToAssert]) -> None:
 
 
 def _clips_name(name: str) -> Value:
-    """Return a name of PDDL as a symbol, or as a number if CLIPS prints the number with the same text.
+    """Return a PDDL name as a symbol, or as a number if CLIPS prints the number with the same text.
 
     Agents write ``(domain-object (name 1))`` with a number, which must equal the name. ``01`` stays a symbol,
     because CLIPS would print 1.

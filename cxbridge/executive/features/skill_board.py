@@ -116,8 +116,8 @@ class _SkillBoardContext:
 
     :ivar changed_actions: the actions that have changed since the last update of the facts, by number.
     :ivar open_numbers: the numbers of the actions without a final state.
-    :ivar facts: the facts of the open actions, by number.
-    :ivar version: the board's version at the last update; -1 without a board.
+    :ivar action_facts: the facts of the open actions, by number.
+    :ivar board_version: the board's version at the last update; -1 without a board.
     :ivar executors: the executors with their facts, by id.
     """
 
@@ -125,8 +125,8 @@ class _SkillBoardContext:
     log: Logger
     changed_actions: dict[int, SkillAction] = field(default_factory=dict)
     open_numbers: set[int] = field(default_factory=set)
-    facts: dict[int, HeldFact] = field(default_factory=dict)
-    version: int = -1
+    action_facts: dict[int, HeldFact] = field(default_factory=dict)
+    board_version: int = -1
     executors: dict[str, tuple[Executor, HeldFact]] = field(default_factory=dict)
 
     def queue_change(self, action: SkillAction) -> None:
@@ -228,14 +228,14 @@ class SkillBoardFeature(Feature):
             self._assert_action(context, number, action)
         board = self._board()
         version = -1 if board is None else board.version
-        if version != context.version:
-            context.version = version
+        if version != context.board_version:
+            context.board_version = version
             self._assert_executors(context, () if board is None else board.executors)
 
     @staticmethod
     def _assert_action(context: _SkillBoardContext, number: int, action: SkillAction) -> None:
         env = context.env
-        previous = context.facts.pop(number, None)
+        previous = context.action_facts.pop(number, None)
         if previous is not None:
             previous.retract()
         fact = HeldFact.make(
@@ -257,30 +257,30 @@ class SkillBoardFeature(Feature):
             if fact is not None:
                 fact.release()  # rules retract the fact of an action that is over
         elif fact is not None:
-            context.facts[number] = fact
+            context.action_facts[number] = fact
 
     @staticmethod
     def _assert_executors(context: _SkillBoardContext, executors: Iterable[Executor]) -> None:
         current = {executor.id: executor for executor in executors}
-        for name, (executor, fact) in list(context.executors.items()):
-            if current.get(name) != executor:
+        for executor_id, (executor, fact) in list(context.executors.items()):
+            if current.get(executor_id) != executor:
                 fact.retract()
-                del context.executors[name]
-        for name, executor in current.items():
-            if name in context.executors:
+                del context.executors[executor_id]
+        for executor_id, executor in current.items():
+            if executor_id in context.executors:
                 continue
             new_fact = HeldFact.make(
                 context.env,
                 "skill-board-executor",
                 {
-                    "id": name,
+                    "id": executor_id,
                     "agent": executor.agent,
                     "skills": tuple(Symbol(skill) for skill in executor.skills),
                     "state": Symbol(executor.state),
                 },
             )
             if new_fact is not None:
-                context.executors[name] = (executor, new_fact)
+                context.executors[executor_id] = (executor, new_fact)
 
 
 def _json_value(value: Value) -> Any:

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from cxbridge.space.tf.listener import TransformListener
     from cxbridge.space.tf.publisher import TransformPublisher
 
-_LOG = "ClipsTFThread"
-# The results of functions that return multifields, which are multifields in Fawkes after a failure, too.
+_THREAD_NAME = "ClipsTFThread"
+# Results of functions that return multifields: in Fawkes, they return a multifield after a failure, too.
 _FAILED: tuple[Value, ...] = (FALSE,)
 _SUCCEEDED: tuple[Value, ...] = (TRUE,)
 
@@ -35,25 +35,25 @@ class TfFeature(Feature):
         self._board = board
         self._listener: TransformListener | None = None
         self._publishers: dict[str, TransformPublisher] = {}
-        self._users: set[str] = set()  # the names of the environments with the feature
+        self._environment_names: set[str] = set()  # the environments with the feature
 
     def init_context(self, env: ClipsEnvironment) -> None:
         # imported on use: most agents do without transforms
         from cxbridge.space.tf import TransformListener  # noqa: PLC0415
 
         if self._listener is None:
-            self._listener = TransformListener(self._board, owner=_LOG)
-        self._users.add(env.name)
-        functions, log = _TransformFunctions(self._listener), env.bus.logger(_LOG)
+            self._listener = TransformListener(self._board, owner=_THREAD_NAME)
+        self._environment_names.add(env.name)
+        functions, log = _TransformFunctions(self._listener), env.bus.logger(_THREAD_NAME)
         for name, function, types, failure in (
             ("quat-from-yaw", functions.quat_from_yaw, "*;ld", _FAILED),
             ("yaw-from-quat", functions.yaw_from_quat, "*;m", 0.0),
             ("frame-exists", functions.frame_exists, "*;sy", FALSE),
             ("can-transform", functions.can_transform, "*;sy;sy;m", FALSE),
-            ("transform-point", functions.point, "*;sy;sy;m;m", _FAILED),
-            ("transform-vector", functions.vector, "*;sy;sy;m;m", _FAILED),
-            ("transform-quaternion", functions.quaternion, "*;sy;sy;m;m", _FAILED),
-            ("transform-pose", functions.pose, "*;sy;sy;m;m;m", _FAILED),
+            ("transform-point", functions.transform_point, "*;sy;sy;m;m", _FAILED),
+            ("transform-vector", functions.transform_vector, "*;sy;sy;m;m", _FAILED),
+            ("transform-quaternion", functions.transform_quaternion, "*;sy;sy;m;m", _FAILED),
+            ("transform-pose", functions.transform_pose, "*;sy;sy;m;m;m", _FAILED),
         ):
             define_logged(env, f"tf-{name}", function, types, failure, lambda error: log.warn(error.message))
         env.define("tf-add-publisher", partial(self._add_publisher, env), 1, types="*;sy")
@@ -62,8 +62,8 @@ class TfFeature(Feature):
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
         """Close the interfaces if this is the last environment with the feature."""
-        self._users.discard(env.name)
-        if self._users:
+        self._environment_names.discard(env.name)
+        if self._environment_names:
             return
         if self._listener is not None:
             self._listener.close()
@@ -78,9 +78,9 @@ class TfFeature(Feature):
         if frame in self._publishers:  # a frame has one writer on the blackboard
             return _FAILED
         try:
-            self._publishers[frame] = TransformPublisher(self._board, frame, owner=_LOG)
+            self._publishers[frame] = TransformPublisher(self._board, frame, owner=_THREAD_NAME)
         except CxbridgeError as error:
-            env.bus.logger(_LOG).warn(f"Cannot publish frame {frame}: {error}")
+            env.bus.logger(_THREAD_NAME).warn(f"Cannot publish frame {frame}: {error}")
             return _FAILED
         return _SUCCEEDED
 
@@ -111,40 +111,42 @@ class _TransformFunctions:
         return self._geometry.quaternion_from_yaw(float(yaw))
 
     def yaw_from_quat(self, quat: Value) -> Value:
-        return self._geometry.quaternion_yaw(_numbers("quaternion", quat, 4))
+        return self._geometry.quaternion_yaw(_to_floats("quaternion", quat, 4))
 
     def frame_exists(self, frame: str) -> Value:
         return self._buffer.frame_exists(frame)
 
     def can_transform(self, target: str, source: str, time: Value) -> Value:
-        return self._buffer.can_transform(target, source, _microseconds(time))
+        return self._buffer.can_transform(target, source, _to_microseconds(time))
 
-    def point(self, target: str, source: str, time: Value, point: Value) -> Value:
-        time_us, numbers = _microseconds(time), _numbers("point", point, 3)
-        with _frames_in_errors("point", target, source):
+    def transform_point(self, target: str, source: str, time: Value, point: Value) -> Value:
+        time_us, numbers = _to_microseconds(time), _to_floats("point", point, 3)
+        with _name_frames_in_errors("point", target, source):
             return self._buffer.transform_point(target, numbers, source, time_us)[0]
 
-    def vector(self, target: str, source: str, time: Value, vector: Value) -> Value:
-        time_us, numbers = _microseconds(time), _numbers("vector", vector, 3)
-        with _frames_in_errors("vector", target, source):
+    def transform_vector(self, target: str, source: str, time: Value, vector: Value) -> Value:
+        time_us, numbers = _to_microseconds(time), _to_floats("vector", vector, 3)
+        with _name_frames_in_errors("vector", target, source):
             return self._buffer.transform_vector(target, numbers, source, time_us)[0]
 
-    def quaternion(self, target: str, source: str, time: Value, quat: Value) -> Value:
-        time_us, numbers = _microseconds(time), _numbers("quaternion", quat, 4)
-        with _frames_in_errors("quaternion", target, source):
+    def transform_quaternion(self, target: str, source: str, time: Value, quat: Value) -> Value:
+        time_us, numbers = _to_microseconds(time), _to_floats("quaternion", quat, 4)
+        with _name_frames_in_errors("quaternion", target, source):
             return self._buffer.transform_quaternion(target, numbers, source, time_us)[0]
 
-    def pose(self, target: str, source: str, time: Value, translation: Value, rotation: Value) -> Value:
-        time_us = _microseconds(time)
-        origin, quat = _numbers("vector", translation, 3), _numbers("quaternion", rotation, 4)
-        with _frames_in_errors("pose", target, source):
+    def transform_pose(
+        self, target: str, source: str, time: Value, translation: Value, rotation: Value
+    ) -> Value:
+        time_us = _to_microseconds(time)
+        origin, quat = _to_floats("vector", translation, 3), _to_floats("quaternion", rotation, 4)
+        with _name_frames_in_errors("pose", target, source):
             pose = self._geometry.Transform(origin, self._geometry.normalize(quat))
             transformed, _ = self._buffer.transform_pose(target, pose, source, time_us)
             return (*transformed.translation, *transformed.rotation)
 
 
 @contextmanager
-def _frames_in_errors(kind: str, target: str, source: str) -> Iterator[None]:
+def _name_frames_in_errors(kind: str, target: str, source: str) -> Iterator[None]:
     """Add the frames to the error of a transform, as in Fawkes' log.
 
     :param kind: the noun of the transformed value.
@@ -155,7 +157,7 @@ def _frames_in_errors(kind: str, target: str, source: str) -> Iterator[None]:
         raise ClipsError(f"Failed to transform {kind} from {source} to {target}: {error.message}") from None
 
 
-def _microseconds(time: Value) -> int:
+def _to_microseconds(time: Value) -> int:
     """Return a time, given as seconds and microseconds, in microseconds."""
     if not isinstance(time, tuple) or len(time) != 2:  # noqa: PLR2004 - seconds and microseconds
         raise ClipsError("Invalid time: must be list of exactly two entries")
@@ -164,15 +166,15 @@ def _microseconds(time: Value) -> int:
     return int(time[0]) * 1_000_000 + int(time[1])
 
 
-def _numbers(kind: str, numbers: Value, count: int) -> Any:
+def _to_floats(kind: str, numbers: Value, count: int) -> Any:
     """Return the numbers of a multifield as floats.
 
     :param kind: the noun of the value, for errors.
     :param count: the required number of fields.
     """
     if not isinstance(numbers, tuple) or len(numbers) != count:
-        words = {3: "three", 4: "four"}
-        raise ClipsError(f"Invalid {kind}: must be list of exactly {words[count]} entries")
+        count_words = {3: "three", 4: "four"}
+        raise ClipsError(f"Invalid {kind}: must be list of exactly {count_words[count]} entries")
     if not all(isinstance(number, int | float) for number in numbers):
         raise ClipsError(f"Invalid {kind}: must be list of floats or integers")
     return tuple(map(float, numbers))

@@ -49,8 +49,8 @@ class EndlessRules:
     :param rule_location: returns file and line of a rule; None if unknown.
     """
 
-    # tracing is expensive: it starts after a quarter of a second of a run, and continues only while no firing
-    # uses an older fact
+    # tracing is expensive: it starts after a quarter of a second, and continues only while no firing uses an
+    # older fact
     def __init__(
         self,
         api: ClipsApi,
@@ -123,7 +123,7 @@ class EndlessRules:
         return ""
 
     def _is_endless(self, now_s: float) -> bool:
-        """Return whether the run is endless; warn of a run that may be."""
+        """Return whether the run is endless; warn about a run that may be."""
         if not self._uses_no_older_facts:
             return False
         traced_firings, traced_s = self.firing_count - self._count_before_trace, now_s - self._phase_began_s
@@ -191,11 +191,13 @@ def _consumes_older_facts(firings: Sequence[tuple[str, str]], first_new_index: i
     middle, used_facts = len(firings) // 2, set()
     for number, (rule, basis) in enumerate(firings):
         facts = (fact for fact in basis.split(",") if fact.startswith("f-"))  # * is a negated pattern
-        older = tuple(fact for fact in facts if first_new_index is None or int(fact[2:]) < first_new_index)
-        if older and (rule, older) not in used_facts:
+        older_facts = tuple(
+            fact for fact in facts if first_new_index is None or int(fact[2:]) < first_new_index
+        )
+        if older_facts and (rule, older_facts) not in used_facts:
             if number >= middle:
                 return True
-            used_facts.add((rule, older))
+            used_facts.add((rule, older_facts))
     return False
 
 

@@ -55,7 +55,7 @@ class ClipsEnvironment:
 
     :param name: e.g. ``executive``.
     :param log_component: the component of log lines, by default ``CLIPS (NAME)``.
-    :ivar faults: texts about faults of Python functions and endless rules. A run with faults has failed.
+    :ivar faults: messages about faulty Python functions and endless rules. A run with faults has failed.
     :ivar quit_requested: whether the agent has requested the end of the program, by ``(quit)`` or ``(exit)``.
     """
 
@@ -84,7 +84,7 @@ class ClipsEnvironment:
         self.loader = ClipsLoader(self.c_env, self.output, self.log, self._is_core_file, name)
         self.udfs = UdfTable(self.c_env, self._record_failure)
         self._call_builder = lib.CreateFunctionCallBuilder(self.c_env, 8)
-        self._alive = True
+        self._is_alive = True
         self.destruction_lock = threading.Lock()
         """Prevents the destruction of the environment while another thread reads it."""
         self.is_firing = False
@@ -151,9 +151,9 @@ class ClipsEnvironment:
         """Make a Python function callable from CLIPS, see :meth:`UdfTable.define`."""
         self.udfs.define(name, function, minimum, maximum, types)
         if self.bus.wants(SourceRead):
-            limit = str(minimum if maximum is None else maximum)
+            maximum = minimum if maximum is None else maximum
             self.bus.emit_source(
-                "function", self.name, name, minimum=str(minimum), maximum=limit, types=types
+                "function", self.name, name, minimum=str(minimum), maximum=str(maximum), types=types
             )
 
     def _record_failure(self, function: str, error: BaseException) -> None:
@@ -227,9 +227,9 @@ class ClipsEnvironment:
         """
         outer = self.output.begin_error_capture()
         error = lib.Build(self.c_env, encode(construct))
-        text = self.output.end_error_capture(outer)
+        messages = self.output.end_error_capture(outer)
         if error != lib.BE_NO_ERROR:
-            raise ClipsError(f"CLIPS refuses {construct.split(maxsplit=2)[:2]}: {' '.join(text.split())}")
+            raise ClipsError(f"CLIPS refuses {construct.split(maxsplit=2)[:2]}: {' '.join(messages.split())}")
 
     def has_function(self, name: str) -> bool:
         """Return whether a function other than a deffunction exists, in C or Python."""
@@ -247,10 +247,10 @@ class ClipsEnvironment:
         value = ffi.new("CLIPSValue *")
         outer = self.output.begin_error_capture()
         error = lib.Eval(self.c_env, encode(rewrite_expression(expression)), value)
-        text = self.output.end_error_capture(outer)
+        messages = self.output.end_error_capture(outer)
         if error != lib.EE_NO_ERROR:
             self.api.clear_halt()
-            raise ClipsError(f"CLIPS cannot evaluate {expression}: {' '.join(text.split())}")
+            raise ClipsError(f"CLIPS cannot evaluate {expression}: {' '.join(messages.split())}")
         return to_python(value)
 
     def call(self, function: str, *arguments: Value) -> Value:
@@ -297,10 +297,10 @@ class ClipsEnvironment:
         if deftemplate == NULL:
             raise ClipsError(f"there is no relation '{relation}'")
         try:
-            new = self.maker.make_fact(deftemplate, [(NULL, clips_value(self.c_env, fields))])
+            fact = self.maker.make_fact(deftemplate, [(NULL, clips_value(self.c_env, fields))])
         except KeyError:
             raise ClipsError(f"'{relation}' is a deftemplate with slots, not an ordered relation") from None
-        return _fact_index(self.maker.assert_fact(new))
+        return _fact_index(self.maker.assert_fact(fact))
 
     def assert_string(self, fact: str) -> int | None:
         """Assert a fact written as CLIPS text. Slower than :meth:`assert_fact`.
@@ -325,7 +325,7 @@ class ClipsEnvironment:
 
     def facts(self, template: str | None = None) -> Iterator[tuple[int, str, dict[str, Value]]]:
         """Yield index, deftemplate and slots of all facts, or of one deftemplate's facts."""
-        for fact in self._facts(template):
+        for fact in self._find_facts(template):
             name = ffi.string(lib.DeftemplateName(lib.FactDeftemplate(fact))).decode()
             yield int(lib.FactIndex(fact)), name, slot_values(fact)
 
@@ -339,7 +339,7 @@ class ClipsEnvironment:
         for fact in items_of(lib.GetNextFactInTemplate, deftemplate):
             yield tuple(slot_value(fact, name, value) for name in names)
 
-    def _facts(self, template: str | None) -> Iterator[CData]:
+    def _find_facts(self, template: str | None) -> Iterator[CData]:
         """Yield all facts, or those of a deftemplate; none if it is unknown."""
         if template is None:
             return items_of(lib.GetNextFact, self.c_env)
@@ -427,7 +427,7 @@ class ClipsEnvironment:
     def interrupt(self) -> None:
         """End the active run and prevent further runs. Callable from any thread, even while CLIPS loops."""
         with self.destruction_lock:
-            if self._alive:
+            if self._is_alive:
                 self.is_ended = True
                 self.api.halt()
 
@@ -444,7 +444,7 @@ class ClipsEnvironment:
         request.
         """
         with self.destruction_lock:
-            if self._alive and self.is_firing:
+            if self._is_alive and self.is_firing:
                 self.output.drop_further_errors()  # each halted match would print a separate error
                 self._is_ended_by_host = True
                 self.api.halt()
@@ -457,7 +457,7 @@ class ClipsEnvironment:
     def destroy(self) -> None:
         """Free the environment."""
         with self.destruction_lock:
-            was_alive, self._alive = self._alive, False
+            was_alive, self._is_alive = self._is_alive, False
         if was_alive:
             self.output.close()
             self.api.dispose()

@@ -104,7 +104,7 @@ class ClipsLoader:
         self._is_native = is_native
         self._owner = owner
         self._loading: list[str] = []
-        self._declared: set[str] = set()  # forward declarations: functions without actions
+        self._declared_functions: set[str] = set()  # forward declarations: functions without actions
         self.is_parsing = False
         """Whether CLIPS is parsing constructs. CLIPS cannot load another file then."""
         self.diagnostics: list[Diagnostic] = []
@@ -150,7 +150,7 @@ class ClipsLoader:
         if not is_native:
             free_names(self._env, (item.name for item in source.constructs if item.kind in _FUNCTION_KINDS))
         if self.warn_redefinitions:
-            self._warn_of_redefinitions(source)
+            self._warn_about_redefinitions(source)
         self._emit_source(file, data, batch=batch, is_native=is_native)
         self._loading.append(file)
         try:
@@ -275,8 +275,10 @@ class ClipsLoader:
             line = int(head["line"]) if head["line"] else None
             if line is None and broken:
                 line = lines.get((broken[1], broken[2]))
-            where = file if head["file"] in (name, None) else str(head["file"])
-            self._report(Diagnostic(where, line, construct, head[1], head["text"].strip()), Level.ERROR)
+            message_file = file if head["file"] in (name, None) else str(head["file"])
+            self._report(
+                Diagnostic(message_file, line, construct, head[1], head["text"].strip()), Level.ERROR
+            )
 
     def _report(self, diagnostic: Diagnostic, level: Level) -> None:
         self.report(diagnostic, str(diagnostic), self._log, level)
@@ -293,7 +295,7 @@ class ClipsLoader:
         if text:
             (log or self._log).log(Level.DEBUG if self.quiet else level, text)
 
-    def _warn_of_redefinitions(self, source: ClipsSource) -> None:
+    def _warn_about_redefinitions(self, source: ClipsSource) -> None:
         """Report constructs that exist already or occur twice, for Fawkes' feature redefine-warning."""
         defined: set[tuple[str, str]] = set()
         for construct in source.constructs:
@@ -304,8 +306,10 @@ class ClipsLoader:
             if construct.kind == "defglobal":
                 name = name.strip("?*")
             exists = (construct.kind, name) in defined or find(self._env, encode(name))
-            if exists and name not in self._declared:
+            if exists and name not in self._declared_functions:
                 self._log.error(f"Redefining {construct.kind}: {name}")
             defined.add((construct.kind, name))
             if construct.kind == "deffunction":
-                (self._declared.add if construct.declares else self._declared.discard)(name)
+                (self._declared_functions.add if construct.declares else self._declared_functions.discard)(
+                    name
+                )

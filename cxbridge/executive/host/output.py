@@ -73,14 +73,14 @@ class OutputRouter:
         self._captured_errors: list[str] | None = None
         # CLIPS' callbacks, kept because CLIPS does not keep them
         self._callbacks = (
-            make_callback("bool(Environment *, char *, void *)", self._handles_name),
+            make_callback("bool(Environment *, char *, void *)", self._is_handled),
             make_callback("void(Environment *, char *, char *, void *)", self._write),
             make_callback("void(Environment *, int, void *)", lambda _env, _code, _context: None),
         )
         query, write, leave = self._callbacks
         lib.AddRouter(env, _ROUTER, _PRIORITY, query, write, ffi.NULL, ffi.NULL, leave, ffi.NULL)
 
-    def _handles_name(self, _env: CData, name: CData, _context: CData) -> bool:
+    def _is_handled(self, _env: CData, name: CData, _context: CData) -> bool:
         return ffi.string(name) in self.levels
 
     def _write(self, _env: CData, name: CData, text: CData, _context: CData) -> None:
@@ -122,7 +122,7 @@ class OutputRouter:
         self.quiet, self._last_message = False, None
 
     def _track_permitted_message(self, text_piece: str) -> None:
-        """Start to drop messages if this text completes the last permitted message."""
+        """Start dropping messages if this text completes the last permitted message."""
         if self._last_message is not None:
             self._last_message += text_piece
             if "\n" in self._last_message.lstrip():  # CLIPS starts each message with an empty line
@@ -148,7 +148,7 @@ class OutputRouter:
                 self._sink(self.levels[target], text)
 
     def begin_error_capture(self) -> list[str] | None:
-        """Start to capture error messages instead of logging them.
+        """Start capturing error messages instead of logging them.
 
         :returns: the messages that an outer capture has collected so far, for :meth:`end_error_capture`; None
             if there is no outer capture.

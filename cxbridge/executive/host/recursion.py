@@ -34,25 +34,25 @@ _HANDLER = re.compile(
     r"\(\s*defmessage-handler\s+[^\s()]+\s+([^\s()]+)(?:\s+(?:around|before|primary|after)(?=[\s(]))?\s*"
 )
 # Functions that call a function by a name computed at run time.
-_INDIRECT = (
+_INDIRECT_FUNCTIONS = (
     *("funcall", "sort", "call-specific-method"),
     *("eval", "build", "assert-string", "str-assert", "load-facts"),
     *("send", "make-instance", "initialize-instance", "load-instances", "restore-instances"),
 )
 
-_INDIRECT_CALL = re.compile(rf"\(\s*(?:{'|'.join(map(re.escape, _INDIRECT))})(?=[\s()])")
+_INDIRECT_CALL = re.compile(rf"\(\s*(?:{'|'.join(map(re.escape, _INDIRECT_FUNCTIONS))})(?=[\s()])")
 
 _TEMPLATE_OR_CLASS = re.compile(r"\(\s*(?:deftemplate|defclass)\s+([^\s()]+)")
-_DYNAMIC = re.compile(r"\(\s*default-dynamic(?=[\s(])")
+_DEFAULT_DYNAMIC = re.compile(r"\(\s*default-dynamic(?=[\s(])")
 
 # The nesting depth of a query in a method's parameter: ``((?x INTEGER (> ?x 3)))``.
 _QUERY_DEPTH = 3
 
 
-def construct_guards(
+def find_guard_insertions(
     code: str, start: int, end: int, is_known: Callable[[str], bool]
 ) -> Iterator[tuple[int, str]]:
-    """Yield the positions and texts of a construct's guards.
+    """Yield the positions and texts of the guards to insert into a construct.
 
     The body of a function gets a guard, and so does each query of a method's parameter, because CLIPS
     evaluates queries before the body.
@@ -67,11 +67,11 @@ def construct_guards(
     head = handler or _FUNCTION.match(code, start, end)
     template_or_class = None if head else _TEMPLATE_OR_CLASS.match(code, start, end)
     if template_or_class is not None:
-        yield from _slot_default_guards(code, template_or_class, end)
+        yield from _find_default_guard_insertions(code, template_or_class, end)
     if head is None or not code.startswith("(", head.end()):
         return
     name = head[1]
-    calls = re.compile(rf"\(\s*(?:{'|'.join(map(re.escape, (name, *_INDIRECT)))})(?=[\s()])")
+    calls = re.compile(rf"\(\s*(?:{'|'.join(map(re.escape, (name, *_INDIRECT_FUNCTIONS)))})(?=[\s()])")
     if handler is None and not calls.search(code, head.end(), end) and not is_known(name):
         return
     guard = f"({GUARD_FUNCTION} {name})"
@@ -90,9 +90,11 @@ def construct_guards(
             return
 
 
-def _slot_default_guards(code: str, template_or_class: re.Match[str], end: int) -> Iterator[tuple[int, str]]:
-    """Yield the guards of a construct's ``default-dynamic`` values: CLIPS computes them for each new fact."""
-    for default_dynamic in _DYNAMIC.finditer(code, template_or_class.end(), end):
+def _find_default_guard_insertions(
+    code: str, template_or_class: re.Match[str], end: int
+) -> Iterator[tuple[int, str]]:
+    """Yield the guards to insert into ``default-dynamic`` values, which CLIPS computes for each new fact."""
+    for default_dynamic in _DEFAULT_DYNAMIC.finditer(code, template_or_class.end(), end):
         depth, default_start = 0, 0
         for match in PARENTHESIS.finditer(code, default_dynamic.end(), end):
             if match.group() == "(":
@@ -100,7 +102,7 @@ def _slot_default_guards(code: str, template_or_class: re.Match[str], end: int) 
                 depth += 1
                 continue
             depth -= 1
-            if depth < 0:
+            if depth < 0:  # the end of the slot
                 break
             if depth == 0 and _INDIRECT_CALL.search(code, default_start, match.end()):
                 yield default_start, f"(progn ({GUARD_FUNCTION} {template_or_class[1]}) "
@@ -116,7 +118,7 @@ class _ThreadStack(threading.local):
 _thread_stack = _ThreadStack()
 
 
-def _stack_floor() -> int:
+def _find_stack_floor() -> int:
     """Return the lowest stack address that CLIPS may use in this thread; 0 if unknown."""
     library = ctypes.CDLL(None)
     attributes = ctypes.create_string_buffer(256)  # more than a pthread_attr_t of any platform
@@ -146,7 +148,7 @@ def make_guard(report_recursion: Callable[[str], None]) -> CData:
         # the context lies on the stack, so its address shows the present depth
         result.lexemeValue = lib.FalseSymbol(env)
         if _thread_stack.floor == 0:
-            _thread_stack.floor = _stack_floor() or 1  # 1: unknown, so that no call is aborted
+            _thread_stack.floor = _find_stack_floor() or 1  # 1: unknown, so that no call is aborted
         if int(ffi.cast("intptr_t", context)) > _thread_stack.floor:
             return
         name = ffi.new("UDFValue *")

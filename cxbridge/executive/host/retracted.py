@@ -26,7 +26,7 @@ Edit = tuple[int, int, str]
 """Start, end and replacement."""
 
 
-def retracted_slot_edits(code: str, start: int, end: int) -> list[Edit]:
+def find_retracted_slot_edits(code: str, start: int, end: int) -> list[Edit]:
     """Return the edits that preserve the slots of retracted facts in a construct.
 
     :param code: the file's text with strings and comments blanked.
@@ -38,18 +38,18 @@ def retracted_slot_edits(code: str, start: int, end: int) -> list[Edit]:
         for node in read(code[start:end])
         for query in node.walk()
         if query.head in _QUERY_FUNCTIONS
-        for edit_start, edit_end, text in _query_edits(query)
+        for edit_start, edit_end, text in _find_query_edits(query)
     ]
 
 
-def _query_edits(query: SyntaxNode) -> Iterator[Edit]:
+def _find_query_edits(query: SyntaxNode) -> Iterator[Edit]:
     arguments = query.arguments
     if len(arguments) < _MIN_ARGUMENTS:
         return
     variables = [item.head for item in arguments[0].items or ()]
     body = arguments[2:]
     for variable in variables:
-        retraction_end = _retraction_end(variable, body)
+        retraction_end = _find_retraction_end(variable, body)
         slots: dict[str, str] = {}
         for node in (node for action in body for node in action.walk() if node.items is None):
             name, colon, slot = node.text.partition(":")
@@ -62,7 +62,7 @@ def _query_edits(query: SyntaxNode) -> Iterator[Edit]:
             yield body[0].start, body[0].start, bindings
 
 
-def _retraction_end(variable: str, body: tuple[SyntaxNode, ...]) -> int | None:
+def _find_retraction_end(variable: str, body: tuple[SyntaxNode, ...]) -> int | None:
     """Return the end of the first call that retracts a variable's fact, or None."""
     calls = (node for action in body for node in action.walk() if node.head in _RETRACTING_FUNCTIONS)
     return next(

@@ -21,9 +21,9 @@ from cxbridge.executive.host.facts.existing import EXISTS_FUNCTION
 from cxbridge.executive.host.udf import UNBOUNDED, UdfTable
 from cxbridge.executive.host.values import Value
 
-# The originals: built-ins that the functions below call as ``cx-NAME``, with C function, minimum and maximum
-# number of arguments, types.
-_KEPT = {
+# The originals: built-ins that the functions below call as ``cx-NAME``. The values are the C function, the
+# minimum and maximum number of arguments, and the types.
+_ORIGINALS = {
     "length$": ("LengthFunction", 1, 1, "m"),
     "str-byte-length": ("StrByteLengthFunction", 1, 1, "syn"),
     "str-index": ("StrIndexFunction", 2, 2, "syn"),
@@ -59,7 +59,7 @@ REMOVED = (
     ],
     EXISTS_FUNCTION,
     # 6.30 has no str-byte-length: an agent's function of this name replaces it, see ADDED
-    *(name for name in _KEPT if name != "str-byte-length"),
+    *(name for name in _ORIGINALS if name != "str-byte-length"),
 )
 """Built-ins of 6.4 that make room for 6.30's versions.
 
@@ -99,7 +99,7 @@ ADDED = frozenset(
 )
 """Functions missing in 6.30. An agent's function of the same name replaces them, see :func:`free_names`."""
 
-OWN_NAMES: Final = {f"cx-{name}": name for name in _KEPT}
+OWN_NAMES: Final = {f"cx-{name}": name for name in _ORIGINALS}
 """The names of the originals in CLIPS' messages, and the names that agents know."""
 
 # Functions missing in 6.4, so that an agent for 6.4 may define functions of these names.
@@ -238,10 +238,10 @@ class Clips630Functions:
         name = match[1]
         function = EXTRA_FUNCTIONS.FindFunction(self._env, encode(name))
         if function != NULL:  # a deffunction cannot have the name of a UDF
-            _set_name(self._env, function, name, _HIDDEN)
+            _set_name(self._env, function, name, _HIDDEN_NAME)
         self._build(text)
         if function != NULL:
-            _set_name(self._env, function, _HIDDEN, name)
+            _set_name(self._env, function, _HIDDEN_NAME, name)
         reference = ffi.new("char[64]")
         if not EXTRA_FUNCTIONS.GetFunctionReference(self._env, encode(name), reference):
             raise RuntimeError(f"CLIPS does not find the function {name}")
@@ -250,7 +250,7 @@ class Clips630Functions:
             # a placeholder: _parse replaces all calls
             self._udfs.define_c(name, EXTRA_FUNCTIONS.LengthFunction, 0, UNBOUNDED, "*")
             self._parsers[name] = make_callback(
-                _PARSER, lambda env, top, text: self._parse(name, env, top, text)
+                _PARSER_SIGNATURE, lambda env, top, text: self._parse(name, env, top, text)
             )
             EXTRA_FUNCTIONS.AddFunctionParser(self._env, encode(name), self._parsers[name])
 
@@ -283,8 +283,8 @@ class Clips630Functions:
         return top
 
 
-_HIDDEN: Final = "cx-6.30-function"  # a UDF's name while a deffunction of its name is defined
-_PARSER: Final = "void *(Environment *, void *, char *)"
+_HIDDEN_NAME: Final = "cx-6.30-function"  # a UDF's name while a deffunction of its name is defined
+_PARSER_SIGNATURE: Final = "void *(Environment *, void *, char *)"
 
 
 def _type_of(expression: CData) -> CData:
@@ -318,7 +318,7 @@ def round_half_down(value: Value) -> int:
 
 def remove_replaced_builtins(env: CData, udfs: UdfTable) -> None:
     """Remove the built-ins that 6.30's versions replace, and keep the originals that these versions call."""
-    for name, (function, minimum, maximum, types) in _KEPT.items():
+    for name, (function, minimum, maximum, types) in _ORIGINALS.items():
         udfs.define_c(f"cx-{name}", getattr(EXTRA_FUNCTIONS, function), minimum, maximum, types)
     for name in REMOVED:
         EXTRA_FUNCTIONS.RemoveUDF(env, encode(name))
@@ -337,11 +337,11 @@ def free_names(env: CData, names: Iterable[str]) -> None:
             _set_name(env, function, name, f"cx-6.4-{name}")
 
 
-def _set_name(env: CData, function: CData, name: str, other: str) -> None:
-    # the name is the first member of the record; CLIPS' table hashes the first name of a function
+def _set_name(env: CData, function: CData, name: str, new_name: str) -> None:
+    # the name is the first member of the record; CLIPS still finds the function by the hash of its first name
     field = ffi.cast("CLIPSLexeme **", function)
     if field[0] != lib.CreateSymbol(env, encode(name)):
         raise RuntimeError("this build of CLIPS lays out functions in an unknown way")
-    renamed = lib.CreateSymbol(env, encode(other))
-    EXTRA_FUNCTIONS.RetainLexeme(env, renamed)
-    field[0] = renamed
+    new_symbol = lib.CreateSymbol(env, encode(new_name))
+    EXTRA_FUNCTIONS.RetainLexeme(env, new_symbol)
+    field[0] = new_symbol

@@ -23,8 +23,8 @@ from msgspec import Struct
 
 from cxbridge.clipstext.syntax import CONSTRUCT, HIDDEN, PARENTHESIS, Lines, blank, is_declaration, top_level
 from cxbridge.errors import ClipsError
-from cxbridge.executive.host.recursion import construct_guards
-from cxbridge.executive.host.retracted import Edit, retracted_slot_edits
+from cxbridge.executive.host.recursion import find_guard_insertions
+from cxbridge.executive.host.retracted import Edit, find_retracted_slot_edits
 
 _USER_CALL = re.compile(r"\(\s*(modify|duplicate|cx-modify-goal)(?=[\s(])")
 _CORE_CALL = re.compile(r"\(\s*(cx-modify-goal)(?=[\s(])")
@@ -125,23 +125,25 @@ def prepare_source(text: str, is_known: Callable[[str], bool] = lambda _name: Fa
         if end is None:
             unclosed_line = lines.at(start)
         else:
-            guards = construct_guards(code, start, end, lambda name: name in function_names or is_known(name))
+            guards = find_guard_insertions(
+                code, start, end, lambda name: name in function_names or is_known(name)
+            )
             edits += ((offset, offset, guard) for offset, guard in guards)
         if construct is None:
             continue
-        constructs += _constructs(construct, code, end, lines)
+        constructs += _make_constructs(construct, code, end, lines)
         if construct[1] == "defclass":
             single_slots = _SINGLE_SLOT.finditer(code, start, limit)
             edits += ((match.start(), match.end(), f"{match[1]}slot") for match in single_slots)
         if end is not None:
-            edits += retracted_slot_edits(code, start, end)
+            edits += find_retracted_slot_edits(code, start, end)
         # the next function may call a function that exists: mutual recursion
         if construct[1] == "defgeneric" or (end is not None and construct[1] in _FUNCTION_KINDS):
             function_names.add(construct[2])
-    return _edited_source(text, edits, constructs, unclosed_line)
+    return _apply_edits(text, edits, constructs, unclosed_line)
 
 
-# The size of the cache: larger than the number of the core's files.
+# larger than the number of the core's files
 @lru_cache(128)
 def prepare_core_source(text: str) -> ClipsSource:
     """Prepare a file of the core, faster than :func:`prepare_source`: its constructs start at line starts."""
@@ -154,11 +156,11 @@ def prepare_core_source(text: str) -> ClipsSource:
     edits: list[Edit] = []
     for head, end in zip(heads, ends, strict=False):  # a file without constructs has an end, but no head
         _add_modify_edits(code, (head.start(), end), _CORE_CALL, edits)
-        constructs += _constructs(head, code, end, lines)
-    return _edited_source(text, edits, constructs)
+        constructs += _make_constructs(head, code, end, lines)
+    return _apply_edits(text, edits, constructs)
 
 
-def _edited_source(
+def _apply_edits(
     text: str, edits: list[Edit], constructs: list[SourceConstruct], unclosed_line: int | None = None
 ) -> ClipsSource:
     pieces: list[str] = []
@@ -170,7 +172,7 @@ def _edited_source(
     return ClipsSource("".join(pieces), bool(edits), tuple(constructs), unclosed_line)
 
 
-def _constructs(head: re.Match[str], code: str, end: int | None, lines: Lines) -> list[SourceConstruct]:
+def _make_constructs(head: re.Match[str], code: str, end: int | None, lines: Lines) -> list[SourceConstruct]:
     """Return the construct with a head; for a closed defglobal, a construct for each of its variables.
 
     :param head: the match of :data:`CONSTRUCT`.
@@ -191,7 +193,7 @@ def rewrite_expression(text: str) -> str:
     return prepare_source(text).text if _USER_CALL.search(text) else text
 
 
-def _opening_excess(text: str, offset: int, depth: int, part_count: int) -> str:
+def _describe_excess(text: str, offset: int, depth: int, part_count: int) -> str:
     """Return the message of the limit that an opening parenthesis exceeds, or an empty text."""
     if depth > _MAX_DEPTH:
         return f"parentheses are nested more than {_MAX_DEPTH} deep"
@@ -213,7 +215,14 @@ def find_exceeded_limit(text: str) -> ExceededLimit | None:
     word = _LONG_WORD.search(code)
     if word is not None:
         excesses.append((word.start(), f"a word of more than {_MAX_WORD_LENGTH} characters"))
-    string = next((m for m in HIDDEN.finditer(text) if m[0][0] == '"' and len(m[0]) > _MAX_WORD_LENGTH), None)
+    string = next(
+        (
+            hidden
+            for hidden in HIDDEN.finditer(text)
+            if hidden[0][0] == '"' and len(hidden[0]) > _MAX_WORD_LENGTH
+        ),
+        None,
+    )
     if string is not None:
         excesses.append((string.start(), f"a string of more than {_MAX_WORD_LENGTH} characters"))
     depth, part_count, is_limited = 0, 0, False
@@ -228,7 +237,7 @@ def find_exceeded_limit(text: str) -> ExceededLimit | None:
             part_count, is_limited = 0, kind is not None and kind[1] not in _UNLIMITED_KINDS
         elif depth == 2 and is_limited:  # noqa: PLR2004  right below the construct
             part_count += 1
-        message = _opening_excess(text, offset, depth, part_count)
+        message = _describe_excess(text, offset, depth, part_count)
         if message:
             excesses.append((offset, message))
             break
@@ -265,15 +274,15 @@ def _add_modify_edits(
         depth += 1
         call = call_pattern.match(code, offset)
         if call:
-            edits.append((offset + 1, call.end(), _line_ends(call) + _REPLACEMENTS[call[1]]))
+            edits.append((offset + 1, call.end(), _keep_line_ends(call) + _REPLACEMENTS[call[1]]))
             modify_depths.append(depth)
         elif depth == modify_depths[-1] + 1 and modify_depths[-1] > 0:
             slot = _SLOT.match(code, offset)
             # the first argument of modify is the fact, which may be an expression
             if slot and not _CALL_START.search(code, max(0, offset - _MAX_GAP), offset):
-                edits.append((offset, slot.end(), f"{_line_ends(slot)} {slot[1]} (create$"))
+                edits.append((offset, slot.end(), f"{_keep_line_ends(slot)} {slot[1]} (create$"))
 
 
-def _line_ends(match: re.Match[str]) -> str:
+def _keep_line_ends(match: re.Match[str]) -> str:
     """Return the line ends of the replaced text, which keep the line numbers."""
     return "\n" * match.group().count("\n")

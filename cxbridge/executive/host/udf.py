@@ -119,17 +119,17 @@ class UdfTable:
             the first argument, INTEGER for the second, any type for further arguments.
         :raises ClipsError: if a revoked function had other parameters.
         """
-        limit = minimum if maximum is None else maximum
+        maximum = minimum if maximum is None else maximum
         if name in self._revoked:
-            self._define_again(name, function, (minimum, limit, types))
+            self._define_again(name, function, (minimum, maximum, types))
             return
         function_cell = [function]
         call = make_callback(
             "void(Environment *, UDFContext *, UDFValue *)",
-            self._make_entry_point(name, function_cell, minimum, limit, types),
+            self._make_entry_point(name, function_cell, minimum, maximum, types),
         )
-        self.define_c(name, call, minimum, limit, types)
-        self._functions[name] = (minimum, limit, types, function_cell)
+        self.define_c(name, call, minimum, maximum, types)
+        self._functions[name] = (minimum, maximum, types, function_cell)
 
     def _define_again(self, name: str, function: Function, arguments: tuple[int, int, str]) -> None:
         *signature, function_cell = self._functions[name]

@@ -57,12 +57,12 @@ class _Followers:
     """The followers of one deftemplate, and the slots that they requested."""
 
     def __init__(self) -> None:
-        self._calls: list[Follower] = []
+        self._followers: list[Follower] = []
         self._slots: dict[str, CData] = {}  # C names by Python name
         self._value = ffi.new("CLIPSValue *")
 
     def add(self, follower: Follower, slots: Iterable[str]) -> None:
-        self._calls.append(follower)
+        self._followers.append(follower)
         self._slots |= {slot: ffi.new("char[]", encode(slot)) for slot in slots}
 
     def notify(self, template: str, fact: CData) -> None:
@@ -73,7 +73,7 @@ class _Followers:
         slots = {
             name: print_value(value) for name, slot in self._slots.items() if get(fact, slot, value) == _FOUND
         }
-        for call in self._calls:
+        for call in self._followers:
             call(template, slots)
 
 
@@ -98,9 +98,9 @@ class Watcher:
         self._retract_followers: dict[str, _Followers] = {}
         self._change_listeners: dict[str, list[Callable[[], None]]] = {}
         self._names: dict[CData, str] = {}  # names of deftemplates by pointer
-        self._ignored: set[CData] = set()  # pointers of deftemplates without listeners
+        self._unwatched_templates: set[CData] = set()  # pointers of deftemplates without listeners
         self._emits_facts = False
-        self._texts: dict[int, str] = {}  # texts of emitted facts by index, for their retraction
+        self._fact_texts: dict[int, str] = {}  # texts of emitted facts by index, for their retraction
         self._hooks = (
             make_callback("void(Environment *, Fact *, void *)", self._handle_assertion),
             make_callback("void(Environment *, Fact *, void *)", self._handle_retraction),
@@ -135,7 +135,7 @@ class Watcher:
     def follow(self, template: str, follower: Follower, slots: Iterable[str]) -> None:
         """Call ``follower`` for each assertion of a deftemplate.
 
-        :param slots: the slots to pass; unknown slots are left out.
+        :param slots: the slots to pass; slots that the deftemplate lacks are left out.
         """
         self._assert_followers.setdefault(template, _Followers()).add(follower, slots)
         self.set_hooks()
@@ -156,8 +156,8 @@ class Watcher:
     def set_hooks(self) -> None:
         """Set the hooks that the present listeners need. To be called again after changes of the bus."""
         self._emits_facts = self._bus.wants(FactChange)
-        self._ignored.clear()
-        self._texts.clear()
+        self._unwatched_templates.clear()
+        self._fact_texts.clear()
         asserted, retracted, fired = self._hooks
         # a hook costs time for every fact: without listeners there is no hook
         has_listeners = self._emits_facts or self._change_listeners
@@ -169,18 +169,18 @@ class Watcher:
     def forget_names(self) -> None:
         """Clear the cached deftemplates, which may be redefined."""
         self._names.clear()
-        self._ignored.clear()
+        self._unwatched_templates.clear()
 
     # CLIPS calls the hooks for every fact: facts without a listener must cost little
 
     def _handle_assertion(self, _env: CData, fact: CData, _context: CData) -> None:
         deftemplate = lib.FactDeftemplate(fact)
-        if deftemplate not in self._ignored:
+        if deftemplate not in self._unwatched_templates:
             self._handle_change(fact, deftemplate, self._assert_followers, asserted=True)
 
     def _handle_retraction(self, _env: CData, fact: CData, _context: CData) -> None:
         deftemplate = lib.FactDeftemplate(fact)
-        if deftemplate not in self._ignored:
+        if deftemplate not in self._unwatched_templates:
             self._handle_change(fact, deftemplate, self._retract_followers, asserted=False)
 
     def _handle_change(
@@ -194,19 +194,19 @@ class Watcher:
         if self._emits_facts and template in self.facts:
             now_us, index = self._bus.clock.now_us(), lib.FactIndex(fact)
             if asserted:
-                text = self._texts[index] = self.fact_text(fact)
+                text = self._fact_texts[index] = self.fact_text(fact)
             else:
-                text = self._texts.pop(index, "") or self.fact_text(fact)
+                text = self._fact_texts.pop(index, "") or self.fact_text(fact)
             self._bus.emit(FactChange(now_us, self._name, asserted, index, template, text))
-        elif self._texts:
-            self._texts.pop(lib.FactIndex(fact), None)
+        elif self._fact_texts:
+            self._fact_texts.pop(lib.FactIndex(fact), None)
         if template in followers:
             followers[template].notify(template, fact)
         elif not self._emits_facts and not any(
             template in listeners
             for listeners in (self._assert_followers, self._retract_followers, self._change_listeners)
         ):
-            self._ignored.add(deftemplate)
+            self._unwatched_templates.add(deftemplate)
 
     def _handle_firing(self, _env: CData, activation: CData, _context: CData) -> None:
         self.firings += 1

@@ -1,12 +1,12 @@
-"""The syntax tree of PDDL domains, problems and formulas, with the truth of conditions.
+"""The syntax tree of PDDL domains, problems and formulas, and the evaluation of conditions.
 
-Nodes are immutable, and are equal if their content is equal, wherever it is in the text. The tree may contain
-constructs that planners support, but facts of the CLIPS Executive cannot express (quantifiers, conditional
-effects, numbers).
+Nodes are immutable, and are equal if their content is equal, wherever they are in the text. The tree may
+contain constructs that planners support, but facts of the CLIPS Executive cannot express (quantifiers,
+conditional effects, numbers).
 
-Each class of formulas lists its fields that hold formulas (``PARTS``) and terms (``TERMS``), and the first
-word of its text (``HEAD``). The functions that walk, change, check and print formulas need only these three
-attributes.
+Each class of formulas lists which of its fields hold formulas (``PARTS``) and terms (``TERMS``), and the
+first word of its text (``HEAD``). The functions that walk, change, check and print formulas need only these
+three attributes.
 """
 
 from __future__ import annotations

@@ -58,21 +58,21 @@ def parse_items(text: SourceText) -> tuple[Item, ...]:
     :raises PddlSyntaxError: if brackets do not match.
     """
     items: list[Item] = []
-    opened: list[tuple[list[Item], Position]] = []
+    open_groups: list[tuple[list[Item], Position]] = []
     for token in text.tokens:
         position = text.position(token.start)
         if token.text == "(":
-            opened.append((items, position))
+            open_groups.append((items, position))
             items = []
         elif token.text != ")":
             items += token_words(token, text)
-        elif opened:
-            outer, start = opened.pop()
+        elif open_groups:
+            outer, start = open_groups.pop()
             outer.append(Group(tuple(items), start, position))
             items = outer
         else:
             raise syntax_error("there is one ')' too many", position, text.file)
-    if opened:
+    if open_groups:
         raise _unclosed_error(text)
     return tuple(items)
 
@@ -88,16 +88,16 @@ def token_words(token: Token, text: SourceText) -> list[BracketWord]:
 def _unclosed_error(text: SourceText) -> PddlSyntaxError:
     """Return the error about a missing closing bracket, at its probable place."""
     # a section within another section shows that the innermost open group lacks its bracket
-    opened: list[Position] = []
+    open_positions: list[Position] = []
     after_open = False
     for token in text.tokens:
         if token.text == "(":
-            opened.append(text.position(token.start))
+            open_positions.append(text.position(token.start))
         elif token.text == ")":
-            opened.pop()
-        elif after_open and token.text.startswith(":") and len(opened) > _SECTION_DEPTH:
-            return syntax_error(f"a ')' is missing before '({token.text}'", opened[-1], text.file)
+            open_positions.pop()
+        elif after_open and token.text.startswith(":") and len(open_positions) > _SECTION_DEPTH:
+            return syntax_error(f"a ')' is missing before '({token.text}'", open_positions[-1], text.file)
         elif token.kind == END_TERMINAL:
             break
         after_open = token.text == "("
-    return syntax_error("this '(' is never closed", opened[-1], text.file)
+    return syntax_error("this '(' is never closed", open_positions[-1], text.file)

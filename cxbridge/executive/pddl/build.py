@@ -179,8 +179,9 @@ class SyntaxBuilder:
 
     def init(self, children: Children, start: int) -> Section:
         """Return the section of the initial state: facts, explicitly false facts and numbers."""
-        true: dict[Atom, None] = {}
-        false: dict[Atom, None] = {}
+        # dictionaries in place of sets, to keep the order of the text
+        true_atoms: dict[Atom, None] = {}
+        false_atoms: dict[Atom, None] = {}
         numbers: list[tuple[FunctionTerm, float]] = []
         for fact in children:
             if isinstance(fact, TermComparison):
@@ -192,12 +193,12 @@ class SyntaxBuilder:
             if not isinstance(atom, Atom):
                 raise self._fact_expected_error(fact)
             self._check_objects(atom)
-            (true if is_true else false)[atom] = None
-        for atom in false:
-            if atom in true:
+            (true_atoms if is_true else false_atoms)[atom] = None
+        for atom in false_atoms:
+            if atom in true_atoms:
                 message = f"{format_formula(atom)} is both true and false at the start"
                 raise syntax_error(message, atom.position, self._file, "remove one of the two")
-        fields = {"init": tuple(true), "init_false": tuple(false), "numbers": tuple(numbers)}
+        fields = {"init": tuple(true_atoms), "init_false": tuple(false_atoms), "numbers": tuple(numbers)}
         return Section("init", ":init", fields, start)
 
     def _fact_expected_error(self, fact: Formula) -> PddlSyntaxError:

@@ -12,13 +12,13 @@ from typing import Final
 from cxbridge.executive.pddl.ast import Position
 from cxbridge.executive.pddl.brackets import BracketWord, Group, Item, parse_items, token_words
 from cxbridge.executive.pddl.errors import PddlSyntaxError, syntax_error
-from cxbridge.executive.pddl.grammar import END_TERMINAL, load_tables
+from cxbridge.executive.pddl.grammar import load_tables
 from cxbridge.executive.pddl.reader import UnexpectedToken
 from cxbridge.executive.pddl.tokens import SourceText
 from cxbridge.executive.pddl.unsupported import unsupported_formula, unsupported_section, unsupported_texts
 from cxbridge.suggestions import did_you_mean
 
-# the kind of a text by start symbol of the grammar
+# the noun of a text by start symbol of the grammar
 _TEXT_NOUNS: Final = {"domain": "domain", "problem": "problem", "condition": "formula"}
 _TYPED_SECTIONS: Final = {":types": "a type", ":constants": "a constant", ":objects": "an object"}
 _DECLARATIONS: Final = {":predicates": "predicate", ":functions": "function"}
@@ -45,9 +45,9 @@ def unexpected_token_error(text: SourceText, symbol: str, unexpected: Unexpected
     """
     try:
         items = parse_items(text)
-    except PddlSyntaxError as syntax_error_in_context:  # a missing bracket explains the token, too
-        return syntax_error_in_context
-    return _Explainer(text, symbol, items, unexpected).syntax_error_in_context()
+    except PddlSyntaxError as bracket_error:  # a missing bracket explains the token, too
+        return bracket_error
+    return _Explainer(text, symbol, items, unexpected).explain()
 
 
 class _Explainer:
@@ -71,7 +71,6 @@ class _Explainer:
         self._group = next(
             (sibling for sibling in self._siblings() if sibling.position == self._position), None
         )
-        self._is_end = unexpected.token.kind == END_TERMINAL
 
     def _siblings(self) -> tuple[Item, ...]:
         return self._path[-1].items if self._path else self._items
@@ -82,7 +81,7 @@ class _Explainer:
         """Return an error, by default at the unexpected token."""
         return syntax_error(message, position or self._position, self._file, hint)
 
-    def syntax_error_in_context(self) -> PddlSyntaxError:
+    def explain(self) -> PddlSyntaxError:
         return self._unsupported_error() or (
             self._formula_error(self._path)
             if self._symbol == "condition" and self._path
@@ -110,9 +109,9 @@ class _Explainer:
         """Explain an error in the outer structure of a domain or problem, or in one of its sections."""
         noun = _TEXT_NOUNS[self._symbol]
         define = self._items[0] if self._items else None
-        form = "(PREDICATE ...)" if noun == "formula" else f"(define ({noun} NAME) ...)"
+        expected_form = "(PREDICATE ...)" if noun == "formula" else f"(define ({noun} NAME) ...)"
         if define is None:
-            return self._error(f"there is no {noun} in this text", Position(), f"write {form}")
+            return self._error(f"there is no {noun} in this text", Position(), f"write {expected_form}")
         if noun == "formula":
             # a word in place of a formula, e.g. `at r1 home` without its brackets
             if isinstance(define, BracketWord):
@@ -127,11 +126,11 @@ class _Explainer:
         header = define.items[1] if len(define.items) > 1 else define
         if not isinstance(header, Group) or header.head.lower() != noun or len(header.items) != _PAIR_LENGTH:
             head = header.head.lower() if isinstance(header, Group) else ""
-            is_other = head in ("domain", "problem")
+            is_other_file = head in ("domain", "problem")
             return self._error(
                 f"({noun} NAME) is expected after 'define'",
                 header.position,
-                f"this is a {head}: are the files in the other order?" if is_other else None,
+                f"this is a {head}: are the files in the other order?" if is_other_file else None,
             )
         if header in self._path:
             return self._error(f"the name of the {noun} is expected", header.items[1].position)
@@ -185,8 +184,8 @@ class _Explainer:
         if head == ":init":
             hint = "such as (at r1 home) or (= (distance a b) 3)"
             return self._error("a fact is expected", inner[0].position if inner else None, hint)
-        form = {":metric": "minimize TERM", ":length": "(:serial 5)"}.get(head, "NAME")
-        return self._error(f"({section.head} {form}) is expected", section.position)
+        expected_form = {":metric": "minimize TERM", ":length": "(:serial 5)"}.get(head, "NAME")
+        return self._error(f"({section.head} {expected_form}) is expected", section.position)
 
     def _typed_error(self, kind: str, inner: list[Group]) -> PddlSyntaxError:
         """Explain an error in a typed list.
@@ -288,12 +287,12 @@ class _Explainer:
         """Explain a wrong number of parts in the innermost formula or its parent."""
         # the token may be in a part that is one too many, so the parent counts, too
         for group in reversed(path[-2:]):
-            head, number = group.head.lower(), len(group.items) - 1
-            if head == "not" and number != 1:
+            head, operand_count = group.head.lower(), len(group.items) - 1
+            if head == "not" and operand_count != 1:
                 hint = "write (not (and ...)) for several"
                 return self._error("'not' takes one formula", group.position, hint)
-            if head in _OPERAND_NOUNS and number != _OPERAND_COUNT:
-                message = f"'{group.head}' takes two {_OPERAND_NOUNS[head]}, but has {number}"
+            if head in _OPERAND_NOUNS and operand_count != _OPERAND_COUNT:
+                message = f"'{group.head}' takes two {_OPERAND_NOUNS[head]}, but has {operand_count}"
                 return self._error(message, group.position)
         return None
 

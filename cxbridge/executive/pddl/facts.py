@@ -115,7 +115,7 @@ class _FactMaker:
     def _error(self, message: str, position: Position, hint: str | None = None) -> PddlError:
         return semantic_error(message, position, self._file, hint)
 
-    def _warn_of_dropped_part(self, message: str, position: Position) -> None:
+    def _warn_about_dropped_part(self, message: str, position: Position) -> None:
         if self._warn is not None:
             self._warn(self._error(message, position))
 
@@ -162,7 +162,7 @@ class _FactMaker:
             if type_:
                 slots["type"] = type_
             elif self._fawkes_compat:
-                self._warn_of_dropped_part(
+                self._warn_about_dropped_part(
                     f"parameter ?{name} of {action.name} has no type, and gets no fact", action.position
                 )
                 continue
@@ -218,9 +218,9 @@ class _FactMaker:
             yield from self._atom_facts(predicate, terms, parent, id_, position, is_root=is_root)
             return
         variables = tuple({term.name: term for term in _variables(terms)}.values())
-        rows = list(self._atom_facts(formula.operator, variables, parent, id_, position, is_root=is_root))
-        yield from rows
-        slots = {"predicate-id": rows[-1].slots["id"], "text": format_formula(formula)}
+        facts = list(self._atom_facts(formula.operator, variables, parent, id_, position, is_root=is_root))
+        yield from facts
+        slots = {"predicate-id": facts[-1].slots["id"], "text": format_formula(formula)}
         yield FactToAssert("domain-comparison", slots)
 
     def _connective_facts(
@@ -287,7 +287,7 @@ class _FactMaker:
             case NumericChange(operator=operator):
                 # PddlNumbers computes numeric effects from the domain
                 if self._fawkes_compat:
-                    self._warn_of_dropped_part(f"Fawkes has no fact for '{operator}'", formula.position)
+                    self._warn_about_dropped_part(f"Fawkes has no fact for '{operator}'", formula.position)
             case Quantified(quantifier=quantifier):
                 raise self._error(
                     f"'{quantifier}' in an effect cannot be expressed as facts",
@@ -298,10 +298,10 @@ class _FactMaker:
                 self._refuse_effect(formula)
 
     def _refuse_effect(self, formula: Formula) -> None:
-        """Refuse an effect without facts; drop it as Fawkes does."""
+        """Refuse an effect that facts cannot express; with ``fawkes_compat``, drop it with a warning."""
         names: dict[type, str] = {When: "a conditional effect (when)", Or: "'or'", Imply: "'imply'"}
         kind = names.get(type(formula), "a comparison")
         message = f"{kind} in an effect cannot be expressed as facts"
         if not self._fawkes_compat:
             raise self._error(message, formula.position, "split the action into two")
-        self._warn_of_dropped_part(message, formula.position)
+        self._warn_about_dropped_part(message, formula.position)

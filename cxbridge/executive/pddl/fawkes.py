@@ -33,14 +33,14 @@ _ACTION_PARTS: Final = {
 }
 _REQUIRED_PARTS: Final = ("parameters", "condition", "effect")
 # Keywords that Fawkes takes for the start of a longer word.
-_PREFIXES: Final = ("exists", "forall")
-_EFFECT_PREFIXES: Final = ("when", "increase", "decrease")
+_QUANTIFIERS: Final = ("exists", "forall")
+_EFFECT_KEYWORDS: Final = ("when", "increase", "decrease")
 # The first words of formulas that Fawkes' grammar lacks.
 _UNKNOWN_HEADS: Final = frozenset({"<=", ">=", "imply", "assign", "scale-up", "scale-down"})
 _CONNECTIVES: Final = frozenset({"and", "or", "not", "when"})
 _TIMES: Final = {("at", "start"), ("at", "end"), ("over", "all")}
 _SECTION_DEPTH: Final = 2  # (define (:section ...
-_FIRST_KEY: Final = 2  # (:action NAME :key value ...
+_FIRST_KEY_INDEX: Final = 2  # (:action NAME :key value ...
 
 
 def remove_text_after_actions(text: SourceText) -> None:
@@ -68,8 +68,8 @@ def check_domain(text: SourceText) -> None:
     for previous, section in pairwise(sections):
         if _section_rank(section.head) < _section_rank(previous.head):
             raise _refusal_error(text, section.position, f"{section.head} must come earlier")
-    for head, entries in _REQUIRED_SECTIONS.items():
-        if not any(section.head == head and len(section.items) > entries for section in sections):
+    for head, min_entries in _REQUIRED_SECTIONS.items():
+        if not any(section.head == head and len(section.items) > min_entries for section in sections):
             raise _refusal_error(text, define.position, f"there are no {head[1:]}")
     actions = [section for section in sections if section.head in _ACTIONS]
     if not actions:
@@ -85,21 +85,21 @@ def _section_rank(head: str) -> int:
 
 def _check_action(text: SourceText, action: Group) -> None:
     order = list(_ACTION_PARTS)
-    latest = 0
-    present = set()
-    items = iter(action.items[_FIRST_KEY:])
+    highest_rank = 0
+    present_parts = set()
+    items = iter(action.items[_FIRST_KEY_INDEX:])
     for key, value in zip(items, items, strict=False):  # pairs of keyword and value
         if not isinstance(key, BracketWord):
             continue
-        number = order.index(key.text)
-        if number < latest:
+        rank = order.index(key.text)
+        if rank < highest_rank:
             raise _refusal_error(text, key.position, f"{key.text} must come earlier")
-        latest = number
-        present.add(_ACTION_PARTS[key.text])
+        highest_rank = rank
+        present_parts.add(_ACTION_PARTS[key.text])
         if key.text != ":parameters":
             check_formula(text, value, is_effect=key.text == ":effect")
     for part in _REQUIRED_PARTS:
-        if part not in present:
+        if part not in present_parts:
             name = action.items[1]
             assert isinstance(name, BracketWord)
             raise _refusal_error(text, action.position, f"action {name.text} has no {part}")
@@ -116,22 +116,22 @@ def check_formula(text: SourceText, formula: Item, *, is_effect: bool = False) -
     if reason:
         raise _refusal_error(text, formula.position, reason)
     head, parts = formula.head, formula.items[1:]
-    if head in _PREFIXES or _is_timed(formula):
+    if head in _QUANTIFIERS or _is_timed(formula):
         parts = parts[1:]
     elif head not in _CONNECTIVES:
         return
-    for number, part in enumerate(parts):
+    for index, part in enumerate(parts):
         # the first part of when is a condition
-        check_formula(text, part, is_effect=is_effect and not (head == "when" and number == 0))
+        check_formula(text, part, is_effect=is_effect and not (head == "when" and index == 0))
 
 
 def _refusal_reason(formula: Group, *, is_effect: bool) -> str:
     """Return why Fawkes refuses a formula; empty if it accepts the formula."""
     head = formula.head
-    prefixes = _PREFIXES + (_EFFECT_PREFIXES if is_effect else ())
+    keywords = _QUANTIFIERS + (_EFFECT_KEYWORDS if is_effect else ())
     if not head:
         return "a formula must start with a word"
-    if head not in prefixes and head.startswith(prefixes):
+    if head not in keywords and head.startswith(keywords):
         return f"it mistakes '{head}' for a keyword"
     if head in _UNKNOWN_HEADS:
         return f"it does not support '{head}'"

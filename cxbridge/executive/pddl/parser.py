@@ -103,11 +103,11 @@ def _parse(source: SourceText, symbol: str) -> tuple[Any, set[str]]:
     """
     builder = SyntaxBuilder(source)
     try:
-        return _reader().read(source.tokens, symbol, builder), builder.words_as_numbers
+        return _load_reader().read(source.tokens, symbol, builder), builder.words_as_numbers
     except UnexpectedToken as error:
         raise unexpected_token_error(source, symbol, error) from None
 
 
 @cache
-def _reader() -> Reader:
+def _load_reader() -> Reader:
     return Reader(SyntaxBuilder)

@@ -22,13 +22,13 @@ def format_formula(formula: Formula) -> str:
     """Return a formula as PDDL in one line."""
     variables = [f"({format_typed(formula.variables, '?')})"] if isinstance(formula, Quantified) else []
     terms = map(format_term, formula.terms)
-    return _bracketed(formula.head, *variables, *terms, *map(format_formula, formula.children))
+    return _format_list(formula.head, *variables, *terms, *map(format_formula, formula.children))
 
 
 def format_domain(domain: Domain) -> str:
     """Return a domain as PDDL text."""
     requirements = (f":{name}" for name in domain.requirements)
-    sections = [_bracketed(":requirements", *requirements)]
+    sections = [_format_list(":requirements", *requirements)]
     if domain.types:
         sections.append(f"(:types {format_typed(domain.types)})")
     if domain.constants:
@@ -42,8 +42,8 @@ def format_domain(domain: Domain) -> str:
 
 
 def _format_declarations(section: str, declarations: Iterable[Predicate | Function]) -> str:
-    texts = (_bracketed(declared.name, format_typed(declared.parameters, "?")) for declared in declarations)
-    return _bracketed(section, *texts)
+    texts = (_format_list(declared.name, format_typed(declared.parameters, "?")) for declared in declarations)
+    return _format_list(section, *texts)
 
 
 def _format_action(action: ActionSchema) -> str:
@@ -62,7 +62,7 @@ def _format_action(action: ActionSchema) -> str:
     return "\n".join(lines) + ")"
 
 
-def _bracketed(*words: str) -> str:
+def _format_list(*words: str) -> str:
     """Return words in brackets, without empty words."""
     return f"({' '.join(filter(None, words))})"
 
@@ -80,7 +80,7 @@ def format_typed(typed: TypedList, prefix: str = "") -> str:
 def format_term(term: Term) -> str:
     """Return a term as PDDL."""
     if isinstance(term, FunctionTerm):
-        return _bracketed(term.function, *map(format_term, term.arguments))
+        return _format_list(term.function, *map(format_term, term.arguments))
     return f"?{term.name}" if isinstance(term, Variable) else term.name
 
 

@@ -38,22 +38,26 @@ def problem_of_facts(
     """
     constants = set(names_of(domain.constants))
     is_typed = domain.is_typed
-    groups = tuple(
+    typed_objects = tuple(
         TypedNames((object_name,), (type_,) if type_ and is_typed else ())
         for object_name, type_ in dict.fromkeys(objects)
         if object_name not in constants
     )
     atoms = tuple(
         Atom(predicate, tuple(Constant(argument) for argument in arguments))
-        for predicate, arguments in dict.fromkeys((name, tuple(values)) for name, values in facts)
+        for predicate, arguments in dict.fromkeys(
+            (predicate, tuple(arguments)) for predicate, arguments in facts
+        )
     )
     is_temporal = any(action.durative for action in domain.actions)
     metric = ("minimize", FunctionTerm(TOTAL_TIME, ())) if is_temporal else None
-    values = tuple(
+    initial_numbers = tuple(
         (FunctionTerm(function, tuple(map(Constant, arguments))), value)
         for (function, arguments), value in numbers
     )
-    problem = Problem(name, domain.name, groups, atoms, numbers=values, goal=goal, metric=metric)
+    problem = Problem(
+        name, domain.name, typed_objects, atoms, numbers=initial_numbers, goal=goal, metric=metric
+    )
     check_problem(domain, problem)
     return problem
 

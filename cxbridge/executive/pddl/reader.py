@@ -50,16 +50,16 @@ class Reader:
         state = self._starts[symbol]
         states: list[int] = [state]
         values: list[Any] = []
-        starts: list[int] = []
+        start_positions: list[int] = []
         for token in tokens:
             kind, _, start = token
             while (step := table[state].get(kind)) is not None and step < 0:
                 size, result, reduce = rules[-1 - step]
-                rule_start = starts[-size]
+                rule_start = start_positions[-size]
                 value = reduce(builder, values[-size:], rule_start)
-                del values[-size:], starts[-size:], states[-size:]
+                del values[-size:], start_positions[-size:], states[-size:]
                 values.append(value)
-                starts.append(rule_start)
+                start_positions.append(rule_start)
                 state = table[states[-1]][result]
                 states.append(state)
             if step is None:
@@ -70,7 +70,7 @@ class Reader:
             state = step
             states.append(state)
             values.append(token)
-            starts.append(start)
+            start_positions.append(start)
         return values[0]
 
 

@@ -72,9 +72,8 @@ class DomainChecker:
         self._warn = warn
         self._has_types = domain.requires_typing or (not fawkes_compat and domain.is_typed)
         self._hierarchy = TypeHierarchy(domain.types)
-        self._declaring_section = (
-            "(:constants ...)"  # the section in which an unknown name can be declared, for hints
-        )
+        # the section in which an unknown name can be declared, for hints
+        self._declaring_section = "(:constants ...)"
         self._constants: Scope = {}
         for group in domain.constants:
             for name in group.names:  # a constant that is declared with two types has both types
@@ -87,7 +86,7 @@ class DomainChecker:
 
         :raises PddlSemanticError: for the first mistake.
         """
-        self._check_requirement()
+        self._check_typing_requirement()
         if not self._fawkes_compat:
             self._refuse_duplicates()
             self._refuse_cyclic_types()
@@ -130,20 +129,20 @@ class DomainChecker:
             ("function", domain.functions),
             ("action", domain.actions),
         ]
-        for kind, declarations in declared:
+        for noun, declarations in declared:
             self._refuse_duplicate_names(
-                kind, [(declaration.name, declaration.position) for declaration in declarations]
+                noun, [(declaration.name, declaration.position) for declaration in declarations]
             )
         for action in domain.actions:
             names = [(name, group.position) for group in action.parameters for name in group.names]
             self._refuse_duplicate_names(f"parameter of action {action.name}", names)
 
-    def _refuse_duplicate_names(self, kind: str, names: list[tuple[str, Position]]) -> None:
+    def _refuse_duplicate_names(self, noun: str, names: list[tuple[str, Position]]) -> None:
         declared: dict[str, Position] = {}
         for name, position in names:
             if name in declared:
                 raise self._error(
-                    f"there is a second {kind} {name}",
+                    f"there is a second {noun} {name}",
                     position,
                     f"the first is in line {declared[name].line}: rename or remove one",
                 )
@@ -159,8 +158,8 @@ class DomainChecker:
         typed = (group.position for groups in self._domain.typed_lists for group in groups if group.types)
         return min(typed, default=None)
 
-    def _check_requirement(self) -> None:
-        """Refuse types without the requirement ``:typing`` as Fawkes does, or else warn of them."""
+    def _check_typing_requirement(self) -> None:
+        """Refuse types without the requirement ``:typing`` as Fawkes does, or else warn about them."""
         position, hint = self._first_type_position(), "add :typing to (:requirements ...)"
         if position is None:
             return

@@ -1,8 +1,8 @@
 """Names in the spelling of their declarations, because PDDL ignores case and CLIPS does not.
 
 A name may differ from its declaration in case. A function without arguments may be written without brackets,
-as a word in place of a number. These functions give both the declared form, so that names can be compared as
-text.
+as a word in place of a number. The functions of this module give such names their declared form, so that
+names can be compared as text.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ def spell_problem(
         TOTAL_TIME,
         *(function.name.lower() for function in domain.functions if not function.parameters),
     }
-    if not _has_two_spellings((*words, *_domain_names(domain))) and functions.isdisjoint(
+    if not _has_two_spellings((*words, *_list_domain_names(domain))) and functions.isdisjoint(
         map(str.lower, words_as_numbers)
     ):
         return problem
@@ -74,7 +74,7 @@ def _has_two_spellings(words: Iterable[str]) -> bool:
     return len({word.lower() for word in distinct}) != len(distinct)
 
 
-def _domain_names(domain: Domain) -> Iterable[str]:
+def _list_domain_names(domain: Domain) -> Iterable[str]:
     yield from (domain.name, ROOT_TYPE)
     yield from names_of(domain.types + domain.constants)
     yield from (predicate.name for predicate in domain.predicates)
@@ -86,13 +86,15 @@ class _Speller:
 
     def __init__(self, domain: Domain, objects: TypedList) -> None:
         self._name = domain.name
-        self._types = _spelling_table((ROOT_TYPE, *names_of(domain.types)))
-        self._objects = _spelling_table(names_of(objects))
-        self._predicates = _spelling_table(predicate.name for predicate in domain.predicates)
-        self._functions = _spelling_table((*(function.name for function in domain.functions), TOTAL_TIME))
-        self._numbers = {function.name for function in domain.functions if not function.parameters} | {
-            TOTAL_TIME
-        }
+        self._types = _make_spelling_table((ROOT_TYPE, *names_of(domain.types)))
+        self._objects = _make_spelling_table(names_of(objects))
+        self._predicates = _make_spelling_table(predicate.name for predicate in domain.predicates)
+        self._functions = _make_spelling_table(
+            (*(function.name for function in domain.functions), TOTAL_TIME)
+        )
+        self._number_functions = {
+            function.name for function in domain.functions if not function.parameters
+        } | {TOTAL_TIME}
 
     def spell_domain(self, domain: Domain) -> Domain:
         return replace(
@@ -114,7 +116,7 @@ class _Speller:
             metric = (metric[0], self._spell_number(self._spell_nested_term(metric[1], {})))
         return replace(
             problem,
-            domain=_declared_form(problem.domain, _spelling_table((self._name,))),
+            domain=_declared_form(problem.domain, _make_spelling_table((self._name,))),
             objects=self._spell_typed_list(problem.objects, self._objects),
             # atoms that differ in case only become equal here
             init=tuple(dict.fromkeys(self._spell_formula(atom, {}) for atom in problem.init)),
@@ -142,9 +144,9 @@ class _Speller:
         )
 
     def _spell_action(self, action: ActionSchema) -> ActionSchema:
-        formulas = {name: getattr(action, name) for name in _FORMULAS}
-        quantified = [name for formula in formulas.values() for name in _quantified_names(formula)]
-        variables = _spelling_table((*names_of(action.parameters), *quantified, "duration"))
+        formulas = {name: getattr(action, name) for name in _FORMULA_FIELDS}
+        quantified = [name for formula in formulas.values() for name in _find_quantified_names(formula)]
+        variables = _make_spelling_table((*names_of(action.parameters), *quantified, "duration"))
         spelt_formulas = {
             name: formula and self._spell_formula(formula, variables) for name, formula in formulas.items()
         }
@@ -156,7 +158,7 @@ class _Speller:
         def spell(part: Formula) -> Any:
             match part:
                 case Atom(predicate=name):
-                    return _renamed(part, "predicate", _declared_form(name, self._predicates))
+                    return _rename(part, "predicate", _declared_form(name, self._predicates))
                 case Quantified():
                     return replace(part, variables=self._spell_typed_list(part.variables, variables))
                 case TermComparison(left=left, right=right):
@@ -166,7 +168,7 @@ class _Speller:
                 case _:
                     return part
 
-        variables = variables or _spelling_table(_quantified_names(formula))
+        variables = variables or _make_spelling_table(_find_quantified_names(formula))
         return formula.map_terms(lambda term: self._spell_term(term, variables)).map(spell)
 
     def _spell_nested_term(self, term: Any, variables: Spellings) -> Any:
@@ -178,37 +180,37 @@ class _Speller:
     def _spell_term(self, term: Term, variables: Spellings) -> Any:
         match term:
             case Variable(name=name):
-                return _renamed(term, "name", _declared_form(name, variables))
+                return _rename(term, "name", _declared_form(name, variables))
             case Constant(name=name):
-                return _renamed(term, "name", _declared_form(name, self._objects))
+                return _rename(term, "name", _declared_form(name, self._objects))
             case FunctionTerm(function=name, arguments=terms):
                 if name in ARITHMETIC:
                     return replace(term, arguments=tuple(map(self._spell_number, terms)))
-                return _renamed(term, "function", _declared_form(name, self._functions))
+                return _rename(term, "function", _declared_form(name, self._functions))
 
     def _spell_number(self, term: Term) -> Term:
         """Return the term as a function term if it is a function without brackets."""
         if not isinstance(term, Constant) or term.name in self._objects.values():
             return term
         name = _declared_form(term.name, self._functions)
-        return FunctionTerm(name, (), term.position) if name in self._numbers else term
+        return FunctionTerm(name, (), term.position) if name in self._number_functions else term
 
 
-_FORMULAS: Final = ("duration", "condition", "effect", "conditional_breakup", "temporal_breakup")
+_FORMULA_FIELDS: Final = ("duration", "condition", "effect", "conditional_breakup", "temporal_breakup")
 
 
-def _quantified_names(formula: Formula | None) -> Iterator[str]:
+def _find_quantified_names(formula: Formula | None) -> Iterator[str]:
     """Yield the variables of all quantifiers in a formula."""
     for part in () if formula is None else formula.walk():
         if isinstance(part, Quantified):
             yield from names_of(part.variables)
 
 
-def _renamed(node: Any, field: str, name: str) -> Any:
+def _rename(node: Any, field: str, name: str) -> Any:
     return node if getattr(node, field) == name else replace(node, **{field: name})
 
 
-def _spelling_table(names: Iterable[str]) -> dict[str, str]:
+def _make_spelling_table(names: Iterable[str]) -> dict[str, str]:
     spellings: dict[str, str] = {}
     for name in names:
         spellings.setdefault(name.lower(), name)

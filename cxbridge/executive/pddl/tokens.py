@@ -52,15 +52,15 @@ class SourceText:
         self.length = len(text)
         self.kinds = _WordKinds()
         self._line_starts = [0, *(match.end() for match in re.finditer("\n", text))]
-        self.tokens = self._tokens(text)
+        self.tokens = self._read_tokens(text)
 
     def position(self, start: int) -> Position:
         """Return line and column of an offset."""
         line = bisect_right(self._line_starts, start)
         return Position(line, start - self._line_starts[line - 1] + 1)
 
-    def _tokens(self, text: str) -> list[Token]:
-        comment, pattern = _token_patterns()
+    def _read_tokens(self, text: str) -> list[Token]:
+        comment, pattern = _load_token_patterns()
         if ";" in text:  # blanks in place of comments keep the positions
             text = comment.sub(lambda match: " " * len(match[0]), text)
         kinds, make_tuple = self.kinds, tuple.__new__  # twice as fast as a call of Token
@@ -90,14 +90,14 @@ class _WordKinds(dict[str, str]):
     """The terminals of a text's words, computed once per word."""
 
     def __missing__(self, word: str) -> str:
-        kind = self[word] = _word_kind(word)
+        kind = self[word] = _find_word_kind(word)
         return kind
 
 
 @lru_cache(maxsize=4096)
-def _word_kind(word: str) -> str:
+def _find_word_kind(word: str) -> str:
     # cached across texts: a domain and its problems share most words
-    keywords, words = _word_tables()
+    keywords, words = _load_word_tables()
     kind = keywords.get(word.lower())
     if kind is None:
         match = words.fullmatch(word)
@@ -107,15 +107,15 @@ def _word_kind(word: str) -> str:
 
 
 @cache
-def _word_tables() -> tuple[dict[str, str], re.Pattern[str]]:
-    """Return terminals by keyword, and a pattern of other words with terminals as group names."""
+def _load_word_tables() -> tuple[dict[str, str], re.Pattern[str]]:
+    """Return the terminals by keyword, and a pattern for other words with terminals as group names."""
     tables = load_tables()
     patterns = (f"(?P<{name}>{pattern})" for name, pattern in tables.words.items())
     return tables.keywords, re.compile("|".join(patterns), re.ASCII)
 
 
 @cache
-def _token_patterns() -> tuple[re.Pattern[str], re.Pattern[str]]:
+def _load_token_patterns() -> tuple[re.Pattern[str], re.Pattern[str]]:
     """Return the patterns of comments and of tokens."""
     tables = load_tables()
     cuts = "|".join(f"(?P<{name}>{pattern})" for name, pattern in tables.cuts.items())

@@ -8,7 +8,7 @@ from itertools import product
 from cxbridge.executive.pddl.ast import ROOT_TYPE, Binding, TypedList, pairs_of
 
 ObjectsOf = Callable[[tuple[str, ...]], Collection[str]]
-"""Returns the objects of any of some types; without types all objects."""
+"""Returns the objects that belong to one of the types; without types all objects."""
 
 
 class TypeHierarchy:
@@ -36,6 +36,6 @@ class TypeHierarchy:
 def extended_bindings(variables: TypedList, binding: Binding, objects_of: ObjectsOf) -> Iterator[Binding]:
     """Yield ``binding`` extended by each choice of objects for the variables."""
     names = [name for group in variables for name in group.names]
-    domains = [objects_of(group.types) for group in variables for _ in group.names]
-    for choice in product(*domains):
+    object_choices = [objects_of(group.types) for group in variables for _ in group.names]
+    for choice in product(*object_choices):
         yield {**binding, **dict(zip(names, choice, strict=True))}

@@ -6,7 +6,7 @@ from functools import partial
 
 from cxbridge.config import Configuration
 from cxbridge.errors import ExecutiveError
-from cxbridge.executive.executive import Executive, action_mapping
+from cxbridge.executive.executive import Executive, read_action_mapping
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.mainloop import Hook
@@ -115,7 +115,7 @@ def make_executive(
         check_features(config, spec, manager.features)
         # in the mode `fawkes`, values of plan-actions are pasted into Lua, and could be programs
         mode = skiller_mode(config) if data_may_be_programs(config) else "strict"
-        mapping = ActionSkillMapping(action_mapping(config, spec), mode=mode)
+        mapping = ActionSkillMapping(read_action_mapping(config, spec), mode=mode)
         files = source.core_files(context.paths, config)
         executive = source.make_executive(context, manager, mapping, files)
         executive.place_of_action = lambda action: place_of_action(own_files(context, executive), action)

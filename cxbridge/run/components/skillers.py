@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from functools import partial
 
 from cxbridge.errors import SkillError
-from cxbridge.executive.executive import place_of_skill
+from cxbridge.executive.executive import find_skill_location
 from cxbridge.mainloop import Hook
 from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
@@ -119,7 +119,7 @@ def _make_skiller(context: Run, settings: SkillerSettings) -> SkillerBackend:
             mode=settings.mode,
             limits=read_limits(config),
             navgraph=navgraph,
-            find_mapping_place=partial(place_of_skill, config, context.spec),
+            find_mapping_place=partial(find_skill_location, config, context.spec),
         )
     except SkillError as error:
         # an error outside a Lua file is about the configured name of the skill space

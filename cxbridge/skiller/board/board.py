@@ -80,7 +80,7 @@ class SkillBoard:
         self._masters: dict[int, Master] = {}
         self._asking_masters: dict[str, dict[int, Master]] = {}  # in the state ASKING, by agent
         self._new_masters: dict[int, Master] = {}  # masters without a request yet
-        self._quota = REQUESTS_PER_LOOP
+        self._remaining_requests = REQUESTS_PER_LOOP
         self._pending_by_executor: dict[str, int] = {}  # the master of the unanswered request
         self._pending_by_master: dict[int, set[str]] = {}  # the executors that have not answered
         self._last_number = 0
@@ -93,7 +93,7 @@ class SkillBoard:
             owner=LOG_COMPONENT,
             is_synchronous=clock.is_virtual,
         )
-        self._watchers: dict[int, Callable[[Master], None]] = {}
+        self._change_callbacks: dict[int, Callable[[Master], None]] = {}
         self._handlers = {
             "ResponseMessage": self._handle_response,
             "FeedbackMessage": self._handle_feedback,
@@ -134,13 +134,13 @@ class SkillBoard:
             on_change=self._process_change,
         )
         self._masters[master.number] = master
-        self._watchers[master.number] = on_change
+        self._change_callbacks[master.number] = on_change
         self._asking_masters.setdefault(call.agent, {})[master.number] = master
         if self._log.enabled:
             self._log.debug(
                 f"action {master.number}: who executes {call.skill}{parameters} for {call.agent}?"
             )
-        if self._quota > 0:
+        if self._remaining_requests > 0:
             self.ask(master)
         self._new_masters[master.number] = master
         return master
@@ -206,7 +206,7 @@ class SkillBoard:
 
     def expire(self) -> None:
         """End a loop: expire overdue masters and publish the number of masters."""
-        self._quota = REQUESTS_PER_LOOP
+        self._remaining_requests = REQUESTS_PER_LOOP
         now_us = self._clock.now_us()
         # a list, because expire() removes masters
         for master in [master for master in self._masters.values() if master.deadline_us <= now_us]:
@@ -234,7 +234,7 @@ class SkillBoard:
         self._board.close(self._interface)
         self._masters.clear()
         self._asking_masters.clear()
-        self._watchers.clear()
+        self._change_callbacks.clear()
 
     def _handle_response(self, message: Any) -> None:
         executor = message.executor
@@ -279,7 +279,7 @@ class SkillBoard:
 
     def _lose_executor(self, executor: str) -> None:
         self._sender.forget(executor)
-        for master in [m for m in self._masters.values() if m.executor == executor]:
+        for master in [master for master in self._masters.values() if master.executor == executor]:
             master.handle_loss(executor)
 
     def _process_failure(self, executor: str, message: Any, error: BlackBoardError) -> None:
@@ -295,7 +295,7 @@ class SkillBoard:
 
     @property
     def _can_request(self) -> bool:
-        return bool(self._new_masters) and self._quota > 0
+        return bool(self._new_masters) and self._remaining_requests > 0
 
     def _request_for_new_masters(self) -> None:
         """Send requests for new masters to idle executors, in turn."""
@@ -310,7 +310,7 @@ class SkillBoard:
         while waiting_masters:
             next_masters = []  # a master with several suitable executors asks again in the next round
             for master in waiting_masters:
-                if self._quota <= 0:
+                if self._remaining_requests <= 0:
                     self._new_masters[master.number] = master
                     continue
                 executors = idle_executors[master.call.agent]
@@ -375,7 +375,7 @@ class SkillBoard:
 
     def _send_request(self, executor: str, master: Master) -> None:
         """Ask an executor, which must have no pending request because it answers only one."""
-        self._quota -= 1
+        self._remaining_requests -= 1
         self._pending_by_executor[executor] = master.number
         self._pending_by_master.setdefault(master.number, set()).add(executor)
         master.ask(executor)
@@ -397,9 +397,9 @@ class SkillBoard:
             asking[number] = master
         else:
             asking.pop(number, None)
-        on_change = self._watchers[number]
+        on_change = self._change_callbacks[number]
         if master.is_over:
-            del self._masters[number], self._watchers[number]
+            del self._masters[number], self._change_callbacks[number]
             self._log_end(master)
             self._release_executors(number)
         on_change(master)

@@ -60,7 +60,7 @@ def check_executor(executor_class: type[SkillExecutor]) -> type[SkillExecutor]:
     """
     execute: Any = executor_class.execute
     if execute is SkillExecutor.execute:
-        raise _shape_error(
+        raise _declaration_error(
             executor_class,
             f"{executor_class.__name__} has no execute()",
             "write: def execute(self, call): yield 0.5",
@@ -69,13 +69,13 @@ def check_executor(executor_class: type[SkillExecutor]) -> type[SkillExecutor]:
         inspect.signature(execute).bind(None, None)
     except TypeError:
         hint = "write: def execute(self, call)"
-        raise _shape_error(
+        raise _declaration_error(
             execute, f"{executor_class.__name__}.execute() does not take a call", hint
         ) from None
     return executor_class
 
 
-def _shape_error(declared: Any, message: str, hint: str) -> SkillError:
+def _declaration_error(declared: Any, message: str, hint: str) -> SkillError:
     try:
         file, line = inspect.getsourcefile(declared), inspect.getsourcelines(declared)[1]
     except (OSError, TypeError):
@@ -131,7 +131,7 @@ def _error_text(error: BaseException) -> str:
     return error.msg if isinstance(error, SyntaxError) else f"{type(error).__name__}: {error}"
 
 
-T = TypeVar("T")
+SettingT = TypeVar("SettingT")
 _REQUIRED: Final[Any] = object()
 
 
@@ -158,7 +158,7 @@ class Progress(NamedTuple):
 
 
 Steps: TypeAlias = Generator["float | Progress | None", None, Any]
-"""The steps of a skill, one per loop. Each yields the progress, or None without news.
+"""The steps of a skill, one per loop. Each yields the progress; None if it has not changed.
 
 The generator may return a final message, a :class:`Progress`.
 """
@@ -227,12 +227,12 @@ class SkillExecutor:
         """
         return ()
 
-    def setting(self, name: str, default: T = _REQUIRED) -> T:
+    def setting(self, name: str, default: SettingT = _REQUIRED) -> SettingT:
         """Return a setting, which must have the default's type.
 
         :raises ConfigError: if the setting is missing or has the wrong type.
         """
-        value: T = self.settings.get(name, default)
+        value: SettingT = self.settings.get(name, default)
         if value is _REQUIRED:
             raise ConfigError(f"{type(self).__name__} needs the setting '{name}'")
         # YAML has 1 for 1.0
@@ -265,5 +265,5 @@ Execution: TypeAlias = Callable[[SkillExecutor, SkillCall], Steps]
 
 
 def execute_itself(executor: SkillExecutor, call: SkillCall) -> Steps:
-    """Execute a call by the executor itself."""
+    """Execute a call with the executor's own method."""
     return executor.execute(call)

@@ -120,7 +120,7 @@ class ExecutorHost(Listener):
 
         :raises BlackBoardError: if the interface cannot be opened.
         """
-        # many hosts may start to send in the same loop, which should not open all interfaces
+        # many hosts may start sending in the same loop, which would take long if it also opened interfaces
         self._open_reader(board)
 
     def listen(self, listener: Listener, event_kind: EventKind) -> None:
@@ -284,8 +284,8 @@ class ExecutorHost(Listener):
             # spread over time: skills that start together should not publish together
             self._published_us -= zlib.crc32(self.name.encode()) % _FEEDBACK_US
             return
-        since_us = self._clock.now_us() - self._published_us
-        if since_us >= _SIGN_OF_LIFE_US or (progress is not None and since_us >= _FEEDBACK_US):
+        elapsed_us = self._clock.now_us() - self._published_us
+        if elapsed_us >= _SIGN_OF_LIFE_US or (progress is not None and elapsed_us >= _FEEDBACK_US):
             self._send_feedback()
 
     def _send_feedback(self) -> None:

@@ -56,7 +56,7 @@ class Master:
         "_explain",
         "_on_change",
         "_sender",
-        "_start_us",
+        "_start_deadline_us",
         "_timeouts",
         "call",
         "deadline_us",
@@ -98,7 +98,7 @@ class Master:
         self._timeouts = timeouts
         self._explain = explain
         self._on_change = on_change
-        self._start_us = self.deadline_us = now_us + _to_us(timeouts.start)
+        self._start_deadline_us = self.deadline_us = now_us + _to_us(timeouts.start)
 
     @property
     def skill(self) -> str:
@@ -132,7 +132,7 @@ class Master:
             self.deadline_us = now_us + _to_us(self._timeouts.start)
             self._enter(MasterState.CONFIRMED)
             self._sender.confirm(executor, self.number)
-        # a second answer of the confirmed executor is a repetition
+        # a second RESPONSE of the confirmed executor is a repetition
         elif executor != self.executor or self.is_over:
             self._sender.reject(executor, self.number)
 
@@ -166,7 +166,7 @@ class Master:
             elif self.state is MasterState.CONFIRMED:
                 self.executor = ""
                 # a refusal does not extend the wait for an executor, which began with the request
-                self.deadline_us = max(self._start_us, now_us)
+                self.deadline_us = max(self._start_deadline_us, now_us)
                 self._enter(MasterState.ASKING)
             else:
                 self._fail(f"{executor} reports that it has never begun")

@@ -139,10 +139,10 @@ def check_name(kind: str, name: str) -> str:
     :raises SkillError: if it is empty, too long, contains NUL, or cannot be encoded in UTF-8.
     """
     try:
-        size = len(name.encode())
+        byte_count = len(name.encode())
     except UnicodeEncodeError:
-        size = 0
-    if not 0 < size <= MAX_NAME_BYTES or "\0" in name:
+        byte_count = 0
+    if not 0 < byte_count <= MAX_NAME_BYTES or "\0" in name:
         raise SkillError(
             f"{kind} cannot be called {name!r}",
             hint=f"a name must have 1 to {MAX_NAME_BYTES} bytes of UTF-8 and no NUL",
@@ -150,9 +150,9 @@ def check_name(kind: str, name: str) -> str:
     return name
 
 
-def truncate(text: str, size: int) -> str:
-    """Return the longest prefix of a text that fits into ``size`` bytes of UTF-8, without NUL."""
-    return text.replace("\0", "").encode("utf-8", "replace")[:size].decode("utf-8", "ignore")
+def truncate(text: str, max_bytes: int) -> str:
+    """Return the longest prefix of a text that fits into ``max_bytes`` bytes of UTF-8, without NUL."""
+    return text.replace("\0", "").encode("utf-8", "replace")[:max_bytes].decode("utf-8", "ignore")
 
 
 def encode_parameters(parameters: Mapping[str, Any]) -> str:
@@ -162,12 +162,13 @@ def encode_parameters(parameters: Mapping[str, Any]) -> str:
     """
     try:
         text = _ENCODER.encode(dict(parameters))
-        size = len(text.encode())
+        byte_count = len(text.encode())
     except (TypeError, ValueError, RecursionError) as error:
         raise SkillError(f"the parameters cannot be sent over the skill board: {error}") from None
-    if size > MAX_PARAMETERS_BYTES:
+    if byte_count > MAX_PARAMETERS_BYTES:
         raise SkillError(
-            f"the parameters have {size} bytes, but the limit of the skill board is {MAX_PARAMETERS_BYTES}"
+            f"the parameters have {byte_count} bytes,"
+            f" but the limit of the skill board is {MAX_PARAMETERS_BYTES}"
         )
     return text
 

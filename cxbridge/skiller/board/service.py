@@ -53,7 +53,10 @@ class BoardSkiller(InterfaceSkiller):
     def publish(self) -> None:
         """Write the outcome of the skill string when all masters have succeeded, or one has not."""
         masters = self._masters
-        failure = next((m for m in masters if m.state in (MasterState.FAILED, MasterState.CANCELLED)), None)
+        failure = next(
+            (master for master in masters if master.state in (MasterState.FAILED, MasterState.CANCELLED)),
+            None,
+        )
         if failure is not None:
             self.end(Status.S_FAILED, failure.error or f"{failure.call.skill} was cancelled")
         elif masters and all(master.is_over for master in masters):
@@ -212,11 +215,11 @@ class SkillBoardService:
         The next loop continues with the next Skiller.
         """
         count = len(self.skillers)
-        for number in range(count):
+        for offset in range(count):
             if self.skills.is_full:
-                self._first_index = (self._first_index + number) % count
+                self._first_index = (self._first_index + offset) % count
                 return
-            self.skillers[(self._first_index + number) % count].handle_messages()
+            self.skillers[(self._first_index + offset) % count].handle_messages()
 
     def settle(self) -> None:
         """Exchange messages until each master has an executor, without executing steps."""

@@ -161,16 +161,19 @@ class BoardSettings:
             agents=agents,
         )
 
-    def replace_executors(self, kinds: Sequence[type[SkillExecutor]], skillers: Sequence[str]) -> Self:
+    def replace_executors(
+        self, executor_classes: Sequence[type[SkillExecutor]], skillers: Sequence[str]
+    ) -> Self:
         """Return the settings with additional executor classes for each agent.
 
         They replace configured executors of the same skills.
 
+        :param executor_classes: the additional classes.
         :param skillers: the ids of the SkillerInterfaces. Without configured agents, each becomes an agent.
         :raises SkillError: if a configured executor has only some of these skills.
         """
-        skills = {skill for executor_class in kinds for skill in executor_class.skills}
-        added = {executor_class.__name__: executor_class for executor_class in kinds}
+        skills = {skill for executor_class in executor_classes for skill in executor_class.skills}
+        added = {executor_class.__name__: executor_class for executor_class in executor_classes}
         return replace(
             self,
             in_process=True,

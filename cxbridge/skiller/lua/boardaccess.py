@@ -67,8 +67,8 @@ class InterfacePool:
 MakeTable = Callable[[Mapping[Any, Any]], Any]
 """Makes a Lua table from a mapping."""
 
-_WITH_TABLES = frozenset(["set", "send"])  # functions whose arguments may be Lua tables
-_MAX_OPEN = 2000  # interfaces of one Lua state, whose memory is outside of Lua's limit
+_TABLE_FUNCTIONS = frozenset(["set", "send"])  # functions whose arguments may be Lua tables
+_MAX_OPEN_INTERFACES = 2000  # interfaces of one Lua state, whose memory is outside of Lua's limit
 
 _PROPERTIES = frozenset(
     ["has_writer", "num_readers", "changed", "refreshed", "is_writer", "type", "id", "uid", "mem_serial"]
@@ -84,7 +84,7 @@ class BoardAccess:
     def __init__(self, pool: InterfacePool, make_table: MakeTable) -> None:
         self._pool = pool
         self._make_table = make_table
-        self._opened: dict[int, Interface] = {}
+        self._open_interfaces: dict[int, Interface] = {}
         self._readers: list[Interface] = []
         self._writers: list[Interface] = []
         self._last_handle = 0
@@ -114,36 +114,37 @@ class BoardAccess:
             ),
         }
         return {
-            name: guard(function, takes_tables=name in _WITH_TABLES) for name, function in functions.items()
+            name: guard(function, takes_tables=name in _TABLE_FUNCTIONS)
+            for name, function in functions.items()
         }
 
     def close_all(self) -> None:
         """Close all interfaces, at the end of the Lua state."""
-        for instance in self._opened.values():
+        for instance in self._open_interfaces.values():
             self._pool.give_back(instance)
         # Lua references this object; a reference back to Lua would be a cycle that no garbage collector sees
         self._make_table = dict
-        self._opened.clear()
+        self._open_interfaces.clear()
         self._readers.clear()
         self._writers.clear()
 
     def _find_interface(self, handle: int) -> Interface:
-        return self._opened[int(handle)]
+        return self._open_interfaces[int(handle)]
 
     def _open(self, type_name: str, interface_id: str, for_writing: object, shared: object) -> int:
-        if len(self._opened) >= _MAX_OPEN:
-            raise InterfaceError(f"skills may not open more than {_MAX_OPEN} interfaces")
-        get = self._pool.share if shared else self._pool.open
-        instance = get(type_name, from_lua(interface_id), writing=bool(for_writing))
+        if len(self._open_interfaces) >= _MAX_OPEN_INTERFACES:
+            raise InterfaceError(f"skills may not open more than {_MAX_OPEN_INTERFACES} interfaces")
+        acquire = self._pool.share if shared else self._pool.open
+        instance = acquire(type_name, from_lua(interface_id), writing=bool(for_writing))
         (self._writers if for_writing else self._readers).append(instance)
         self._last_handle += 1
-        self._opened[self._last_handle] = instance
+        self._open_interfaces[self._last_handle] = instance
         return self._last_handle
 
     def _close(self, handle: int) -> None:
-        instance = self._opened.pop(int(handle))
-        self._readers = [open_instance for open_instance in self._readers if open_instance is not instance]
-        self._writers = [open_instance for open_instance in self._writers if open_instance is not instance]
+        instance = self._open_interfaces.pop(int(handle))
+        self._readers = [other for other in self._readers if other is not instance]
+        self._writers = [other for other in self._writers if other is not instance]
         self._pool.give_back(instance)
 
     def _read_all(self) -> None:

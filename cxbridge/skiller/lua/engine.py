@@ -73,8 +73,8 @@ class LuaEngine:
 
     def _load(self) -> tuple[LuaState, BoardAccess]:
         """Load the present skill files into a new Lua state."""
-        bounds = {name: value for name, value in asdict(self._limits).items() if name != "memory"}
-        bounds["largest_text"] = self._limits.memory_per_loop
+        lua_limits = {name: value for name, value in asdict(self._limits).items() if name != "memory"}
+        lua_limits["largest_text"] = self._limits.memory_per_loop
         modules = self.attempted_modules = ModulePath(self._folders)
         access: list[BoardAccess] = []
 
@@ -84,7 +84,7 @@ class LuaEngine:
             access.append(BoardAccess(self._pool, make_table))
             return self._make_host_functions(modules) | access[0].functions_by_name()
 
-        state = LuaState(self._limits.memory, bounds, modules, make_host)
+        state = LuaState(self._limits.memory, lua_limits, modules, make_host)
         try:
             state.load(self.space)
         except SkillError:
@@ -141,8 +141,10 @@ class LuaEngine:
 
         :returns: the mistakes in the calls; empty if there are none.
         """
-        make = self._state.table
-        prepared = make({number: _make_call_table(call, make) for number, call in enumerate(calls, start=1)})
+        make_table = self._state.table
+        prepared = make_table(
+            {number: _make_call_table(call, make_table) for number, call in enumerate(calls, start=1)}
+        )
         ok, unknown = self._call("prepare", prepared)[:2]
         if ok:
             return ""
@@ -184,11 +186,11 @@ class LuaEngine:
         """The combined status of the skills called in the last loop; S_INACTIVE without calls."""
         return _to_status(self._call("overall_status")[0])
 
-    def failure(self) -> str:
+    def find_failure_reason(self) -> str:
         """Return the reason for a failure, as reported by a skill; empty if no skill reports one."""
         return from_lua(self._call_for_text("failure"))
 
-    def graph(self, skill: str, direction: str, *, coloured: bool, redraw: bool) -> tuple[bool, str]:
+    def draw_graph(self, skill: str, direction: str, *, coloured: bool, redraw: bool) -> tuple[bool, str]:
         """Return a skill's state machine in the dot language.
 
         :param skill: the skill; empty: the first called skill of the last loop.
@@ -249,17 +251,19 @@ def _to_status(value: Any) -> Status:
         return Status.S_FAILED
 
 
-def _make_call_table(call: LuaCall, make: MakeTable) -> Any:
+def _make_call_table(call: LuaCall, make_table: MakeTable) -> Any:
     """Return a call in the runner's format."""
-    values = {position: _to_lua_value(value, make) for position, value in enumerate(call.values, start=1)}
-    return make({"name": call.name, "count": len(call.values), **_drop_nil(values)})
+    values = {
+        position: _to_lua_value(value, make_table) for position, value in enumerate(call.values, start=1)
+    }
+    return make_table({"name": call.name, "count": len(call.values), **_drop_nil(values)})
 
 
-def _to_lua_value(value: Any, make: MakeTable) -> Any:
+def _to_lua_value(value: Any, make_table: MakeTable) -> Any:
     if isinstance(value, dict):
-        return make(
+        return make_table(
             {
-                to_lua(key) if isinstance(key, str) else key: _to_lua_value(item, make)
+                to_lua(key) if isinstance(key, str) else key: _to_lua_value(item, make_table)
                 for key, item in _drop_nil(value).items()
             }
         )

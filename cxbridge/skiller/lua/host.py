@@ -76,7 +76,7 @@ def _nil_after_errors(function: Callable[..., Any]) -> Callable[..., Any]:
     return call
 
 
-_TRACEBACK = "\nstack traceback:"
+_TRACEBACK_MARK = "\nstack traceback:"
 
 MAX_LINE = 8192
 """The maximum number of characters of a log line; the rest is cut."""
@@ -84,7 +84,7 @@ MAX_LINE = 8192
 
 def log_error(logger: Logger, level: Level, text: str, modules: ModulePath) -> None:
     """Log a text. A Lua error becomes one line with the skill's file; its stack goes to the debug level."""
-    line, mark, stack = text.partition(_TRACEBACK)
+    line, mark, stack = text.partition(_TRACEBACK_MARK)
     if not mark:
         logger.log(level, text)
         return

@@ -122,14 +122,14 @@ class ModuleWatch:
     def follow(self, path: ModulePath, *, keep_former: bool = False) -> None:
         """Watch the files that were requested on ``path``.
 
-        :param keep_former: continue to watch the earlier files in their present state.
+        :param keep_former: continue watching the earlier files in their present state.
         """
         former_signatures = {name: path.signature(name) for name in self._signatures} if keep_former else {}
         self._path = path
         self._signatures = former_signatures | path.requested
         self._next_check_s = self._now() + self._interval_s
 
-    def changed_modules(self) -> list[str]:
+    def find_changed_modules(self) -> list[str]:
         """Return the changed modules; empty before the next check is due."""
         if self._now() < self._next_check_s:
             return []

@@ -45,9 +45,9 @@ class PlaceAccess:
             "tf_lookup": lambda target, source, time_us: _transform_values(
                 buffer.lookup(from_lua(target), from_lua(source), int(time_us))
             ),
-            "tf_lookup_via": lambda target, target_us, source, source_us, fixed: _transform_values(
+            "tf_lookup_via": lambda target, target_us, source, source_us, fixed_frame: _transform_values(
                 buffer.lookup_via(
-                    from_lua(target), int(target_us), from_lua(source), int(source_us), from_lua(fixed)
+                    from_lua(target), int(target_us), from_lua(source), int(source_us), from_lua(fixed_frame)
                 )
             ),
         }
@@ -70,6 +70,7 @@ class PlaceAccess:
 
     @property
     def _navgraph(self) -> NavGraph:
+        """The graph, without which Lua gets no function that uses it."""
         if self._graph is None:
             raise SkillError("there is no navigation graph")
         return self._graph

@@ -25,7 +25,7 @@ HostTable = dict[str, Callable[..., Any]]
 
 
 @cache
-def _sources() -> dict[str, str]:
+def _read_sources() -> dict[str, str]:
     """Return the engine's Lua files by name, with one character per byte."""
     return {path.stem: path.read_text("latin-1") for path in sorted(_LUA_FILES_DIR.glob("*.lua"))}
 
@@ -66,9 +66,9 @@ class LuaState:
         self._memory = memory
         self._max_growth = bounds["memory_per_loop"]
         runner = lua.execute(
-            _sources()["boot"],
+            _read_sources()["boot"],
             lua.table_from(make_host(lua.table_from)),
-            lua.table_from(_sources()),
+            lua.table_from(_read_sources()),
             lua.table_from(bounds),
             name="@cxbridge/boot.lua",
         )
@@ -95,17 +95,17 @@ class LuaState:
         # the calls of one step share a limit of additional memory, because copying and freeing large data
         # takes long; the clean-up after an exceeded limit gets more
         if name in _STEPS:
-            self._bound_memory()
+            self._limit_memory()
         try:
             result = self.functions[name](*args)
         except self._lua_error as error:  # no memory was left even for the runner's own code
-            self._bound_memory()
+            self._limit_memory()
             return False, str(error)
         if not isinstance(result, tuple):
             return result, ""
         if result[0] is False:
-            self._bound_memory()
+            self._limit_memory()
         return result
 
-    def _bound_memory(self) -> None:
+    def _limit_memory(self) -> None:
         self._lua.set_max_memory(min(self._memory, self._lua.get_memory_used() + self._max_growth))

@@ -38,8 +38,8 @@ class Move(SkillExecutor):
         for name, value in (("speed", speed), ("turn", turn_speed)):
             if not 0 < value < math.inf:
                 raise ConfigError(f"a robot's {name} must be above 0, not {value:g}")
-        start = self._find_node(self.setting("start", self.graph.nodes[0].name))
-        self.base = Base(start.x, start.y, _orientation(start) or 0.0, speed, turn_speed)
+        start_node = self._find_node(self.setting("start", self.graph.nodes[0].name))
+        self.base = Base(start_node.x, start_node.y, _read_orientation(start_node) or 0.0, speed, turn_speed)
         self._last_us = self.clock.now_us()
         self._update_count = 0
         self._pose: Any = None
@@ -67,14 +67,14 @@ class Move(SkillExecutor):
         path = self._find_path(target)
         length, spare_s = self._path_length(path), 0.0
         self._last_us = self.clock.now_us()
-        for number, node in enumerate(path):
+        for index, node in enumerate(path):
             spare_s = self.base.approach(node.x, node.y, spare_s)
             # one step per loop; the rest of the time of a step is used for the next node
             while self._distance(node) > _TOLERANCE:
                 self._publish()
-                yield Progress(1 - self._path_length(path[number:]) / length, f"to {node.name}")
+                yield Progress(1 - self._path_length(path[index:]) / length, f"to {node.name}")
                 spare_s = self.base.approach(node.x, node.y, self._elapsed_s())
-        orientation = _orientation(target)
+        orientation = _read_orientation(target)
         if orientation is not None:
             self.base.turn_to(orientation, spare_s)
             while abs(math.remainder(orientation - self.base.yaw, math.tau)) > _TOLERANCE:
@@ -131,7 +131,7 @@ class Move(SkillExecutor):
         pose.write()
 
 
-def _orientation(node: NavGraphNode) -> float | None:
+def _read_orientation(node: NavGraphNode) -> float | None:
     """Return the required orientation at a place in radians; None: any."""
     text = node.properties.get("orientation")
     return None if text is None else property_as_float(text)

@@ -25,7 +25,7 @@ class Outcome:
     """The end of a skill.
 
     :param seconds: the duration; None: the next decider or the executor chooses the duration.
-    :param share: the used part of this duration, from 0 to 1.
+    :param share: the part of the duration that the skill takes, from 0 to 1.
     :param then: changes the world at the end.
     """
 

@@ -21,7 +21,7 @@ CONFIG_PREFIX = "/plugins/execution-time-estimator"
 STATIC_PREFIX = f"{CONFIG_PREFIX}/static"
 """The path of the static estimator's configuration."""
 
-T = TypeVar("T")
+ValueT = TypeVar("ValueT")
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,30 +91,39 @@ class EstimatorSettings:
 
 
 @dataclass(frozen=True, slots=True)
-class EstimatorProperty(Generic[T]):
+class EstimatorProperty(Generic[ValueT]):
     """A setting that whitelist entries may override.
 
     :param default: the value of entries without override.
     :param overrides: overrides by entry key.
     """
 
-    default: T
-    overrides: Mapping[str, T] = field(default_factory=dict)
+    default: ValueT
+    overrides: Mapping[str, ValueT] = field(default_factory=dict)
 
     @classmethod
     def from_config(
-        cls, config: Configuration, prefix: str, name: str, get: Callable[[str], T], default: T
-    ) -> EstimatorProperty[T]:
+        cls,
+        config: Configuration,
+        prefix: str,
+        name: str,
+        read_value: Callable[[str], ValueT],
+        default: ValueT,
+    ) -> EstimatorProperty[ValueT]:
         """Read ``name`` and ``whitelist/KEY/name`` below ``prefix``."""
         path = f"{prefix}/{name}"
         keys = config.keys(f"{prefix}/whitelist")
         paths = {key: f"{prefix}/whitelist/{key}/{name}" for key in keys}
         return cls(
-            get(path) if config.exists(path) else default,
-            {key: get(path_of_entry) for key, path_of_entry in paths.items() if config.exists(path_of_entry)},
+            read_value(path) if config.exists(path) else default,
+            {
+                key: read_value(path_of_entry)
+                for key, path_of_entry in paths.items()
+                if config.exists(path_of_entry)
+            },
         )
 
-    def value_for(self, entry: SkillPattern | None) -> T:
+    def value_for(self, entry: SkillPattern | None) -> ValueT:
         """Return the value for an entry."""
         return self.default if entry is None else self.overrides.get(entry.key, self.default)
 

@@ -76,11 +76,11 @@ def _waiting_steps(clock: Clock, seconds: float) -> Steps:
 class DecidedExecution:
     """Executes skills of the skill board with the ends that deciders choose.
 
-    :param make: makes the deciders of an agent, at the first call of the agent.
+    :param make_deciders: makes the deciders of an agent, at the first call of the agent.
     """
 
-    def __init__(self, make: Callable[[str], Deciders]) -> None:
-        self._make_deciders = make
+    def __init__(self, make_deciders: Callable[[str], Deciders]) -> None:
+        self._make_deciders = make_deciders
         self._deciders: dict[str, Deciders] = {}
 
     def __call__(self, executor: SkillExecutor, call: SkillCall) -> Steps:

@@ -71,8 +71,8 @@ class LookupEstimator(Decider):
     ) -> None:
         self.settings = settings or EstimatorSettings()
         self.priority = self.settings.priority
-        self._fully_match = fully_match_args or EstimatorProperty(default=True)
-        self._failures = include_failures or EstimatorProperty(default=False)
+        self._fully_match_args = fully_match_args or EstimatorProperty(default=True)
+        self._include_failures = include_failures or EstimatorProperty(default=False)
         self._rng = rng or random.Random(0)  # noqa: S311 - a simulation is reproducible
         self._samples: dict[str, list[tuple[SkillStringCall, Sample]]] = {}
         for sample in samples:
@@ -96,14 +96,14 @@ class LookupEstimator(Decider):
         :raises CxbridgeError: if a recording is unreadable or the configuration is wrong.
         """
         path = f"{prefix}/recordings"
-        texts = config.get_strings(path) if config.is_list(path) else [config.get_str(path)]
+        recording_paths = config.get_strings(path) if config.is_list(path) else [config.get_str(path)]
         folder = Path(config.get(path).file).parent
         samples: list[Sample] = []
-        for text in texts:
-            run_samples = list(read_samples(folder / Path(text).expanduser()))
+        for recording_path in recording_paths:
+            run_samples = list(read_samples(folder / Path(recording_path).expanduser()))
             if not run_samples:
                 raise invalid_value_error(
-                    config, path, f"names '{text}', in which no skill ends", "name runs with skills"
+                    config, path, f"names '{recording_path}', in which no skill ends", "name runs with skills"
                 )
             samples += run_samples
         return cls(
@@ -123,11 +123,12 @@ class LookupEstimator(Decider):
         if not self.settings.allows(call):
             return None
         entry = self.settings.find_entry(call)
-        failures = self._failures.value_for(entry)
+        include_failures = self._include_failures.value_for(entry)
         matches = [
             sample
             for sample_call, sample in self._samples.get(call.name, ())
-            if (failures or sample.status is Status.S_FINAL) and self._matches(sample_call, call, entry)
+            if (include_failures or sample.status is Status.S_FINAL)
+            and self._matches(sample_call, call, entry)
         ]
         if not matches:
             return None
@@ -139,7 +140,7 @@ class LookupEstimator(Decider):
     ) -> bool:
         recorded_args = {key: argument_text(value) for key, value in sample_call.args.items()}
         # all arguments of the call count; the recorded execution may have further arguments
-        if self._fully_match.value_for(entry):
+        if self._fully_match_args.value_for(entry):
             return all(
                 recorded_args.get(key) in (ANY, argument_text(value)) for key, value in call.args.items()
             )

@@ -84,8 +84,8 @@ class SkillerSimulator(InterfaceSkiller):
         self._progress(now_us)
         # a skill string runs for one loop at least, so that readers see S_RUNNING
         if not self._has_started_string and now_us > self._end_us:
-            end = f"failed: {self._outcome.error}" if self._outcome.failed else "is final"
-            self._log.info(f"Skill '{self.skill_string}' {end}")
+            outcome_text = f"failed: {self._outcome.error}" if self._outcome.failed else "is final"
+            self._log.info(f"Skill '{self.skill_string}' {outcome_text}")
             self.end(self._outcome.status, self._outcome.error)
 
     def close(self) -> None:

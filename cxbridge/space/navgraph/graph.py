@@ -44,7 +44,7 @@ class NavGraphNode(Struct, frozen=True):
 
     :param x: the first coordinate in the fixed frame, in metres like ``y``.
     :param properties: the texts of the properties by name; a property without a value is ``true``.
-    :param unconnected: whether the node only marks a place and may not have edges.
+    :param unconnected: whether the node only marks a place and cannot have edges.
     """
 
     name: str
@@ -236,24 +236,24 @@ class NavGraph:
         queue = [(self._nodes[start].distance(target.x, target.y), next(order), 0.0, start, "")]
         came_from: dict[str, str] = {}
         while queue:
-            _, _, spent, name, previous = heapq.heappop(queue)
+            _, _, cost_so_far, name, previous = heapq.heappop(queue)
             if name in came_from:
                 continue
             came_from[name] = previous
             if name == goal:
-                return self._path(came_from, goal, spent)
+                return self._make_path(came_from, goal, cost_so_far)
             node = self._nodes[name]
             for neighbour in self.neighbours(name):
                 if neighbour in came_from or (name, neighbour) in self._blocked_directions:
                     continue
                 end = self._nodes[neighbour]
-                total = spent + (cost(node, end) if cost else node.distance(end.x, end.y))
+                total_cost = cost_so_far + (cost(node, end) if cost else node.distance(end.x, end.y))
                 # no path is shorter than the straight line, so the first path to the goal is the cheapest
-                estimate = total + end.distance(target.x, target.y)
-                heapq.heappush(queue, (estimate, next(order), total, neighbour, name))
+                estimate = total_cost + end.distance(target.x, target.y)
+                heapq.heappush(queue, (estimate, next(order), total_cost, neighbour, name))
         return None
 
-    def _path(self, came_from: Mapping[str, str], goal: str, cost: float) -> NavGraphPath:
+    def _make_path(self, came_from: Mapping[str, str], goal: str, cost: float) -> NavGraphPath:
         names = [goal]
         while previous := came_from[names[-1]]:
             names.append(previous)

@@ -101,7 +101,7 @@ def connect_to_closest_edge(graph: NavGraph, node: NavGraphNode) -> None:
     """
     nearest: tuple[float, Point, NavGraphEdge] | None = None
     for edge in graph.edges:
-        point = _perpendicular_foot(graph, edge, node)
+        point = _find_perpendicular_foot(graph, edge, node)
         if point and (nearest is None or node.distance(*point) < nearest[0]):
             nearest = (node.distance(*point), point, edge)
     if nearest is None:
@@ -117,15 +117,15 @@ def connect_to_closest_edge(graph: NavGraph, node: NavGraphNode) -> None:
     add_and_split(graph, _generate_edge(middle_name, node.name))
 
 
-def _perpendicular_foot(graph: NavGraph, edge: NavGraphEdge, node: NavGraphNode) -> Point | None:
+def _find_perpendicular_foot(graph: NavGraph, edge: NavGraphEdge, node: NavGraphNode) -> Point | None:
     """Return the foot of the perpendicular from a node to an edge, or None if it is beyond the ends."""
     a, b = graph.node(edge.start), graph.node(edge.end)
     assert a is not None
     assert b is not None
     ux, uy = b.x - a.x, b.y - a.y
-    length2 = ux * ux + uy * uy
+    squared_length = ux * ux + uy * uy
     # the foot as a share of the edge; an edge without length has no perpendicular
-    along = ((node.x - a.x) * ux + (node.y - a.y) * uy) / length2 if length2 else -1.0
+    along = ((node.x - a.x) * ux + (node.y - a.y) * uy) / squared_length if squared_length else -1.0
     return (a.x + along * ux, a.y + along * uy) if 0 <= along <= 1 else None
 
 
@@ -134,7 +134,7 @@ def _find_or_add_node(graph: NavGraph, point: Point) -> str:
     closest = graph.closest_node(*point)
     if closest is not None and closest.distance(*point) < SAME_PLACE:
         return closest.name
-    name = next(name for i in itertools.count() if graph.node(name := f"U-{i}") is None)
+    name = next(name for number in itertools.count() if graph.node(name := f"U-{number}") is None)
     graph.add_node(NavGraphNode(name, *point))
     return name
 

@@ -15,7 +15,7 @@ from cxbridge.errors import ConfigError, NavGraphError
 from cxbridge.space.navgraph import joining
 from cxbridge.space.navgraph.graph import NavGraph, NavGraphEdge, NavGraphNode
 
-TAG: Final = "tag:fawkesrobotics.org,navgraph/"
+TAG_PREFIX: Final = "tag:fawkesrobotics.org,navgraph/"
 """The prefix of ``!`` tags in graph files."""
 
 _PAIR = 2  # the coordinates of a node, and the ends of a connection
@@ -89,17 +89,17 @@ def _read_node(item: YamlNode) -> NavGraphNode:
         x,
         y,
         _read_properties(fields.get("properties")),
-        item.tag == f"{TAG}unconnected",
+        item.tag == f"{TAG_PREFIX}unconnected",
     )
 
 
 def _add_edge(graph: NavGraph, item: YamlNode) -> None:
     if not isinstance(item, YamlList) or len(item.items) != _PAIR:
         raise _error_at(item, "a connection must be [FROM, TO]")
-    edge = NavGraphEdge(_read_text(item.items[0]), _read_text(item.items[1]), item.tag == f"{TAG}dir")
+    edge = NavGraphEdge(_read_text(item.items[0]), _read_text(item.items[1]), item.tag == f"{TAG_PREFIX}dir")
     adders: dict[str, Callable[[NavGraph, NavGraphEdge], None]] = {
-        f"{TAG}allow-intersection": NavGraph.add_edge,
-        f"{TAG}split-intersection": joining.add_and_split,
+        f"{TAG_PREFIX}allow-intersection": NavGraph.add_edge,
+        f"{TAG_PREFIX}split-intersection": joining.add_and_split,
     }
     add = adders.get(item.tag, joining.add_without_crossing)
     with _locate_errors(item):

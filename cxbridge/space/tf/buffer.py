@@ -160,23 +160,23 @@ class TransformBuffer:
             for frame in (target, source):
                 if frame not in self._frames:
                     raise UnknownFrameError(f'Frame ID "{frame}" does not exist.')
-            time_of_transform = self._latest_common(target, source) if time_us == LATEST else time_us
+            stamp_us = self._find_latest_common_time(target, source) if time_us == LATEST else time_us
             return StampedTransform(
-                self._transform_via_ancestor(target, source, time_of_transform),
-                time_of_transform,
+                self._transform_via_ancestor(target, source, stamp_us),
+                stamp_us,
                 target,
                 source,
             )
 
     def lookup_via(
-        self, target: str, target_us: int, source: str, source_us: int, fixed: str
+        self, target: str, target_us: int, source: str, source_us: int, fixed_frame: str
     ) -> StampedTransform:
-        """Return the transform from ``source`` at one time to ``target`` at another, with ``fixed`` at rest.
+        """Return the transform from ``source`` to ``target`` at different times, via ``fixed_frame`` at rest.
 
         :raises TransformError: if the transform is unknown.
         """
-        to_fixed = self.lookup(fixed, source, source_us)
-        to_target = self.lookup(target, fixed, target_us)
+        to_fixed = self.lookup(fixed_frame, source, source_us)
+        to_target = self.lookup(target, fixed_frame, target_us)
         transform = to_target.transform * to_fixed.transform
         return StampedTransform(transform, to_target.stamp_us, _strip_slash(target), _strip_slash(source))
 
@@ -231,16 +231,16 @@ class TransformBuffer:
         stamped = self.lookup(target, frame, time_us)
         return stamped.transform * pose, stamped.stamp_us
 
-    def _latest_common(self, target: str, source: str) -> int:
+    def _find_latest_common_time(self, target: str, source: str) -> int:
         """Return the latest common time of all transforms between two frames, 0 if all are static."""
-        source_path = self._path_to_root(source)
+        source_path = self._find_path_to_root(source)
         if target == source:
             entries = source_path[:1]
         else:
             ancestors = {source} | {entry.frame for entry in source_path}
             common = target  # becomes the first common ancestor
             entries = []
-            for entry in self._path_to_root(target):
+            for entry in self._find_path_to_root(target):
                 if common in ancestors:
                     break
                 entries.append(entry)
@@ -251,7 +251,7 @@ class TransformBuffer:
         stamps = [entry.stamp_us for entry in entries if not self._histories[entry.child_frame].static]
         return min(stamps, default=LATEST)
 
-    def _path_to_root(self, frame: str) -> list[StampedTransform]:
+    def _find_path_to_root(self, frame: str) -> list[StampedTransform]:
         """Return the latest transforms from a frame to its parent, and so on to the root."""
         path: list[StampedTransform] = []
         while frame in self._histories:
@@ -263,30 +263,32 @@ class TransformBuffer:
 
     def _transform_via_ancestor(self, target: str, source: str, time_us: int) -> Transform:
         """Return the transform from ``source`` to ``target`` via their first common ancestor."""
-        source_in, source_error = self._climb(source, target, time_us)
-        if target in source_in:
-            return source_in[target]
-        target_in, target_error = self._climb(target, "", time_us, stop=source_in)
-        common = next(reversed(target_in))
-        if common not in source_in:
-            problem = target_error or source_error
-            if problem is None:
+        source_poses, source_error = self._climb(source, target, time_us)
+        if target in source_poses:
+            return source_poses[target]
+        target_poses, target_error = self._climb(target, "", time_us, known_poses=source_poses)
+        common = next(reversed(target_poses))
+        if common not in source_poses:
+            error = target_error or source_error
+            if error is None:
                 raise _not_connected_error(target, source)
             raise ExtrapolationError(
-                f"{problem.message}, when looking up transform from frame [{source}] to frame [{target}]"
+                f"{error.message}, when looking up transform from frame [{source}] to frame [{target}]"
             )
-        return target_in[common].inverse() * source_in[common]
+        return target_poses[common].inverse() * source_poses[common]
 
     def _climb(
-        self, frame: str, goal: str, time_us: int, stop: dict[str, Transform] | None = None
+        self, frame: str, goal: str, time_us: int, known_poses: dict[str, Transform] | None = None
     ) -> tuple[dict[str, Transform], ExtrapolationError | None]:
         """Return a frame relative to itself and its ancestors, and the error that ended the search.
 
-        The search ends at the goal, at a frame in ``stop``, at the root, or at a frame without a transform
-        for the time.
+        The search ends at the goal, at a frame in ``known_poses``, at the root, or at a frame without a
+        transform for the time.
         """
         poses = {frame: Transform()}  # the pose of the frame in each ancestor
-        while frame != goal and (stop is None or frame not in stop) and frame in self._histories:
+        while (
+            frame != goal and (known_poses is None or frame not in known_poses) and frame in self._histories
+        ):
             try:
                 entry = self._histories[frame].transform_at(time_us)
             except ExtrapolationError as error:

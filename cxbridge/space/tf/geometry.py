@@ -41,12 +41,12 @@ def normalize(q: Quaternion) -> Quaternion:
     :raises InvalidRotationError: if the quaternion has a NaN, or its squared length differs from 1 by more
         than Fawkes accepts.
     """
-    length2 = sum(component * component for component in q)
-    if math.isnan(length2):
+    squared_length = sum(component * component for component in q)
+    if math.isnan(squared_length):
         raise InvalidRotationError("Quaternion malformed, contains NaN value")
-    if abs(length2 - 1) > _LENGTH_TOLERANCE:
-        raise InvalidRotationError(f"Quaternion malformed, magnitude: {length2:f}, should be 1.0")
-    length = math.sqrt(length2)
+    if abs(squared_length - 1) > _LENGTH_TOLERANCE:
+        raise InvalidRotationError(f"Quaternion malformed, magnitude: {squared_length:f}, should be 1.0")
+    length = math.sqrt(squared_length)
     x, y, z, w = q
     return (x / length, y / length, z / length, w / length)
 
@@ -92,12 +92,12 @@ def slerp(a: Quaternion, b: Quaternion, ratio: float) -> Quaternion:
     if dot < 0:
         b, dot = (-b[0], -b[1], -b[2], -b[3]), -dot
     if dot > _ALMOST_PARALLEL:
-        wa, wb = 1 - ratio, ratio
+        weight_a, weight_b = 1 - ratio, ratio
     else:
         angle = math.acos(dot)
-        wa = math.sin((1 - ratio) * angle) / math.sin(angle)
-        wb = math.sin(ratio * angle) / math.sin(angle)
-    x, y, z, w = (wa * p + wb * q for p, q in zip(a, b, strict=True))
+        weight_a = math.sin((1 - ratio) * angle) / math.sin(angle)
+        weight_b = math.sin(ratio * angle) / math.sin(angle)
+    x, y, z, w = (weight_a * p + weight_b * q for p, q in zip(a, b, strict=True))
     length = math.sqrt(x * x + y * y + z * z + w * w)
     return (x / length, y / length, z / length, w / length)
 

@@ -15,9 +15,10 @@ if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
     from cxbridge.interfaces.instance import Interface
 
-TYPE: Final = "TransformInterface"
+INTERFACE_TYPE: Final = "TransformInterface"
+
 ID_GLOB: Final = "/tf*"
-"""The pattern of interfaces with transforms, as in Fawkes."""
+"""The pattern for the ids of interfaces with transforms, as in Fawkes."""
 
 
 class TransformListener(Listener, Observer):
@@ -34,8 +35,8 @@ class TransformListener(Listener, Observer):
         self._owner = owner
         self._lock = threading.RLock()
         self._instances: dict[str, Interface | None] = {}
-        board.register_observer(self, TYPE, ID_GLOB)
-        for info in board.list(TYPE, ID_GLOB):
+        board.register_observer(self, INTERFACE_TYPE, ID_GLOB)
+        for info in board.list(INTERFACE_TYPE, ID_GLOB):
             self.interface_created(info.type, info.id)
 
     def interface_created(self, interface_type: str, interface_id: str) -> None:

@@ -17,11 +17,7 @@ from cxbridge_explore.forking import HAS_FORK
 
 @dataclass(frozen=True, kw_only=True)
 class Bounds:
-    """The bounds of an exploration. The result is complete within these bounds.
-
-    :param depth: the number of choice points, counted from the start of a run, at which the world may choose
-        unusual options; None for all.
-    """
+    """The bounds of an exploration, within which the result is complete, and whether states are merged."""
 
     faults: Annotated[int, typer.Option(metavar="K", help="The maximum number of faults in a run.")] = 1
     depth: Annotated[
@@ -44,11 +40,8 @@ class Bounds:
 
 @dataclass(frozen=True, kw_only=True)
 class ExecutionOptions:
-    """Options of the execution, which do not influence the result.
+    """Options of the execution, of which only the time limit can influence the result.
 
-    :param jobs: the number of parallel runs; None for one run per core.
-    :param fork: whether to fork runs; None to fork if the system can.
-    :param patience_s: the limit of a run's processor time between two choices.
     :param coverage: whether to record the used parts of the agent.
     """
 
@@ -66,7 +59,7 @@ class ExecutionOptions:
             show_default=False,
         ),
     ] = None
-    patience_s: Annotated[
+    cpu_limit_s: Annotated[
         float,
         typer.Option(
             "--patience",
@@ -77,7 +70,7 @@ class ExecutionOptions:
     coverage: bool = False
 
     @property
-    def is_forking(self) -> bool:
+    def uses_fork(self) -> bool:
         """Whether to fork runs: as requested, or by default if the system can."""
         return HAS_FORK if self.fork is None else self.fork
 
@@ -93,9 +86,9 @@ class ExecutionOptions:
         """Raise `CxbridgeError` if an option is invalid on this system."""
         if self.jobs is not None and self.jobs < 1:
             raise CxbridgeError(f"--jobs cannot be {self.jobs}", hint="use 1 or more")
-        if not self.patience_s > 0:
+        if not self.cpu_limit_s > 0:
             raise CxbridgeError(
-                f"--patience cannot be {self.patience_s:g}", hint="use a number of seconds greater than 0"
+                f"--patience cannot be {self.cpu_limit_s:g}", hint="use a number of seconds greater than 0"
             )
         if self.fork and not HAS_FORK:
             raise CxbridgeError(

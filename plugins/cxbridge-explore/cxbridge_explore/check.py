@@ -35,17 +35,18 @@ CODES: Final = (WORLD_CODE, PROPERTIES_CODE)
 def check(agent: Agent) -> Iterator[Finding]:
     """Yield the first error of the world and the first error of the properties."""
     folder = agent.context.paths.config_file.parent
-    if (world := find_world(folder)) is not None:
+    if (world_file := find_world(folder)) is not None:
+        # the world may name any agent of the scenario, not only the checked agent; a single agent has no name
         names = [name for name in find_agent_names(replace(agent.options, agent=None)) if name]
         try:
-            check_world_names(read_world(world), [agent.context], names, reads_text_only=True)
+            check_world_names(read_world(world_file), [agent.context], names, reads_source_code=True)
         except CxbridgeError as error:
             yield make_error_finding(error, WORLD_CODE)
-    if (properties := folder / PROPERTIES_FILE).is_file():
+    if (properties_file := folder / PROPERTIES_FILE).is_file():
         try:
-            combine_properties(read_properties(properties), builtin_properties())
+            combine_properties(read_properties(properties_file), builtin_properties())
         except CxbridgeError as error:
             finding = make_error_finding(error, PROPERTIES_CODE)
             if not finding.place.file:  # the error about two properties with one name has no place
-                finding = replace(finding, place=replace(finding.place, file=str(properties)))
+                finding = replace(finding, place=replace(finding.place, file=str(properties_file)))
             yield finding

@@ -47,13 +47,13 @@ def make_identity(
     bounds: Bounds,
     properties: Sequence[Property],
     world: WorldModel | None,
-    make: MakeAssembly,
+    make_assembly: MakeAssembly,
 ) -> ProgramIdentity:
     """Return the identity of the explored program: everything that influences the runs and their verdicts."""
     texts = {field.name: str(getattr(bounds, field.name)) for field in fields(bounds)}
     texts |= {field.name: str(getattr(options, field.name)) for field in fields(options)}
     # A game of a plug-in has its seed in the bound method or in the arguments.
-    game = make if isinstance(make, partial) else partial(make)
+    game = make_assembly if isinstance(make_assembly, partial) else partial(make_assembly)
     return texts | {
         "world": repr(world),
         "properties": "\n".join(f"{property_.name}: {property_.text}" for property_ in properties),

@@ -61,7 +61,7 @@ class _Peer:
         self.report_parser = ReportParser()
         self.pid = 0
         self.edge: Edge | None = None
-        self.allowed_options: list[Edge] = []
+        self.option_edges: list[Edge] = []
         self.ordered_edges: list[Edge] = []
         self.reported_cpu_s = 0.0
         self.leave_s = time.monotonic()
@@ -154,13 +154,13 @@ class Coordinator(Closing):
     # ---- active runs
 
     @property
-    def _active_runs(self) -> int:
+    def _active_run_count(self) -> int:
         """The number of runs that are playing, and of ordered copies."""
         return sum((peer.edge is not None) + len(peer.ordered_edges) for peer in self._peers.values())
 
     def _schedule(self) -> None:
         """Resume as many runs as the limit allows."""
-        for _ in range(self._execution.process_count - self._active_runs):
+        for _ in range(self._execution.process_count - self._active_run_count):
             if self._waiting_runs:  # the latest first, so that few runs wait
                 self._continue_run(self._waiting_runs[-1])
             elif self._pending_edges and self._is_loaded and self._loader is not None:
@@ -170,8 +170,8 @@ class Coordinator(Closing):
 
     def _continue_run(self, peer: _Peer) -> None:
         """Fork a waiting run for its next option; the run takes its last option itself."""
-        edge = peer.allowed_options.pop()
-        if peer.allowed_options:
+        edge = peer.option_edges.pop()
+        if peer.option_edges:
             self._order_copy(peer, edge, ForkOrder(edge))
             return
         self._waiting_runs.remove(peer)
@@ -246,9 +246,9 @@ class Coordinator(Closing):
         if number is None:
             peer.send(ExitOrder())
             return
-        peer.allowed_options = [(number, option) for option in self.graph.allowed_options(number)]
+        peer.option_edges = [(number, option) for option in self.graph.allowed_options(number)]
         self._waiting_runs.append(peer)
-        if len(peer.allowed_options) == 1:
+        if len(peer.option_edges) == 1:
             self._continue_run(peer)
 
     # ---- dead processes
@@ -269,7 +269,7 @@ class Coordinator(Closing):
             self._waiting_runs.remove(peer)
         if peer is self._loader:
             self._loader, self._is_loaded = None, False
-        self._pending_edges += [*peer.allowed_options, *peer.ordered_edges]
+        self._pending_edges += [*peer.option_edges, *peer.ordered_edges]
         if peer.edge is not None:
             self._retry(peer.edge)
 
@@ -294,21 +294,21 @@ class Coordinator(Closing):
 
     def _kill_endless_runs(self) -> None:
         """Kill runs that exceed the limit of processor time between two choice points."""
-        patience_s = self._execution.patience_s
+        cpu_limit_s = self._execution.cpu_limit_s
         for peer in list(self._peers.values()):
             is_loading = peer is self._loader and not self._is_loaded
-            if not (peer.edge or is_loading) or not peer.pid or time.monotonic() - peer.leave_s < patience_s:
+            if not (peer.edge or is_loading) or not peer.pid or time.monotonic() - peer.leave_s < cpu_limit_s:
                 continue
-            # Real time alone proves nothing, since a run may wait for a core on a busy machine.
-            if forking.read_cpu_seconds(peer.pid) - peer.leave_cpu_s < patience_s:
+            # Real time alone proves nothing: on a busy machine, a run may have waited for a core.
+            if forking.read_cpu_seconds(peer.pid) - peer.leave_cpu_s < cpu_limit_s:
                 continue
             forking.kill(peer.pid)
             if peer.edge is None:
                 raise CxbridgeError(
-                    f"the agent has not loaded within {patience_s:g} s of processor time",
+                    f"the agent has not loaded within {cpu_limit_s:g} s of processor time",
                     hint="the rules may fire endlessly: check with cxbridge run, or raise --patience",
                 )
-            reason = f"a loop has not ended within {patience_s:g} s of processor time"
+            reason = f"a loop has not ended within {cpu_limit_s:g} s of processor time"
             self.graph.record_end(peer.edge, Leaf("timed out", reason, 0.0, is_given_up=True))
             self._disconnect(peer)
 

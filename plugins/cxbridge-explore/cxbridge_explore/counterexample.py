@@ -63,45 +63,62 @@ def write_counterexample(
     path: ChoicePath,
     folder: Path,
     world: WorldModel | None = None,
-    make: MakeAssembly = make_scenario,
+    make_assembly: MakeAssembly = make_scenario,
 ) -> Counterexample:
     """Shorten a path that violates a property, and write its recording and test into a folder.
 
     :param properties: the watched properties.
     :param name: the violated property.
     :param path: a path that violates the property.
-    :param make: makes the program to run; only scenarios get a test.
+    :param make_assembly: makes the program to run; only scenarios get a test.
     :raises CxbridgeError: if the path does not violate the property, or a file cannot be written.
     """
-    violated = [property_ for property_ in properties if property_.name == name]
+    watched = [property_ for property_ in properties if property_.name == name]
 
     def play_choices(choices: Sequence[NthChoice]) -> PlayedRun:
         return play_run(
-            options, violated, NthChooser(choices), world=world, make=make, stops_at_violation=True
+            options,
+            watched,
+            NthChooser(choices),
+            world=world,
+            make_assembly=make_assembly,
+            stops_at_violation=True,
         )
 
-    first = play_run(options, violated, PathChooser(path), world=world, make=make, stops_at_violation=True)
-    shortest = (
-        shrink(unusual_choices(first.choices), name, play_choices) if first.find_violation(name) else None
+    first_run = play_run(
+        options, watched, PathChooser(path), world=world, make_assembly=make_assembly, stops_at_violation=True
     )
-    violation = None if shortest is None else shortest.find_violation(name)
-    if shortest is None or violation is None:
+    shortest_run = (
+        shrink(unusual_choices(first_run.choices), name, play_choices)
+        if first_run.find_violation(name)
+        else None
+    )
+    violation = None if shortest_run is None else shortest_run.find_violation(name)
+    if shortest_run is None or violation is None:
         raise CxbridgeError(
             f"'{name}' is not violated on this path", hint="the agent may have changed since the exploration"
         )
-    description = describe_run(shortest, violation)
+    description = describe_run(shortest_run, violation)
     stem = make_identifier(name)
     recording = folder / f"{stem}.mcap"
-    chooser = NthChooser(unusual_choices(shortest.choices))
+    chooser = NthChooser(unusual_choices(shortest_run.choices))
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise CxbridgeError(f"cannot be written: {error.strerror}", file=folder) from error
-    play_run(options, violated, chooser, recording, world=world, make=make, stops_at_violation=True)
+    play_run(
+        options,
+        watched,
+        chooser,
+        recording,
+        world=world,
+        make_assembly=make_assembly,
+        stops_at_violation=True,
+    )
     file, test = folder / f"test_{stem}.py", None
-    if make is make_scenario:  # the fixture `cx` of a test runs only scenarios
-        test = _write_test(options, shortest, violated[0], description, file)
-    unusual = tuple(choice for choice in shortest.choices if choice.option_index != USUAL)
+    if make_assembly is make_scenario:  # the fixture `cx` of a test runs only scenarios
+        test = _write_test(options, shortest_run, watched[0], description, file)
+    unusual = tuple(choice for choice in shortest_run.choices if choice.option_index != USUAL)
     return Counterexample(name, violation.message, unusual, recording, test, description)
 
 

@@ -24,12 +24,12 @@ class NthChoice:
     """A choice, identified independently of the other choices of its run.
 
     :param subject: the subject of the choice point.
-    :param nth: the number of earlier choice points with this subject.
+    :param occurrence_index: the number of earlier choice points with this subject.
     :param option: the name of the option.
     """
 
     subject: str
-    nth: int
+    occurrence_index: int
     option: str
 
 
@@ -43,24 +43,24 @@ def unusual_choices(choices: Sequence[Choice]) -> tuple[NthChoice, ...]:
     unusual = []
     for choice in choices:
         subject = choice.point.subject
-        nth = counts.get(subject, 0)
-        counts[subject] = nth + 1
+        occurrence_index = counts.get(subject, 0)
+        counts[subject] = occurrence_index + 1
         if choice.option_index != USUAL:
-            unusual.append(NthChoice(subject, nth, choice.taken_option.name))
+            unusual.append(NthChoice(subject, occurrence_index, choice.taken_option.name))
     return tuple(unusual)
 
 
 class NthChooser:
-    """A chooser that takes some choices at their points, and the usual option elsewhere."""
+    """A chooser that takes given options at their choice points, and the usual option elsewhere."""
 
     def __init__(self, choices: Sequence[NthChoice]) -> None:
-        self._options = {(choice.subject, choice.nth): choice.option for choice in choices}
+        self._options = {(choice.subject, choice.occurrence_index): choice.option for choice in choices}
         self._counts: dict[str, int] = {}
 
     def choose(self, index: int, point: ChoicePoint) -> int:  # noqa: ARG002 - subjects identify the points
-        nth = self._counts.get(point.subject, 0)
-        self._counts[point.subject] = nth + 1
-        option = self._options.get((point.subject, nth))
+        occurrence_index = self._counts.get(point.subject, 0)
+        self._counts[point.subject] = occurrence_index + 1
+        option = self._options.get((point.subject, occurrence_index))
         names = [candidate.name for candidate in point.options]
         # the point may lack the option if an earlier choice of the path was left out
         return names.index(option) if option in names else USUAL
@@ -95,14 +95,14 @@ def play_run(
     trace: Path | None = None,
     *,
     world: WorldModel | None = None,
-    make: MakeAssembly = make_scenario,
+    make_assembly: MakeAssembly = make_scenario,
     stops_at_violation: bool = False,
 ) -> PlayedRun:
-    """Play a run to its end.
+    """Play a run to its end, or to the first violation of a property.
 
-    :param trace: the file of the recording; None to record nothing.
-    :param world: the possible events; None for the file in the scenario's folder.
-    :param make: makes the program to run.
+    :param trace: the file of the recording; None: nothing is recorded.
+    :param world: the possible events; None: those of the file in the scenario's folder.
+    :param make_assembly: makes the program to run.
     :param stops_at_violation: whether the run ends at the first violation.
     :raises CxbridgeError: if the scenario is invalid, or the file cannot be written.
     """
@@ -111,7 +111,12 @@ def play_run(
     with ExitStack() as stack:
         run = stack.enter_context(
             ExploredRun(
-                options, properties, chooser, world=world, make=make, stops_at_violation=stops_at_violation
+                options,
+                properties,
+                chooser,
+                world=world,
+                make_assembly=make_assembly,
+                stops_at_violation=stops_at_violation,
             )
         )
         assembly = run.world.assembly

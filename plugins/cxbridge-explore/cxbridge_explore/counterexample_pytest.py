@@ -52,7 +52,7 @@ def make_test_text(
         "",
         "",
     ]
-    script = list(_script_lines(played))
+    script = list(_make_script_lines(played))
     if played.uses_skill_board and any(".does(usual" in line for line in script):
         lines += [
             "def usual(call):",
@@ -60,7 +60,7 @@ def make_test_text(
             "",
             "",
         ]
-    option_arguments = "".join(f", {key}={value!r}" for key, value in _option_arguments(options, folder))
+    option_arguments = "".join(f", {key}={value!r}" for key, value in _find_option_arguments(options, folder))
     lines += [
         f"def test_{make_identifier(violated.name)}(cx):",
         f'    """{_escape_docstring(description)}"""',
@@ -72,7 +72,7 @@ def make_test_text(
     return "\n".join(lines)
 
 
-def _script_lines(played: PlayedRun) -> Iterator[str]:
+def _make_script_lines(played: PlayedRun) -> Iterator[str]:
     """Yield the lines that script the results of skills.
 
     :raises CxbridgeError: if the fixture cannot script a choice.
@@ -82,21 +82,23 @@ def _script_lines(played: PlayedRun) -> Iterator[str]:
     for choice in played.choices:
         if choice.option_index != USUAL and choice.point.kind not in _SCRIPTABLE_KINDS:
             raise CxbridgeError(f"a test cannot script {choice.point.subject}")
-    outcomes: dict[str, list[Outcome | None]] = {}
+    outcomes_by_selection: dict[str, list[Outcome | None]] = {}
     for call, outcome in played.results:
         args = [f"{key}={value!r}" for key, value in call.args.items() if isinstance(key, str)]
-        outcomes.setdefault(f"run.skills({', '.join((repr(call.name), *args))})", []).append(outcome)
-    for selection, results in outcomes.items():
-        while results and results[-1] is None:  # after its last entry, a script gives the usual outcome
-            results.pop()
-        if results:
-            yield selection + "".join(_outcome_calls(results, uses_skill_board=played.uses_skill_board))
+        outcomes_by_selection.setdefault(f"run.skills({', '.join((repr(call.name), *args))})", []).append(
+            outcome
+        )
+    for selection, outcomes in outcomes_by_selection.items():
+        while outcomes and outcomes[-1] is None:  # after its last entry, a script gives the usual outcome
+            outcomes.pop()
+        if outcomes:
+            yield selection + "".join(_make_outcome_calls(outcomes, uses_skill_board=played.uses_skill_board))
 
 
-def _outcome_calls(outcomes: Sequence[Outcome | None], *, uses_skill_board: bool) -> Iterator[str]:
+def _make_outcome_calls(outcomes: Sequence[Outcome | None], *, uses_skill_board: bool) -> Iterator[str]:
     """Yield the calls that script the outcomes of a skill; None stands for the usual outcome."""
-    for outcome, run in groupby(outcomes):
-        times = f"times={len(list(run))}"
+    for outcome, equal_outcomes in groupby(outcomes):
+        times = f"times={len(list(equal_outcomes))}"
         seconds = _DEFAULT_DURATION_S if outcome is None or outcome.seconds is None else outcome.seconds
         if outcome is None:  # the usual outcome of an executor of a skill board may be a failure
             yield f".does(usual, {times})" if uses_skill_board else f".succeeds({times})"
@@ -109,7 +111,7 @@ def _outcome_calls(outcomes: Sequence[Outcome | None], *, uses_skill_board: bool
             yield f".{verb}({', '.join((*arguments, times))})"
 
 
-def _option_arguments(options: RunOptions, folder: Path) -> Iterator[tuple[str, Any]]:
+def _find_option_arguments(options: RunOptions, folder: Path) -> Iterator[tuple[str, Any]]:
     for key in _FIXTURE_OPTIONS:
         value = _to_literal(getattr(options, key), folder)
         if value:

@@ -34,7 +34,7 @@ def _find_chosen_skill(choice: Choice) -> _ChosenSkill | None:
 def describe_run(played: PlayedRun, violation: Violation) -> str:
     """Describe the unusual events of a run and the violation in a sentence."""
     ordinals_of_events: dict[tuple[str, str], list[str]] = {}
-    for event, ordinal_number, circumstances in _unusual_events(played):
+    for event, ordinal_number, circumstances in _find_unusual_events(played):
         ordinals_of_events.setdefault((event, circumstances), []).append(ordinal_number)
     phrases = [
         f"{event} the {_join_words(ordinals)} time{circumstances}"
@@ -50,7 +50,7 @@ def _join_words(words: list[str]) -> str:
     return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))
 
 
-def _unusual_events(played: PlayedRun) -> Iterator[tuple[str, str, str]]:
+def _find_unusual_events(played: PlayedRun) -> Iterator[tuple[str, str, str]]:
     """Yield the event, the ordinal number and the circumstances of each unusual choice.
 
     The ordinal number is empty for an event that is not a skill call.
@@ -76,20 +76,22 @@ def _unusual_events(played: PlayedRun) -> Iterator[tuple[str, str, str]]:
         yield (
             f"{skill.skill}{arguments} {name}",
             format_ordinal(counts[key]),
-            place + _concurrent_skills(played, choice, skill.skiller),
+            place + _describe_concurrent_skills(played, choice, skill.skiller),
         )
 
 
-def _concurrent_skills(played: PlayedRun, choice: Choice, performer: str) -> str:
+def _describe_concurrent_skills(played: PlayedRun, choice: Choice, performing_skiller: str) -> str:
     """Return a phrase about the skills that other Skillers execute at a choice; empty without such skills."""
-    now = round(choice.point.seconds * MICROSECONDS)
+    now_us = round(choice.point.seconds * MICROSECONDS)
     # The history has the names of Skillers without the agent's name and the slash.
-    skiller = performer.rpartition("/")[2]
+    skiller = performing_skiller.rpartition("/")[2]
     concurrent_skills = sorted(
         {
             f"{call.skiller} executes {call.skill_string}"
             for call in played.history.calls
-            if call.skiller != skiller and call.begin[1] <= now and (call.end is None or call.end[1] > now)
+            if call.skiller != skiller
+            and call.begin[1] <= now_us
+            and (call.end is None or call.end[1] > now_us)
         }
     )
     return f" while {' and '.join(concurrent_skills)}" if concurrent_skills else ""

@@ -70,7 +70,7 @@ class UsualRun:
         self._process = _start_process(_play_usual_run, arguments)
         sending.close()
 
-    def records(self) -> list[EventRecord] | None:
+    def wait_for_records(self) -> list[EventRecord] | None:
         """Wait for the end of the run and return its records; None if the run has failed."""
         records: list[EventRecord] | None = None
         with suppress(EOFError):
@@ -157,7 +157,7 @@ def explain_difference(make_run: MakeRun, divergence: DivergedError) -> Cxbridge
 def _play_twice(make_run: MakeRun, seed: int | None) -> tuple[list[EventRecord], list[EventRecord]]:
     """Return the records of two usual runs, which are played at the same time."""
     runs = [UsualRun(make_run, is_detailed=True, seed=seed) for _ in range(2)]
-    first, second = (run.records() or [] for run in runs)
+    first, second = (run.wait_for_records() or [] for run in runs)
     return first, second
 
 

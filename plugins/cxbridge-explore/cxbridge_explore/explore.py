@@ -41,7 +41,7 @@ def explore(  # noqa: PLR0913 - the options of the command, and two callbacks fo
     *,
     properties: Sequence[Property] | None = None,
     world: WorldModel | None = None,
-    make: MakeAssembly = make_scenario,
+    make_assembly: MakeAssembly = make_scenario,
     resume: Path | None = None,
     show_line: Callable[[str], None] | None = None,
     draw_page: Callable[[ExploreResult], None] | None = None,
@@ -54,7 +54,7 @@ def explore(  # noqa: PLR0913 - the options of the command, and two callbacks fo
     :param properties: the properties of every run; None for the built-in properties and the properties in the
         scenario's folder.
     :param world: the possible events; None for the file in the scenario's folder.
-    :param make: makes the program to run.
+    :param make_assembly: makes the program to run.
     :param resume: the checkpoint of an interrupted exploration.
     :param show_line: called with a line about the progress, several times a second.
     :param draw_page: called with the result so far, every few seconds.
@@ -65,14 +65,19 @@ def explore(  # noqa: PLR0913 - the options of the command, and two callbacks fo
     bounds.check()
     execution.check()
     make_explored_run = partial(
-        ExploredRun, options, properties, world=world, make=make, coverage=execution.coverage
+        ExploredRun,
+        options,
+        properties,
+        world=world,
+        make_assembly=make_assembly,
+        coverage=execution.coverage,
     )
     graph = Graph(bounds.faults, bounds.depth)
     if resume is not None:
-        load_checkpoint(resume, graph, make_identity(options, bounds, properties, world, make))
+        load_checkpoint(resume, graph, make_identity(options, bounds, properties, world, make_assembly))
     coordinator: Coordinator | None = None
     unmerged_reasons: tuple[str, ...] = ()
-    start_s, start_cpu_s = time.perf_counter(), _cpu_seconds()
+    start_s, start_cpu_s = time.perf_counter(), _read_cpu_seconds()
 
     def draw_result(explored_graph: Graph) -> None:
         if draw_page is not None:
@@ -93,7 +98,7 @@ def explore(  # noqa: PLR0913 - the options of the command, and two callbacks fo
             run_loader(address, make_explored_run, merge=bounds.merge)
 
         try:
-            if execution.is_forking:
+            if execution.uses_fork:
                 with Coordinator(graph, execution, load) as coordinator:
                     coordinator.explore(is_over)
             else:
@@ -102,7 +107,7 @@ def explore(  # noqa: PLR0913 - the options of the command, and two callbacks fo
                 _check_determinism(graph, usual_run)
         except DivergedError as error:
             raise explain_difference(make_explored_run, error) from None
-    cpu_s = _cpu_seconds() - start_cpu_s
+    cpu_s = _read_cpu_seconds() - start_cpu_s
     if coordinator is not None:
         unmerged_reasons = tuple(coordinator.unmerged_reasons)
         cpu_s += coordinator.cpu_seconds
@@ -115,11 +120,11 @@ def _check_determinism(graph: Graph, usual_run: UsualRun) -> None:
     :raises DivergedError: if the runs differ, so that the agent is not deterministic.
     """
     explored_records = find_usual_records(graph)
-    if explored_records is not None and usual_run.records() not in (None, explored_records):
+    if explored_records is not None and usual_run.wait_for_records() not in (None, explored_records):
         raise DivergedError("two usual runs differ")
 
 
-def _cpu_seconds() -> float:
+def _read_cpu_seconds() -> float:
     times = os.times()
     return times.user + times.system + times.children_user + times.children_system
 

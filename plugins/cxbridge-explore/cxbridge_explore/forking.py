@@ -42,11 +42,11 @@ def fork() -> int:
             thread.start()
 
 
-def has_ended(child: int) -> bool:
+def has_ended(child_pid: int) -> bool:
     """Return whether a child has ended, without waiting. If it has ended, the system forgets the child."""
     if sys.platform == "win32":
         raise NoForkError
-    return os.waitpid(child, os.WNOHANG) != (0, 0)
+    return os.waitpid(child_pid, os.WNOHANG) != (0, 0)
 
 
 def kill(pid: int) -> None:
@@ -95,5 +95,5 @@ def limit_cpu_seconds(seconds: int | None) -> None:
         raise NoForkError
     import resource  # noqa: PLC0415 - Windows lacks the module
 
-    _, hard = resource.getrlimit(resource.RLIMIT_CPU)
-    resource.setrlimit(resource.RLIMIT_CPU, (hard if seconds is None else seconds, hard))
+    _, hard_limit = resource.getrlimit(resource.RLIMIT_CPU)
+    resource.setrlimit(resource.RLIMIT_CPU, (hard_limit if seconds is None else seconds, hard_limit))

@@ -245,10 +245,10 @@ class Graph:
                 if not open_successors[number]:
                     final_nodes.append(number)
         endless_nodes = {number for number, count in open_successors.items() if count and number >= 0}
-        return self._first_nodes(endless_nodes, successors)
+        return self._find_first_nodes(endless_nodes, successors)
 
     @staticmethod
-    def _first_nodes(endless_nodes: set[int], successors: dict[int, list[int]]) -> list[int]:
+    def _find_first_nodes(endless_nodes: set[int], successors: dict[int, list[int]]) -> list[int]:
         """Return the first node of each cycle."""
         first_nodes = []
         on_cycles: set[int] = set()

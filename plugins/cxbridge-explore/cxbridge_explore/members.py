@@ -68,13 +68,13 @@ def assert_properties(run: AgentRun, *properties: str | Property, timeout: float
     :param timeout: the limit of the run's clock in seconds.
     :raises AssertionError: if a property is violated.
     """
-    agent = run.assembly
+    assembly = run.assembly
     watch = PropertyWatch(
-        [find_property(text) if isinstance(text, str) else text for text in properties],
-        [agent],
-        agent.clock,
+        [find_property(item) if isinstance(item, str) else item for item in properties],
+        [assembly],
+        assembly.clock,
     )
-    stuck_watch = StuckWatch(agent)
+    stuck_watch = StuckWatch(assembly)
     is_stuck = False
 
     def is_done() -> bool:
@@ -84,10 +84,10 @@ def assert_properties(run: AgentRun, *properties: str | Property, timeout: float
         return is_stuck or run.is_over
 
     run.wait_for(is_done, timeout)
-    is_at_end = run.is_over or agent.executive.maintaining_goals
+    is_at_end = run.is_over or assembly.executive.maintaining_goals
     ending = Ending.OVER if is_at_end else Ending.STUCK if is_stuck else Ending.CUT
     watch.check_end(RunEnd(ending, "" if ending is not Ending.CUT else f"not within {timeout:g} s"))
-    agent.finalize()
+    assembly.finalize()
     watch.check_shutdown()
     if watch.violations:
         raise AssertionError(

@@ -23,7 +23,7 @@ class ExploredRun(JudgedRun):
     :param options: the options of ``cxbridge run``.
     :param chooser: decides at each choice point.
     :param world: the possible events; None for the file in the scenario's folder.
-    :param make: makes the program to run.
+    :param make_assembly: makes the program to run.
     :param stops_at_violation: whether the run ends at the first violation.
     :param coverage: whether to record the used parts of the agent.
     """
@@ -35,11 +35,11 @@ class ExploredRun(JudgedRun):
         chooser: Chooser,
         *,
         world: WorldModel | None = None,
-        make: MakeAssembly = make_scenario,
+        make_assembly: MakeAssembly = make_scenario,
         stops_at_violation: bool = False,
         coverage: bool = False,
     ) -> None:
-        super().__init__(options, chooser, world, make=make)
+        super().__init__(options, chooser, world, make_assembly=make_assembly)
         self._stops_at_violation = stops_at_violation
         assembly = self.world.assembly
         self._use_watch = UseWatch(assembly.bus, assembly.agents) if coverage else None
@@ -52,23 +52,23 @@ class ExploredRun(JudgedRun):
 
     def play(self) -> tuple[RunResult, WorldResult]:
         """Play the run to its end and evaluate the properties; see :class:`JudgedRun`."""
-        ended, result = super().play()
-        is_over = ended.status in (COMPLETED, UNSUCCESSFUL)
-        ending = Ending.OVER if is_over else Ending.STUCK if ended.is_stuck else Ending.CUT
-        self.properties.check_end(RunEnd(ending, "" if is_over else ended.reason))
+        run_result, result = super().play()
+        is_over = run_result.status in (COMPLETED, UNSUCCESSFUL)
+        ending = Ending.OVER if is_over else Ending.STUCK if run_result.is_stuck else Ending.CUT
+        self.properties.check_end(RunEnd(ending, "" if is_over else run_result.reason))
         self.world.assembly.finalize()
         self.properties.check_shutdown()
-        return ended, result
+        return run_result, result
 
     def play_to_leaf(self) -> Leaf:
         """Play the run to its end and return the result as a leaf of the graph.
 
         :raises CxbridgeError: if the agent is broken.
         """
-        ended, result = self.play()
+        run_result, result = self.play()
         return Leaf(
-            ended.word,
-            ended.reason,
+            run_result.word,
+            run_result.reason,
             result.seconds,
             tuple(self.properties.violations),
             tuple(sorted(self.properties.evaluated_names)),

@@ -53,8 +53,8 @@ class ExploreResult:
         for edge, leaf in graph.leaves.items():
             for violation in leaf.violations:
                 row = self._make_violation(violation.as_dict(), edge)
-                shortest = violations.get(violation.property)
-                if shortest is None or len(row["choices"]) < len(shortest["choices"]):
+                shortest_violation = violations.get(violation.property)
+                if shortest_violation is None or len(row["choices"]) < len(shortest_violation["choices"]):
                     violations[violation.property] = row
         for edge, leaf in graph.leaves.items():
             if leaf.is_given_up and any(property_.name == RUN_ENDS for property_ in self.properties):

@@ -29,7 +29,7 @@ def safe_spawn_context() -> Iterator[SpawnContext]:
 
 
 @contextmanager
-def safe_process_pool(processes: int) -> Iterator[ProcessPoolExecutor]:
+def safe_process_pool(process_count: int) -> Iterator[ProcessPoolExecutor]:
     """Yield a pool of processes without the working directory on their path.
 
     The child processes of the pool's processes have the user's path again.
@@ -37,7 +37,7 @@ def safe_process_pool(processes: int) -> Iterator[ProcessPoolExecutor]:
     setting = os.environ.get(_SAFE_PATH)
     with (
         safe_spawn_context() as context,
-        ProcessPoolExecutor(processes, context, _restore_setting, (setting,)) as pool,
+        ProcessPoolExecutor(process_count, context, _restore_setting, (setting,)) as pool,
     ):
         yield pool
 

@@ -115,16 +115,16 @@ class _Normalizer:
     def __init__(self, now_us: int) -> None:
         self._now_us = now_us
         self._now_s = now_us / MICROSECONDS
-        self._generated: dict[str, str] = {}
-        self._messages: dict[int, int] = {}
-        self._skills: dict[str, str] = {}
+        self._numbered_names: dict[str, str] = {}
+        self._message_numbers: dict[int, int] = {}
+        self._numbered_skills: dict[str, str] = {}
 
     def number_skill(self, skill: str, message: object) -> None:
         """Record the id of a fact ``skill``, which ends with a message id, for numbering."""
         end = f"-{message}"
         if isinstance(message, int) and skill.endswith(end):
-            number = self._messages.setdefault(message, len(self._messages))
-            self._skills[skill] = f"{skill.removesuffix(end)}-#{number}"
+            number = self._message_numbers.setdefault(message, len(self._message_numbers))
+            self._numbered_skills[skill] = f"{skill.removesuffix(end)}-#{number}"
 
     def blur_last_try(self, slots: dict[str, Value], seconds: float) -> None:
         """Replace an old time in ``last-try``, since rules only test whether some seconds have passed."""
@@ -137,28 +137,28 @@ class _Normalizer:
     def normalize(self, value: object) -> Hashable:
         """Return a value with relative times, and with numbers in place of generated names."""
         if isinstance(value, str):
-            value = self._skills.get(value, value)
+            value = self._numbered_skills.get(value, value)
             return _GENERATED_NAME.sub(self._rename, value) if "gen" in value else str(value)
         if isinstance(value, int | float):
             return ("time", round(value - self._now_s, 6)) if self._is_time(value) else value
         if isinstance(value, frozenset | set):
             return "set", tuple(sorted(repr(self.normalize(item)) for item in sorted(value, key=repr)))
         if isinstance(value, tuple | list):
-            return self._sequence(value)
+            return self._normalize_sequence(value)
         return repr(value)
 
-    def _sequence(self, values: tuple[object, ...] | list[object]) -> Hashable:
+    def _normalize_sequence(self, values: tuple[object, ...] | list[object]) -> Hashable:
         """Return the values of a sequence. A pair of seconds and microseconds becomes one time."""
         items: list[Hashable] = []
-        number = 0
-        while number < len(values):
-            match values[number : number + 2]:
+        position = 0
+        while position < len(values):
+            match values[position : position + 2]:
                 case [int() as seconds, int() as us] if self._is_time(seconds) and 0 <= us < MICROSECONDS:
                     items.append(("time", seconds * MICROSECONDS + us - self._now_us))
-                    number += 2
+                    position += 2
                 case _:
-                    items.append(self.normalize(values[number]))
-                    number += 1
+                    items.append(self.normalize(values[position]))
+                    position += 1
         return tuple(items)
 
     @staticmethod
@@ -168,14 +168,14 @@ class _Normalizer:
     def normalize_slots(self, values: Mapping[str, object]) -> Hashable:
         """Return the slots of a fact, or the fields of an interface."""
         return tuple(
-            self._messages.setdefault(value, len(self._messages))
+            self._message_numbers.setdefault(value, len(self._message_numbers))
             if name in _MESSAGE_IDS and isinstance(value, int) and value
             else self.normalize(value)
             for name, value in values.items()
         )
 
     def _rename(self, match: re.Match[str]) -> str:
-        return self._generated.setdefault(match[0], f"gen#{len(self._generated)}")
+        return self._numbered_names.setdefault(match[0], f"gen#{len(self._numbered_names)}")
 
 
 def _read_agent_state(agent: Run, normalizer: _Normalizer) -> Hashable:
@@ -259,11 +259,11 @@ def _list_hidden_reasons(agent: Run) -> list[str]:
         reasons.append("a program's own features have a hidden state")
     if lib.GetNextInstance(env.c_env, NULL) != NULL:
         reasons.append("the agent has instances of COOL")
-    drawing = _find_drawing_functions(env)
+    drawing_functions = _find_drawing_functions(env)
     reasons += [
         f"rule {name} draws random numbers"
         for name, text in read_rule_texts(env).items()
-        if drawing.intersection(_CALLED_FUNCTION.findall(text))
+        if drawing_functions.intersection(_CALLED_FUNCTION.findall(text))
     ]
     return reasons
 
@@ -273,10 +273,13 @@ def _find_drawing_functions(env: ClipsEnvironment) -> set[str]:
     calls: dict[str, set[str]] = {}
     for function in _walk_constructs(env, lib.GetNextDeffunction):
         text = lib.DeffunctionPPForm(function)
-        called = set(_CALLED_FUNCTION.findall("" if text == NULL else decode(text)))
-        calls[decode(lib.DeffunctionName(function))] = called
-    drawing = {"random", "seed"}
+        called_functions = set(_CALLED_FUNCTION.findall("" if text == NULL else decode(text)))
+        calls[decode(lib.DeffunctionName(function))] = called_functions
+    drawing_functions = {"random", "seed"}
     # repeat, since the callers of added functions draw, too
-    while callers := {name for name, called in calls.items() if called & drawing} - drawing:
-        drawing |= callers
-    return drawing
+    while (
+        callers := {name for name, called_functions in calls.items() if called_functions & drawing_functions}
+        - drawing_functions
+    ):
+        drawing_functions |= callers
+    return drawing_functions

@@ -169,10 +169,10 @@ def run_loader(address: str, make_run: MakeRun, *, merge: bool) -> NoReturn:
 
 
 def _load_and_fork(process: ExplorationProcess, make_run: MakeRun, *, merge: bool) -> NoReturn:
-    deferred = _DeferredChooser()
+    deferred_chooser = _DeferredChooser()
     try:
         with file_errors():
-            run = make_run(deferred)
+            run = make_run(deferred_chooser)
             run.world.start()
     except CxbridgeError as error:
         # names of files may contain bytes that are not text
@@ -188,17 +188,17 @@ def _load_and_fork(process: ExplorationProcess, make_run: MakeRun, *, merge: boo
         if not isinstance(order, PlayOrder):
             exit_process()
         if process.fork_copy(order.edge):
-            deferred.chooser = ForkingChooser(
+            deferred_chooser.chooser = ForkingChooser(
                 process, order.first_reported, compute_digest, run.collect_used_parts
             )
-            _play_path(process, run, deferred, order)
+            _play_path(process, run, deferred_chooser, order)
 
 
 def _play_path(
-    process: ExplorationProcess, run: ExploredRun, deferred: _DeferredChooser, order: PlayOrder
+    process: ExplorationProcess, run: ExploredRun, deferred_chooser: _DeferredChooser, order: PlayOrder
 ) -> NoReturn:
     path = {index: Step(subject, option) for index, subject, option in order.choices}
-    deferred.chooser = PathChooser(path, deferred.chooser)
+    deferred_chooser.chooser = PathChooser(path, deferred_chooser.chooser)
     try:
         leaf = run.play_to_leaf()
     except Exception as error:  # noqa: BLE001 - an agent's Python code may raise anything

@@ -42,11 +42,11 @@ class DaemonTools:
 
         :param pattern: TYPE or TYPE::ID, with the shell patterns *, ? and [].
         """
-        kind, _, name = pattern.partition("::")
+        interface_type, _, interface_id = pattern.partition("::")
         with cx.connect(self._url) as board:
             return [
                 {"interface": info.uid, "writer": info.writer, "readers": list(info.readers)}
-                for info in board.list(kind, name or "*")[:MAX_ROWS]
+                for info in board.list(interface_type, interface_id or "*")[:MAX_ROWS]
             ]
 
     def read_interface(self, interface: str) -> dict[str, Any]:
@@ -54,13 +54,13 @@ class DaemonTools:
 
         :param interface: TYPE::ID.
         """
-        kind, name = parse_uid(interface)
+        interface_type, interface_id = parse_uid(interface)
         with cx.connect(self._url) as board:
-            if not any((info.type, info.id) == (kind, name) for info in board.list()):
+            if not any((info.type, info.id) == (interface_type, interface_id) for info in board.list()):
                 raise CxbridgeError(
                     f"there is no interface {interface}", hint="list_interfaces lists all interfaces"
                 )
-            with board.open_for_reading(kind, name, owner=_OWNER) as instance:
+            with board.open_for_reading(interface_type, interface_id, owner=_OWNER) as instance:
                 instance.read()
                 return dict(instance.as_dict())
 
@@ -70,7 +70,7 @@ class DaemonTools:
         """List the facts of a CLIPS environment of the daemon, with their indices.
 
         :param template: only facts of this deftemplate.
-        :param limit: the maximal number of facts, up to 1000.
+        :param limit: the maximum number of facts, up to 1000.
         """
         with cx.connect(self._url) as board:
             facts = request(

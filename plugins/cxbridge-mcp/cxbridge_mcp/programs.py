@@ -47,9 +47,9 @@ class ProgramTools:
 
         The answer names the violated properties, each with the shortest run that violates it.
 
-        :param faults: the maximal number of faults in a run.
+        :param faults: the maximum number of faults in a run.
         :param properties: names or forms of properties; by default the properties of the scenario and the
-            built-in ones.
+            built-in properties.
         :param patience: the time limit in seconds of real time.
         """
         arguments = [self._folders.scenario_argument(scenario), "--faults", str(faults)]

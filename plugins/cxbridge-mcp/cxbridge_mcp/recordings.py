@@ -11,16 +11,16 @@ from cxbridge_mcp.folders import Folders
 
 # Limits of answers, because the context of a language model is limited.
 MAX_ROWS: Final = 200
-"""The maximal number of rows in an answer."""
+"""The maximum number of rows in an answer."""
 
 MAX_CHARACTERS: Final = 60_000
-"""The maximal number of characters of a text in an answer."""
+"""The maximum number of characters of a text in an answer."""
 
 _CHECK_TIMEOUT_S: Final = 120.0
 
 
 def cut_answer(text: str) -> str:
-    """Return a text without control characters, cut to the maximal length of an answer."""
+    """Return a text without control characters, cut to the maximum length of an answer."""
     text = visible(text)
     if len(text) <= MAX_CHARACTERS:
         return text
@@ -71,8 +71,8 @@ class RecordingTools:
         :param order: partial compares the order of each goal's transitions, total the order of all
             transitions.
         """
-        a, b = (cx.open_run(self._folders.recording_path(name)) for name in (first, second))
-        comparison = a.compare(b, order=order)
+        first_run, second_run = (cx.open_run(self._folders.recording_path(name)) for name in (first, second))
+        comparison = first_run.compare(second_run, order=order)
         rows = comparison.differences[:MAX_ROWS]
         return {
             "same": comparison.same,

@@ -27,14 +27,14 @@ def compile_folder(folder: Path, import_path: Sequence[Path]) -> tuple[list[Any]
     """
     from google.protobuf import descriptor_pb2  # noqa: PLC0415
 
-    names = sorted(file.name for file in folder.glob("*.proto"))
-    if not names:
+    file_names = sorted(file.name for file in folder.glob("*.proto"))
+    if not file_names:
         return [], []
-    descriptor_set, error_text = _compile_files(names, folder, import_path)
+    descriptor_set, error_text = _compile_files(file_names, folder, import_path)
     if descriptor_set is None:
         # The compiler writes nothing if a file is invalid: compile each file alone to get the valid files.
         error_texts, files = [], {}
-        for name in names:
+        for name in file_names:
             descriptor_set, error_text = _compile_files([name], folder, import_path)
             if descriptor_set is None:
                 error_texts.append(error_text)
@@ -47,7 +47,7 @@ def compile_folder(folder: Path, import_path: Sequence[Path]) -> tuple[list[Any]
 
 
 def _compile_files(
-    names: Sequence[str], folder: Path, import_path: Sequence[Path]
+    file_names: Sequence[str], folder: Path, import_path: Sequence[Path]
 ) -> tuple[bytes | None, str]:
     """Return the descriptor set of files; if the compiler fails, None and the compiler's messages."""
     command = _find_compiler()
@@ -57,7 +57,7 @@ def _compile_files(
         arguments += ["--include_imports", f"--descriptor_set_out={output}"]
         try:
             process = subprocess.run(  # noqa: S603 - the compiler, with files that the configuration names
-                [*command, *arguments, *names],
+                [*command, *arguments, *file_names],
                 cwd=folder,
                 capture_output=True,
                 timeout=_COMPILER_TIMEOUT_S,

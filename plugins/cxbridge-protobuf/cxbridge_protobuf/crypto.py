@@ -59,18 +59,18 @@ class Crypter:
         transform = self._make_cipher(self.cipher_number, vector).encryptor()
         return vector + transform.update(payload + bytes([padding]) * padding) + transform.finalize()
 
-    def decrypt(self, cipher: int, payload: bytes) -> bytes:
+    def decrypt(self, cipher_number: int, payload: bytes) -> bytes:
         """Return the decrypted payload.
 
-        :param cipher: the number in the frame.
+        :param cipher_number: the number of the cipher, from the frame.
         :raises ProtobufError: if the key differs, the frame is cut, or the cipher is unknown.
         """
-        if cipher not in _CIPHER_NAMES:
-            raise ProtobufError(f"there is no cipher with number {cipher}")
-        vector_size = _BLOCK_BYTES if _has_vector(cipher) else 0
+        if cipher_number not in _CIPHER_NAMES:
+            raise ProtobufError(f"there is no cipher with number {cipher_number}")
+        vector_size = _BLOCK_BYTES if _has_vector(cipher_number) else 0
         if len(payload) < vector_size + _BLOCK_BYTES or len(payload) % _BLOCK_BYTES:
             raise ProtobufError("an encrypted frame was cut")
-        transform = self._make_cipher(cipher, payload[:vector_size]).decryptor()
+        transform = self._make_cipher(cipher_number, payload[:vector_size]).decryptor()
         padded_payload = transform.update(payload[vector_size:]) + transform.finalize()
         # padding of PKCS 7: the value of each padding byte is the number of padding bytes
         padding = padded_payload[-1]

@@ -42,7 +42,7 @@ _NOT_SET = Symbol("NOT-SET")
 class ProtobufFeature(Feature):
     """Defines the ``pb-*`` functions, and asserts facts for received messages.
 
-    :param connections: creates the connections of an environment; None for sockets.
+    :param make_connections: makes the connections of an environment; None: connections use sockets.
     :param templates: whether to define the templates of the facts, and the rules that retract facts of
         previous loops; False if the caller defines them.
     """
@@ -54,20 +54,20 @@ class ProtobufFeature(Feature):
     def __init__(
         self,
         settings: ProtobufSettings | None = None,
-        connections: MakeConnections | None = None,
+        make_connections: MakeConnections | None = None,
         *,
         templates: bool = True,
     ) -> None:
         self._settings = settings or ProtobufSettings()
-        self._connections = connections
+        self._make_connections = make_connections
         self._templates = templates
         self._states: dict[str, ProtobufState] = {}
 
     def init_context(self, env: ClipsEnvironment) -> None:
         """Read the message types, and define functions and templates."""
-        state_class = self.state_class(env, self._settings, self._connections)
-        self._states[env.name] = state_class
-        state_class.define()
+        state = self.state_class(env, self._settings, self._make_connections)
+        self._states[env.name] = state
+        state.define()
         if self._templates:
             env.load(_CLIPS_FILE)
 
@@ -79,13 +79,13 @@ class ProtobufFeature(Feature):
         return self._states[env.name].network
 
     def delete_messages(self, env: ClipsEnvironment) -> None:
-        """Delete all messages of an environment, for rules without ``pb-destroy`` that keep no message."""
+        """Delete all messages of an environment whose rules have no ``pb-destroy``, and keep no message."""
         self._states[env.name].delete_messages()
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
-        state_class = self._states.pop(env.name, None)
-        if state_class is not None:
-            state_class.network.close()
+        state = self._states.pop(env.name, None)
+        if state is not None:
+            state.network.close()
 
 
 def make_feature(context: Run) -> ProtobufFeature:
@@ -103,7 +103,7 @@ class ProtobufState:
     """The feature's state in an environment: its message types, messages and connections."""
 
     def __init__(
-        self, env: ClipsEnvironment, settings: ProtobufSettings, connections: MakeConnections | None
+        self, env: ClipsEnvironment, settings: ProtobufSettings, make_connections: MakeConnections | None
     ) -> None:
         # imported here, since protobuf is slow to import and few agents use this feature
         from cxbridge_protobuf import fields, types  # noqa: PLC0415
@@ -117,7 +117,7 @@ class ProtobufState:
         self.types.add_folders(settings.folders)
         for module in settings.modules:
             self.types.add_module(module)
-        self.network = (connections or Network)(self.types, settings.network, env.bus.clock.now_us)
+        self.network = (make_connections or Network)(self.types, settings.network, env.bus.clock.now_us)
         self._messages: dict[int, Any] = {}
         self._handles = itertools.count(_FIRST_HANDLE)
         self._next_warning_count = _MANY_MESSAGES
@@ -125,22 +125,27 @@ class ProtobufState:
     def define(self) -> None:
         # CLIPS' codes for the types of arguments: the default (*: any type), then a code for each argument
         # (e: external address, sy: symbol or string, l: integer)
-        message, field = "*;e", "*;e;sy"
+        message_only, message_and_field = "*;e", "*;e;sy"
         definitions: Iterable[tuple[str, Callable[..., Value], int, str]] = (
             ("pb-register-type", self.register, 1, "*;sy"),
             ("pb-create", self._create_message, 1, "*;sy"),
-            ("pb-ref", self._copy_reference, 1, message),
-            ("pb-destroy", self._destroy_message, 1, message),
-            ("pb-field-names", self._get_field_names, 1, message),
-            ("pb-field-type", partial(self._describe_field, self._fields.field_type), 2, field),
-            ("pb-field-label", partial(self._describe_field, self._fields.field_label), 2, field),
-            ("pb-has-field", self._has_field, 2, field),
-            ("pb-field-is-list", self._is_list_field, 2, field),
-            ("pb-field-value", self._get_value, 2, field),
-            ("pb-field-list", self._get_list, 2, field),
-            ("pb-set-field", partial(self._change_field, self._fields.set_value, "set"), 3, field),
-            ("pb-add-list", partial(self._change_field, self._fields.add_value, "add"), 3, field),
-            ("pb-tostring", self._to_string, 1, message),
+            ("pb-ref", self._copy_reference, 1, message_only),
+            ("pb-destroy", self._destroy_message, 1, message_only),
+            ("pb-field-names", self._get_field_names, 1, message_only),
+            ("pb-field-type", partial(self._describe_field, self._fields.field_type), 2, message_and_field),
+            ("pb-field-label", partial(self._describe_field, self._fields.field_label), 2, message_and_field),
+            ("pb-has-field", self._has_field, 2, message_and_field),
+            ("pb-field-is-list", self._is_list_field, 2, message_and_field),
+            ("pb-field-value", self._get_value, 2, message_and_field),
+            ("pb-field-list", self._get_list, 2, message_and_field),
+            (
+                "pb-set-field",
+                partial(self._change_field, self._fields.set_value, "set"),
+                3,
+                message_and_field,
+            ),
+            ("pb-add-list", partial(self._change_field, self._fields.add_value, "add"), 3, message_and_field),
+            ("pb-tostring", self._to_string, 1, message_only),
             ("pb-server-enable", self._enable_server, 1, "*;l"),
             ("pb-server-disable", self.network.disable_server, 0, "*"),
             ("pb-connect", self.network.connect, 2, "*;sy;l"),
@@ -159,8 +164,8 @@ class ProtobufState:
             ("pb-peer-destroy", self.network.destroy_peer, 1, "*;l"),
             ("pb-peer-setup-crypto", self._setup_crypto, 3, "*;l;sy;sy"),
         )
-        for name, function, count, types in definitions:
-            self._env.define(name, function, count, types=types)
+        for name, function, argument_count, types in definitions:
+            self._env.define(name, function, argument_count, types=types)
 
     # --- messages ---------------------------------------------------------------------------------------
 
@@ -304,20 +309,22 @@ class ProtobufState:
             self._log.error(f"Cannot create a peer for {host}: {error}")
             return 0
 
-    def _setup_crypto(self, peer: int, secret: str, cipher: str) -> None:
+    def _setup_crypto(self, peer_id: int, secret: str, cipher: str) -> None:
         try:
-            self.network.setup_crypto(peer, secret, cipher)
+            self.network.setup_crypto(peer_id, secret, cipher)
         except ProtobufError as error:
-            self._log.error(f"Cannot encrypt the messages of peer {peer}: {error}")
+            self._log.error(f"Cannot encrypt the messages of peer {peer_id}: {error}")
 
-    def _send_message(self, send: Callable[[int, Frame], None], verb: str, link: int, address: Value) -> None:
+    def _send_message(
+        self, send: Callable[[int, Frame], None], verb: str, link_id: int, address: Value
+    ) -> None:
         message = self._find_message(address)
         if message is None:
-            target = f"send to {link}" if verb == "send" else "send broadcast"
+            target = f"send to {link_id}" if verb == "send" else "send broadcast"
             self._log.warn(f"Cannot {target}: invalid message")
             return
         try:
-            send(link, self._make_frame(message))
+            send(link_id, self._make_frame(message))
         except ProtobufError as error:
             type_name = message.DESCRIPTOR.full_name
             self._log.warn(f"Failed to {verb} message of type {type_name}: {error.message}")
@@ -337,17 +344,17 @@ class ProtobufState:
                 self._log.warn(event.text)
 
     def _assert_message(self, event: ReceivedMessage) -> None:
-        peer, server = event.origin.value == "PEER", event.origin.value == "SERVER"
+        is_from_peer, is_from_client = event.origin.value == "PEER", event.origin.value == "SERVER"
         slots: dict[str, Value] = {
             "comp-id": event.component,
             "msg-type": event.type,
-            "rcvd-via": Symbol("BROADCAST" if peer else "STREAM"),
+            "rcvd-via": Symbol("BROADCAST" if is_from_peer else "STREAM"),
             "client-id": event.link_id,
         }
         if event.message is None:
-            if server:
+            if is_from_client:
                 slots["rcvd-from"] = self.sender_value(event)
-            template = "protobuf-server-receive-failed" if server else "protobuf-receive-failed"
+            template = "protobuf-server-receive-failed" if is_from_client else "protobuf-receive-failed"
             self._env.assert_fact(template, {**slots, "message": event.problem})
             return
         self._env.assert_fact(

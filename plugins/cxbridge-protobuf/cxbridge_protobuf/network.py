@@ -44,7 +44,7 @@ class Network:
     def __init__(self, types: MessageTypes, settings: NetworkSettings, now_us: Callable[[], int]) -> None:
         self._settings = settings
         self._types = types
-        self._inbox = Inbox(settings.max_waiting, now_us)
+        self._inbox = Inbox(settings.max_waiting_messages, now_us)
         self._ids = itertools.count(1)
         self._lock = threading.Lock()
         self._links: dict[int, StreamLink] = {}
@@ -222,13 +222,13 @@ class Network:
             self._thread = LoopThread("clips-protobuf")
         return self._thread
 
-    def _run_in_thread(self, work: Coroutine[Any, Any, ResultT]) -> ResultT:
+    def _run_in_thread(self, coroutine: Coroutine[Any, Any, ResultT]) -> ResultT:
         """Run a coroutine in the thread and wait for its result."""
-        return self._ensure_thread().spawn(work).result(_THREAD_TIMEOUT_S)
+        return self._ensure_thread().spawn(coroutine).result(_THREAD_TIMEOUT_S)
 
-    def _start_in_thread(self, work: Coroutine[Any, Any, None]) -> None:
+    def _start_in_thread(self, coroutine: Coroutine[Any, Any, None]) -> None:
         """Start a coroutine in the thread."""
-        self._ensure_thread().spawn(work)
+        self._ensure_thread().spawn(coroutine)
 
     def _call_in_thread(self, function: Callable[..., object], *arguments: object) -> None:
         """Call a function in the thread; do nothing without a thread, since then there are no connections."""
@@ -266,8 +266,8 @@ class Network:
             if link.origin is Origin.CLIENT:
                 is_accepted = link.id in self._links
             else:
-                clients = sum(open_link.origin is Origin.SERVER for open_link in self._links.values())
-                is_accepted = self._server is not None and clients < MAX_CLIENTS
+                client_count = sum(open_link.origin is Origin.SERVER for open_link in self._links.values())
+                is_accepted = self._server is not None and client_count < MAX_CLIENTS
                 if is_accepted:
                     self._links[link.id] = link
         if is_accepted:

@@ -53,11 +53,11 @@ class Peer(asyncio.DatagramProtocol):
         self._target: tuple[str, int] | None = None
         self._own_address: tuple[str, int] | None = None
         self._waiting_frames: deque[Frame] = deque(maxlen=_MAX_WAITING_FRAMES)
-        self._resolving: asyncio.Task[None] | None = None
+        self._resolution_task: asyncio.Task[None] | None = None
         self._closed = asyncio.Event()
 
     async def open(self, port: int) -> None:
-        """Open the receiving port and start to resolve the target host.
+        """Open the receiving port and start resolving the target host.
 
         :raises ProtobufError: if the port is unavailable.
         """
@@ -71,12 +71,12 @@ class Peer(asyncio.DatagramProtocol):
             loop = asyncio.get_running_loop()
             self._transport, _ = await loop.create_datagram_endpoint(lambda: self, sock=udp_socket)
             cleanup.pop_all()
-        self._resolving = asyncio.create_task(self._resolve_host(port))
+        self._resolution_task = asyncio.create_task(self._resolve_host(port))
 
     async def close(self) -> None:
         """Close the socket, and wait until the port is available again."""
-        if self._resolving is not None:
-            self._resolving.cancel()
+        if self._resolution_task is not None:
+            self._resolution_task.cancel()
         if self._transport is not None:
             self._transport.close()
             await self._closed.wait()

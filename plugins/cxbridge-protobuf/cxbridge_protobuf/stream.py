@@ -114,7 +114,7 @@ class StreamLink(asyncio.Protocol):
         if not self.connected or self._transport is None:
             return
         self._transport.write(data)
-        if self._transport.get_write_buffer_size() > self._network.settings.max_outbound:
+        if self._transport.get_write_buffer_size() > self._network.settings.max_outbound_bytes:
             self._abort("the receiver reads too slowly")
 
     def close(self) -> None:

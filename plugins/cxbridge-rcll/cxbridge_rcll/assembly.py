@@ -51,8 +51,8 @@ class GameReferee(Protocol):
     """The referee of a game, in this process or in a referee box of another process."""
 
     @property
-    def connections(self) -> MakeConnections | None:
-        """The factory of the agent's protobuf connections; None for sockets."""
+    def make_connections(self) -> MakeConnections | None:
+        """The factory of the agent's protobuf connections; None: the agent uses sockets."""
 
     def configure_agent(self, config: Configuration) -> None:
         """Adapt the configuration of an agent."""
@@ -181,7 +181,7 @@ class GameSetup:
     def extend(self, additions: Additions) -> Additions:
         """Return additions with the executors of the robots and the connections to the referee."""
         executors = (*additions.executors, make_robot_executor(self.world))
-        values = {**additions.values, CONNECTIONS_KEY: self.referee.connections}
+        values = {**additions.values, CONNECTIONS_KEY: self.referee.make_connections}
         return replace(additions, executors=executors, values=values)
 
     def referee_factories(self) -> Iterator[MakeComponent]:

@@ -15,7 +15,6 @@ _ZONE_PATTERN: Final = re.compile(r"([CM])[-_]Z(\d)(\d)")
 # `WAIT-C-BS-I`
 _MACHINE_PATTERN: Final = re.compile(r"(?:WAIT-)?([CM]-(?:BS|DS|SS|CS\d|RS\d))(?:-(INPUT|OUTPUT|I|O))?")
 _WORK_DISTANCE_M: Final = 0.75  # from the centre of a machine to a robot that uses the machine
-
 _WAIT_DISTANCE_M: Final = 1.5  # from the centre of a machine to a robot that waits for the machine
 _FIRST_ENTRY_M: Final = (4.5, 0.5)  # the location of the first robot; the robots are a metre apart
 

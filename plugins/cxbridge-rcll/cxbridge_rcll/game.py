@@ -112,8 +112,16 @@ class LeagueGame(LeagueSettings):
 
         options, world = self.options, self._make_world_model()
         options.check()
-        make = partial(self.make, seed)
-        result = play_game(options, seed, world, judge, make=make, console=console, attach=subscribe_verdict)
+        make_assembly = partial(self.make, seed)
+        result = play_game(
+            options,
+            seed,
+            world,
+            judge,
+            make_assembly=make_assembly,
+            console=console,
+            attach=subscribe_verdict,
+        )
         return replace(
             result,
             is_over=bool(verdict.text) if self.simtest else result.is_over,

@@ -42,7 +42,7 @@ class ConfigFunctions:
         self._env = env
         self._config = config
         define = env.define
-        define("get-clips-dirs", lambda: (f"{refbox.rules}/",))
+        define("get-clips-dirs", lambda: (f"{refbox.rules_folder}/",))
         define("load-config", self._load_config, 1, types=_TEXT_ARGUMENT)
         define(
             "config-path-exists", lambda path: _to_clips_bool(config.exists(path)), 1, types=_TEXT_ARGUMENT
@@ -109,8 +109,8 @@ class MachineFunctions:
         define_machine_function("mps-ss-store", lambda machine, *_slot: machine.store(), 2)
         define_machine_function("mps-ss-relocate", lambda machine, *_slots: machine.relocate(), 4)
         define_machine_function("mps-reset", Machine.reset)
-        for name, count in _IGNORED_FUNCTIONS.items():
-            env.define(name, ignore, count, types=_TEXT_ARGUMENT)
+        for name, argument_count in _IGNORED_FUNCTIONS.items():
+            env.define(name, ignore, argument_count, types=_TEXT_ARGUMENT)
         env.define("reconfigure-machine", self._create_machine, 1, types=_TEXT_ARGUMENT)
 
     def _give_task(self, name: str, task: Callable[..., None], arguments: tuple[Value, ...]) -> None:

@@ -42,7 +42,7 @@ class LocalReferee:
         self._referee: Referee | None = None
 
     @property
-    def connections(self) -> MakeConnections:
+    def make_connections(self) -> MakeConnections:
         """The factory of the agent's process-local connections."""
         return self._network.join
 

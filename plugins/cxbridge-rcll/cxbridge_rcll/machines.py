@@ -205,7 +205,7 @@ class Machine:
 
     def _move_workpiece(self, sources: tuple[BeltPosition, ...], goal: BeltPosition) -> None:
         # a workpiece in the middle arrives first, since it is the closest to either end
-        for position in sorted(sources, key=lambda sources: sources is not BeltPosition.MIDDLE):
+        for position in sorted(sources, key=lambda source: source is not BeltPosition.MIDDLE):
             if position in self.belt:
                 self._lay_workpiece(goal, self.belt.pop(position))
                 return

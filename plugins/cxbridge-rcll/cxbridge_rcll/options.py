@@ -122,7 +122,6 @@ class PlayedLeagueOptions(RefboxOptions):
             help="The speed of the clock of the referee box at --referee, relative to real time.",
         ),
     ] = 1.0
-
     simtest: Annotated[
         str,
         typer.Option(

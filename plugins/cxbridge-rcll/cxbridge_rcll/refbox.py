@@ -38,7 +38,7 @@ class Refbox(Struct, frozen=True):
         return cls(folder.resolve())
 
     @property
-    def rules(self) -> Path:
+    def rules_folder(self) -> Path:
         """The folder with the CLIPS files."""
         return self.folder / RULES_FOLDER
 
@@ -55,9 +55,9 @@ class Refbox(Struct, frozen=True):
         config = Configuration()
         folders = sorted(path for path in (self.folder / CONFIGURATION_FOLDER).iterdir() if path.is_dir())
         for folder in folders:
-            default = folder / f"default_{folder.name}.yaml"
-            if default.is_file():
-                config.overlay(Configuration.load(default, confdir=self.folder / CONFIGURATION_FOLDER))
+            default_file = folder / f"default_{folder.name}.yaml"
+            if default_file.is_file():
+                config.overlay(Configuration.load(default_file, confdir=self.folder / CONFIGURATION_FOLDER))
         config.overlay_files(overlays)
         return config
 

@@ -75,7 +75,7 @@ class Referee(Component):
         self._protobuf.connections(env).enable_server(config.get_uint(SERVER_PORT_PATH, default=0))
 
     def _load_rules(self, refbox: Refbox, seed: int) -> None:
-        env, init_file = self.env, refbox.rules / "init.clp"
+        env, init_file = self.env, refbox.rules_folder / "init.clp"
         if not env.batch(init_file):
             raise ExecutiveError("the referee's rules do not load; see the log", file=init_file)
         env.call("seed", seed)  # after the batch, in which the rules seed CLIPS with the system's time

@@ -51,12 +51,12 @@ class Address(NamedTuple):
         :raises CxbridgeError: if the text has another form.
         """
         host, colon, port = text.rpartition(":")
-        number = parse_decimal(port)
-        if not colon or not host or number is None or not 0 < number <= _MAX_PORT:
+        port_number = parse_decimal(port)
+        if not colon or not host or port_number is None or not 0 < port_number <= _MAX_PORT:
             raise CxbridgeError(
                 f"'{text}' is not the address of a referee box", hint="write HOST:PORT, e.g. localhost:4444"
             )
-        return cls(host.strip("[]"), number)
+        return cls(host.strip("[]"), port_number)
 
     def __str__(self) -> str:
         return f"{self.host}:{self.port}"
@@ -68,7 +68,7 @@ class RemoteReferee:
     :param message_folder: the folder with message definitions.
     """
 
-    connections = None
+    make_connections = None
     faults: Sequence[str] = ()
 
     def __init__(self, address: Address, message_folder: Path) -> None:
@@ -151,7 +151,7 @@ class RefereeClient(Component):
             raise
 
     def _wait_for_game_state(self) -> None:
-        deadline = time.monotonic() + _FIRST_STATE_TIMEOUT_S
+        deadline_s = time.monotonic() + _FIRST_STATE_TIMEOUT_S
         while not self.game.phase:
             self._receive_messages()
             if self._is_lost:
@@ -159,7 +159,7 @@ class RefereeClient(Component):
                     f"there is no referee at {self._address}: {self._problem or 'the connection was closed'}",
                     hint="start the referee box, or name its server-port",
                 )
-            if time.monotonic() > deadline:
+            if time.monotonic() > deadline_s:
                 raise CxbridgeError(
                     f"{self._address} has not reported the state of its game: "
                     f"{self._problem or 'no message was received'}",

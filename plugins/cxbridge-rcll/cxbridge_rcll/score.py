@@ -28,13 +28,13 @@ def read_machine_states(referee: Referee) -> dict[str, str]:
     return {str(name): str(state) for name, state in referee.columns("machine", "name", "state")}
 
 
-def award_category(reason: str) -> str:
+def find_award_category(reason: str) -> str:
     """Return the reason for an award without its details, e.g. ``Retrieved cap``.
 
     ``late`` is appended for a late delivery.
     """
-    words = _DETAIL_START.split(reason, maxsplit=1)[0].strip()
-    return f"{words} late" if _LATE_MARK in reason else words
+    category = _DETAIL_START.split(reason, maxsplit=1)[0].strip()
+    return f"{category} late" if _LATE_MARK in reason else category
 
 
 def read_score(referee: Referee) -> Score:
@@ -47,7 +47,7 @@ def read_score(referee: Referee) -> Score:
                 _to_seconds(slots["game-time"]),
                 str(slots["phase"]),
                 str(slots["reason"]),
-                award_category(str(slots["reason"])),
+                find_award_category(str(slots["reason"])),
             )
             for slots in referee.facts("points")
         ),
@@ -65,21 +65,22 @@ def read_score(referee: Referee) -> Score:
                 _to_seconds(slots["game-time"]),
             )
             for slots in referee.facts("product-processed")
-            # only a confirmed product counts, and only if it has an order: 0 stands for none
+            # only a confirmed product at the delivery station (DS) counts, and only if it has an order: the
+            # order 0 stands for none
             if slots["mtype"] == "DS" and slots["confirmed"] == "TRUE" and _to_integer(slots["order"])
         ),
         key=lambda delivery: delivery.game_time,
     )
-    state = next(referee.facts("gamestate"), {})
-    points = state.get("points")
+    game_slots = next(referee.facts("gamestate"), {})
+    points = game_slots.get("points")
     team_points = [_to_integer(value) for value in points] if isinstance(points, tuple) else [0, 0]
-    time = next(referee.facts("time-info"), {"game-time": 0.0})
+    time_slots = next(referee.facts("time-info"), {"game-time": 0.0})
     return Score(
         dict(zip(TEAMS, team_points, strict=True)),
         tuple(deliveries),
         tuple(awards),
-        str(state.get("phase", "")),
-        _to_seconds(time["game-time"]),
+        str(game_slots.get("phase", "")),
+        _to_seconds(time_slots["game-time"]),
         tuple(sorted(_read_orders(referee), key=lambda product_order: product_order.order)),
     )
 

@@ -61,7 +61,7 @@ class FramePublisher(Closing):
         self._static_transforms: dict[str, Message] = {}
         self._feed = Feed(board, "ROS 2")
         for instance in self._feed.follow(_INTERFACE_TYPE, "*"):
-            self._publish_change(self._feed.read_change(instance))
+            self._publish_change(self._feed.read_state(instance))
 
     def publish_changes(self) -> None:
         while (change := self._feed.wait_for_change(Deadline(0))) is not None:

@@ -221,7 +221,7 @@ class Ros2CxSource(Source):
             else files.to_time_fields
         )
         return CoreFiles(
-            files.cx,
+            files.core_dir,
             files.clips_dirs,
             files.substitutions,
             files.override_dirs,

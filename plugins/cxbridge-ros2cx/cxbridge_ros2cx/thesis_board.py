@@ -38,7 +38,7 @@ class ThesisMaster(Master):
 
     def check_timeout(self, now_us: int) -> None:
         """Fail after :data:`RESPONSE_TIMEOUT_S` without a response. The rules call this once per tick."""
-        if self.state is MasterState.ASKING and now_us > self._start_us:
+        if self.state is MasterState.ASKING and now_us > self._start_deadline_us:
             agent = "" if self.agent == NO_AGENT else self.agent
             parameters = [str(value) for name, value in self.call.parameters.items() if name != MAPPED_ACTION]
             self._fail(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from cxbridge.executive.host.retracted import retracted_slot_edits
+from cxbridge.executive.host.retracted import find_retracted_slot_edits
 from cxbridge.executive.host.source import prepare_source
 
 TEMPLATE = (
@@ -53,7 +53,7 @@ def test_lines_stay_where_they_are():
     "text", ["(do-for-fact", "(do-for-fact x (retract ?i) ?i:n)", "(do-for-fact ((?i item)) (retract ?i):)"]
 )
 def test_what_is_no_query_stays(text):
-    assert retracted_slot_edits(text, 0, len(text)) == []
+    assert find_retracted_slot_edits(text, 0, len(text)) == []
 
 
 def test_the_right_hand_side_goes_on(env, log, tmp_path):

@@ -157,7 +157,7 @@ def test_a_skill_that_hangs_holds_up_nothing(tmp_path: Path, name: str):
         viewer.msgq_enqueue(viewer.SetGraphMessage(what))
         rig.exec("evil{}", loops=2)
     engine = rig.backends[0].engine
-    assert isinstance(engine.failure(), str)
+    assert isinstance(engine.find_failure_reason(), str)
     assert set(engine.skills) == {"count", "fail", "done", "evil"}
     assert engine.documentation("evil") == "x"
     rig.exec("done{}")

@@ -163,10 +163,10 @@ def test_a_look_is_taken_now_and_then_only(tmp_path: Path):
     watch.follow(path)
     write_skills(tmp_path, {"tell": "changed"})
     now = 0.4
-    assert watch.changed_modules() == []
+    assert watch.find_changed_modules() == []
     now = 0.5
-    assert watch.changed_modules() == ["skills.tell"]
-    assert watch.changed_modules() == []
+    assert watch.find_changed_modules() == ["skills.tell"]
+    assert watch.find_changed_modules() == []
 
 
 def test_reload_raises_what_is_wrong(tmp_path: Path):

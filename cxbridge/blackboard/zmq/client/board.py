@@ -40,7 +40,7 @@ class ZmqBlackBoard(RemoteBlackBoard):
     :param registry: returns the classes of types that are named by a string.
     :param bus: gets log lines; the server's blackboard emits writes on its bus.
     :param name: identifies the client in log lines of the server.
-    :param heartbeat: the seconds between signs of life; the server may demand fewer.
+    :param heartbeat: the seconds between signs of life; the server may demand a shorter interval.
     :param timeout: the limit of a request, in seconds.
     :param connect_timeout: the limit of the first connection, in seconds.
     :param keys: the CURVE keys, required for servers on other machines.
@@ -156,10 +156,10 @@ class ZmqBlackBoard(RemoteBlackBoard):
         :raises TransportError: after the timeout.
         """
         self._check_open()
-        seconds = self._timeout if timeout is None else timeout
-        self._interfaces.wait_written(seconds)
-        self._sender.request(Sync(), timeout=seconds)
-        self._dispatcher.drain(seconds)
+        timeout_s = self._timeout if timeout is None else timeout
+        self._interfaces.wait_written(timeout_s)
+        self._sender.request(Sync(), timeout=timeout_s)
+        self._dispatcher.drain(timeout_s)
 
     def _listener_table(self, instance: Interface) -> ListenerTable:
         port = self._interfaces.find_copy(instance)

@@ -213,7 +213,7 @@ class CommandSender:
         :raises DisconnectedError: if the session is missing for too long, or lost.
         :raises RequestTimeoutError: if no reply comes in time.
         """
-        kind = type(frame).__name__.lower()
+        frame_name = type(frame).__name__.lower()
         deadline = time.monotonic() + timeout
         is_in_dispatcher = self._dispatcher.is_current_thread()
         while True:
@@ -236,11 +236,11 @@ class CommandSender:
                 return pending.reply
             if not pending.is_lost:
                 raise RequestTimeoutError(
-                    f"the blackboard's server did not reply within {timeout:g} s ({kind})"
+                    f"the blackboard's server did not reply within {timeout:g} s ({frame_name})"
                 )
             if not repeat:
                 raise DisconnectedError(
-                    f"the connection to the blackboard's server was lost ({kind})",
+                    f"the connection to the blackboard's server was lost ({frame_name})",
                     hint="the server may have carried out the last request",
                 )
 

@@ -35,6 +35,7 @@ from cxbridge.blackboard.zmq.wire.sockets import LINGER_MS, Socket, connect
 
 NO_REPLY: Final = "the server does not reply"
 """The reason for the end of a session that has never begun."""
+
 HELLO_TIMEOUT_S: Final = 2.0
 """The seconds within which the server must reply to the Hello."""
 
@@ -42,12 +43,12 @@ HELLO_TIMEOUT_S: Final = 2.0
 RETRY_PAUSE_S: Final = 0.1
 """The seconds between the end of a session and the next attempt."""
 
+# this thread receives when listeners run longer than the present patience, which doubles while they are quick
 MIN_PATIENCE_MS: Final = 5
-MAX_PATIENCE_MS: Final = 40
-"""The milliseconds of running listeners after which this thread receives instead.
+"""The patience after a slow listener, in milliseconds."""
 
-The minimum applies after a slow listener; the time doubles up to the maximum while listeners are quick.
-"""
+MAX_PATIENCE_MS: Final = 40
+"""The longest patience, in milliseconds."""
 
 _FLUSH_PERIOD_S: Final = 0.02  # the seconds between attempts to send conflated writes
 
@@ -58,7 +59,7 @@ class SessionThread:
     :param url: the server's endpoint.
     :param receiver: receives in turns with this thread.
     :param wakeup: wakes this thread.
-    :param heartbeat: the seconds between signs of life; the server may demand fewer.
+    :param heartbeat: the seconds between signs of life; the server may demand a shorter interval.
     :param name: identifies the client in the server's log.
     """
 
@@ -207,7 +208,7 @@ class SessionThread:
 
     @property
     def _heartbeat_s(self) -> float:
-        """The shorter one of the peers' heartbeats."""
+        """The shorter of the peers' heartbeats."""
         welcome = self._receiver.welcome
         return (
             self._requested_heartbeat_s

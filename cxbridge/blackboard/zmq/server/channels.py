@@ -16,7 +16,7 @@ from cxbridge.interfaces.instance import Interface
 
 # a local writer in a loop must not fill the memory while the server's thread is busy
 MAX_QUEUED_UPDATES: Final = 256
-"""The maximal number of updates of an interface that wait for the server's thread; more are conflated."""
+"""The maximum number of updates of an interface that wait for the server's thread; more are conflated."""
 
 
 class ServerLoop(Protocol):

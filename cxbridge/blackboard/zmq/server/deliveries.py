@@ -24,7 +24,7 @@ from cxbridge.interfaces.instance import Interface, Message, MessageQueue
 
 # the default limit of a writer's queue
 MAX_PENDING_MESSAGES: Final = 1024
-"""The maximal number of pending messages of a session."""
+"""The maximum number of pending messages of a session."""
 
 OutcomeCallback = Callable[[ResultCode, int], None]
 """Called with the outcome of a message, and with the limit of the queue for ``QUEUE_FULL``, else 0."""

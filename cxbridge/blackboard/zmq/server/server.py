@@ -55,12 +55,12 @@ MIN_HEARTBEAT_S: Final = 0.05
 """The shortest heartbeat in seconds."""
 
 MAX_SESSIONS: Final = 1024
-"""The maximal number of clients."""
+"""The maximum number of clients."""
 
 # A reader that waits for a processor core pauses about 5 ms. With 256 updates, which take 2.6 ms at 100,000
 # updates a second, half of a burst was conflated.
 WINDOW: Final = 1024
-"""The maximal number of unacknowledged updates per client."""
+"""The maximum number of unacknowledged updates per client."""
 
 _BATCH_SIZE: Final = 64  # messages of one socket before the next socket is served
 _CHECKS_PER_HEARTBEAT: Final = 4  # so that a dead client is found within three heartbeats, see wire.frames
@@ -75,7 +75,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
     :param heartbeat: the seconds between signs of life; clients may demand a shorter time.
     :param keys: the CURVE keys, required for endpoints that other machines can reach.
     :param insecure: whether such endpoints are allowed without keys.
-    :param window: the maximal number of unacknowledged updates per client.
+    :param window: the maximum number of unacknowledged updates per client.
     :param context: the ZeroMQ context; by default a new context, and for inproc the context of the process.
     :raises InsecureEndpointError: if an endpoint needs keys.
     """
@@ -207,7 +207,9 @@ class ZmqBlackBoardServer(BoardServer, Observer):
             now_s = time.monotonic()
             if now_s >= next_check_s:
                 self._check_sessions(now_s, now_s - last_check_s)
-                min_heartbeat_s = min((s.heartbeat for s in self._sessions.values()), default=self.heartbeat)
+                min_heartbeat_s = min(
+                    (session.heartbeat for session in self._sessions.values()), default=self.heartbeat
+                )
                 last_check_s, next_check_s = now_s, now_s + min_heartbeat_s / _CHECKS_PER_HEARTBEAT
             # a descriptor of ZeroMQ reports only events since the last query or send of its socket, so
             # nothing may be sent between the query in `_receive` and the poll
@@ -308,9 +310,9 @@ class ZmqBlackBoardServer(BoardServer, Observer):
             return
         # the writers of the previous session would block the client's new writers until the server notices
         # the end of that session
-        replaced = self._sessions.get(hello.replaces)
-        if replaced is not None:
-            self._end_session(replaced)
+        replaced_session = self._sessions.get(hello.replaces)
+        if replaced_session is not None:
+            self._end_session(replaced_session)
         if len(self._sessions) >= self._max_sessions:
             self._complaints.add("too many", f"refused a client: {self._max_sessions} clients are connected")
             self._dismiss_client(

@@ -53,7 +53,7 @@ class ZmqSession:
     :param socket: the ROUTER socket to which the client is connected.
     :param name: identifies the client in log lines.
     :param heartbeat: the seconds between signs of life.
-    :param window: the maximal number of unacknowledged updates.
+    :param window: the maximum number of unacknowledged updates.
     :param fail: called when the session cannot continue, with the reason.
     :param now: returns the monotonic time in seconds.
     :param credit: the number of updates that the server may send before the next acknowledgement.

@@ -113,7 +113,7 @@ class Hello(Frame):
     """The first frame of a client.
 
     :param replaces: the client's previous session, which the server ends; else empty.
-    :param heartbeat_ms: the demanded heartbeat; 0 for the server's.
+    :param heartbeat_ms: the demanded heartbeat; 0: the server's heartbeat.
     :param name: identifies the client in the server's log.
     """
 
@@ -213,7 +213,7 @@ class Welcome(Frame):
     """The reply to Hello.
 
     :param epoch: the id of the running server.
-    :param window: the maximal number of updates that the server sends without Credit.
+    :param window: the maximum number of updates that the server sends without Credit.
     """
 
     epoch: Serial

@@ -24,14 +24,14 @@ if TYPE_CHECKING:
 
 # above the window of 1024 updates, so that updates alone never fill the queue
 MAX_SERVER_QUEUE = 4096
-"""The maximal number of frames waiting for a client."""
+"""The maximum number of frames waiting for a client."""
 
 MAX_CLIENT_QUEUE = 1000
-"""The maximal number of frames waiting for the server, ZeroMQ's default."""
+"""The maximum number of frames waiting for the server, ZeroMQ's default."""
 
 # the operating system of a client beyond the limit retries only after a second
 MAX_SERVER_BACKLOG = 1024
-"""The maximal number of connections waiting to be accepted."""
+"""The maximum number of connections waiting to be accepted."""
 
 LINGER_MS = 300
 """The milliseconds in which a closed socket may send its last messages."""
@@ -96,11 +96,13 @@ def bind(context: Context, endpoint: str, keys: CurveServer | None) -> tuple[Soc
     return socket, socket.get_string(zmq.LAST_ENDPOINT).rstrip("\0")
 
 
-def _configure(socket: Socket, endpoint: str, max_frame: int, keys: CurveServer | CurveClient | None) -> None:
+def _configure(
+    socket: Socket, endpoint: str, max_frame_bytes: int, keys: CurveServer | CurveClient | None
+) -> None:
     """Set the options of both peers."""
     socket.linger = 0  # a closed socket must not delay the end of the process
     socket.ipv6 = "[" in endpoint
-    socket.maxmsgsize = max_frame
+    socket.maxmsgsize = max_frame_bytes
     if keys is not None and uses_curve(endpoint):
         keys.apply(socket)
 

@@ -27,56 +27,59 @@ DATA_FUNCTION = "cx-assert-data"
 """The variant of CLIPS' `assert-string` for texts of clients: constants only."""
 
 _NUMBER: Final = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?")
+# no call and no variable can pass as a symbol, on which the safety of a text rests: a symbol has no
+# parentheses, quotes, connectives or brackets of instance names, and does not start with ? or $ (variables),
+# or with = or : (calls); the comparison operators and a lone = or : stand for themselves
 _SYMBOL: Final = re.compile(r"(?![?$=:])[^\s()&|~<;\"\0`\[\]]+|<|<=|<>|=|=>|>=|:")
 _ESCAPED: Final = re.compile(r"\\(.)", re.DOTALL)
 
 
-def constant_values(text: str) -> str:
-    """Return values as CLIPS text, written from the parsed constants.
+def to_safe_values_text(text: str) -> str:
+    """Return constants, such as ``1 "a" b``, as text in which CLIPS finds no function call.
 
     :raises ClipsError: if a value is not a constant.
     """
-    return " ".join(_constants(list(_tokens(text)), text))
+    return " ".join(_to_safe_texts(list(_split_tokens(text)), text))
 
 
 class ConstantFact(Struct, frozen=True):
     """A fact of constants.
 
-    :param slots: the names of the slots; empty for an ordered fact.
+    :param slot_names: empty for an ordered fact.
     :param text: the fact as CLIPS text, which CLIPS may only read if the deftemplate has these slots.
     """
 
     template: str
-    slots: tuple[str, ...]
+    slot_names: tuple[str, ...]
     text: str
 
 
 def parse_constant_fact(text: str) -> ConstantFact:
-    """Parse a fact.
+    """Parse a fact without evaluating any part of the text.
 
     :raises ClipsError: if the text is not a fact of constants.
     """
-    tokens = list(_tokens(text))
+    tokens = list(_split_tokens(text))
     if len(tokens) < 3 or tokens[0] != "(" or tokens[-1] != ")" or not _SYMBOL.fullmatch(tokens[1]):  # noqa: PLR2004
         raise ClipsError(f"{text} is not a fact", hint="e.g. (battery (level 3)), or (at home)")
     name, inner = tokens[1], tokens[2:-1]
     if "(" not in inner:
-        return ConstantFact(name, (), f"({' '.join([name, *_constants(inner, text)])})")
+        return ConstantFact(name, (), f"({' '.join([name, *_to_safe_texts(inner, text)])})")
     if inner[-1] != ")":
         raise _refusal_error(text)
-    slots, names, start = [], [], 0
+    slot_texts, slot_names, start = [], [], 0
     while start < len(inner):
         end = inner.index(")", start)
         if inner[start] != "(" or end < start + 2 or not _SYMBOL.fullmatch(inner[start + 1]):
             raise _refusal_error(text)
-        names.append(inner[start + 1])
-        # _constants() refuses parentheses, so that no slot holds a function call
-        slots.append(f"({' '.join([inner[start + 1], *_constants(inner[start + 2 : end], text)])})")
+        slot_names.append(inner[start + 1])
+        # _to_safe_texts() refuses parentheses, so that no slot holds a function call
+        slot_texts.append(f"({' '.join([inner[start + 1], *_to_safe_texts(inner[start + 2 : end], text)])})")
         start = end + 1
-    return ConstantFact(name, tuple(names), f"({' '.join([name, *slots])})")
+    return ConstantFact(name, tuple(slot_names), f"({' '.join([name, *slot_texts])})")
 
 
-def _tokens(text: str) -> Iterator[str]:
+def _split_tokens(text: str) -> Iterator[str]:
     for match in TOKEN.finditer(text):
         if match.lastgroup == "unclosed" or "\0" in match[0]:
             raise _refusal_error(text)
@@ -84,7 +87,7 @@ def _tokens(text: str) -> Iterator[str]:
             yield match[0]
 
 
-def _constants(tokens: list[str], text: str) -> list[str]:
+def _to_safe_texts(tokens: list[str], text: str) -> list[str]:
     constants = []
     for token in tokens:
         if token[0] == '"':
@@ -108,20 +111,20 @@ def assert_data(env: CData, text: str) -> Value:
     :returns: the fact; FALSE if CLIPS refuses it.
     :raises ClipsError: if the fact contains anything except constants.
     """
-    fact = lib.AssertString(env, encode(constant_text(env, text)))
+    fact = lib.AssertString(env, encode(to_safe_fact_text(env, text)))
     return FALSE if fact == NULL else FactAddress(fact)
 
 
-def constant_text(env: CData, text: str) -> str:
+def to_safe_fact_text(env: CData, text: str) -> str:
     """Return a fact of constants as text in which CLIPS finds no function call.
 
     :raises ClipsError: if the text is not a fact of constants.
     """
     fact = parse_constant_fact(text)
-    if fact.slots:
+    if fact.slot_names:
         deftemplate = lib.FindDeftemplate(env, encode(fact.template))
-        slots = () if deftemplate == NULL else [name for name, _ in template_of(deftemplate).slots or ()]
-        for slot in fact.slots:
-            if slot not in slots:
+        existing = () if deftemplate == NULL else [name for name, _ in template_of(deftemplate).slots or ()]
+        for slot in fact.slot_names:
+            if slot not in existing:
                 raise ClipsError(f"refused: there is no deftemplate '{fact.template}' with a slot '{slot}'")
     return fact.text

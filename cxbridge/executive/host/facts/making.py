@@ -60,10 +60,10 @@ class FactMaker:
         :param changes: slot names and pointers to CLIPSValues (a multifield for multislots).
         :raises KeyError: if the deftemplate lacks a slot, or a single slot would get several values.
         """
-        new = EXTRA_FUNCTIONS.CreateFact(lib.FactDeftemplate(fact))
-        EXTRA_FUNCTIONS.CopyFactSlotValues(self._env, new, fact)
-        self._set_slots(new, changes)
-        return new
+        new_fact = EXTRA_FUNCTIONS.CreateFact(lib.FactDeftemplate(fact))
+        EXTRA_FUNCTIONS.CopyFactSlotValues(self._env, new_fact, fact)
+        self._set_slots(new_fact, changes)
+        return new_fact
 
     def make_fact(self, deftemplate: CData, values: list[tuple[bytes, CData]]) -> CData:
         """Make a fact with default values for missing slots, without asserting it.
@@ -71,14 +71,14 @@ class FactMaker:
         :param values: slot names and pointers to CLIPSValues; NULL names the fields of an ordered fact.
         :raises KeyError: as in :meth:`make_copy`.
         """
-        new = EXTRA_FUNCTIONS.CreateFact(deftemplate)
-        self._set_slots(new, values)
-        EXTRA_FUNCTIONS.AssignFactSlotDefaults(new)
-        return new
+        new_fact = EXTRA_FUNCTIONS.CreateFact(deftemplate)
+        self._set_slots(new_fact, values)
+        EXTRA_FUNCTIONS.AssignFactSlotDefaults(new_fact)
+        return new_fact
 
-    def assert_fact(self, new: CData) -> CData:
+    def assert_fact(self, new_fact: CData) -> CData:
         """Assert a fact from :meth:`make_copy` or :meth:`make_fact`; NULL if CLIPS refuses it."""
-        return EXTRA_FUNCTIONS.Assert(new)
+        return EXTRA_FUNCTIONS.Assert(new_fact)
 
     def find_fact(self, index: int) -> CData:
         """Return the fact with this index, or NULL."""
@@ -88,22 +88,24 @@ class FactMaker:
         """Clear the cached slots, because deftemplates may be redefined."""
         self._cached_positions.clear()
 
-    def _set_slots(self, new: CData, values: list[tuple[bytes, CData]]) -> None:
+    def _set_slots(self, new_fact: CData, values: list[tuple[bytes, CData]]) -> None:
         for slot, value in values:
-            if not EXTRA_FUNCTIONS.PutFactSlot(new, slot, value) and not self._force_slot(new, slot, value):
-                EXTRA_FUNCTIONS.ReturnFact(self._env, new)
+            if not EXTRA_FUNCTIONS.PutFactSlot(new_fact, slot, value) and not self._force_slot(
+                new_fact, slot, value
+            ):
+                EXTRA_FUNCTIONS.ReturnFact(self._env, new_fact)
                 raise KeyError("" if slot == NULL else slot.decode())
 
-    def _force_slot(self, new: CData, slot: bytes, value: CData) -> bool:
+    def _force_slot(self, new_fact: CData, slot: bytes, value: CData) -> bool:
         """Write a value that the slot's constraints forbid; False if the slot cannot hold it."""
         if slot == NULL:
             return False
-        deftemplate = lib.FactDeftemplate(new)
+        deftemplate = lib.FactDeftemplate(new_fact)
         position = self._slot_positions(deftemplate).get(slot)
         is_multifield = value.header.type == _MULTIFIELD
         if position is None or is_multifield != bool(lib.DeftemplateSlotMultiP(deftemplate, slot)):
             return False
-        contents = ffi.cast("CLIPSValue *", ffi.cast("char *", new) + contents_offset())
+        contents = ffi.cast("CLIPSValue *", ffi.cast("char *", new_fact) + contents_offset())
         slot_value = contents + position
         if is_multifield:  # a fact owns its multifields, while atoms are shared
             EXTRA_FUNCTIONS.ReturnMultifield(self._env, slot_value.multifieldValue)
@@ -150,15 +152,15 @@ class NumberFact:
         if deftemplate == NULL:
             return False
         for number in numbers:
-            make = lib.CreateInteger if isinstance(number, int) else lib.CreateFloat
-            item.value = make(env, number)
+            create_value = lib.CreateInteger if isinstance(number, int) else lib.CreateFloat
+            item.value = create_value(env, number)
             lib.MBAppend(builder, item)
         self._fields.value = lib.MBCreate(builder)  # MBCreate also empties the builder
-        new = EXTRA_FUNCTIONS.CreateFact(deftemplate)
-        if not EXTRA_FUNCTIONS.PutFactSlot(new, NULL, self._fields):
-            EXTRA_FUNCTIONS.ReturnFact(env, new)
+        new_fact = EXTRA_FUNCTIONS.CreateFact(deftemplate)
+        if not EXTRA_FUNCTIONS.PutFactSlot(new_fact, NULL, self._fields):
+            EXTRA_FUNCTIONS.ReturnFact(env, new_fact)
             return False
-        return bool(EXTRA_FUNCTIONS.Assert(new))
+        return bool(EXTRA_FUNCTIONS.Assert(new_fact))
 
     def dispose(self) -> None:
         """Free the memory before the environment is destroyed. Further calls do nothing."""

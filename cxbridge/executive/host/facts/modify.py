@@ -62,18 +62,18 @@ class Modify:
                 return FALSE
             value = values if is_multislot[slot] else values[0]
             slot_values.append((encode(slot), clips_value(self._env, value)))
-        new = self._facts.make_copy(changed_fact, slot_values)
+        new_fact = self._facts.make_copy(changed_fact, slot_values)
         if not self.retracts:
-            asserted = self._facts.assert_fact(new)
+            asserted = self._facts.assert_fact(new_fact)
         else:
             lib.RetainFact(changed_fact)  # the new fact shares its values, which must outlive the retraction
             self._facts.replaces = True
             lib.Retract(changed_fact)
             self._facts.replaces = False
-            asserted = self._facts.assert_fact(new)
+            asserted = self._facts.assert_fact(new_fact)
             lib.ReleaseFact(changed_fact)
         # if an equal fact exists, CLIPS returns it
-        return FactAddress(asserted) if asserted == new else FALSE
+        return FactAddress(asserted) if asserted == new_fact else FALSE
 
     def _find_fact(self, fact: Value) -> CData | None:
         """Return the fact of the first argument; None after a message about a wrong argument."""
@@ -85,11 +85,11 @@ class Modify:
             )
             return None
         if isinstance(fact, int):
-            found = self._facts.find_fact(fact)
-            if found == NULL:
+            fact_of_index = self._facts.find_fact(fact)
+            if fact_of_index == NULL:
                 self._log_error(f"Unable to find fact f-{fact}.")  # the right-hand side continues, as in 6.30
                 return None
-            return found
+            return fact_of_index
         if fact != FALSE:
             self._fail(f"Function '{self.name}' expected a fact-address or fact-index, not {show(fact)}.")
         return None

@@ -81,7 +81,7 @@ class _ExploreOptions:
     ] = None
 
 
-def _game_options() -> list[type[Any]]:
+def _load_game_options() -> list[type[Any]]:
     return [EXPLORED_GAMES.load_target(row) for row in EXPLORED_GAMES.rows]
 
 
@@ -92,18 +92,18 @@ class _GameOptions:
     :cvar added_groups: returns the groups of options of plug-ins, which become the values of ``more``.
     """
 
-    added_groups: ClassVar[Callable[[], list[type[Any]]]] = _game_options
+    added_groups: ClassVar[Callable[[], list[type[Any]]]] = _load_game_options
 
     plugin_groups: tuple[ExploredGameOptions, ...] = ()
 
 
 @option_groups
 def explore(
-    agent: _AgentOptions,
+    agent_options: _AgentOptions,
     bounds: Bounds,
     execution: ExecutionOptions,
-    settings: _ExploreOptions,
-    games: _GameOptions,
+    explore_options: _ExploreOptions,
+    game_options: _GameOptions,
     *,
     resume: Annotated[
         Path | None,
@@ -126,16 +126,16 @@ def explore(
     from cxbridge_explore.worldmodel.reading import read_world
     from cxbridge_explore.worlds.run import make_scenario
 
-    game = find_chosen_game(games.plugin_groups)
-    make_output_folders(settings.html)
-    options = RunOptions(**vars(agent), skiller="none")
-    make: MakeAssembly = make_scenario
+    game = find_chosen_game(game_options.plugin_groups)
+    make_output_folders(explore_options.html)
+    options = RunOptions(**vars(agent_options), skiller="none")
+    make_assembly: MakeAssembly = make_scenario
     if game is not None:
-        options, make = game.prepare_exploration(options)
-    execution = replace(execution, coverage=settings.coverage or settings.html is not None)
+        options, make_assembly = game.prepare_exploration(options)
+    execution = replace(execution, coverage=explore_options.coverage or explore_options.html is not None)
     show_line = _show_line if sys.stderr.isatty() else None
-    properties = select_properties(options, settings.properties, is_cut=game is not None)
-    world = None if settings.world is None else read_world(settings.world)
+    properties = select_properties(options, explore_options.properties, is_cut=game is not None)
+    world = None if explore_options.world is None else read_world(explore_options.world)
     command = shlex.join(["cxbridge", *sys.argv[1:]])
     result = explore_scenario(
         options,
@@ -143,22 +143,24 @@ def explore(
         execution,
         properties=properties,
         world=world,
-        make=make,
+        make_assembly=make_assembly,
         resume=resume,
         show_line=show_line,
-        draw_page=None if settings.html is None else partial(_write_live_page, settings.html, command),
+        draw_page=None
+        if explore_options.html is None
+        else partial(_write_live_page, explore_options.html, command),
     )
     if show_line is not None:
         _show_line("")
-    result = _write_counterexamples(result, options, world, make, settings.out)
+    result = _write_counterexamples(result, options, world, make_assembly, explore_options.out)
     if not result.is_complete:
         from cxbridge_explore.checkpoint import make_identity
 
-        identity = make_identity(options, bounds, properties, world, make)
+        identity = make_identity(options, bounds, properties, world, make_assembly)
         _write_checkpoint(result, identity, resume or Path(DEFAULT_CHECKPOINT))
     coverage = _compute_coverage(result, options) if execution.coverage else None
-    if coverage is not None and settings.html is not None:
-        _write_page(result, coverage, settings.html, command, (options, world, make))
+    if coverage is not None and explore_options.html is not None:
+        _write_page(result, coverage, explore_options.html, command, (options, world, make_assembly))
     _print_result(result, coverage, as_json=as_json)
     return result.status
 
@@ -206,7 +208,11 @@ def _print_result(result: ExploreResult, coverage: Coverage | None, *, as_json: 
 
 
 def _write_counterexamples(
-    result: ExploreResult, options: RunOptions, world: WorldModel | None, make: MakeAssembly, folder: Path
+    result: ExploreResult,
+    options: RunOptions,
+    world: WorldModel | None,
+    make_assembly: MakeAssembly,
+    folder: Path,
 ) -> ExploreResult:
     """Write the counterexample of each violation, and return the result with the counterexamples."""
     from cxbridge_explore.counterexample import write_counterexample
@@ -222,7 +228,7 @@ def _write_counterexamples(
         try:
             path = read_path(violation["choices"])
             counterexamples[name] = write_counterexample(
-                options, result.properties, name, path, folder, world, make
+                options, result.properties, name, path, folder, world, make_assembly
             )
         except CxbridgeError as error:
             complain(f"{name}: no counterexample was written: {error}")

@@ -99,7 +99,7 @@ class _SweepOutputs:
 
 
 @option_groups
-def sweep(agent: _AgentOptions, settings: _SweepOptions, outputs: _SweepOutputs) -> int:
+def sweep(agent_options: _AgentOptions, settings: _SweepOptions, outputs: _SweepOutputs) -> int:
     """Play a scenario many times, each time in a random world: which skills fail, how long they take.
 
     The seed determines the world, so a run can be repeated. With --against, a second agent plays in the same
@@ -113,26 +113,28 @@ def sweep(agent: _AgentOptions, settings: _SweepOptions, outputs: _SweepOutputs)
     from cxbridge_explore.sweep.summary import AgentComparison, SweepSummary
 
     make_output_folders(outputs.csv, outputs.parquet)
-    jobs = _make_jobs(agent, settings)
+    jobs = _make_jobs(agent_options, settings)
     start_s = time.perf_counter()
     seeds = range(settings.seed, settings.seed + settings.runs)
     with ExitStack() as stack:
         file = None if settings.resume is None else stack.enter_context(RowFile(settings.resume))
         engine = _make_engine(settings, stack)
-        sweeps = {name: _play_sweep(engine, name, job, seeds, file) for name, job in jobs.items()}
+        rows_by_agent = {name: _play_sweep(engine, name, job, seeds, file) for name, job in jobs.items()}
     wall_seconds = round(time.perf_counter() - start_s, 3)
-    _write_files(sweeps, outputs)
-    first, *further = sweeps.values()
+    _write_files(rows_by_agent, outputs)
+    first_rows, *further_rows = rows_by_agent.values()
     report: dict[str, Any] = {
-        **SweepSummary(first).as_dict(),
+        **SweepSummary(first_rows).as_dict(),
         "seed": settings.seed,
         "wall_seconds": wall_seconds,
     }
     comparison = None
-    if further:
-        (second,) = further
-        report["against"] = SweepSummary(second).as_dict()
-        comparison = AgentComparison({row.seed: row for row in first}, {row.seed: row for row in second})
+    if further_rows:
+        (second_rows,) = further_rows
+        report["against"] = SweepSummary(second_rows).as_dict()
+        comparison = AgentComparison(
+            {row.seed: row for row in first_rows}, {row.seed: row for row in second_rows}
+        )
         report["comparison"] = comparison.as_dict()
     if outputs.as_json:
         say_json(report)
@@ -143,20 +145,20 @@ def sweep(agent: _AgentOptions, settings: _SweepOptions, outputs: _SweepOutputs)
             _print_outcomes(report["against"])
             _print_comparison(comparison)
     # The command fails, since the figures of an agent whose runs never end are meaningless.
-    endless_agents = [name for name, rows in sweeps.items() if not any(row.has_ended for row in rows)]
+    endless_agents = [name for name, rows in rows_by_agent.items() if not any(row.has_ended for row in rows)]
     for name in endless_agents:
         say(f"{name}: no run reached its end, so the sweep says nothing about the agent", err=True)
     return 1 if endless_agents else 0
 
 
-def _make_jobs(agent: _AgentOptions, settings: _SweepOptions) -> dict[str, SweepJob]:
+def _make_jobs(agent_options: _AgentOptions, settings: _SweepOptions) -> dict[str, SweepJob]:
     """Return the job of each agent, by the name of the agent."""
     from cxbridge.run.options import RunOptions
     from cxbridge_explore.sweep.rows import SweepJob
 
     # without a Skiller, since the world decides how skills end
-    options = RunOptions(**vars(agent), skiller="none", timeout=settings.timeout)
-    jobs = {str(agent.scenario or agent.spec or "agent"): SweepJob(options, settings.world)}
+    options = RunOptions(**vars(agent_options), skiller="none", timeout=settings.timeout)
+    jobs = {str(agent_options.scenario or agent_options.spec or "agent"): SweepJob(options, settings.world)}
     if settings.against is not None:
         jobs[str(settings.against)] = SweepJob(
             dataclasses.replace(options, scenario=settings.against), settings.world
@@ -207,13 +209,13 @@ def _play_sweep(
     return [rows[seed] for seed in seeds]
 
 
-def _write_files(sweeps: Mapping[str, Sequence[RunRow]], outputs: _SweepOutputs) -> None:
+def _write_files(rows_by_agent: Mapping[str, Sequence[RunRow]], outputs: _SweepOutputs) -> None:
     from cxbridge_explore.sweep.files import write_csv, write_parquet
 
     if outputs.csv is not None:
-        write_csv(sweeps, outputs.csv)
+        write_csv(rows_by_agent, outputs.csv)
     if outputs.parquet is not None:
-        write_parquet(sweeps, outputs.parquet)
+        write_parquet(rows_by_agent, outputs.parquet)
 
 
 def _print_comparison(comparison: AgentComparison) -> None:
@@ -232,8 +234,8 @@ def _print_comparison(comparison: AgentComparison) -> None:
 def _print_outcomes(report: dict[str, Any]) -> None:
     for outcome, count in report["outcomes"].items():
         seeds = report["seeds"].get(outcome, ())
-        first = f", first seeds {', '.join(map(str, seeds))}" if seeds else ""
-        say(f"{outcome}: {count} of {report['runs']}{first}")
+        first_seeds = f", first seeds {', '.join(map(str, seeds))}" if seeds else ""
+        say(f"{outcome}: {count} of {report['runs']}{first_seeds}")
     if report["makespan"] is not None:
         spans = ", ".join(f"{name} {value:.2f}" for name, value in report["makespan"].items())
         say(f"makespan of completed runs, seconds: {spans}")

@@ -85,10 +85,13 @@ class GameWatch:
         """Return the states of each machine during the production."""
         spans_of_machines = {}
         for name, changes in sorted(self._changes.items()):
-            ends = [*(time_us for time_us, _ in changes[1:]), self._production_end_us or self._clock.now_us()]
+            end_times_us = [
+                *(time_us for time_us, _ in changes[1:]),
+                self._production_end_us or self._clock.now_us(),
+            ]
             spans = (
                 Span(self.seconds_at(begin_us), self.seconds_at(end_us), state)
-                for (begin_us, state), end_us in zip(changes, ends, strict=True)
+                for (begin_us, state), end_us in zip(changes, end_times_us, strict=True)
             )
             spans_of_machines[name] = tuple(clip_spans(spans, self.production_seconds))
         return spans_of_machines

@@ -26,9 +26,9 @@ from cxbridge_explore.worlds.run import MakeAssembly, make_scenario
 if TYPE_CHECKING:
     from cxbridge.run.agent import Run
 
-_INTERRUPTED: Final = 130  # exit status of shells for SIGINT: 128 + 2
+_INTERRUPTED_STATUS: Final = 130  # exit status of shells for SIGINT: 128 + 2
 
-OUTCOME_FILE: Final = "outcome.json"  # the attachment of the game's recording that has the result
+OUTCOME_FILE: Final = "outcome.json"  # the attachment of the recording in which the game's result is stored
 
 
 def play_game(
@@ -37,22 +37,23 @@ def play_game(
     world: WorldModel,
     judge: Judge,
     *,
-    make: MakeAssembly = make_scenario,
+    make_assembly: MakeAssembly = make_scenario,
     console: Sink | None = None,
     attach: Callable[[Run], None] | None = None,
 ) -> GameResult:
-    """Play a game.
+    """Play a game to its end, and return its result.
 
     :param options: the options of the run.
-    :param seed: the seed of failures.
+    :param seed: the seed from which the failures of skills are drawn.
     :param judge: reports the state and the score.
+    :param make_assembly: makes the program to run.
     :param console: a sink for log lines.
     :param attach: called with each agent before the game.
     :raises KeyboardInterrupt: if a signal has ended the game; the recording is complete up to that point.
     """
     start_s = time.perf_counter()
     with Interrupt() as interrupt, ExitStack() as stack:
-        run = stack.enter_context(JudgedRun(options, RandomChooser(seed), world, make=make))
+        run = stack.enter_context(JudgedRun(options, RandomChooser(seed), world, make_assembly=make_assembly))
         assembly = run.world.assembly
         if console is not None:
             assembly.bus.subscribe(console, LogLine)
@@ -69,7 +70,7 @@ def play_game(
         interrupt.on_signal(assembly.loop.stop, assembly.interrupt)
         assembly.loop.add(Hook.POST_LOOP, game_watch.record)
         assembly.loop.add(Hook.POST_LOOP, recorder.flush_when_due)
-        ended, _ = run.play()
+        run_result, _ = run.play()
         score = judge.score(assembly.agents)
         skills = work_count.find_robot_spans(
             find_robots(assembly.agents), assembly.clock.now_us(), game_watch.seconds_at
@@ -82,7 +83,7 @@ def play_game(
             seed,
             round(time.perf_counter() - start_s, 3),
             summarize_work(timeline),
-            (ended.reason,) if ended.status == FAULT else (),
+            (run_result.reason,) if run_result.status == FAULT else (),
             tuple(
                 str(diagnostic)
                 for loader in loaders
@@ -92,9 +93,9 @@ def play_game(
             timeline=timeline,
         )
         progress = "" if result.is_over else f"not over, in {score.phase} at {score.game_time:g} s; "
-        status = _INTERRUPTED if interrupt.is_signalled else ended.status
+        status = _INTERRUPTED_STATUS if interrupt.is_signalled else run_result.status
         recorder.describe(
-            {"status": str(status), "reason": f"{progress}{ended.reason}; points: {score.points}"}
+            {"status": str(status), "reason": f"{progress}{run_result.reason}; points: {score.points}"}
         )
         if options.trace_files:
             assembly.bus.emit_source("game", "", OUTCOME_FILE, json.dumps(result.outcome, indent=1).encode())

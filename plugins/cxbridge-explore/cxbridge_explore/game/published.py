@@ -41,10 +41,10 @@ class PublishedGame:
 
     def __call__(self, event: Event) -> None:
         assert isinstance(event, InterfaceWrite)
-        kind, _, name = event.uid.partition("::")
-        if kind == MACHINE_TYPE:
-            self._machines[name] = _machine_state(event.values)
-        elif kind == GAME_TYPE:
+        interface_type, _, name = event.uid.partition("::")
+        if interface_type == MACHINE_TYPE:
+            self._machines[name] = _find_machine_state(event.values)
+        elif interface_type == GAME_TYPE:
             self._phase = _find_enum_name(event.values.get("phase", ""))
 
     def state(self) -> GameState:
@@ -100,7 +100,7 @@ def _read_values(board: BlackBoard, info: InterfaceInfo) -> dict[str, Any]:
         return interface.as_dict()
 
 
-def _machine_state(machine: Mapping[str, Any]) -> str:
+def _find_machine_state(machine: Mapping[str, Any]) -> str:
     if machine.get("busy"):
         return BUSY
     return FULL if machine.get("piece") else FREE

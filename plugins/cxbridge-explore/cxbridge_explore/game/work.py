@@ -46,7 +46,7 @@ class WorkCount:
         end, start_us = clock.advance_to(end_us), clock.first_us or 0
         spans_of_robots: dict[str, list[Span]] = {name: [] for name in sorted(set(robots.values()))}
         for call in self._history.calls:
-            name = _performer(call)
+            name = _find_performer(call)
             robot = robots.get(name, name)
             begin_s = seconds_at(start_us + call.begin.time)
             end_s = seconds_at(start_us + (call.end.time if call.end else end))
@@ -72,13 +72,15 @@ def summarize_work(timeline: Timeline) -> dict[str, RobotWork]:
     """Return the work of each robot during the production."""
     work_of_robots = {}
     for robot, spans in timeline.skills.items():
-        failed = Counter(span.error or "failed" for span in spans if span.status == Status.S_FAILED.name)
+        failure_counts = Counter(
+            span.error or "failed" for span in spans if span.status == Status.S_FAILED.name
+        )
         busy, idle = round(covered_seconds(spans), 1), round(timeline.idle_seconds(robot), 1)
-        work_of_robots[robot] = RobotWork(busy, idle, dict(failed))
+        work_of_robots[robot] = RobotWork(busy, idle, dict(failure_counts))
     return work_of_robots
 
 
-def _performer(call: SkillExecution) -> str:
+def _find_performer(call: SkillExecution) -> str:
     """Return the name of the Skiller or executor; for the only Skiller of an agent, the agent's name."""
     if call.env in ("", ENVIRONMENT):
         return call.skiller

@@ -38,7 +38,7 @@ def encode_coverage(coverage: Coverage) -> dict[str, Any]:
     return {
         "rules": {"fired": coverage.fired_count, "of": coverage.watched_count, "never": unfired_rules},
         "goals": {
-            "outcomes": {name: [word for word, _ in ends] for name, ends in coverage.outcomes},
+            "outcomes": {name: [outcome for outcome, _ in outcomes] for name, outcomes in coverage.outcomes},
             "modes_never_reached": {name: list(modes) for name, modes in coverage.missing_modes},
             "never": list(coverage.goal_classes.unused),
         },
@@ -66,6 +66,6 @@ def describe_unreached_parts(coverage: Coverage) -> Iterable[str]:
         yield f"  never fired: {name}:{line} {rule}"
     for name, modes in coverage.missing_modes:
         yield f"  {name} was never {', '.join(modes)}"
-    for kind, names in (("goal class", coverage.goal_classes.unused), ("action", coverage.actions.unused)):
+    for noun, names in (("goal class", coverage.goal_classes.unused), ("action", coverage.actions.unused)):
         for name in names:
-            yield f"  never: {kind} {name}"
+            yield f"  never: {noun} {name}"

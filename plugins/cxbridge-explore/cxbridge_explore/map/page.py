@@ -48,7 +48,7 @@ def make_document(result: ExploreResult, coverage: Coverage | None, command: str
         "command": command,
         "summary": _describe_result(result),
         "rows": [asdict(row) for row in make_run_rows(result.graph)],
-        "properties": list(_property_rows(result)),
+        "properties": list(_make_property_rows(result)),
         "coverage": None if coverage is None else encode_coverage(coverage),
     }
 
@@ -60,7 +60,7 @@ def _describe_result(result: ExploreResult) -> str:
     return f"{graph.counts_text}; {end}. {counts}"
 
 
-def _property_rows(result: ExploreResult) -> Iterator[dict[str, str]]:
+def _make_property_rows(result: ExploreResult) -> Iterator[dict[str, str]]:
     violated = {violation["property"]: violation for violation in result.violations}
     for name in sorted({property_.name for property_ in result.properties} | violated.keys()):
         violation = violated.get(name)

@@ -34,7 +34,7 @@ def write_run_pages(
     page: Path,
     options: RunOptions,
     world: WorldModel | None,
-    make: MakeAssembly,
+    make_assembly: MakeAssembly,
 ) -> dict[int, str]:
     """Play runs again and write a page of each, in a folder next to the page of the exploration.
 
@@ -45,7 +45,7 @@ def write_run_pages(
     """
     folder = page.with_suffix(".runs")
     folder.mkdir(exist_ok=True)
-    report = VIEWS.load_target(VIEWS.find("report"))
+    make_report = VIEWS.load_target(VIEWS.find("report"))
     ended_rows = [number for number, row in enumerate(rows) if row.outcome not in {MERGED, OPEN}]
     ended_rows.sort(key=lambda number: (not rows[number].violations, rows[number].faults, number))
     addresses: dict[int, str] = {}
@@ -54,9 +54,11 @@ def write_run_pages(
         path = read_path(graph.list_choices(row.edge))
         with TemporaryDirectory(prefix="cxbridge-run-") as scratch:
             recording = Path(scratch, f"run-{number}.mcap")
-            played = play_run(options, (), PathChooser(path), recording, world=world, make=make)
+            played = play_run(
+                options, (), PathChooser(path), recording, world=world, make_assembly=make_assembly
+            )
             title = row.path[-1] if row.path else "the usual run"
-            write_file(folder / f"run-{number}.html", report(open_run(recording), title).encode("utf-8"))
+            write_file(folder / f"run-{number}.html", make_report(open_run(recording), title).encode("utf-8"))
         time_us = played.start_us + round(row.begin_s * MICROSECONDS)
         fragment = f"#/timeline?time={time_us}" if row.path else ""
         addresses[number] = f"{folder.name}/run-{number}.html{fragment}"
@@ -72,12 +74,12 @@ def write_violation_pages(
     :returns: by property, the ``story`` of the counterexample, a sentence, and the ``address`` of its page
         relative to the page of the exploration.
     """
-    report = VIEWS.load_target(VIEWS.find("report"))
+    make_report = VIEWS.load_target(VIEWS.find("report"))
     stories = {}
     for name, example in counterexamples.items():
         run = open_run(example.recording)
         file = example.recording.with_suffix(".html")
-        write_file(file, report(run, f"{name}: {example.description}").encode("utf-8"))
+        write_file(file, make_report(run, f"{name}: {example.description}").encode("utf-8"))
         address = Path(os.path.relpath(file, page.parent)).as_posix()
         stories[name] = {"address": address, "story": _find_headline(example)}
     return stories

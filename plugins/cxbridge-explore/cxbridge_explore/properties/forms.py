@@ -102,13 +102,13 @@ def read_property(text: str, mark: Mark | None = None) -> Property:
         raise mark.error(f"the parentheses of a property do not match: {text.strip()}")
     reader = _Reader(text.strip(), read(body), mark)
     name = match[1] if match else one_line(body)
-    kind = reader.read_word()
+    keyword = reader.read_word()
     make_monitor: Callable[[Scene], Monitor]
-    if kind not in _FORM_WORDS:
-        hint = did_you_mean(kind, _FORM_WORDS, f"the forms are: {'; '.join(FORMS)}")
-        raise mark.error(f"a property must begin with {', '.join(_FORM_WORDS)}, not with '{kind}'", hint)
-    pattern = reader.read_pattern(kind)
-    match kind:
+    if keyword not in _FORM_WORDS:
+        hint = did_you_mean(keyword, _FORM_WORDS, f"the forms are: {'; '.join(FORMS)}")
+        raise mark.error(f"a property must begin with {', '.join(_FORM_WORDS)}, not with '{keyword}'", hint)
+    pattern = reader.read_pattern(keyword)
+    match keyword:
         case "eventually":
             make_monitor = partial(EventuallyMonitor, pattern=pattern, within_s=reader.read_limit())
         case "after":
@@ -117,11 +117,11 @@ def read_property(text: str, mark: Mark | None = None) -> Property:
             second = reader.read_pattern("then")
             make_monitor = partial(AfterMonitor, first=pattern, second=second, within_s=reader.read_limit())
         case _:
-            make_monitor = partial(NeverMonitor if kind == "never" else AlwaysMonitor, pattern=pattern)
+            make_monitor = partial(NeverMonitor if keyword == "never" else AlwaysMonitor, pattern=pattern)
     # "eventually" and "after" have read their limits
     if reader.read_limit() is not None:
         raise mark.error(
-            f"'{kind}' cannot have a time limit: {text.strip()}",
-            f"the form is: {FORMS[_FORM_WORDS.index(kind)]}",
+            f"'{keyword}' cannot have a time limit: {text.strip()}",
+            f"the form is: {FORMS[_FORM_WORDS.index(keyword)]}",
         )
     return Property(name, make_monitor, one_line(body), one_line(text))

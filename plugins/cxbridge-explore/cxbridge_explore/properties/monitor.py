@@ -153,12 +153,12 @@ class Property:
     """A property that must hold in every run.
 
     :param name: the name, unique among the properties of a run.
-    :param make: makes the monitor of the property for a run.
+    :param make_monitor: makes the monitor of the property for a run.
     :param text: the description.
     :param source: the text form that can be parsed again; empty for a Python function.
     """
 
     name: str
-    make: Callable[[Scene], Monitor]
+    make_monitor: Callable[[Scene], Monitor]
     text: str
     source: str = ""

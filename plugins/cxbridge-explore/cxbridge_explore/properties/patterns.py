@@ -58,7 +58,7 @@ class ConditionPattern:
     @property
     def fact_patterns(self) -> tuple[SyntaxNode, ...]:
         """The patterns of facts in the elements."""
-        return tuple(_fact_patterns(self.elements))
+        return tuple(_find_fact_patterns(self.elements))
 
     @property
     def templates(self) -> tuple[str, ...]:
@@ -76,10 +76,10 @@ class ConditionPattern:
         )
 
 
-def _fact_patterns(nodes: tuple[SyntaxNode, ...]) -> Iterator[SyntaxNode]:
+def _find_fact_patterns(nodes: tuple[SyntaxNode, ...]) -> Iterator[SyntaxNode]:
     for node in nodes:
         if node.head in _GROUP_HEADS:
-            yield from _fact_patterns(node.arguments)
+            yield from _find_fact_patterns(node.arguments)
         elif node.head and node.head != "test":
             yield node
 
@@ -89,22 +89,24 @@ def check_names(pattern: ConditionPattern, env: ClipsEnvironment) -> None:
 
     :raises ConfigError: if the environment lacks a deftemplate or a slot.
     """
-    for fact in pattern.fact_patterns:
-        if not env.has_template(fact.head):
+    for fact_pattern in pattern.fact_patterns:
+        if not env.has_template(fact_pattern.head):
             templates = (str(name).rpartition("::")[2] for name in env.eval("(get-deftemplate-list *)"))
-            hint = did_you_mean(fact.head, templates)
-            raise pattern.mark.error(f"there is no deftemplate '{fact.head}': {pattern.text}", hint or None)
-        slots = env.eval(f"(deftemplate-slot-names {fact.head})")
+            hint = did_you_mean(fact_pattern.head, templates)
+            raise pattern.mark.error(
+                f"there is no deftemplate '{fact_pattern.head}': {pattern.text}", hint or None
+            )
+        slots = env.eval(f"(deftemplate-slot-names {fact_pattern.head})")
         if slots == ("implied",):  # an ordered fact
             continue
-        for slot in fact.arguments:
+        for slot in fact_pattern.arguments:
             if slot.items is not None and slot.head not in slots:
                 hint = did_you_mean(slot.head, slots, f"it has: {', '.join(map(str, slots))}")
                 raise pattern.mark.error(
-                    f"deftemplate '{fact.head}' has no slot '{slot.head}': {pattern.text}", hint
+                    f"deftemplate '{fact_pattern.head}' has no slot '{slot.head}': {pattern.text}", hint
                 )
             if slot.items is not None:
-                _check_values(pattern, env, fact.head, slot)
+                _check_values(pattern, env, fact_pattern.head, slot)
 
 
 def _check_values(pattern: ConditionPattern, env: ClipsEnvironment, template: str, slot: SyntaxNode) -> None:
@@ -113,19 +115,19 @@ def _check_values(pattern: ConditionPattern, env: ClipsEnvironment, template: st
     :raises ConfigError: for a value that the slot never has.
     """
 
-    def allowed_values(slot_name: Value) -> tuple[str, ...]:
+    def find_allowed_values(slot_name: Value) -> tuple[str, ...]:
         """Return the values that a slot can have; empty if they are not restricted."""
         values = env.eval(f"(deftemplate-slot-allowed-values {template} {slot_name})")
         return tuple(map(str, values)) if isinstance(values, tuple) else ()
 
-    allowed = allowed_values(slot.head)
+    allowed = find_allowed_values(slot.head)
     words = (word for node in slot.arguments if node.items is None for word in re.split("[&|~]+", node.text))
     for word in words:
         if allowed and _LITERAL.fullmatch(word) and word not in allowed:
             hint = f"the values of '{slot.head}': {', '.join(allowed)}"
             slots = env.eval(f"(deftemplate-slot-names {template})")
-            if others := [name for name in slots if word in allowed_values(name)]:
-                hint = f"{word} is a value of '{others[0]}': ({others[0]} {word}); {hint}"
+            if slots_with_word := [name for name in slots if word in find_allowed_values(name)]:
+                hint = f"{word} is a value of '{slots_with_word[0]}': ({slots_with_word[0]} {word}); {hint}"
             raise pattern.mark.error(
                 f"slot '{slot.head}' of '{template}' is never {word}: {pattern.text}", hint
             )
@@ -174,7 +176,7 @@ class Probe:
         self._on_match = on_match
         self._define_rule(self._name, f"{self._pattern.text} {self._make_test(self._name)}")
 
-    def current_matches(self) -> set[BoundValues]:
+    def find_matches(self) -> set[BoundValues]:
         """Return the values of the variables in all current matches; empty before the agent is loaded."""
         self._matches = set()
         # CLIPS matches a new rule against all present facts at once.

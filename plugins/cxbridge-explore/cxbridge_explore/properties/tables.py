@@ -64,7 +64,7 @@ class FactTables:
                 self._facts[template] = rows
         return rows
 
-    def texts(self, template: str) -> Sequence[Mapping[str, str]]:
+    def printed_facts(self, template: str) -> Sequence[Mapping[str, str]]:
         """Return the facts of a deftemplate, with the values as CLIPS prints them."""
         rows = self._texts.get(template)
         if rows is None:

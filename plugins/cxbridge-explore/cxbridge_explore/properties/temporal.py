@@ -75,9 +75,9 @@ class PatternMonitor(Monitor):
     def check_patterns(self) -> None:
         """Check the run after a loop; all agents are loaded."""
 
-    def current_matches(self, index: int) -> list[tuple[FactTables, set[BoundValues]]]:
+    def find_current_matches(self, index: int) -> list[tuple[FactTables, set[BoundValues]]]:
         """Return the current matches of a pattern in each agent."""
-        return [(tables, probes[index].current_matches()) for tables, probes in self.probes.items()]
+        return [(tables, probes[index].find_matches()) for tables, probes in self.probes.items()]
 
 
 class NeverMonitor(PatternMonitor):
@@ -94,7 +94,7 @@ class NeverMonitor(PatternMonitor):
             self.is_evaluated = self.is_evaluated or self._has_facts()
             return
         self.is_evaluated = True
-        for tables, current_matches in self.current_matches(0):
+        for tables, current_matches in self.find_current_matches(0):
             for values in current_matches:
                 self._handle_match(tables, values)
 
@@ -121,7 +121,7 @@ class AlwaysMonitor(PatternMonitor):
         if not self.changes.take_pending() and self.is_evaluated:
             return
         self.is_evaluated = True
-        for tables, current_matches in self.current_matches(0):
+        for tables, current_matches in self.find_current_matches(0):
             if not current_matches:
                 agent = f" in {tables.name}" if len(self.probes) > 1 else ""
                 self.scene.report(f"{self._pattern.text} does not match{agent}")
@@ -150,7 +150,7 @@ class EventuallyMonitor(PatternMonitor):
         self.is_evaluated = True
         if self._pattern.requires_absence and self.changes.take_pending():
             self._has_matched = self._has_matched or any(
-                current_matches for _, current_matches in self.current_matches(0)
+                current_matches for _, current_matches in self.find_current_matches(0)
             )
         if self._within_s is not None and not self._has_matched and self.scene.seconds > self._within_s:
             self.scene.report(f"{self._pattern.text} has not matched within {self._within_s:g} s")
@@ -198,7 +198,7 @@ class AfterMonitor(PatternMonitor):
         self._earlier_matches.pop(tables.name, None)
         self._newly_matched_agents.discard(tables.name)
         self._open_obligations = {
-            key: since for key, since in self._open_obligations.items() if key[0] != tables.name
+            key: begin_s for key, begin_s in self._open_obligations.items() if key[0] != tables.name
         }
 
     def _handle_first_match(self, tables: FactTables, values: BoundValues) -> None:
@@ -213,19 +213,19 @@ class AfterMonitor(PatternMonitor):
         """Check new matches and deadlines after a loop."""
         has_changed = self.changes.take_pending()
         if self._first.requires_absence and has_changed:
-            for tables, current_matches in self.current_matches(0):
+            for tables, current_matches in self.find_current_matches(0):
                 for values in current_matches - self._earlier_matches.get(tables.name, set()):
                     self._handle_first_match(tables, values)
                 self._earlier_matches[tables.name] = current_matches
         for tables, (_, second) in self.probes.items():
             # checked here, since no match is reported if the second pattern has matched before the first
             if tables.name in self._newly_matched_agents or (has_changed and self._second.requires_absence):
-                for values in second.current_matches():
+                for values in second.find_matches():
                     self._handle_second_match(tables, values)
         self._newly_matched_agents.clear()
         if self._within_s is not None:
-            for (_, values), since in self._open_obligations.items():
-                if self.scene.seconds - since > self._within_s:
+            for (_, values), begin_s in self._open_obligations.items():
+                if self.scene.seconds - begin_s > self._within_s:
                     self._report(values, f"within {self._within_s:g} s")
 
     def check_end(self, end: RunEnd) -> None:
@@ -234,20 +234,24 @@ class AfterMonitor(PatternMonitor):
             for _, values in self._open_obligations:
                 self._report(values, "until the end")
 
-    def _report(self, values: BoundValues, limit: str) -> None:
+    def _report(self, values: BoundValues, limit_text: str) -> None:
         bindings = _format_bindings(self._shared_variables, values)
-        self.scene.report(f"{self._second.text} has not matched {limit}, after {self._first.text}{bindings}")
+        self.scene.report(
+            f"{self._second.text} has not matched {limit_text}, after {self._first.text}{bindings}"
+        )
 
     def state(self) -> Hashable | None:
         """Return the open obligations with their times."""
         obligations: list[tuple[object, ...]] = [(agent, *values) for agent, values in self._open_obligations]
         if self._within_s is not None:
-            now = self.scene.seconds
-            obligations = [(*key, round(now - since, 3)) for key, since in self._open_obligations.items()]
-        earlier = (
+            now_s = self.scene.seconds
+            obligations = [
+                (*key, round(now_s - begin_s, 3)) for key, begin_s in self._open_obligations.items()
+            ]
+        earlier_matches = (
             (name, frozenset(current_matches)) for name, current_matches in self._earlier_matches.items()
         )
-        return frozenset(obligations), tuple(sorted(earlier, key=lambda item: item[0]))
+        return frozenset(obligations), tuple(sorted(earlier_matches, key=lambda item: item[0]))
 
 
 def _format_bindings(variables: tuple[str, ...], values: BoundValues) -> str:

@@ -29,7 +29,7 @@ class PropertyWatch:
         self._tables: dict[Run, FactTables] = {}
         self._buses: set[int] = set()
         self._monitors = [
-            property_.make(Scene(property_.name, clock, self._tables)) for property_ in properties
+            property_.make_monitor(Scene(property_.name, clock, self._tables)) for property_ in properties
         ]
         for agent in agents:
             self.joined(agent)

@@ -157,9 +157,9 @@ class _Batch:
         self._workers: set[WorkerProcess] = set()
         self._lock = threading.Lock()  # guards `_workers` and `_is_stopped`
         self._is_stopped = False
-        size = max(1, min(_MAX_CHUNK_SEEDS, len(seeds) // (2 * jobs)))
-        for start in range(0, len(seeds), size):
-            self._chunks.put(list(seeds[start : start + size]))
+        chunk_size = max(1, min(_MAX_CHUNK_SEEDS, len(seeds) // (2 * jobs)))
+        for start in range(0, len(seeds), chunk_size):
+            self._chunks.put(list(seeds[start : start + chunk_size]))
 
     def play_queued_seeds(self) -> None:
         """Play queued seeds until the queue is empty. A new worker replaces a dead worker."""

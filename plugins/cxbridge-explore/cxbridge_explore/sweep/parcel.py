@@ -73,7 +73,7 @@ class _Packer:
     def __init__(self, archive: zipfile.ZipFile) -> None:
         self._archive = archive
         self._targets: dict[Path, Path] = {}
-        self._size = 0
+        self._byte_count = 0
 
     def add(self, path: Path) -> Path:
         """Add a file or a folder, and return its path in the folder of the agent."""
@@ -90,8 +90,8 @@ class _Packer:
             data = file.read_bytes()
         except OSError as error:
             raise CxbridgeError(f"cannot be read: {error.strerror}", file=file) from error
-        self._size += len(data)
-        if self._size > MAX_AGENT_BYTES:
+        self._byte_count += len(data)
+        if self._byte_count > MAX_AGENT_BYTES:
             raise CxbridgeError(
                 f"the agent has more than {MAX_AGENT_BYTES >> 20} MiB of files, too many for a cluster",
                 file=source,

@@ -47,12 +47,12 @@ def play_seed(job: SweepJob, seed: int, chooser: Chooser) -> RunRow:
         bus = run.world.assembly.bus
         bus.subscribe(goal_counter, GoalTransition)
         bus.subscribe(history.record_event, SkillStatus, InterfaceWrite, InterfaceMessage)
-        ended, result = run.play()
+        run_result, result = run.play()
     unusual = [choice for choice in result.choices if choice.option_index]
     return RunRow(
         seed,
-        ended.word,
-        ended.reason,
+        run_result.word,
+        run_result.reason,
         makespan=result.seconds,
         calls=len(history.calls),
         retries=count_retries(history.calls),

@@ -103,7 +103,7 @@ def mean_interval(values: Sequence[float]) -> Interval:
     if len(values) > _MAX_SMALL_SAMPLE:
         half_width = _NORMAL_QUANTILE * statistics.stdev(values) / math.sqrt(len(values))
         return Interval(mean, mean - half_width, mean + half_width)
-    means = sorted(_subset_means(values))
+    means = sorted(_compute_subset_means(values))
     # The number of means at each end that are outside of the interval.
     excluded_count = math.floor((len(means) + 1) * (1 - CONFIDENCE) / 2 + _ROUNDING_ERROR)
     if excluded_count < 1:
@@ -111,7 +111,7 @@ def mean_interval(values: Sequence[float]) -> Interval:
     return Interval(mean, means[excluded_count - 1], means[-excluded_count])
 
 
-def _subset_means(values: Sequence[float]) -> Iterator[float]:
+def _compute_subset_means(values: Sequence[float]) -> Iterator[float]:
     """Yield the means of all subsets, or of a limited number of random subsets.
 
     A subset is a bit mask: bit ``n`` selects the value ``n``.
@@ -121,5 +121,5 @@ def _subset_means(values: Sequence[float]) -> Iterator[float]:
         rng = random.Random(0)  # noqa: S311 - the same values give the same interval
         masks = (rng.randrange(1, 2 ** len(values)) for _ in range(_MAX_SUBSETS))
     for mask in masks:
-        chosen = [value for index, value in enumerate(values) if mask >> index & 1]
-        yield math.fsum(chosen) / len(chosen)
+        chosen_values = [value for index, value in enumerate(values) if mask >> index & 1]
+        yield math.fsum(chosen_values) / len(chosen_values)

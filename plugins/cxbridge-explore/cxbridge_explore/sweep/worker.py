@@ -79,14 +79,14 @@ class SeedForkChooser:
         gc.freeze()  # later collections skip the present objects, whose memory pages the children share
         for seed in self._parent.receive_seeds():
             reading, writing = os.pipe()
-            child = forking.fork()
-            if child == 0:
+            child_pid = forking.fork()
+            if child_pid == 0:
                 os.close(reading)
                 self._become_run(seed, writing)
                 return
             # closed, so that the pipe ends when the child ends
             os.close(writing)
-            self._parent.send(_receive_row(reading, child, seed))
+            self._parent.send(_receive_row(reading, child_pid, seed))
         os._exit(0)
 
     def _become_run(self, seed: int, row_pipe: int) -> None:
@@ -105,11 +105,11 @@ class SeedForkChooser:
         os._exit(0)  # without cleanup, since the worker shares the resources of this child
 
 
-def _receive_row(reading: int, child: int, seed: int) -> RunRow:
+def _receive_row(reading: int, child_pid: int, seed: int) -> RunRow:
     """Return the row of a child, or a row that reports its death."""
     with os.fdopen(reading, "rb") as pipe:
         data = pipe.read()
-    status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    status = os.waitstatus_to_exitcode(os.waitpid(child_pid, 0)[1])
     if status == 0 and data:
         row: RunRow = pickle.loads(data)  # noqa: S301 - from our own child
         return row

@@ -33,17 +33,17 @@ def check_world(world: WorldModel, run: Run | Team) -> None:
 
 
 def check_world_names(
-    world: WorldModel, agents: Iterable[Run], agent_names: Collection[str], *, reads_text_only: bool = False
+    world: WorldModel, agents: Iterable[Run], agent_names: Collection[str], *, reads_source_code: bool = False
 ) -> None:
     """Check the names in a world against a scenario.
 
     :param agent_names: the names of the agents; empty for a single agent.
-    :param reads_text_only: whether to read the skills of executors from their source code, without importing
-        the executors.
+    :param reads_source_code: whether to read the skills of executors from their source code, without
+        importing the executors.
     :raises ConfigError: if the scenario lacks a name.
     """
     for agent in agents:
-        _check_agent(world, agent, find_known_skills(agent, reads_text_only=reads_text_only))
+        _check_agent(world, agent, find_known_skills(agent, reads_source_code=reads_source_code))
     for kill in world.kills if agent_names else ():
         _check_name("agent", kill.agent, (*agent_names, "*"), kill.mark)
     if not agent_names and (world.kills or world.order):
@@ -70,10 +70,10 @@ def _check_agent(world: WorldModel, agent: Run, skills: Collection[str]) -> None
         _check_name("Skiller or executor", absence.name, _find_performers(agent), absence.mark)
 
 
-def find_known_skills(agent: Run, *, reads_text_only: bool) -> set[str]:
+def find_known_skills(agent: Run, *, reads_source_code: bool) -> set[str]:
     """Return the names of the skills in action mappings, and of the executors on the skill board.
 
-    :param reads_text_only: see :func:`check_world_names`.
+    :param reads_source_code: see :func:`check_world_names`.
     :returns: an empty set if the skills of an executor are unknown without importing the executor.
     """
     skills = {
@@ -84,27 +84,27 @@ def find_known_skills(agent: Run, *, reads_text_only: bool) -> set[str]:
     board = agent.skill_board
     for member in () if board is None else board.agents:
         for executor in member.executors:
-            executed = read_executor_skills(executor) if reads_text_only else executor.skills()
-            if executed is None:
+            executor_skills = read_executor_skills(executor) if reads_source_code else executor.skills()
+            if executor_skills is None:
                 return set()
-            skills.update(executed)
+            skills.update(executor_skills)
     return skills
 
 
 def _find_performers(agent: Run) -> set[str]:
     """Return the names of the local Skillers and of the executors on the skill board."""
     board = agent.skill_board
-    served = frozenset[str]() if board is None else board.skillers
-    names = {item.name for item in skiller_settings(agent.config, "simulator", served)}
+    served_skillers = frozenset[str]() if board is None else board.skillers
+    names = {item.name for item in skiller_settings(agent.config, "simulator", served_skillers)}
     for member in () if board is None else board.agents:
         names.update(executor.name for executor in member.executors)
     return names
 
 
-def _check_name(kind: str, name: str, names: Collection[str], mark: Mark) -> None:
+def _check_name(noun: str, name: str, names: Collection[str], mark: Mark) -> None:
     if name not in names:
         hint = did_you_mean(name, names, f"use one of: {', '.join(sorted(set(names) - {'*'}))}")
-        raise mark.error(f"there is no {kind} '{name}'", hint)
+        raise mark.error(f"there is no {noun} '{name}'", hint)
 
 
 def _check_interface(uid: str, agent: Run, mark: Mark) -> None:
@@ -118,6 +118,6 @@ def _check_interface(uid: str, agent: Run, mark: Mark) -> None:
 
 def _check_sensed(sensed: SensedValue, agent: Run) -> None:
     _check_interface(sensed.uid, agent, sensed.mark)
-    kind = parse_uid(sensed.uid)[0]
-    fields = [field.name for field in agent.registry.schema(kind).fields]
-    _check_name(f"field of {kind}", sensed.field_name, fields, sensed.mark)
+    interface_type = parse_uid(sensed.uid)[0]
+    fields = [field.name for field in agent.registry.schema(interface_type).fields]
+    _check_name(f"field of {interface_type}", sensed.field_name, fields, sensed.mark)

@@ -74,14 +74,14 @@ class Section:
         :raises ConfigError: if the value is not a list of maps.
         """
         path = f"{self._path}/{key}"
-        numbers = self._document.keys(path)  # the configuration numbers the entries of a list
-        if any(not number.isdigit() for number in numbers):
+        entry_keys = self._document.keys(path)  # the configuration numbers the entries of a list
+        if any(not entry_key.isdigit() for entry_key in entry_keys):
             raise self.error("must be a list", "begin each entry with a dash", key)
         if self._document.exists(path):
             value = self._document.get(path)
             if value.text or value.items:
                 raise self.error("must be a list of maps", "write: - {name: ...}", key)
-        return [self.section(f"{key}/{number}", keys, required) for number in numbers]
+        return [self.section(f"{key}/{entry_key}", keys, required) for entry_key in entry_keys]
 
     def text(self, key: str, default: str = "") -> str:
         return self._document.get_str(f"{self._path}/{key}", default=default)

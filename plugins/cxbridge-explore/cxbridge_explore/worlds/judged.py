@@ -20,7 +20,7 @@ class JudgedRun(Closing):
     :param options: the options of ``cxbridge run``.
     :param chooser: decides at each choice point.
     :param world: the possible events; None for the file in the scenario's folder.
-    :param make: makes the program to run.
+    :param make_assembly: makes the program to run.
     :raises CxbridgeError: if the scenario or the world is invalid.
     """
 
@@ -30,9 +30,9 @@ class JudgedRun(Closing):
         chooser: Chooser,
         world: WorldModel | None = None,
         *,
-        make: MakeAssembly = make_scenario,
+        make_assembly: MakeAssembly = make_scenario,
     ) -> None:
-        self.world = WorldRun(options, chooser, world, make=make)
+        self.world = WorldRun(options, chooser, world, make_assembly=make_assembly)
         self._options = options
         assembly = self.world.assembly
         self._checks = AgentChecks(assembly.agents)
@@ -49,7 +49,7 @@ class JudgedRun(Closing):
         :raises CxbridgeError: if the agent is broken.
         """
         result = self.world.play(self._is_cut)
-        ended = sum_up_run(
+        run_result = sum_up_run(
             self.world.assembly,
             self._options,
             self._loss_reason,
@@ -58,7 +58,7 @@ class JudgedRun(Closing):
             self._stuck_watch,
             is_over=result.is_over,
         )
-        return ended, result
+        return run_result, result
 
     def _is_cut(self) -> bool:
         """Return whether the run cannot continue, since it is stuck or has lost a component."""

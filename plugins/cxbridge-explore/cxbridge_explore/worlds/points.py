@@ -178,9 +178,9 @@ class PathChooser:
                 f"choice {index} was about {step.subject}, and is about {point.subject}",
                 hint="the agent or its environment has changed since, or the agent is not deterministic",
             )
-        for number, option in enumerate(point.options):
+        for option_index, option in enumerate(point.options):
             if option.name == step.option:
-                return number
+                return option_index
         drawn = None if point.option_range is None else point.option_range.parse(step.option)
         # an option of the range that RandomChooser drew is not among the listed options
         if drawn is not None:
@@ -212,8 +212,8 @@ class RandomChooser:
         if point.option_range is not None:
             return point.option_range.draw(rng)
         weights = [option.weight for option in point.options]
-        drawn, *_ = rng.choices(range(len(weights)), weights)
-        return drawn
+        drawn_index, *_ = rng.choices(range(len(weights)), weights)
+        return drawn_index
 
 
 class RunChoices:

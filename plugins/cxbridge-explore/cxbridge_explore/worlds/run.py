@@ -78,7 +78,7 @@ class WorldRun(Closing):
     :param options: the options of ``cxbridge run``; the world replaces the executors of skills.
     :param chooser: decides at each choice point.
     :param world: the possible events; None for the file in the scenario's folder.
-    :param make: makes the program to run.
+    :param make_assembly: makes the program to run.
     :raises CxbridgeError: if the scenario or the world is invalid.
     """
 
@@ -88,7 +88,7 @@ class WorldRun(Closing):
         chooser: Chooser,
         world: WorldModel | None = None,
         *,
-        make: MakeAssembly = make_scenario,
+        make_assembly: MakeAssembly = make_scenario,
     ) -> None:
         self.options = options
         self._is_started = False
@@ -96,7 +96,7 @@ class WorldRun(Closing):
         self._kills: list[KillChoices] = []
         self._order: OrderChoices | None = None
         with ExitStack() as stack:
-            self.assembly = make(options, self._make_additions())
+            self.assembly = make_assembly(options, self._make_additions())
             stack.enter_context(self.assembly)
             self._choices = RunChoices(chooser, self.assembly.clock)
             check_world(self._world_model, self.assembly)
@@ -244,8 +244,8 @@ class AgentWorld(Closing):
                 for uid in dict.fromkeys(value.uid for value in world.sensed)
             }
             messages = [
-                stack.enter_context(MessageChoices(message, agent.board, choices, prefix))
-                for message in world.messages
+                stack.enter_context(MessageChoices(fault, agent.board, choices, prefix))
+                for fault in world.messages
             ]
             sensed = [
                 SensedChoices(value, agent, writers[value.uid], choices, prefix) for value in world.sensed
@@ -267,8 +267,8 @@ class AgentWorld(Closing):
 
     def apply_events(self) -> None:
         """Apply the events between two loops."""
-        for step in self._apply_functions:
-            step()
+        for apply_event in self._apply_functions:
+            apply_event()
 
     def close(self) -> None:
         self._stack.close()

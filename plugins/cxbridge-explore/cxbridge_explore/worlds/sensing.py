@@ -79,23 +79,21 @@ class MessageChoices(Listener, Closing):
     :param prefix: precedes the subject of each choice, e.g. ``robot1/``.
     """
 
-    def __init__(
-        self, message: MessageFault, board: LocalBlackBoard, choices: RunChoices, prefix: str
-    ) -> None:
-        self._message_fault, self._choices, self._prefix, self._board = message, choices, prefix, board
+    def __init__(self, fault: MessageFault, board: LocalBlackBoard, choices: RunChoices, prefix: str) -> None:
+        self._fault, self._choices, self._prefix, self._board = fault, choices, prefix, board
         self._late_messages: list[tuple[float, Message]] = []  # seconds of the delivery, and the message
         self._delivered_message: Message | None = None  # the late message during its delivery
-        self._reader: Interface = board.open_for_reading(*parse_uid(message.uid), owner=OWNER)
+        self._reader: Interface = board.open_for_reading(*parse_uid(fault.uid), owner=OWNER)
         self._memory = board.find_memory(self._reader)
         self._memory.listeners.register(self, self._reader, (EventKind.MESSAGE_RECEIVED,))
-        faults = (("lost", message.loss_probability), ("late", message.delay_probability))
+        faults = (("lost", fault.loss_probability), ("late", fault.delay_probability))
         self._options = make_options(
             "arrives", *(make_fault(name, weight) for name, weight in faults if weight)
         )
 
     def message_received(self, interface: Interface, message: Message) -> bool:
         """Return whether a message is delivered now."""
-        has_type = self._message_fault.message_type in (
+        has_type = self._fault.message_type in (
             "*",
             message.type,
             message.type.removesuffix("Message"),
@@ -104,10 +102,10 @@ class MessageChoices(Listener, Closing):
         if message is self._delivered_message or not has_type:
             return True
         subject = f"{self._prefix}{interface.uid} {message.type}"
-        chosen = self._choices.choose(ChoiceKind.MESSAGE, subject, self._options).name
-        if chosen == "late":
-            self._late_messages.append((self._choices.seconds + self._message_fault.delay_s, message))
-        return chosen == "arrives"
+        chosen_option = self._choices.choose(ChoiceKind.MESSAGE, subject, self._options).name
+        if chosen_option == "late":
+            self._late_messages.append((self._choices.seconds + self._fault.delay_s, message))
+        return chosen_option == "arrives"
 
     def apply(self) -> None:
         """Deliver messages whose delay is over."""

@@ -81,9 +81,9 @@ class SkillChoices:
         """Execute a call of the skill board. The world may mute the reports of progress."""
         steps = self.script.execute(executor, call)
         string_call = to_string_call(call)
-        mute = self._world.find_skill_model(string_call).mute_probability
-        if mute:
-            options = make_options("reports", make_fault("mute", mute))
+        mute_probability = self._world.find_skill_model(string_call).mute_probability
+        if mute_probability:
+            options = make_options("reports", make_fault("mute", mute_probability))
             subject = self._make_subject(call.agent, string_call)
             if self._choices.choose(ChoiceKind.FEEDBACK, subject, options).name == "mute":
                 return (None for _ in steps)
@@ -101,10 +101,10 @@ class SkillChoices:
         model = self._world.find_skill_model(call)
         options = make_skill_options(model)
         # A call that can only succeed is not a choice point.
-        end = self._choices.choose(ChoiceKind.SKILL, subject, options) if len(options) > 1 else options[0]
-        if end.name == "hangs":
+        chosen = self._choices.choose(ChoiceKind.SKILL, subject, options) if len(options) > 1 else options[0]
+        if chosen.name == "hangs":
             return Outcome(FOREVER)
-        failure: SkillFailure | None = end.value
+        failure: SkillFailure | None = chosen.value
         if failure is None:
             return None if model.duration is None else Outcome(self._choose_seconds(model.duration, subject))
         duration = failure.duration or model.duration
@@ -115,11 +115,14 @@ class SkillChoices:
 
     def _choose_seconds(self, duration: Distribution, subject: str) -> float:
         """Return the chosen seconds of a duration."""
-        first, *further_values = duration.representatives
+        usual_value, *further_values = duration.representatives
         if not further_values:
-            return first
+            return usual_value
         # An unusual duration counts as a fault, which bounds the exploration.
-        options = (make_duration_option(first), *(make_duration_option(value, 1) for value in further_values))
+        options = (
+            make_duration_option(usual_value),
+            *(make_duration_option(value, 1) for value in further_values),
+        )
         duration_range = DurationRange(duration)
         seconds: float = self._choices.choose(ChoiceKind.DURATION, subject, options, duration_range).value
         return seconds

@@ -56,7 +56,7 @@ class AbsenceChoices:
             self._has_begun_call = True
 
     def apply(self) -> None:
-        """Decide on the absence if a decision is due, and end an absence whose time is over."""
+        """Decide whether the absence begins if a decision is due, and end an absence whose time is over."""
         has_begun_call, self._has_begun_call = self._has_begun_call, False
         seconds = self._choices.seconds
         if self._is_absent:
@@ -75,21 +75,25 @@ class AbsenceChoices:
             self._return_s = self._choices.seconds + self._absence.return_after_s
         service, name = self._agent.skill_service, self._absence.name
         for host in () if service is None else service.hosts:
-            if service is not None and host.name == name:
+            if service is not None and host.name == name:  # type checkers need the first test
                 service.remove(host, ExecutorHost.abandon)
                 return
         self._skills.vanish(name)
 
     def _come_back(self) -> None:
         self._is_absent = False
-        run, name = self._agent, self._absence.name
-        board, service = run.skill_board, run.skill_service
-        for agent in () if board is None else board.agents:
-            for executor in agent.executors:
+        agent, name = self._agent, self._absence.name
+        board, service = agent.skill_board, agent.skill_service
+        for member in () if board is None else board.agents:
+            for executor in member.executors:
                 if executor.name == name and service is not None:
                     service.add(
                         executor.make_host(
-                            agent.name, run.board, run.clock, run.bus, verbatim=service.skills.is_verbatim
+                            member.name,
+                            agent.board,
+                            agent.clock,
+                            agent.bus,
+                            verbatim=service.skills.is_verbatim,
                         )
                     )
                     return
@@ -103,7 +107,8 @@ class KillChoices:
         self._kill, self._team, self._choices = kill, team, choices
         self._schedule = Schedule(kill.times)
         self._options = make_options("lives", make_fault("killed", kill.probability))
-        self._restarts: list[tuple[float, str]] = []  # seconds and agent, in the order of time
+        # the time of each restart in seconds and the name of the agent, the next restart first
+        self._restarts: list[tuple[float, str]] = []
 
     @property
     def awaits_restart(self) -> bool:
@@ -111,13 +116,13 @@ class KillChoices:
         return bool(self._restarts)
 
     def apply(self) -> None:
-        """Restart the agents whose time has come, and decide about each agent if a decision is due."""
+        """Restart the agents that are due, and decide whether to kill each agent if a decision is due."""
         while self._restarts and self._restarts[0][0] <= self._choices.seconds:
             self._team.restart(self._restarts.pop(0)[1])
         if not self._schedule.is_due(self._choices.seconds):
             return
         for agent in self._team.agents:
-            # A run without an agent has no end, so that the last agent is killed only if it restarts.
+            # A run without an agent has no end, so the last agent is killed only if it restarts.
             is_dispensable = len(self._team.agents) > 1 or self._kill.restart_after_s is not None
             if self._kill.agent in ("*", agent.name) and is_dispensable:
                 self._decide(agent)
@@ -142,8 +147,8 @@ class OrderChoices:
             return
         # The first permutation is the current order, the usual option.
         options = tuple(
-            Option(", ".join(order), faults=int(number > 0), value=order)
-            for number, order in enumerate(permutations(names))
+            Option(", ".join(order), faults=int(index > 0), value=order)
+            for index, order in enumerate(permutations(names))
         )
         order: tuple[str, ...] = self._choices.choose(ChoiceKind.ORDER, "turns", options).value
         if list(order) != names:

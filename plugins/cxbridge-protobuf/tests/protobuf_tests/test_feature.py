@@ -27,7 +27,7 @@ NULL = ExternalAddress(0)
 
 @pytest.fixture
 def feature():
-    return ProtobufFeature(ProtobufSettings((PROTOS,), network=NetworkSettings(max_waiting=500)))
+    return ProtobufFeature(ProtobufSettings((PROTOS,), network=NetworkSettings(max_waiting_messages=500)))
 
 
 @pytest.fixture
@@ -528,7 +528,7 @@ def test_the_settings(tmp_path):
     )
     assert [str(folder) for folder in read.folders] == ["/base/msgs", f"{tmp_path}/near"]
     assert read.modules == ("x_pb2",)
-    assert read.network == NetworkSettings(frame_version=1, server_address="*", max_waiting=5)
+    assert read.network == NetworkSettings(frame_version=1, server_address="*", max_waiting_messages=5)
     assert settings("a: 1", tmp_path) == ProtobufSettings()
 
 

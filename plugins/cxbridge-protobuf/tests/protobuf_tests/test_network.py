@@ -167,7 +167,7 @@ def test_unknown_types_and_broken_messages_are_told_and_the_next_one_comes(nets)
 
 
 def test_a_client_that_never_reads_is_sent_away(nets, types):
-    server, port = served(nets, max_outbound=100_000)
+    server, port = served(nets, max_outbound_bytes=100_000)
     order = types.create("test_msgs.Order")
     order.text = "x" * 500_000
     with stranger(port):
@@ -180,7 +180,7 @@ def test_a_client_that_never_reads_is_sent_away(nets, types):
 
 
 def test_a_flood_is_read_no_further_than_rules_can_take(nets):
-    server, port = served(nets, max_waiting=100)
+    server, port = served(nets, max_waiting_messages=100)
     count = 50_000
     with stranger(port) as flood:
         sender = threading.Thread(target=flood.sendall, args=(encode_frame(ORDER) * count,))

@@ -13,7 +13,7 @@ from cxbridge.events import Event, Level, LogLine
 from cxbridge.mainloop import Hook
 from cxbridge.run.options import RunOptions
 from cxbridge_rcll.game import LeagueGame
-from cxbridge_rcll.score import award_category
+from cxbridge_rcll.score import find_award_category
 from rcll_tests.league import MESSAGES, write_refbox, write_team
 
 
@@ -65,7 +65,7 @@ def test_a_game_tells_what_points_machines_robots_and_orders_came_to(options):
     ],
 )
 def test_points_are_grouped_by_what_the_referee_says(reason, category):
-    assert award_category(reason) == category
+    assert find_award_category(reason) == category
 
 
 def test_a_construct_that_is_not_defined_is_told(options):

@@ -77,7 +77,7 @@ class PublishedInterfaces(Closing):
         self._feed = Feed(board, OWNER)
         try:
             for instance in self._feed.follow(settings.pattern.type_glob, settings.pattern.id_glob):
-                self._publish_change(self._feed.read_change(instance))
+                self._publish_change(self._feed.read_state(instance))
         except Exception:
             self.close()
             raise
@@ -88,7 +88,7 @@ class PublishedInterfaces(Closing):
         for instance in self._feed.instances:
             # an interface without a write so far has no change, but its topic must exist
             if instance.uid not in self._publish_functions:
-                self._publish_change(self._feed.read_change(instance))
+                self._publish_change(self._feed.read_state(instance))
 
     def _publish_change(self, change: InterfaceChange) -> None:
         if change.uid in self._written_uids or change.uid in self._failed_uids:

@@ -21,7 +21,7 @@ from cxbridge.closing import Closing
 from cxbridge.config import Configuration, ConfigValue
 from cxbridge.errors import ClipsError
 from cxbridge.events import Sink, SourceRead
-from cxbridge.executive.executive import action_mapping
+from cxbridge.executive.executive import read_action_mapping
 from cxbridge.executive.host.loading import Diagnostic
 from cxbridge.executive.host.values import Symbol, Value
 from cxbridge.file_access import is_readable_file
@@ -291,7 +291,7 @@ class Agent(Closing):
         The position is None if a plug-in defines the mapping, not a configuration file.
         """
         base = f"/clips-executive/specs/{self.spec}/action-mapping"
-        for action, template in action_mapping(self.config, self.spec).items():
+        for action, template in read_action_mapping(self.config, self.spec).items():
             key = f"{base}/{action}"
             place = place_of(self.config.get(key)) if self.config.exists(key) else None
             yield action, template, place

@@ -64,7 +64,7 @@ def plot(
 
     with connect(url, interface_dir) as board, Feed(board, OWNER) as feed:
         instance = feed.open(*parse_uid(uid))
-        initial = feed.read_change(instance)
+        initial = feed.read_state(instance)
         for name in fields:
             read_number(name, initial.values)  # reports a mistake before the screen changes
         writes = _follow_writes(feed, initial, Deadline(timeout))

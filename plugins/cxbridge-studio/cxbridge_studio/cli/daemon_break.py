@@ -110,7 +110,7 @@ def _take_step(board: BlackBoard, unit: str, timeout_s: float) -> str:
     check_serves_requests(board)
     deadline = Deadline(timeout_s)
     with Feed(board, OWNER) as feed:
-        previous_stops = feed.read_change(feed.open(REQUEST_TYPE, DAEMON_ID)).values["stops"]
+        previous_stops = feed.read_state(feed.open(REQUEST_TYPE, DAEMON_ID)).values["stops"]
         # the daemon counts the stops of its rules: a new count means the end of this step
         request(board, "step", timeout_s, what=unit)
         while (change := feed.wait_for_change(deadline)) is not None:

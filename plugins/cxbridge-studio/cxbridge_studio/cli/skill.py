@@ -59,11 +59,11 @@ def _print_lines(
 ) -> bool:
     """Print a line for each change, and return whether ``count`` lines were printed."""
     from cxbridge.blackboard.following import Feed
-    from cxbridge.skiller.calls import OWNER, TYPE
+    from cxbridge.skiller.calls import OWNER, SKILLER_TYPE
 
     printed_count, previous_line = 0, ""
     with Feed(board, OWNER) as feed:
-        change: InterfaceChange | None = feed.read_change(feed.open(TYPE, skiller))
+        change: InterfaceChange | None = feed.read_state(feed.open(SKILLER_TYPE, skiller))
         while change is not None:
             line = _format_state(change, as_json=as_json)
             # not at each write: a Skiller also writes fields that the line does not show

@@ -14,7 +14,7 @@ from cxbridge.clipstext.facts import template_of as template_name
 from cxbridge.errors import ClipsError
 from cxbridge.executive.host.capi import NULL, decode, encode, items_of
 from cxbridge.executive.host.constructs import construct_names
-from cxbridge.executive.host.facts.constants import constant_text, constant_values
+from cxbridge.executive.host.facts.constants import to_safe_fact_text, to_safe_values_text
 from cxbridge.executive.host.facts.copying import FactTemplate, template_of
 from cxbridge.executive.host.facts.modify import Modify
 from cxbridge.executive.host.source import check_parser_limits
@@ -75,7 +75,7 @@ def assert_text(env: ClipsEnvironment, text: str, *, constant: bool = False) -> 
     :param constant: whether only constants are accepted, not calls, which CLIPS would evaluate.
     :raises ClipsError: if CLIPS refuses the fact.
     """
-    text = constant_text(env.c_env, text) if constant else text
+    text = to_safe_fact_text(env.c_env, text) if constant else text
     check_parser_limits(text)
     # Read the names before the assertion, which defines an unknown deftemplate of ordered facts.
     templates = construct_names(env, "deftemplate")
@@ -140,7 +140,7 @@ def modify_fact(
                 f"deftemplate '{template}' of f-{index} has no slot '{slot}'",
                 hint=_find_similar_slot(slot, template_of(deftemplate)),
             )
-        values = constant_values(text) if constant else text
+        values = to_safe_values_text(text) if constant else text
         changes += (Symbol(slot), env.eval(f"(create$ {values})"))
     complaints: list[str] = []
     new_fact = Modify(env.c_env, env.api, env.maker, complaints.append)(index, *changes)

@@ -52,7 +52,7 @@ def fetch_graph(
         max_bytes = interface.maxlenof("graph_fsm") - 1
         if len(subject.encode("utf-8", "surrogateescape")) > max_bytes:
             raise SkillerError(f"'{subject}' is longer than the {max_bytes} bytes that its field has")
-        previous_values = feed.read_change(interface).values
+        previous_values = feed.read_state(interface).values
         message_fields: dict[str, Any] = {"graph_fsm": subject}
         if subject not in OVERVIEWS:
             message_fields |= {} if direction is None else {"graph_dir": DIRECTIONS[direction]}
@@ -102,7 +102,7 @@ def _wait_for_graph(
     feed: Feed, interface: Interface, expected_fields: dict[str, Any], deadline: Deadline
 ) -> InterfaceChange | None:
     """Return the first change with these fields; None after the deadline."""
-    change: InterfaceChange | None = feed.read_change(interface)
+    change: InterfaceChange | None = feed.read_state(interface)
     while change is not None and any(
         _get_enum_name(change.values[name]) != value for name, value in expected_fields.items()
     ):
@@ -134,7 +134,7 @@ def make_graph(
     with make_lua_skiller(board, clock, bus, folders=folders, space=space) as skiller:
         if subject in OVERVIEWS:
             return skiller.engine.overview(subject)
-        skill, graph = skiller.engine.graph(subject, direction, coloured=coloured, redraw=True)
+        skill, graph = skiller.engine.draw_graph(subject, direction, coloured=coloured, redraw=True)
         if not skill:
             is_skill = subject in skiller.skills
             raise SkillerError(

@@ -12,8 +12,7 @@ from cxbridge.blackboard.following import Deadline, Feed, InterfaceChange
 from cxbridge.errors import CxbridgeError
 from cxbridge.interfaces.assignments import json_value
 from cxbridge.printing import unfiltered_stream, visible
-from cxbridge.skiller.calls import OWNER
-from cxbridge.skiller.calls import TYPE as SKILLER_TYPE
+from cxbridge.skiller.calls import OWNER, SKILLER_TYPE
 from cxbridge_studio.terminal.drawing import draw_skill, list_transitions
 from cxbridge_studio.terminal.graphs import DEBUG_TYPE, OVERVIEWS, fetch_graph
 from cxbridge_studio.terminal.machinegraph import parse_graph
@@ -31,8 +30,8 @@ def show_skiller(
     uses = _fetch_uses(board, skiller)
     console = console or Console(file=unfiltered_stream(sys.stdout))
     with Feed(board, OWNER) as feed, Live(console=console, auto_refresh=False) as live:
-        values = _read_values(feed.read_change(feed.open(SKILLER_TYPE, skiller)))
-        graph = _read_graph(feed.read_change(feed.open(DEBUG_TYPE, skiller)))
+        values = _read_values(feed.read_state(feed.open(SKILLER_TYPE, skiller)))
+        graph = _read_graph(feed.read_state(feed.open(DEBUG_TYPE, skiller)))
         change_count = 0
         previous_value: object = None
         while True:

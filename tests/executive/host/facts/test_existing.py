@@ -58,7 +58,7 @@ def test_it_answers_as_the_built_in_while_facts_come_and_go(env: ClipsEnvironmen
 
 
 def test_it_holds_no_more_facts_than_it_should(env: ClipsEnvironment, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr("cxbridge.executive.host.facts.existing._MAX_HELD", 3)
+    monkeypatch.setattr("cxbridge.executive.host.facts.existing._MAX_RETAINED", 3)
     facts = FactsByIndex(env.c_env)
     for number in range(9):
         env.assert_fact("a", {"b": number})

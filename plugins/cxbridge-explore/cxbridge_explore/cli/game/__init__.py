@@ -45,7 +45,7 @@ class _GameLog(RunLog):
 
 @option_groups
 def game(
-    agent: AgentOptions,
+    agent_options: AgentOptions,
     play: PlayOptions,
     game_options: GameOptions,
     console: ConsoleOptions,
@@ -64,16 +64,16 @@ def game(
 
     Example: cxbridge game workshop --games 20 --against workshop-2
     """
-    options = RunOptions(**vars(agent), skiller="none")
-    against = play.second_agent()
+    options = RunOptions(**vars(agent_options), skiller="none")
+    against = play.find_second_agent()
     is_series = play.games > 1 or against is not None
-    first = _make_game(options, play, game_options, is_series=is_series)
+    first_game = _make_game(options, play, game_options, is_series=is_series)
     if not is_series:
-        log = _GameLog(console, first.quiet_components)
-        return _report_game(first.play(play.seed, log, log.attach), as_json=as_json)
+        log = _GameLog(console, first_game.quiet_components)
+        return _report_game(first_game.play(play.seed, log, log.attach), as_json=as_json)
     if options.trace or options.log or options.bblog:
         raise CxbridgeError("many games cannot be recorded to one file", hint="play a single game: --seed N")
-    return _play_series(_games_by_agent(first, against), play, as_json=as_json)
+    return _play_series(_make_games_by_agent(first_game, against), play, as_json=as_json)
 
 
 def _make_game(options: RunOptions, play: PlayOptions, game_options: GameOptions, *, is_series: bool) -> Game:
@@ -87,17 +87,18 @@ def _make_game(options: RunOptions, play: PlayOptions, game_options: GameOptions
     return ScenarioGame(run_options=options, minutes=play.minutes, world=play.world)
 
 
-def _games_by_agent(first: Game, against: Path | None) -> dict[str, Game]:
+def _make_games_by_agent(first_game: Game, against: Path | None) -> dict[str, Game]:
     """Return the game of each agent, by the name of the agent.
 
     :param against: the second agent, or None.
     """
     name = str(
-        first.run_options.scenario or (first.run_options.overlays or (first.run_options.fawkes_dir,))[0]
+        first_game.run_options.scenario
+        or (first_game.run_options.overlays or (first_game.run_options.fawkes_dir,))[0]
     )
-    games = {name: first}
+    games = {name: first_game}
     if against is not None:
-        games[str(against)] = first.replace_agent(against)
+        games[str(against)] = first_game.replace_agent(against)
         if len(games) == 1:
             raise CxbridgeError(f"--against names the same agent: {against}", hint="name another agent")
     return games
@@ -119,15 +120,17 @@ def _play_series(games: Mapping[str, Game], play: PlayOptions, *, as_json: bool)
 
     seeds = range(play.seed, play.seed + play.games)
     with show_progress("games", len(seeds) * len(games)) as advance:
-        played = play_games(games, seeds, play.jobs or os.cpu_count() or 1, advance)
+        results_by_agent = play_games(games, seeds, play.jobs or os.cpu_count() or 1, advance)
     if not as_json:
-        print_games(played)
+        print_games(results_by_agent)
     else:
-        report = {"agents": {name: GamesSummary(results).as_dict() for name, results in played.items()}}
-        if len(played) > 1:
-            report["comparison"] = Match(*played.values()).as_dict()
+        report = {
+            "agents": {name: GamesSummary(results).as_dict() for name, results in results_by_agent.items()}
+        }
+        if len(results_by_agent) > 1:
+            report["comparison"] = Match(*results_by_agent.values()).as_dict()
         say_json({**report, "seed": play.seed}, indent=2)
-    return max(_report_faults(results) for results in played.values())
+    return max(_report_faults(results) for results in results_by_agent.values())
 
 
 def _report_faults(results: Mapping[int, GameResult]) -> int:

@@ -64,7 +64,7 @@ class PlayOptions:
         int, typer.Option(min=0, help="The number of processes for many games; 0: one per processor.")
     ] = 0
 
-    def second_agent(self) -> Path | None:
+    def find_second_agent(self) -> Path | None:
         """Return the agent of the second argument or of ``--against``.
 
         :raises CxbridgeError: if both are given.
@@ -74,7 +74,7 @@ class PlayOptions:
         return self.second or self.against
 
 
-def _game_options() -> list[type[Any]]:
+def _load_game_options() -> list[type[Any]]:
     return [PLAYED_GAMES.load_target(row) for row in PLAYED_GAMES.rows]
 
 
@@ -85,6 +85,6 @@ class GameOptions:
     :cvar added_groups: returns the groups of options of plug-ins, which become ``plugin_groups``.
     """
 
-    added_groups: ClassVar[Callable[[], list[type[Any]]]] = _game_options
+    added_groups: ClassVar[Callable[[], list[type[Any]]]] = _load_game_options
 
     plugin_groups: tuple[PlayedGameOptions, ...] = ()

@@ -23,8 +23,8 @@ def print_game(result: GameResult) -> None:
         window = f"{order.begin:g} to {order.end:g} s"
         say(f"order {order.order} ({order.complexity}): {window}; delivered: {times}")
     for name, work in result.robots.items():
-        failed = "".join(f"; {count} times: {error}" for error, count in work.failed.items())
-        say(f"busy: {name} {work.busy_seconds:g} s, idle {work.idle_seconds:g} s{failed}")
+        failures = "".join(f"; {count} times: {error}" for error, count in work.failed.items())
+        say(f"busy: {name} {work.busy_seconds:g} s, idle {work.idle_seconds:g} s{failures}")
     for name, states in result.timeline.machine_use.items():
         say(f"machine: {name} {', '.join(f'{state} {seconds:g} s' for state, seconds in states.items())}")
     for team, categories in score.categories.items():
@@ -33,9 +33,9 @@ def print_game(result: GameResult) -> None:
     if result.simtest:
         say(f"the agent's own tests: {result.simtest}")
     points = ", ".join(f"{team} {points}" for team, points in score.points.items())
-    ended = "over" if result.is_over else f"not over, in {score.phase}"
+    end_text = "over" if result.is_over else f"not over, in {score.phase}"
     say(
-        f"{points}; {len(score.deliveries)} deliveries; the game is {ended} after {score.game_time:g} s; "
+        f"{points}; {len(score.deliveries)} deliveries; the game is {end_text} after {score.game_time:g} s; "
         f"seed {result.seed}, {result.wall_seconds:g} s"
     )
 
@@ -44,8 +44,8 @@ def print_games(games: Mapping[str, Mapping[int, GameResult]]) -> None:
     """Print the points of each game, and the comparison of two agents."""
     for name, results in games.items():
         summary = GamesSummary(results)
-        over = sum(result.is_over for result in results.values())
-        say(f"{name}: {format_count(len(results), 'game')}, {over} over, {_format_points(summary)}")
+        over_count = sum(result.is_over for result in results.values())
+        say(f"{name}: {format_count(len(results), 'game')}, {over_count} over, {_format_points(summary)}")
     if len(games) == 1:
         for seed, result in next(iter(games.values())).items():
             say(f"  seed {seed}: {result.points} points, {len(result.score.deliveries)} deliveries")
@@ -57,11 +57,11 @@ def print_games(games: Mapping[str, Mapping[int, GameResult]]) -> None:
     say(f"{second} minus {first}: {difference.estimate:+.1f} points a game ({bounds})")
     for seed, first_points, second_points in match.most_different_games():
         say(f"  seed {seed}: {first_points} and {second_points} points")
-    better = match.better_index
-    if better is None:
+    better_index = match.better_index
+    if better_index is None:
         say("these games do not show which agent is better")
     else:
-        say(f"{(first, second)[better]} is better")
+        say(f"{(first, second)[better_index]} is better")
 
 
 def _format_points(summary: GamesSummary) -> str:

@@ -84,7 +84,7 @@ class ActionMonitor(Monitor):
             parse_fields(slots.get("param-values", "")),
         )
         # An agent may assert an action without the names of its parameters; the operator has the names.
-        for operator in () if names else tables.texts("domain-operator"):
+        for operator in () if names else tables.printed_facts("domain-operator"):
             if operator["name"] == name:
                 names = parse_fields(operator["param-names"])
         return ObservedAction(key, name, dict(zip(names, values, strict=False)))
@@ -104,10 +104,10 @@ class PreconditionMonitor(ActionMonitor):
     """Checks that no action starts with a false precondition."""
 
     def on_start(self, tables: FactTables, action: ObservedAction) -> None:
-        if not any(formula["part-of"] == action.name for formula in tables.texts("pddl-formula")):
+        if not any(formula["part-of"] == action.name for formula in tables.printed_facts("pddl-formula")):
             return
         self.is_evaluated = True
-        false_formulas = Preconditions(tables.texts).describe_blame(action.name, action.arguments)
+        false_formulas = Preconditions(tables.printed_facts).describe_blame(action.name, action.arguments)
         if false_formulas:
             self.scene.report(
                 f"{action.text} of {action.goal} starts while its precondition does not hold: "
@@ -203,8 +203,10 @@ class SingleExecutionMonitor(ActionMonitor):
     @staticmethod
     def _read_effects(tables: FactTables, action: ObservedAction) -> frozenset[Literal]:
         """Return the effects of an action; empty if an effect is conditional."""
-        conditional = {formula["part-of"] for formula in tables.texts("pddl-formula")}
-        effects = [effect for effect in tables.texts("domain-effect") if effect["part-of"] == action.name]
+        conditional = {formula["part-of"] for formula in tables.printed_facts("pddl-formula")}
+        effects = [
+            effect for effect in tables.printed_facts("domain-effect") if effect["part-of"] == action.name
+        ]
         if any(effect["name"] in conditional for effect in effects):
             return frozenset()
         literals = frozenset(
@@ -218,6 +220,6 @@ class SingleExecutionMonitor(ActionMonitor):
         present = {
             (tables.name, slots["goal-id"], slots["plan-id"], slots["id"])
             for tables in self.scene.tables
-            for slots in tables.texts("plan-action")
+            for slots in tables.printed_facts("plan-action")
         }
         return frozenset(self._achieved), frozenset(key for key in self._calls if key in present)

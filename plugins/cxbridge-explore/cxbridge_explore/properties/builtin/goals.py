@@ -34,7 +34,7 @@ def _may_be_removed(goal: Slots) -> bool:
     return bool(goal["mode"] == _RETRACTED or (goal["id"] == "nil" and goal["mode"] == "FORMULATED"))
 
 
-def _lineage(goal: Slots, goals: Mapping[str, Slots]) -> Iterator[Slots]:
+def _trace_lineage(goal: Slots, goals: Mapping[str, Slots]) -> Iterator[Slots]:
     """Yield a goal and its parents, each once even in a cycle."""
     lineage: dict[str, Slots] = {}
     parent: Slots | None = goal
@@ -78,7 +78,7 @@ class GoalRetractionMonitor(Monitor):
             self.is_evaluated |= bool(goals)
             removed = [goal for name, goal in last_slots.items() if name not in goals]
             for goal in removed:
-                if not any(_may_be_removed(ancestor) for ancestor in _lineage(goal, last_slots)):
+                if not any(_may_be_removed(ancestor) for ancestor in _trace_lineage(goal, last_slots)):
                     name, mode = goal["id"], goal["mode"]
                     self.scene.report(f"goal {name} was removed in mode {mode}", goal=name)
             # in a second loop, since the parents of a removed goal may be removed at the same time
@@ -92,7 +92,7 @@ class GoalRetractionMonitor(Monitor):
         for tables in self.scene.tables:
             goals = _goals_by_id(tables)
             for name, goal in goals.items():
-                lineage = _lineage(goal, goals)
+                lineage = _trace_lineage(goal, goals)
                 if not any(_may_be_removed(ancestor) or _is_maintained(ancestor) for ancestor in lineage):
                     self.scene.report(f"goal {name} is {goal['mode']} at the end", goal=name)
 
@@ -104,7 +104,7 @@ class IdleGoalMonitor(Monitor):
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
-        # By agent and id of a goal that waits for nothing: its mode, and the second since which it rests.
+        # By agent and id of a goal that waits for nothing: its mode, and the second at which its rest began.
         self._rests: dict[tuple[str, str], tuple[str, float]] = {}
 
     def left(self, tables: FactTables) -> None:
@@ -112,16 +112,16 @@ class IdleGoalMonitor(Monitor):
 
     def check(self) -> None:
         """Record resting goals, and report those that exceed the limit."""
-        now = self.scene.seconds
+        now_s = self.scene.seconds
         if self.changes.take_pending():
-            earlier, self._rests = self._rests, {}
+            earlier_rests, self._rests = self._rests, {}
             for tables in self.scene.tables:
                 for name, mode in self._find_resting_goals(tables):
-                    rest = earlier.get((tables.name, name))
-                    self._rests[tables.name, name] = rest if rest and rest[0] == mode else (mode, now)
+                    rest = earlier_rests.get((tables.name, name))
+                    self._rests[tables.name, name] = rest if rest and rest[0] == mode else (mode, now_s)
             self.is_evaluated |= bool(self._rests)
-        for (_, name), (mode, since) in self._rests.items():
-            if now - since > REST_LIMIT_S:
+        for (_, name), (mode, begin_s) in self._rests.items():
+            if now_s - begin_s > REST_LIMIT_S:
                 self.scene.report(
                     f"goal {name} has been {mode} for {REST_LIMIT_S:g} s and waits for nothing", goal=name
                 )
@@ -153,5 +153,7 @@ class IdleGoalMonitor(Monitor):
                 yield name, mode
 
     def state(self) -> Hashable | None:
-        now = self.scene.seconds
-        return frozenset((*key, mode, round(now - since, 3)) for key, (mode, since) in self._rests.items())
+        now_s = self.scene.seconds
+        return frozenset(
+            (*key, mode, round(now_s - begin_s, 3)) for key, (mode, begin_s) in self._rests.items()
+        )

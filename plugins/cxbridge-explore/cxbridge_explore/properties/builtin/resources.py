@@ -12,7 +12,7 @@ _GOAL, _REQUEST, _MUTEX = "goal", "resource-request", "mutex"
 _IDENTITY: Final = ("cx", "identity")
 
 
-def _acquired_resources(tables: FactTables) -> Iterator[tuple[str, str]]:
+def _find_acquired_resources(tables: FactTables) -> Iterator[tuple[str, str]]:
     """Yield each acquired resource and the id of its goal."""
     for slots in tables.facts(_GOAL):
         for resource in slots["acquired-resources"]:
@@ -31,7 +31,7 @@ class ResourceHolderMonitor(Monitor):
         for tables in self.scene.tables:
             # Goals of different agents may have the same id.
             agent = f" of {tables.name}" if len(self.scene.tables) > 1 else ""
-            for resource, goal in _acquired_resources(tables):
+            for resource, goal in _find_acquired_resources(tables):
                 self.is_evaluated = True
                 holder = f"{goal}{agent}"
                 first_holder = holders.setdefault(resource, holder)

@@ -31,4 +31,4 @@ def builtin_properties() -> tuple[Property, ...]:
         ("executed-once", SingleExecutionMonitor, "nothing is executed twice"),
         ("skillers-released", SkillerReleaseMonitor, "the Skiller is released at the end"),
     )
-    return tuple(Property(name, make, text, source=name) for name, make, text in rows)
+    return tuple(Property(name, make_monitor, text, source=name) for name, make_monitor, text in rows)

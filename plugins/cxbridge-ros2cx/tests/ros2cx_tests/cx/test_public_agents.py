@@ -82,7 +82,7 @@ def test_the_agent_of_the_league_takes_an_order_of_our_referee(tmp_path):
 
     referee = LocalReferee(Refbox.open(REFBOX), MESSAGES, (), 1)
     parts = tuple(referee.component_factories(Timeline(cyan_name="Carologistics", production_s=60)))
-    additions = Additions(values={CONNECTIONS_KEY: referee.connections})
+    additions = Additions(values={CONNECTIONS_KEY: referee.make_connections})
     given = options(tmp_path, RCSML, "config/config.yaml", 30)
     with Run(given, None, None, additions, parts) as run:
         run.start()

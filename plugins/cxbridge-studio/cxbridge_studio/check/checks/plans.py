@@ -7,7 +7,7 @@ from typing import Final
 
 from cxbridge.clipstext.syntax import literal, read
 from cxbridge.errors import PddlError
-from cxbridge.executive.executive import action_mapping
+from cxbridge.executive.executive import read_action_mapping
 from cxbridge.executive.pddl import Domain, domain_facts, names_of, pairs_of
 from cxbridge.run.specs import find_key_mistakes
 from cxbridge.suggestions import did_you_mean
@@ -221,7 +221,7 @@ def _check_executors(agent: Agent, calls: list[DomainCall]) -> Iterator[Finding]
     """Yield the actions in plans that neither a skill nor a rule executes."""
     if agent.context.skill_board is not None:
         return  # the executors of a skill board announce their actions at run time
-    mapped_actions = set(action_mapping(agent.config, agent.spec))
+    mapped_actions = set(read_action_mapping(agent.config, agent.spec))
     if not mapped_actions and find_key_mistakes(agent.config, agent.spec):
         return  # the mapping may be below the misspelt key, which another check reports
     if not mapped_actions and any(map(_executes_any_action, agent.own_constructs)):

@@ -48,7 +48,7 @@ def settle(board: Any, **wanted: Any) -> None:
     """Wait until the interface shows what is wanted."""
     deadline = Deadline(20)
     with Feed(board, "test") as feed:
-        news: InterfaceChange | None = feed.read_change(feed.open("SkillerDebugInterface", "Skiller"))
+        news: InterfaceChange | None = feed.read_state(feed.open("SkillerDebugInterface", "Skiller"))
         while news is not None and {name: json_value(news.values[name]) for name in wanted} != wanted:
             news = feed.wait_for_change(deadline)
     assert news is not None

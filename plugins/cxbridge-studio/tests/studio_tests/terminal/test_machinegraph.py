@@ -27,7 +27,7 @@ def run(engine: LuaEngine, skill: str, times: int) -> StateMachine:
     assert engine.compile(f"{skill}{{}}") == ""
     for _ in range(times):
         engine.run()
-    return parse_graph(engine.graph(skill, "TB", coloured=True, redraw=True)[1])
+    return parse_graph(engine.draw_graph(skill, "TB", coloured=True, redraw=True)[1])
 
 
 def test_the_states_and_where_it_is(engine: LuaEngine):
@@ -68,7 +68,7 @@ def test_who_uses_whom(engine: LuaEngine):
 
 
 def test_a_graph_that_is_cut_off_is_told(engine: LuaEngine):
-    graph = engine.graph("nest", "TB", coloured=True, redraw=True)[1]
+    graph = engine.draw_graph("nest", "TB", coloured=True, redraw=True)[1]
     for length in range(0, len(graph) - 2, 7):
         with pytest.raises(SkillerError):
             parse_graph(graph[:length])
