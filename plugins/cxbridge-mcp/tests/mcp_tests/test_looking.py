@@ -34,7 +34,7 @@ def test_why_a_goal_failed_and_a_rule_did_not_fire(looker):
     assert "FAILED" in failed.splitlines()[0]
     assert "rule talk-player-fail set gen25 to FAILED" in failed
     silent = looker.ask("why_in_recording", recording="mini.mcap", name="silent")
-    assert silent.startswith("rule silent has not fired: CE 1 (goal (class OTHER)) has no match")
+    assert silent.startswith("rule silent has not fired: condition 1 (goal (class OTHER)) has no match")
     assert "did you mean TALK?" in looker.refusal("why_in_recording", recording="a.mcap", name="TALKK")
 
 

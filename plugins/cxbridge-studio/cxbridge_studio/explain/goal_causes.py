@@ -34,6 +34,8 @@ _ASSERTION: Final = re.compile(r"\(assert\s")
 _MAPPING_TEMPLATE: Final = "skill-action-mapping"
 _ACQUISITION: Final = re.compile(r"\(acquired-resources\s")
 
+_FALSE_ATOM: Final = re.compile(r"\((?P<atom>[^()]+)\) is false")
+
 
 class RootCauseFinder:
     """Finds the root causes of goals and actions, as texts without a final full stop.
@@ -141,7 +143,26 @@ class RootCauseFinder:
         missing_rule = _describe_missing_rule(
             self._rules_and_texts[1], diagnosis, states[-1] if states else ""
         )
-        return diagnosis.problem + missing_rule or diagnosis.skiller_problem or diagnosis.error
+        problem = _FALSE_ATOM.sub(self._describe_end_of_atom, diagnosis.problem)
+        return problem + missing_rule or diagnosis.skiller_problem or diagnosis.error
+
+    def _describe_end_of_atom(self, match: re.Match[str]) -> str:
+        """Return a false atom with the time at which it became false, and the action that made it false."""
+        name, blank, arguments = match["atom"].partition(" ")
+        text = f"(domain-fact (name {name}) (param-values{blank}{arguments}))"
+        lives = [*self._evidence.history.fact_lives.values()] if self._evidence.history is not None else []
+        life = next((life for life in reversed(lives) if life.text == text), None)
+        if life is None or life.end_us is None:
+            return match[0]
+        makers = [
+            f"by the effect of action {action.id} {action.name}{action.params} of {action.goal}"
+            for goal in self._goals.all
+            for action in goal.actions
+            for change in action.changes
+            if change.state == "EFFECTS-APPLIED" and self._goals.time_us(change.seq) == life.end_us
+        ]
+        maker = makers[0] if makers else f"by rule {life.end_rule}" if life.end_rule else "by no rule"
+        return f"{match[0]}, made false at {self._evidence.compute_seconds(life.end_us):.3f} s {maker}"
 
     def _find_facts(self, template: str) -> list[Mapping[str, str]]:
         return self._facts.get(template, [])

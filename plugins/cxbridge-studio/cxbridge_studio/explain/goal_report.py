@@ -9,8 +9,15 @@ from typing import Any, Final
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.printing import format_count
+from cxbridge_studio.explain.cause import Cause
 from cxbridge_studio.explain.evidence import Evidence
-from cxbridge_studio.explain.goal_story import FACT_TEMPLATES, ActionStory, Cause, GoalStory, GoalStoryWriter
+from cxbridge_studio.explain.goal_story import (
+    FACT_TEMPLATES,
+    RULES_THAT_COULD,
+    ActionStory,
+    GoalStory,
+    GoalStoryWriter,
+)
 from cxbridge_studio.explain.goals import Goals
 
 _MAX_WIDTH = 90  # limit of an event's text in columns, so that the rules to its right stay on a usual screen
@@ -19,6 +26,7 @@ _COMPLETED = "COMPLETED"
 # The end of a cause before a deeper cause: the former outcomes, which have other causes, and the kind of the
 # missing rule. A headline omits this end, because the root cause says more.
 _OMITTED_END: Final = re.compile(r"(; before that, it was [^:]*?)?(, and waits.*)?$")
+_WHY_RULE = " ('cxbridge why RULE' explains each)"  # a hint that the page replaces by links
 _MAX_HEADLINE_CAUSES = 3  # limit of the causes in a headline, counted from the root cause
 
 
@@ -115,6 +123,14 @@ def make_goal_headline(story: GoalStory) -> str:
     return make_cause_headline(story.cause)
 
 
+def make_blocker_headline(story: GoalStory) -> str:
+    """Return the story of a goal in one line: the blocked action or sub-goal of a waiting goal leads."""
+    cause = story.cause
+    while story.waits and (inner := _find_root_cause(cause)) is not None and not inner.root:
+        cause = inner
+    return make_cause_headline(cause) if cause is not story.cause else make_goal_headline(story)
+
+
 def make_cause_headline(cause: Cause) -> str:
     """Return a cause in one line, with the causes that lead to its root."""
     path = _find_root_cause_path(cause) or _find_first_cause_path(cause)
@@ -122,13 +138,16 @@ def make_cause_headline(cause: Cause) -> str:
     return ": ".join([*(_OMITTED_END.sub("", effect) for effect in effects), last])
 
 
+def _find_root_cause(cause: Cause) -> Cause | None:
+    """Return the first of the most certain deeper causes; None without a root cause among them."""
+    inner = max(cause.because, key=lambda inner: inner.certainty, default=None)
+    return inner if inner is not None and inner.certainty else None
+
+
 def _find_root_cause_path(cause: Cause) -> list[str]:
-    """Return the texts of the causes up to the first root cause; empty if there is no root cause."""
-    for inner in cause.because:
-        below = _find_root_cause_path(inner)
-        if below or inner.root:
-            return [inner.text, *below]
-    return []
+    """Return the texts of the causes up to the most certain root cause; empty if there is none."""
+    inner = _find_root_cause(cause)
+    return [] if inner is None else [inner.text, *_find_root_cause_path(inner)]
 
 
 def _find_first_cause_path(cause: Cause) -> list[str]:
@@ -173,5 +192,6 @@ def format_causes(causes: tuple[Cause, ...], prefix: str) -> Iterator[str]:
     """
     for cause in causes:
         is_last = cause is causes[-1]
-        yield f"{prefix}{'└─ ' if is_last else '├─ '}{cause.text}"
+        text = cause.text.replace(RULES_THAT_COULD, RULES_THAT_COULD + _WHY_RULE, 1)
+        yield f"{prefix}{'└─ ' if is_last else '├─ '}{text}"
         yield from format_causes(cause.because, prefix + ("   " if is_last else "│  "))

@@ -17,10 +17,12 @@ from cxbridge.history.linking import SkillLink
 from cxbridge.history.model import DONE_STATES, ActionChange, GoalChange, GoalRecord, PlanActionRecord
 from cxbridge.history.outcome import ENDED_MODES
 from cxbridge_studio.explain.action_diagnosis import ACTION_TEMPLATES, FAILED_STATES
+from cxbridge_studio.explain.cause import CERTAIN_ROOT, Cause
 from cxbridge_studio.explain.evidence import Evidence
 from cxbridge_studio.explain.goal_causes import RootCauseFinder
 from cxbridge_studio.explain.goal_rules import find_mode_changing_rules
 from cxbridge_studio.explain.goals import Goals, find_failed_actions
+from cxbridge_studio.explain.waiting_rules import WaitingRules
 
 # The states of an action that the story always shows, besides the last state.
 _SHOWN_STATES: Final = ("RUNNING", "EXECUTION-FAILED", "FAILED", "FINAL")
@@ -30,6 +32,9 @@ _MAX_LEVELS: Final = 20
 
 # The text in place of the deciding rule in a recording without firings.
 NOT_RECORDED: Final = "the rule that decided this is unknown: firings were not recorded (level rules)"
+
+# The text before the rules that can make a goal's next step, if their matches are unknown.
+RULES_THAT_COULD: Final = "rules that could do so"
 
 # The limit of the copied facts of a deftemplate or of a rule: copying a fact stops the loop for about 10 us.
 MAX_COPIED_FACTS: Final = 10_000
@@ -52,19 +57,6 @@ class GoalMoment:
     seconds: float
     text: str
     rules: tuple[str, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Cause:
-    """A reason, with the deeper reasons for it.
-
-    :param because: the deeper reasons, the most certain first.
-    :param root: whether this is the root cause, the place to change.
-    """
-
-    text: str
-    because: tuple[Cause, ...] = ()
-    root: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,6 +115,10 @@ class GoalStoryWriter:
         assert evidence.history is not None
         self._are_rules_known = evidence.history.rules_known
         self._root_cause_finder = RootCauseFinder(evidence, goals, facts)
+        outcomes = {
+            goal.id: self._describe_outcome(goal) for goal in goals.all if goal.end_change is not None
+        }
+        self._waiting_rules = WaitingRules(evidence, outcomes)
         # The number of goals above the goal in question whose waits are being explained: a sub-goal that
         # waits for its parent has the causes of the parent's wait.
         self._parent_depth = 0
@@ -335,14 +331,14 @@ class GoalStoryWriter:
         # The core sets EXECUTION-FAILED when the skill ends, and FAILED at a later firing.
         failure_changes = [change for change in action.changes if change.state == "EXECUTION-FAILED"]
         change = (failure_changes or action.changes)[-1]
-        text = f"action {action.id} {action.name} failed at {self._format_time(change)}"
+        text = f"{_describe_action(action)} failed at {self._format_time(change)}"
         link = self._goals.find_skill_link(action)
         if link is None:
             return Cause(
                 text, tuple(_make_root_causes([self._root_cause_finder.find_action_cause(goal, action)]))
             )
         error = f": {link.call.error}" if link.call.error else ""
-        return Cause(text, (Cause(f"{_describe_skill_end(link)}{error}", root=True),))
+        return Cause(text, (Cause(f"{_describe_skill_end(link)}{error}", root=CERTAIN_ROOT),))
 
     def _find_retraction_wait_causes(self, goal: GoalRecord) -> Iterator[Cause]:
         """Yield why a goal with an outcome has not been retracted, with the rules that can retract it."""
@@ -353,8 +349,10 @@ class GoalStoryWriter:
         """Yield one cause, which lists the rules that can change the goal's mode; none without such rules."""
         slots = {"class": goal.goal_class, "sub-type": goal.sub_type, "mode": goal.mode}
         names = find_mode_changing_rules(self._evidence.read_rule_texts(), slots)
-        if names:
-            yield Cause(f"rules that could do so ('cxbridge why RULE' explains each): {', '.join(names)}")
+        causes = [cause for name in names if (cause := self._waiting_rules.explain(name)) is not None]
+        yield from causes
+        if names and not causes:
+            yield Cause(f"{RULES_THAT_COULD}: {', '.join(names)}")
 
     # --- the cause of a wait
 
@@ -384,8 +382,8 @@ class GoalStoryWriter:
         waits_for_parent = mode == "FORMULATED" and parent is not None and parent.mode != "DISPATCHED"
         if mode != "DISPATCHED" and not waits_for_parent:
             yield from _make_root_causes(self._root_cause_finder.find_wait_causes(goal))
-            # Only for the goal in question: the rules for related goals would bury the cause.
-            if not depth and not self._parent_depth:
+            # A sub-goal that is not selected waits for the rules of its parent.
+            if not self._parent_depth and (not depth or mode != "FORMULATED"):
                 yield from self._make_rule_list_cause(goal)
         if mode in ("EXPANDED", "COMMITTED", "DISPATCHED"):
             yield from self._find_unfinished_work_causes(goal, depth)
@@ -395,9 +393,13 @@ class GoalStoryWriter:
         open_actions = [action for action in goal.last_actions if action.state not in DONE_STATES]
         if goal.mode == "DISPATCHED" and open_actions:
             yield self._find_open_action_cause(goal, open_actions[0], len(open_actions) - 1)
-        for child in self._goals.children(goal):
-            if child.mode != "RETRACTED" and depth < _MAX_LEVELS and not self._is_retracted(child):
-                yield self._find_open_child_cause(child, depth)
+        causes = [
+            self._find_open_child_cause(child, depth)
+            for child in self._goals.children(goal)
+            if child.mode != "RETRACTED" and depth < _MAX_LEVELS and not self._is_retracted(child)
+        ]
+        # A blocked action is more certain than a goal that may wait for the end of another goal.
+        yield from sorted(causes, key=lambda cause: -cause.certainty)
 
     def _find_parent_wait_causes(self, goal: GoalRecord) -> Iterator[Cause]:
         """Yield why a parent goal has not been selected."""
@@ -437,7 +439,7 @@ class GoalStoryWriter:
 
     def _describe_action_state(self, action: PlanActionRecord) -> str:
         begin = self._format_time(action.changes[-1])
-        return f"action {action.id} {action.name} has been {action.state} since {begin}"
+        return f"{_describe_action(action)} of {action.goal} has been {action.state} since {begin}"
 
     def _is_known_unexecutable(self, goal: GoalRecord, action: PlanActionRecord) -> bool:
         """Return whether the fact of an action says that its precondition does not hold."""
@@ -448,7 +450,12 @@ class GoalStoryWriter:
 
 def _make_root_causes(texts: Iterable[str]) -> Iterator[Cause]:
     """Yield a root cause for each text that is not empty."""
-    return (Cause(text, root=True) for text in texts if text)
+    return (Cause(text, root=CERTAIN_ROOT) for text in texts if text)
+
+
+def _describe_action(action: PlanActionRecord) -> str:
+    """Return the id, the name and the arguments of an action."""
+    return f"action {action.id} {action.name}{action.params.replace('()', '')}"
 
 
 def _describe_skill_end(link: SkillLink) -> str:

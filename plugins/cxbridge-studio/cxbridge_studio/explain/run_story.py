@@ -7,14 +7,15 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any, Final
 
 from cxbridge.history.model import GoalRecord
+from cxbridge_studio.explain.cause import CERTAIN_ROOT, Cause
 from cxbridge_studio.explain.evidence import Evidence
 from cxbridge_studio.explain.goal_report import (
     drop_root_marks,
     format_causes,
-    make_goal_headline,
+    make_blocker_headline,
     make_story_writer,
 )
-from cxbridge_studio.explain.goal_story import NOT_RECORDED, Cause
+from cxbridge_studio.explain.goal_story import NOT_RECORDED
 
 # The limit of sentences in a section. The last sentence of a longer section counts those that are left out.
 MAX_SENTENCES: Final = 12
@@ -81,11 +82,15 @@ class _RunStoryWriter:
         # A waiting goal is a problem only if no skill and no planner works.
         troubled_goals = failed_goals + ([] if work else open_goals)
         stories = [self._story_writer.write_goal_story(goal) for goal in troubled_goals[:MAX_SENTENCES]]
+        # The most certain blocker of the waiting goals leads.
+        stories.sort(key=lambda story: -story.cause.certainty if story.waits else -CERTAIN_ROOT - 1)
         overcome_goals = self._find_overcome_failures(failed_goals)
         # The reason why the run ended comes first, and does not count as a goal.
         ending = [Cause(self._evidence.ending)] if self._evidence.ending else []
         return RunStory(
-            make_goal_headline(stories[0]) if stories else self._make_untroubled_headline(open_goals, work),
+            make_blocker_headline(stories[0])
+            if stories
+            else self._make_untroubled_headline(open_goals, work),
             self._evidence.where,
             _limit_sentences(
                 [Cause(self._summarize_goal(goal)) for goal in root_goals[:MAX_SENTENCES]], len(root_goals)

@@ -74,7 +74,7 @@ class _Diagnoser:
                     joined = matcher.count([prefix_ce.text for prefix_ce in ces[:number]])
                     failing_ce = number if joined.number == 0 else 0
                 except ClipsError as error:
-                    joined, unknown = None, f"CE {number} cannot be matched on a copy: {error.message}"
+                    joined, unknown = None, f"condition {number} cannot be matched on a copy: {error.message}"
             elements.append(CECount(number, ce.text, self._count_alone(ces[: number - 1], ce), joined))
         if unknown:
             return Diagnosis(

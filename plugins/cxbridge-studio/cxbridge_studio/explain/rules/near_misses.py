@@ -58,12 +58,13 @@ def find_nearest(matcher: Matcher, snapshot: Snapshot, prefix: Prefix, pattern: 
     near_misses = []
     for index, key in chosen_keys.items():
         row = matcher.rows[index]
+        # The fact is equally near to these partial matches, which may want different values.
+        keys = [each for each in sample.values if satisfied_slots[each, index] == satisfied_slots[key, index]]
         deviations = tuple(
             Deviation(
                 constraint.label,
                 snapshot.value_text(row, constraint.slot, constraint.position),
-                _LEADING_VARIABLE.sub("", constraint.text),
-                tuple(_format_bound_values(constraint, prefix, sample.values[key])),
+                *_describe_wanted(constraint, prefix, [sample.values[each] for each in (key, *keys)]),
             )
             for constraint_index, constraint in enumerate(constraints)
             if constraint_index in compared_slots and constraint_index not in satisfied_slots[key, index]
@@ -100,10 +101,10 @@ def _describe_failure(
 ) -> str:
     if not any(miss.deviations for miss in near_misses):
         return "each part of it matches some fact, but not all parts together match one"
-    verb = "matches together with the facts before it" if prefix.fact_variables else "matches"
+    verb = "matches together with the conditions before" if prefix.fact_variables else "matches"
     limitation = ", in a sample of the matches" if sample.is_limited else ""
-    slots = "slot" if compared_slots == 1 else "slots"
-    return f"no fact {verb}; the nearest have {best_slot_count} of {compared_slots} {slots} right{limitation}"
+    nearest = f"; the nearest agree in {best_slot_count} of {compared_slots} slots" if best_slot_count else ""
+    return f"no fact {verb}{nearest}{limitation}"
 
 
 def _compare_slot(
@@ -137,10 +138,24 @@ def _compare_slot(
     return True
 
 
+def _describe_wanted(
+    constraint: SlotConstraint, prefix: Prefix, matches: list[dict[str, Value]]
+) -> tuple[str, tuple[str, ...]]:
+    """Return the constraint of a slot and its bound variables, or the values of a lone variable.
+
+    :param matches: the values of the variables in the nearest partial matches.
+    """
+    text = _LEADING_VARIABLE.sub("", constraint.text)
+    if text[:1] == "?" and text[1:] in matches[0]:
+        values = sorted({show_alone(match[text[1:]]) for match in matches})
+        return " or ".join([*values[:MAX_NEAR], *(["another"] if len(values) > MAX_NEAR else [])]), ()
+    return text, tuple(_format_bound_values(constraint, prefix, matches[0]))
+
+
 def _format_bound_values(constraint: SlotConstraint, prefix: Prefix, values: dict[str, Value]) -> list[str]:
     """Return the values of the variables in a slot that other CEs bind."""
     return [
-        f"?{name} = {show_alone(values[name])} (CE {prefix.binding_ce_number(name)})"
+        f"?{name} = {show_alone(values[name])} (condition {prefix.binding_ce_number(name)})"
         for name in sorted(constraint.used_variables | constraint.bound_variables)
         if name in values
     ]

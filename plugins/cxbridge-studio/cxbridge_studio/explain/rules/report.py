@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from cxbridge.errors import CxbridgeError
+from cxbridge.printing import format_count
 from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.explain.evidence import Evidence, NoFactsError
 from cxbridge_studio.explain.rules.diagnosis import CECount, Count, Diagnosis, MatchFailure
@@ -123,12 +125,29 @@ def make_headline(story: RuleStory) -> str:
     failing = diagnosis.failing if diagnosis is not None else 0
     if diagnosis is None or not failing or diagnosis.failure is None:
         return f"rule {story.rule}: {make_verdict(story)}"
-    state = "has not fired" if not story.firings else "does not fire again"
-    deviations = next((miss.deviations for miss in diagnosis.failure.near if miss.deviations), ())
-    slots = [f"{deviation.slot} is {deviation.value}, not {deviation.wanted}" for deviation in deviations]
+    near = [miss for miss in diagnosis.failure.near if miss.deviations]
+    slots = [
+        f"{each.slot} is {each.value}, wanted {each.wanted}" for miss in near[:1] for each in miss.deviations
+    ]
     details = "; ".join([*diagnosis.failure.facts[:1], *diagnosis.failure.values[:1], *slots])
     reason = diagnosis.failure.reason + (f": {details}" if details else "")
-    return f"rule {story.rule} {state}: CE {failing} {diagnosis.failure.text} has no match: {reason}"
+    if (shortage := find_shortage(story)) is not None:
+        values = ", ".join(f"{miss.deviations[0].value} in {miss.fact.split()[0]}" for miss in near)
+        reason = f"{shortage[1]} is {values}, wanted {' or '.join(shortage[2])}"
+    count = len(story.firings or ())
+    state = f"fired {format_count(count, 'time')}, but not again" if count else "has not fired"
+    return f"rule {story.rule} {state}: condition {failing} {diagnosis.failure.text} has no match: {reason}"
+
+
+def find_shortage(story: RuleStory) -> tuple[str, str, list[str]] | None:
+    """Return the template, the slot and the wanted values if the rule lacks a fact with such a value only."""
+    failure = story.diagnosis.failure if story.diagnosis is not None else None
+    deviations = [each for miss in failure.near for each in miss.deviations] if failure is not None else []
+    is_lone = len({(each.slot, each.wanted) for each in deviations}) == 1
+    if failure is None or not is_lone or re.search("[?~:&]", deviations[0].wanted):
+        return None
+    template = re.split(r"[\s()]+", failure.near[0].fact)[1]  # of `f-1 (template (slot value) ...)`
+    return template, deviations[0].slot, re.split(r" or |\|", deviations[0].wanted)
 
 
 def make_verdict(story: RuleStory) -> str:
@@ -141,8 +160,9 @@ def make_verdict(story: RuleStory) -> str:
     if diagnosis.unknown:
         return f"why it has not fired is not fully known: {diagnosis.unknown}"
     if diagnosis.failing:
-        return f"its condition does not match: CE {diagnosis.failing} has no match" + (
-            " with those before it" if diagnosis.failing > 1 else ""
+        fired = f"fired {format_count(len(story.firings), 'time')}; now " if story.firings else ""
+        return f"{fired}its condition does not match: condition {diagnosis.failing} has no match" + (
+            " together with the conditions before" if diagnosis.failing > 1 else ""
         )
     return _explain_matches(story, diagnosis, snapshot)
 
@@ -212,7 +232,7 @@ def _format_diagnosis(story: RuleStory, diagnosis: Diagnosis, snapshot: Snapshot
         yield from (f"  {line}" for line in snapshot.clips_counts)
     if diagnosis.failure is not None:
         yield ""
-        yield from _format_failure(diagnosis.failure, f"CE {diagnosis.failing}: ", "  ")
+        yield from _format_failure(diagnosis.failure, f"condition {diagnosis.failing}: ", "  ")
     elif diagnosis.bases:
         yield ""
         yield "it matches for"
@@ -245,7 +265,7 @@ def _format_table(elements: tuple[CECount, ...], failing: int) -> Iterator[str]:
         yield mark + " " + "  ".join([*cells, row[3]])
 
 
-_COLUMN_TITLES = ("CE", "alone", "joined")
+_COLUMN_TITLES = ("condition", "alone", "with those before")
 
 
 def _format_failure(failure: MatchFailure, title: str, indent: str) -> Iterator[str]:
@@ -254,7 +274,7 @@ def _format_failure(failure: MatchFailure, title: str, indent: str) -> Iterator[
         yield f"{indent}{miss.fact}"
         for deviation in miss.deviations:
             bindings = " where " + ", ".join(deviation.known) if deviation.known else ""
-            yield f"{indent}  {deviation.slot} is {deviation.value}, not {deviation.wanted}{bindings}"
+            yield f"{indent}  {deviation.slot} is {deviation.value}, wanted {deviation.wanted}{bindings}"
     for text in (*failure.facts, *failure.values):
         yield f"{indent}{text}"
     for inner in failure.inner:

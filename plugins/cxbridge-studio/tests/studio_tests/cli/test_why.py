@@ -30,8 +30,8 @@ def test_a_rule_of_a_scenario_at_a_time(mini, capsys):
     assert status == 0
     assert "rule mini-evaluate (" in out
     assert "mini.clp:23)" in out
-    assert "Its condition does not match: CE 1 has no match." in out
-    assert "mode is DISPATCHED, not FINISHED" in out
+    assert "Its condition does not match: condition 1 has no match." in out
+    assert "mode is DISPATCHED, wanted FINISHED" in out
 
 
 def test_a_rule_at_the_end(mini, capsys):
@@ -50,7 +50,7 @@ def test_a_rule_that_fired_during_the_initialisation(mini, capsys):
 
 
 def test_a_goal_that_waits_and_one_that_is_over(mini, capsys):
-    assert "action 1 act has been RUNNING since" in ask(capsys, "G", mini, "--at", "0.5")[1]
+    assert 'action 1 act("hello") of G has been RUNNING since' in ask(capsys, "G", mini, "--at", "0.5")[1]
     status, out, _ = ask(capsys, "goal", "MINI", mini)
     assert status == 0
     assert "G (MINI) COMPLETED at" in out

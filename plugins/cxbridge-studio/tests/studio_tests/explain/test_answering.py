@@ -37,7 +37,10 @@ def test_rules_and_goals_of_a_daemon(daemon):
         text = ask(board, "mini-never")
         assert "mini.clp:26)" in text
         assert "in mini in the daemon, " in text
-        assert "there is no fact of 'never'" in text or "CE 1 has no match" in text
+        assert (
+            "there is no fact of 'never'" in text
+            or "condition 1 (goal (id G) (mode RETRACTED)) has no match" in text
+        )
         assert "it was refused when its file was loaded" in ask(board, "broken")
         with pytest.raises(CxbridgeError, match="neither a rule nor a goal 'nothing'"):
             ask(board, "nothing")

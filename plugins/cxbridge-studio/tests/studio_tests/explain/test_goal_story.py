@@ -169,7 +169,7 @@ def test_a_running_action():
     assert (
         "top1 (TOP) has been DISPATCHED since 0.000 s, and waits for its actions and sub-goals\n"
         "└─ talk1 (TALK) has been DISPATCHED since 1.000 s\n"
-        "   └─ action 10 say has been RUNNING since 2.200 s\n"
+        "   └─ action 10 say of talk1 has been RUNNING since 2.200 s\n"
         '      └─ probably skill say{text="hi"} of Skiller has been S_RUNNING since 2.100 s\n'
     ) in text
 
@@ -182,7 +182,7 @@ def test_an_action_whose_precondition_does_not_hold():
         fact(1, 5, "(plan-action (id 10) (goal-id talk1) (plan-id talk1-PLAN) (executable FALSE))"),
     ]
     text = told(events, "talk1")
-    assert "└─ action 10 say has been FORMULATED since 1.000 s, 1 more after it\n" in text
+    assert "└─ action 10 say of talk1 has been FORMULATED since 1.000 s, 1 more after it\n" in text
     assert "   └─ it is not executable: its precondition does not hold\n" in text
 
 
@@ -290,6 +290,6 @@ def test_a_goal_of_a_real_fawkes_while_its_skill_runs():
     lines = explain(RecordedEvidence(open_run(LOG), 5, None), "TALK").lines
     assert lines[5:8] == (
         "gen9 (TALK) has been DISPATCHED since 1.893 s, and waits for its actions and sub-goals",
-        "└─ action 40 say-hello-again has been RUNNING since 4.239 s, 1 more after it",
+        "└─ action 40 say-hello-again(peggy) of gen9 has been RUNNING since 4.239 s, 1 more after it",
         '   └─ skill say{text="Hello again peggy", wait=true} of Skiller has been S_RUNNING since 4.238 s',
     )

@@ -5,15 +5,15 @@ from __future__ import annotations
 import pytest
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.events import InterfaceWrite
+from cxbridge.events import InterfaceWrite, PlanActionTransition
 from cxbridge_studio.explain.answer import explain
 from cxbridge_studio.explain.recorded import RecordedEvidence
 from studio_tests.explain.test_goal_story import FAILED, started
-from tests.history.runs import ListRun, action, fact, fired, goal, skill, us
+from tests.history.runs import ENV, ListRun, action, fact, fired, goal, skill, us
 
 
-def told(events, kind: str, name: str = "", at: float | None = None, **ending: str):
-    run = ListRun(events)
+def told(events, kind: str, name: str = "", at: float | None = None, texts=None, **ending: str):
+    run = ListRun(events, texts)
     run.metadata = lambda: ending  # type: ignore[method-assign]
     return explain(RecordedEvidence(run, at, None), name, kind)
 
@@ -70,6 +70,91 @@ def test_how_the_run_ended_is_told():
     assert story["wrong"][0]["text"] == "the run ended with status 3: the timeout passed"
 
 
+def test_the_end_by_the_time_limit_names_the_open_goals():
+    story = told(started(0, "a1"), "run", status="3", reason="not over: a1 is DISPATCHED after 120 s").data
+    assert (
+        story["wrong"][0]["text"]
+        == "the time limit of 120 s ended the run, and goals are open: a1 is DISPATCHED"
+    )
+
+
+RULES = {
+    "agent.clp": """
+(deftemplate goal (slot id) (slot class) (slot mode))
+(deftemplate robot (slot name) (slot goal))
+(defrule plan ?g <- (goal (id ?id) (class B) (mode SELECTED)) (robot (goal ?id))
+  => (modify ?g (mode EXPANDED)))
+(defrule choose (goal (id ?id) (mode SELECTED)) ?r <- (robot (goal nil)) => (modify ?r (goal ?id)))
+"""
+}
+FACTS = [
+    fact(0, 1, "(goal (id b1) (class B) (mode SELECTED))"),
+    *(fact(0, index, f"(goal (id {name}) (mode DISPATCHED))") for index, name in ((20, "top1"), (21, "d1"))),
+    fact(0, 2, "(goal (id c1) (class C) (mode RETRACTED))"),
+    fact(0, 3, "(robot (name r1) (goal c1))"),
+]
+WAITING = [*started(0, "top1"), *started(0, "b1", "top1", modes=("FORMULATED", "SELECTED"))]
+WAITS = (
+    "b1 (B) has been SELECTED since 0.000 s: "
+    "rule plan has not fired: condition 2 (robot (goal ?id)) has no match: goal is c1 in f-3, wanted b1: "
+    "rule choose has not fired: condition 2 ?r <- (robot (goal nil)) has no match: "
+    "goal is c1 in f-3, wanted nil"
+)
+
+
+def test_a_goal_waits_for_a_rule_and_the_rules_that_make_its_missing_fact():
+    done = [*started(0, "c1"), goal(0, "c1", "RETRACTED", "COMPLETED")]
+    story = told([*done, *WAITING, *FACTS], "run", texts=RULES)
+    assert story.data["headline"] == f"{WAITS}: no other rule sets the slot goal of robot to nil"
+    assert ": c1 (C) COMPLETED at 0.000 s" in "\n".join(story.lines)
+    frees = "(defrule free (gone (name ?name)) ?r <- (robot (name ?name)) => (modify ?r (goal nil)))"
+    texts = {"agent.clp": f"{RULES['agent.clp']}(deftemplate gone (slot name)){frees}"}
+    assert told([*WAITING, *FACTS], "run", texts=texts).data["headline"] == (
+        f"{WAITS}: rule free has not fired: condition 1 (gone (name ?name)) has no match: "
+        "there is no fact of 'gone'"
+    )
+
+
+DOMAIN = [
+    fact(0, 10, "(domain-operator (name look) (param-names r p))"),
+    fact(0, 11, "(pddl-formula (id look1) (part-of look) (type atom))"),
+    fact(
+        0,
+        12,
+        "(pddl-predicate (id a) (part-of look1) (predicate at) (param-names r p) (param-constants nil nil))",
+    ),
+    fact(
+        0,
+        13,
+        "(plan-action (id 2) (goal-id d1) (plan-id d1-PLAN) (action-name look) (state PENDING)"
+        " (param-names r p) (param-values r1 dock) (executable FALSE))",
+    ),
+]
+
+
+def test_a_blocked_action_comes_before_goals_that_wait_for_a_rule():
+    atom = "(domain-fact (name at) (param-values r1 dock))"
+    blocked = [
+        *started(0, "d1", "top1"),
+        PlanActionTransition(us(1), ENV, "1", "d1", "d1-PLAN", "move", "FORMULATED", "(r1 dock lab)"),
+        PlanActionTransition(us(1), ENV, "2", "d1", "d1-PLAN", "look", "FORMULATED", "(r1 dock)"),
+        fact(1, 4, atom),
+        fact(2, 4, atom, asserted=False),
+        PlanActionTransition(us(2), ENV, "1", "d1", "d1-PLAN", "move", "EFFECTS-APPLIED", "(r1 dock lab)"),
+        PlanActionTransition(us(2), ENV, "1", "d1", "d1-PLAN", "move", "FINAL", "(r1 dock lab)"),
+        PlanActionTransition(us(2), ENV, "2", "d1", "d1-PLAN", "look", "PENDING", "(r1 dock)"),
+        *DOMAIN,
+    ]
+    story = told([*WAITING, *FACTS, *blocked], "run", texts=RULES).data
+    assert story["headline"] == (
+        "action 2 look(r1 dock) of d1 has been PENDING since 2.000 s: its precondition does not hold: "
+        "(at r1 dock) is false, made false at 2.000 s by the effect of action 1 move(r1 dock lab) of d1"
+    )
+    first, second = story["wrong"][0]["because"]
+    assert first["text"].startswith("d1 (D)")
+    assert second["because"][0]["text"].startswith("rule plan has not fired")
+
+
 def test_failures_that_were_overcome_are_a_part_of_their_own():
     events = [
         *started(0, "top1"),
@@ -95,7 +180,7 @@ def test_an_action_answers_why():
     assert failed["headline"].endswith("ended S_FAILED: no speaker")
     assert [moment["text"] for moment in failed["actions"][0]["moments"]][-1] == "FAILED"
     waiting = told([*started(0, "a1"), action(1, "a1", 2, "go", "PENDING")], "action", "a1/go").data
-    assert waiting["headline"].startswith("action 2 go has been PENDING since 1.000 s")
+    assert waiting["headline"].startswith("action 2 go of a1 has been PENDING since 1.000 s")
     with pytest.raises(CxbridgeError, match="no plan-action 'a1/3'"):
         told(started(0, "a1"), "action", "a1/3")
 

@@ -118,7 +118,7 @@ def test_a_rule_has_its_source_and_why_is_a_structure(tab, site, daemon):
         "cxbridge/why": {
             "data": {
                 "where": "here",
-                "verdict": "its condition does not match: CE 1 has no match",
+                "verdict": "its condition does not match: condition 1 has no match",
                 "notes": [],
                 "failing": 1,
                 "elements": [

@@ -79,7 +79,7 @@ def test_is_it_stuck_and_on_what(tab, tmp_path):
     events = [*delivery(fails=False)[:3], made.action(1, "deliver1", 1, "drive", "PENDING")]
     with viewing(recorded(tmp_path / "run.mcap", [*events[:2], events[3]])) as (url, recordings):
         tab.goto(url + recordings.start_path)
-        tab.wait_for_selector(".story-why >> text=action 1 drive has been PENDING since 1.000 s")
+        tab.wait_for_selector(".story-why >> text=action 1 drive of deliver1 has been PENDING since 1.000 s")
         tab.goto(url + recordings.start_path + "#/timeline/goal/deliver1")
         tab.click("#why")
         tab.wait_for_selector("#why-text >> text=waits for its actions and sub-goals")

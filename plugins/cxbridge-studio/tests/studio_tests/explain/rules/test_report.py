@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import RuleFired
 from cxbridge_studio.explain.evidence import Evidence, History
 from cxbridge_studio.explain.rules.environment import read_rulebook, take_snapshot
-from cxbridge_studio.explain.rules.report import explain_rule, format_report, make_verdict, to_json
+from cxbridge_studio.explain.rules.report import (
+    explain_rule,
+    format_report,
+    make_headline,
+    make_verdict,
+    to_json,
+)
 from studio_tests.explain.worlds import world
 
 
@@ -132,21 +140,34 @@ def test_the_page_as_a_person_reads_it(tmp_path):
     with world(rule, ROBOT, "(goal (id g) (mode SELECTED))") as env:
         story = explain_rule(WorldEvidence(env), "it")
     goal = "?g <- (goal (id ?n) (mode SELECTED))"
-    nearest = "no fact matches together with the facts before it; the nearest have 1 of 2 slots right"
     assert list(format_report(story)) == [
-        f"rule it has not fired: CE 2 {goal} has no match: {nearest}: id is g, not ?n",
+        f"rule it has not fired: condition 2 {goal} has no match: id is g in f-2, wanted r",
         "",
         "rule it",
         "in a world",
         "",
-        "Its condition does not match: CE 2 has no match with those before it.",
+        "Its condition does not match: condition 2 has no match together with the conditions before.",
         "",
-        "  CE  alone  joined",
-        "   1      1       1  (robot (name ?n))",
-        ">  2      1       0  ?g <- (goal (id ?n) (mode SELECTED))",
-        "   3                 (test (eq 1 1))",
+        "  condition  alone  with those before",
+        "          1      1                  1  (robot (name ?n))",
+        ">         2      1                  0  ?g <- (goal (id ?n) (mode SELECTED))",
+        "          3                            (test (eq 1 1))",
         "",
-        "CE 2: no fact matches together with the facts before it; the nearest have 1 of 2 slots right",
+        "condition 2: no fact matches together with the conditions before; the nearest agree in 1 of 2 slots",
         "  f-2 (goal (id g) (mode SELECTED) ...)",
-        "    id is g, not ?n where ?n = r (CE 1)",
+        "    id is g, wanted r",
     ]
+
+
+def test_a_rule_that_fired_says_so_and_lists_the_values_that_it_wants():
+    rule = "(defrule it (goal (id ?id)) (robot (name ?id)) =>)"
+    with world(rule, "(goal (id a))", "(goal (id b))", ROBOT) as env:
+        story = replace(explain_rule(WorldEvidence(env), "it"), firings=((1.0, "f-1"), (2.0, "f-2")))
+    assert make_headline(story) == (
+        "rule it fired 2 times, but not again: condition 2 (robot (name ?id)) has no match: "
+        "name is r in f-3, wanted a or b"
+    )
+    assert make_verdict(story) == (
+        "fired 2 times; now its condition does not match: "
+        "condition 2 has no match together with the conditions before"
+    )

@@ -1,0 +1,102 @@
+"""Explains why the rules that could make the next step of a goal do not fire.
+
+A rule may lack a fact that another rule makes: the explanation follows that rule too.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import suppress
+from dataclasses import replace
+from typing import Final
+
+from cxbridge.clipstext.syntax import SyntaxNode, read
+from cxbridge.errors import CxbridgeError
+from cxbridge_studio.agent.condition import find_patterns, parse_condition, split_rule
+from cxbridge_studio.explain.cause import RULE_ROOT, Cause
+from cxbridge_studio.explain.evidence import Evidence
+from cxbridge_studio.explain.rules.diagnosis import MatchFailure
+from cxbridge_studio.explain.rules.report import RuleStory, explain_rule, find_shortage, make_headline
+
+_MAX_RULES: Final = 8  # limit of the explained rules in a story: each takes a process
+_WORD: Final = re.compile(r"[^\s()]+")
+
+
+class WaitingRules:
+    """Explains rules of one moment, each once.
+
+    :param outcomes: the outcome of each ended goal, in words, by id.
+    """
+
+    def __init__(self, evidence: Evidence, outcomes: Mapping[str, str]) -> None:
+        self._evidence = evidence
+        self._outcomes = outcomes
+        self._causes: dict[str, Cause | None] = {}
+
+    def explain(self, rule: str) -> Cause | None:
+        """Return why a rule does not fire; None if its matches are unknown, or it could fire.
+
+        The deeper reasons are in the first answer only.
+        """
+        if rule in self._causes or len(self._causes) >= _MAX_RULES:
+            cause = self._causes.get(rule)
+            return None if cause is None else replace(cause, because=())
+        self._causes[rule] = None
+        with suppress(CxbridgeError):
+            notes = [*self._evidence.notes]
+            story = explain_rule(self._evidence, rule)
+            self._evidence.notes[:] = notes  # the notes about a rule's facts belong to the rule's report
+            if story.diagnosis is not None and story.diagnosis.failure is not None:
+                because = (*self._explain_makers(story), *self._describe_outcomes(story.diagnosis.failure))
+                self._causes[rule] = Cause(make_headline(story), because, RULE_ROOT)
+        return self._causes[rule]
+
+    def _describe_outcomes(self, failure: MatchFailure) -> Iterator[Cause]:
+        """Yield the nearest facts that name ended goals."""
+        for miss in failure.near:
+            ended = [self._outcomes[word] for word in _WORD.findall(miss.fact) if word in self._outcomes]
+            yield from (Cause(f"{miss.fact}: {outcome}") for outcome in ended)
+
+    def _explain_makers(self, story: RuleStory) -> Iterator[Cause]:
+        """Yield why the rules do not fire that make the fact a rule lacks."""
+        if (shortage := find_shortage(story)) is None:
+            return
+        template, slot, values = shortage
+        makers = find_setting_rules(self._evidence.read_rule_texts(), template, slot, values)
+        if not set(makers) - {story.rule}:
+            other = "other " if makers else ""
+            text = f"no {other}rule sets the slot {slot} of {template} to {' or '.join(values)}"
+            yield Cause(text, root=RULE_ROOT)
+        yield from filter(None, map(self.explain, makers))
+
+
+def find_setting_rules(
+    texts: Mapping[str, str], template: str, slot: str, values: Collection[str]
+) -> list[str]:
+    """Return the rules that set a slot of a template to one of the values, or else to an unknown value.
+
+    :param texts: the defrules by name.
+    """
+    set_values = {
+        name: [*_find_set_values(read(text)[0], template, slot)]
+        for name, text in texts.items()
+        # Parsing is slow, and an agent has hundreds of rules: the search for words comes first.
+        if template in text and f"({slot} " in text
+    }
+    return [name for name, found in set_values.items() if not {*values}.isdisjoint(found)] or [
+        name
+        for name, found in set_values.items()
+        if any(value.startswith(("?", "$?", "(")) for value in found)
+    ]
+
+
+def _find_set_values(rule: SyntaxNode, template: str, slot: str) -> Iterator[str]:
+    """Yield the texts of the values that a rule's actions give to a slot of a template's facts."""
+    patterns = find_patterns(parse_condition(rule))
+    subjects = {template, *(f"?{each.variable}" for each in patterns if each.template == template)}
+    for node in (node for action in split_rule(rule)[1] for node in action.walk()):
+        # `(modify ?fact (SLOT VALUE))` and `(TEMPLATE (SLOT VALUE))`
+        if {node.head, *(each.text for each in node.arguments[:1] if node.head == "modify")} & subjects:
+            parts = (part for part in node.arguments if part.head == slot)
+            yield from (value.text for part in parts for value in part.arguments)
