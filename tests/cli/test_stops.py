@@ -43,10 +43,14 @@ def boards():
         yield urls
 
 
+# the plug-ins of the programs that the core does not have, or that write a plug-in's files
+PLUGINS = {"monitor": "studio", "gateway": "fawkes", "record": "fawkes"}
+
+
 @pytest.mark.parametrize(
     "name",
     [
-        pytest.param(name, marks=needs_plugin("studio")) if name == "monitor" else name
+        pytest.param(name, marks=needs_plugin(PLUGINS[name])) if name in PLUGINS else name
         for name in share(stops.PROGRAMS, 3)
     ],
 )
