@@ -128,8 +128,8 @@ def _wait_for_router(session: zenoh.Session) -> bool:
     return True
 
 
-def _describe_endpoints(config: zenoh.Config) -> str:
-    endpoints = json.loads(config.get_json("connect/endpoints"))
+def _describe_endpoints(session_options: zenoh.Config) -> str:
+    endpoints = json.loads(session_options.get_json("connect/endpoints"))
     return ", ".join(map(str, endpoints)) if isinstance(endpoints, list) and endpoints else "any endpoint"
 
 
