@@ -19,7 +19,7 @@ import { isOfRobot } from "cx/log_lines.js";
 import { slotsIn } from "cx/model.js";
 import { MAIN_ENV } from "cx/names.js";
 import { actionOutcome, goalOutcome, goalText, isOpen, outcomeBadge } from "cx/outcome.js";
-import { causes, errorOf, forestOf } from "cx/story/causes.js";
+import { causes, errorOf, forestOf, isBlocked } from "cx/story/causes.js";
 import { chain, Story } from "cx/story/story.js";
 import { lastUpTo } from "cx/timeline/history.js";
 import { pathTo, resolve } from "cx/timeline/host.js";
@@ -155,8 +155,13 @@ export class Detail {
     const { step } = this,
       outcome = outcomeAt(item, step),
       mode = item.kind === "goal" && lastUpTo(item.changes, step)?.mode,
-      text = mode && isOpen(outcome) ? mode : undefined;
-    return el("div.detail-head", el.h2(title), outcome ? outcomeBadge(outcome, text) : dim("not begun"));
+      waits = mode && step >= this.history.steps && isBlocked(item, this.history),
+      text = mode && isOpen(outcome) ? mode + (waits ? ", waits" : "") : undefined;
+    return el(
+      "div.detail-head",
+      el.h2(title),
+      outcome ? outcomeBadge(waits ? "formulated" : outcome, text) : dim("not begun"),
+    );
   }
   times(item) {
     const { begin, start, end: last, waited, ran } = timesOf(item, this.history),
@@ -166,7 +171,7 @@ export class Detail {
       soFar = () => durationText(Math.max(0, moment.time - start.time)) + " so far";
     return [
       ["waited", waited ? durationText(waited) : ""],
-      ["began", this.at(began)],
+      ["began", item.kind === "action" && !start ? "never started" : this.at(began)],
       ["ran", end && ran !== null ? durationText(ran) : start && !end ? soFar() : ""],
       ["ended", end ? this.at(end) : ""],
     ];
@@ -258,7 +263,12 @@ export class Detail {
       this.head("Action " + action.id + " " + action.text, action),
       this.reasons(action),
       pairs([["plan", action.plan], ...this.times(action)]),
-      this.list(title, calls, entry) || note("The action has no known skill call."),
+      this.list(title, calls, entry) ||
+        note(
+          timesOf(action, this.history).start
+            ? "The action has no known skill call."
+            : "The action never started.",
+        ),
       this.log(action),
       this.changes(action, ({ state }) => outcomeBadge(actionOutcome(state), state)),
     ];

@@ -3,7 +3,8 @@ import { part } from "cx/api.js";
 import { el } from "cx/dom.js";
 
 const WORD = /[A-Za-z_][\w-]*(?:#\d+)?|\b\d+\.\d{3} s\b/g;
-const BEFORE_RULE = /(?<!\b(a|no) )\brule $/; // not "for a rule that selects it"
+// "rule NAME", and each name in "rules that could do so: NAME, NAME"; not "for a rule that selects it"
+const BEFORE_RULE = /(?<!\b(a|no|other) )\brule $|\brules that could do so: ([^\s,]+, )*$/;
 
 /** @param rules a Set of rule names @returns nodes and texts */
 export function linked(app, text, rules = new Set()) {

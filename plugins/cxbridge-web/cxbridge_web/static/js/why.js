@@ -89,21 +89,29 @@ function goalWhy(app, data) {
 const ICONS = {
   yes: ["completed", "✓", "yes"],
   no: ["failed", "✗", "no"],
+  now: ["formulated", "✗", "not now"],
   unknown: ["formulated", "–", "not reached"],
 };
 const matches = ({ number, more }) => number + (more ? " or more" : "");
 
-function elements({ elements: list, failing }) {
+function elements({ elements: list, failing, fired }) {
   const item = ({ number, text, alone, joined }) => {
     const isFailing = failing === number,
-      [outcome, icon, word] = ICONS[isFailing ? "no" : !joined ? "unknown" : joined.number ? "yes" : "no"];
+      isNo = isFailing || joined?.number === 0,
+      // a rule that has fired is no failure
+      [outcome, icon, word] = ICONS[isNo ? (fired ? "now" : "no") : joined ? "yes" : "unknown"];
     return el.li(
-      { class: isFailing ? "failing" : "" },
+      { class: isFailing ? (fired ? "failing fired" : "failing") : "" },
       el.i({ class: "dot outcome o-" + outcome, "aria-label": word }, icon),
       el("code.source", text),
       el(
         "span.dim.small.n",
-        [alone && matches(alone) + " alone", joined && matches(joined) + " with those before"]
+        [
+          "condition " + number,
+          alone && matches(alone) + (alone.number === 1 ? " fact alone" : " facts alone"),
+          joined &&
+            matches(joined) + (joined.number === 1 ? " match" : " matches") + " with the conditions before",
+        ]
           .filter(Boolean)
           .join(", "),
       ),

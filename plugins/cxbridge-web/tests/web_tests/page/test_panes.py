@@ -121,6 +121,8 @@ def test_a_rule_has_its_source_and_why_is_a_structure(tab, site, daemon):
                 "verdict": "its condition does not match: condition 1 has no match",
                 "notes": [],
                 "failing": 1,
+                "fired": 2,
+                "last_fired": {"seconds": 1.0, "facts": "f-7"},
                 "elements": [
                     {
                         "number": 1,
@@ -149,7 +151,8 @@ def test_a_rule_has_its_source_and_why_is_a_structure(tab, site, daemon):
     tab.wait_for_selector("#rule-place >> text=fired 3")
     tab.wait_for_selector(".detail >> text=door.clp:7")
     tab.click("#why-rule")
-    tab.wait_for_selector(".elements li.failing >> text=door")
+    tab.wait_for_selector(".elements li.failing.fired >> text=door")
+    tab.wait_for_selector(".elements >> text=condition 1, 0 facts alone, 0 matches with the")
     assert tab.locator("#why-text .causes a").first.get_attribute("href") == "#/clips/facts/f-7"
     assert tab.locator("#why-text pre").count() == 0
 

@@ -77,12 +77,52 @@ def test_why_did_this_rule_not_fire(tab, tmp_path):
 def test_is_it_stuck_and_on_what(tab, tmp_path):
     """An action waits, and nothing is under way: the page and its detail say on what."""
     events = [*delivery(fails=False)[:3], made.action(1, "deliver1", 1, "drive", "PENDING")]
-    with viewing(recorded(tmp_path / "run.mcap", [*events[:2], events[3]])) as (url, recordings):
+    late = InterfaceWrite(made.us(9), "BatteryInterface::B", {"voltage": 12.5})
+    with viewing(recorded(tmp_path / "run.mcap", [*events[:2], events[3], late])) as (url, recordings):
         tab.goto(url + recordings.start_path)
+        tab.wait_for_selector(".story-head p >> text=action 1 drive of deliver1 has been PENDING")
+        assert tab.locator(".story-head a").first.get_attribute("href") == "#/timeline/goal/deliver1"
+        tab.wait_for_selector(".story .outcome >> text=waiting")
+        tab.wait_for_selector("#told >> text=9.000 s, nothing new since 1.000 s: action drive")
         tab.wait_for_selector(".story-why >> text=action 1 drive of deliver1 has been PENDING since 1.000 s")
         tab.goto(url + recordings.start_path + "#/timeline/goal/deliver1")
         tab.click("#why")
         tab.wait_for_selector("#why-text >> text=waits for its actions and sub-goals")
+        tab.wait_for_selector(".detail-head .o-formulated >> text=DISPATCHED, waits")
+        tab.click(".action a >> text=1 drive")
+        tab.wait_for_selector("dd >> text=never started")
+        tab.wait_for_selector("text=The action never started.")
+        tab.goto(url + recordings.start_path + "#/blackboard")
+        tab.wait_for_selector("text=You see its values as they change.")
+
+
+def test_a_blocked_action_is_named_before_a_goal_that_waits_for_a_rule(tab, tmp_path):
+    events = [
+        made.goal(0, "top1", "DISPATCHED"),
+        made.goal(0, "first1", "SELECTED", parent="top1"),
+        made.goal(0, "second1", "DISPATCHED", parent="top1"),
+        made.action(1, "second1", 1, "drive", "PENDING"),
+    ]
+    with viewing(recorded(tmp_path / "run.mcap", events)) as (url, recordings):
+        tab.goto(url + recordings.start_path)
+        tab.wait_for_selector(".story-why >> text=action 1 drive is PENDING")
+
+
+def test_a_skill_that_fails_again_and_again_is_counted(tab, tmp_path):
+    events = []
+    for at, name in ((0, "look1"), (10, "look2")):
+        events += [
+            made.goal(at, name, "DISPATCHED"),
+            made.action(at, name, 1, "look", "WAITING"),
+            made.skill(at + 1, 'look{at="lab"}', "S_RUNNING"),
+            made.action(at + 1, name, 1, "look", "RUNNING"),
+            made.skill(at + 2, 'look{at="lab"}', "S_FAILED"),
+            made.action(at + 2, name, 1, "look", "FAILED"),
+            made.goal(at + 2, name, "FINISHED", "FAILED"),
+        ]
+    with viewing(recorded(tmp_path / "run.mcap", events)) as (url, recordings):
+        tab.goto(url + recordings.start_path)
+        tab.wait_for_selector(".story-why >> text=it failed 2 of 2 times (Skiller, Skiller)")
 
 
 def test_where_was_the_robot_when_the_skill_failed(tab, tmp_path):

@@ -1,4 +1,5 @@
 // A recorded run at a moment, and the past of a live run as a recording.
+import { clockText } from "cx/dom.js";
 import { Model } from "cx/model.js";
 import { countWhile } from "cx/names.js";
 import { goalText } from "cx/outcome.js";
@@ -80,7 +81,10 @@ export class Recording {
   get line() {
     const { stepNumber: number } = this,
       event = number && this.events[this.steps[number - 1] - 1];
-    return event ? (WORDS[event.kind] || (({ kind }) => kind))(event) : "the start";
+    if (!event) return "the start";
+    const isOlder = clockText(event.time_us, 3) !== clockText(this.time, 3),
+      before = isOlder ? "nothing new since " + clockText(event.time_us, 3) + ": " : "";
+    return before + (WORDS[event.kind] || (({ kind }) => kind))(event);
   }
 }
 

@@ -35,10 +35,24 @@ export const errorOf = (goal) =>
 
 const endOf = (item, history) => (timesOf(item, history).end || history.end).step;
 
-/** Of the items with an outcome, the open item that began first, else the item that ended last. */
+/** Whether an item is an open action or call, or a goal with such an action below. */
+const hasOpenWork = (item, history, depth = 0) =>
+  isOpen(outcomeAt(item)) &&
+  (item.kind !== "goal" ||
+    ofLastAttempt(item, item.actions).some((each) => isOpen(outcomeAt(each))) ||
+    (depth < DEEPEST &&
+      (forestOf(history).children.get(item.key) || []).some((each) =>
+        hasOpenWork(each, history, depth + 1),
+      )));
+
+/**
+ * Of the items with an outcome, the open item with open actions that began first, since a goal without a plan may
+ * wait for the end of another goal; else the item that ended last.
+ */
 function oneOf(items, outcome, history) {
   const found = items.filter((each) => outcomeAt(each) === outcome);
-  return isOpen(outcome) ? found[0] : found.sort((a, b) => endOf(a, history) - endOf(b, history)).at(-1);
+  if (isOpen(outcome)) return found.find((each) => hasOpenWork(each, history)) || found[0];
+  return found.sort((a, b) => endOf(a, history) - endOf(b, history)).at(-1);
 }
 
 function below(item, outcome, history) {
@@ -65,13 +79,26 @@ export function causes(item, history) {
   let at = item;
   while (at && found.length < DEEPEST && !found.some((each) => each.item === at)) {
     const outcome = outcomeAt(at) || "formulated";
-    found.push({ item: at, outcome, text: sentence(at, outcome), path: pathTo(at) });
+    found.push({ item: at, outcome, text: sentence(at, outcome, history), path: pathTo(at) });
     at = below(at, outcome, history);
   }
   return found;
 }
 
-function sentence(item, outcome) {
+/** Whether a goal in execution waits for an action that has not started. */
+export const isBlocked = (goal, history) =>
+  outcomeAt(goal) === "running" && causes(goal, history).at(-1).outcome === "formulated";
+
+/** How often a failed skill failed, and where: "; it failed 3 of 3 times (robot1, robot2, robot1)". */
+function repeated(call, { calls }) {
+  const same = calls.filter(({ text, end }) => end && text === call.text),
+    failed = same.filter((each) => outcomeAt(each) === "failed");
+  if (failed.length < 2) return "";
+  const robots = failed.map(({ skiller }) => skiller).join(", ");
+  return "; it failed " + failed.length + " of " + same.length + " times (" + robots + ")";
+}
+
+function sentence(item, outcome, history) {
   const { word } = OUTCOMES[outcome],
     isOn = isOpen(outcome);
   if (item.kind === "goal") {
@@ -83,7 +110,8 @@ function sentence(item, outcome) {
   const probably = item.guessed ? "probably " : "";
   if (isOn) return probably + item.skiller + " executes " + item.text;
   const could = outcome === "failed" ? " could not do " : " ended ";
-  return probably + item.skiller + could + item.text + (item.error ? ": " + item.error : "");
+  const error = item.error ? ": " + item.error : "";
+  return probably + item.skiller + could + item.text + error + repeated(item, history);
 }
 
 /** The first cause of a failed or rejected item, in words; "" for other outcomes. */

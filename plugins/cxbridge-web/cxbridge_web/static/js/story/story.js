@@ -63,12 +63,13 @@ export class Story {
         "Nothing has happened yet",
         isLive ? "The story begins with the first goal." : "There is no goal in this recording.",
       );
-    const open = history.calls.filter(({ end }) => !end),
-      late = lateCalls(history, now.time),
+    const open = history.calls.filter(({ end }) => !end);
+    const late = lateCalls(history, now.time),
       failed = roots.filter((goal) => outcomeAt(goal) === "failed"),
       waiting = roots.filter((goal) => isOpen(outcomeAt(goal))),
-      stands = waiting.length > 0 && !open.length && (this.isOver || this.isStill),
-      wrong = stands ? [...failed, ...waiting] : failed;
+      stands = waiting.length > 0 && !open.length && (this.isOver || this.isStill);
+    this.stands = stands;
+    const wrong = stands ? [...failed, ...waiting] : failed;
     this.ask(wrong, later);
     return el(
       "div.story",
@@ -101,13 +102,12 @@ export class Story {
     const isBad = isOver || waiting.some((goal) => outcomeAt(goal) === "running"),
       tone = stands ? (isBad ? "failed" : "formulated") : worst,
       reason =
-        roots.map((goal) => reasonOf(goal, history)).find(Boolean) ||
-        (stands && this.rootCause(this.answers, { withSubject: true }));
+        roots.map((goal) => reasonOf(goal, history)).find(Boolean) || (stands && this.answers[0]?.headline);
     return el(
       "div",
       { class: "story-head o-" + tone, title: "began at " + timeOfDay(begin) },
       el.h2(el.i({ "aria-hidden": "true" }, stands ? "!" : OUTCOMES[worst].icon), " ", text),
-      reason ? el.p(reason) : null,
+      reason ? el.p(linked(app, reason)) : null,
     );
   }
 
@@ -123,7 +123,9 @@ export class Story {
       this.link(goal, goal.id),
       goal.cls && !goal.id.includes(goal.cls) ? dim(" " + goal.cls) : null,
       " ",
-      outcome === "completed" ? dim("✓ completed") : outcomeBadge(outcome),
+      outcome === "completed"
+        ? dim("✓ completed")
+        : outcomeBadge(...(outcome === "running" && this.stands ? ["formulated", "waiting"] : [outcome])),
     ];
   }
   failed(goal) {
@@ -140,13 +142,11 @@ export class Story {
     ];
   }
 
-  /** The deepest reason in the server's answers; @param withSubject whether to prepend a missing subject */
-  rootCause(answers, { withSubject = false } = {}) {
-    const texts = [];
-    let cause = answers.flatMap(({ wrong }) => wrong).find(({ because }) => because.length);
-    for (; cause; [cause] = cause.because) texts.push(cause.text);
-    const [above = "", text = ""] = texts.slice(-2);
-    return withSubject && /^its? /.test(text) ? `${above}: ${text}` : text || above;
+  /** The deepest reason in the server's answer. */
+  rootCause({ wrong }) {
+    let cause = wrong.find(({ because }) => because.length);
+    while (cause?.because.length) [cause] = cause.because;
+    return cause ? cause.text : wrong[0].text;
   }
   wrong(goals) {
     if (!goals.length) return null;
@@ -158,8 +158,7 @@ export class Story {
       const list = chain(this.host, goal, history, isMany),
         answer = envs.indexOf(goal.env) === at && told.find(({ env }) => env === goal.env),
         isKnown = causes(goal, history).at(-1).item.kind === "skill";
-      if (answer && !isKnown)
-        list.append(el.li(dim("because "), el.b(linked(app, this.rootCause([answer])))));
+      if (answer && !isKnown) list.append(el.li(dim("because "), el.b(linked(app, this.rootCause(answer)))));
       return list;
     });
     const reasons = ({ env, wrong, unknown }) => [

@@ -106,7 +106,8 @@ export function open(root, app) {
       ? none("There is no " + chosen)
       : none(
           "Choose an interface",
-          "You see its values as they change, and can send messages to its writer.",
+          "You see its values as they change" +
+            (app.recording ? "." : ", and can send messages to its writer."),
         );
   const headOf = (of) => [
     el("div.detail-head", backLink("#/blackboard", "interfaces"), el.h2(of.id), dim(of.type)),
