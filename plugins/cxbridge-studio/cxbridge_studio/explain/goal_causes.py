@@ -34,7 +34,7 @@ _ASSERTION: Final = re.compile(r"\(assert\s")
 _MAPPING_TEMPLATE: Final = "skill-action-mapping"
 _ACQUISITION: Final = re.compile(r"\(acquired-resources\s")
 
-_FALSE_ATOM: Final = re.compile(r"\((?P<atom>[^()]+)\) is false")
+_FALSE_ATOM: Final = re.compile(r"\((?P<name>[^\s()]+)(?P<values>[^()]*)\) is false")
 
 
 class RootCauseFinder:
@@ -148,8 +148,7 @@ class RootCauseFinder:
 
     def _describe_end_of_atom(self, match: re.Match[str]) -> str:
         """Return a false atom with the time at which it became false, and the action that made it false."""
-        name, blank, arguments = match["atom"].partition(" ")
-        text = f"(domain-fact (name {name}) (param-values{blank}{arguments}))"
+        text = f"(domain-fact (name {match['name']}) (param-values{match['values']}))"
         lives = [*self._evidence.history.fact_lives.values()] if self._evidence.history is not None else []
         life = next((life for life in reversed(lives) if life.text == text), None)
         if life is None or life.end_us is None:
@@ -159,10 +158,12 @@ class RootCauseFinder:
             for goal in self._goals.all
             for action in goal.actions
             for change in action.changes
-            if change.state == "EFFECTS-APPLIED" and self._goals.time_us(change.seq) == life.end_us
-        ]
-        maker = makers[0] if makers else f"by rule {life.end_rule}" if life.end_rule else "by no rule"
-        return f"{match[0]}, made false at {self._evidence.compute_seconds(life.end_us):.3f} s {maker}"
+            if change.state == "EFFECTS-APPLIED"
+            and self._goals.time_us(change.seq) == life.end_us
+            # Of actions that end together, the action about these objects.
+            and {*match["values"].split()} <= {*action.params.strip("()").split()}
+        ] or [f"by rule {life.end_rule}" if life.end_rule else "by no rule"]
+        return f"{match[0]}, made false at {self._evidence.compute_seconds(life.end_us):.3f} s {makers[0]}"
 
     def _find_facts(self, template: str) -> list[Mapping[str, str]]:
         return self._facts.get(template, [])
@@ -203,29 +204,27 @@ def _describe_missing_rule(texts: Mapping[str, str], diagnosis: ActionDiagnosis,
         case "PENDING" if not diagnosis.problem:
             return _describe_missing_executor(texts, diagnosis)
         case "SENSED-EFFECTS-WAIT" if diagnosis.problem:
-            similar_rule = _find_rule_for_similar_action(
-                _find_action_rules(texts, state, _ASSERTION), diagnosis
-            )
-            if similar_rule is not None:
-                rule, similar_name = similar_rule
-                return f": rule {rule} is for '{similar_name}', not '{diagnosis.name}'"
+            rules = _find_action_rules(texts, state, _ASSERTION)
+            return _describe_rule_for_similar_action(": rule {} is for '{}', not '{}'", rules, diagnosis)
     return ""
 
 
-def _find_rule_for_similar_action(
-    rules: Mapping[str, list[str]], diagnosis: ActionDiagnosis
-) -> tuple[str, str] | None:
-    """Return a rule for an action of a similar name, and that name; None if there is no such rule.
+def _describe_rule_for_similar_action(
+    template: str, rules: Mapping[str, list[str]], diagnosis: ActionDiagnosis
+) -> str:
+    """Return a text about a rule for an action of a similar name; empty if there is no such rule.
 
     A name that the domain defines is not a misspelling.
+
+    :param template: the text, with places for the rule, the similar name and the action's name.
     """
     for rule, names in rules.items():
         similar_rule = nearest_names(
             diagnosis.name, [name for name in names if name not in diagnosis.operators]
         )
         if diagnosis.name not in names and similar_rule:
-            return rule, similar_rule[0]
-    return None
+            return template.format(rule, similar_rule[0], diagnosis.name)
+    return ""
 
 
 def _describe_missing_selection(texts: Mapping[str, str], diagnosis: ActionDiagnosis) -> str:
@@ -257,10 +256,9 @@ def _describe_missing_executor(texts: Mapping[str, str], diagnosis: ActionDiagno
         return ""
     if any(name in names or (not names and rule not in skill_rules) for rule, names in rules.items()):
         return ""
-    similar_rule = _find_rule_for_similar_action(rules, diagnosis)
-    if similar_rule is not None:
-        rule, similar_name = similar_rule
-        return f"no rule executes it: rule {rule} executes '{similar_name}', not '{name}'"
+    text = "no rule executes it: rule {} executes '{}', not '{}'"
+    if similar_rule_text := _describe_rule_for_similar_action(text, rules, diagnosis):
+        return similar_rule_text
     if not skill_rules:
         return "no rule executes it: skills-actions.clp, which executes actions with skills, is not loaded"
     return (

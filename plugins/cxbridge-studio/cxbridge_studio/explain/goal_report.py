@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
+from itertools import takewhile
 from typing import Any, Final
 
 from cxbridge.errors import CxbridgeError
@@ -125,34 +126,23 @@ def make_goal_headline(story: GoalStory) -> str:
 
 def make_blocker_headline(story: GoalStory) -> str:
     """Return the story of a goal in one line: the blocked action or sub-goal of a waiting goal leads."""
-    cause = story.cause
-    while story.waits and (inner := _find_root_cause(cause)) is not None and not inner.root:
-        cause = inner
-    return make_cause_headline(cause) if cause is not story.cause else make_goal_headline(story)
+    path = [story.cause, *_find_cause_path(story.cause)]
+    effects = [*takewhile(lambda cause: not cause.root, path)]
+    is_blocked = story.waits and 1 < len(effects) < len(path)
+    return make_cause_headline(effects[-1]) if is_blocked else make_goal_headline(story)
 
 
 def make_cause_headline(cause: Cause) -> str:
     """Return a cause in one line, with the causes that lead to its root."""
-    path = _find_root_cause_path(cause) or _find_first_cause_path(cause)
+    path = [inner.text for inner in _find_cause_path(cause)]
     *effects, last = [cause.text, *path[-_MAX_HEADLINE_CAUSES:]]
     return ": ".join([*(_OMITTED_END.sub("", effect) for effect in effects), last])
 
 
-def _find_root_cause(cause: Cause) -> Cause | None:
-    """Return the first of the most certain deeper causes; None without a root cause among them."""
+def _find_cause_path(cause: Cause) -> list[Cause]:
+    """Return the causes up to the most certain root cause; without a root cause the first of each level."""
     inner = max(cause.because, key=lambda inner: inner.certainty, default=None)
-    return inner if inner is not None and inner.certainty else None
-
-
-def _find_root_cause_path(cause: Cause) -> list[str]:
-    """Return the texts of the causes up to the most certain root cause; empty if there is none."""
-    inner = _find_root_cause(cause)
-    return [] if inner is None else [inner.text, *_find_root_cause_path(inner)]
-
-
-def _find_first_cause_path(cause: Cause) -> list[str]:
-    """Return the texts of the first cause of each level; empty if the cause has no reasons."""
-    return [cause.because[0].text, *_find_first_cause_path(cause.because[0])] if cause.because else []
+    return [] if inner is None or (cause.root and not inner.certainty) else [inner, *_find_cause_path(inner)]
 
 
 def format_goals(stories: Sequence[GoalStory], evidence: Evidence, rule_count: int = 1) -> Iterator[str]:
@@ -192,6 +182,6 @@ def format_causes(causes: tuple[Cause, ...], prefix: str) -> Iterator[str]:
     """
     for cause in causes:
         is_last = cause is causes[-1]
-        text = cause.text.replace(RULES_THAT_COULD, RULES_THAT_COULD + _WHY_RULE, 1)
-        yield f"{prefix}{'└─ ' if is_last else '├─ '}{text}"
+        branch = f"{prefix}{'└─ ' if is_last else '├─ '}"
+        yield branch + cause.text.replace(RULES_THAT_COULD, RULES_THAT_COULD + _WHY_RULE, 1)
         yield from format_causes(cause.because, prefix + ("   " if is_last else "│  "))

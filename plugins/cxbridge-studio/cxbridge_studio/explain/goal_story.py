@@ -14,7 +14,14 @@ from typing import Final
 
 from cxbridge.history.forest import NO_PARENT
 from cxbridge.history.linking import SkillLink
-from cxbridge.history.model import DONE_STATES, ActionChange, GoalChange, GoalRecord, PlanActionRecord
+from cxbridge.history.model import (
+    DONE_STATES,
+    ActionChange,
+    GoalChange,
+    GoalRecord,
+    PlanActionRecord,
+    read_assignment,
+)
 from cxbridge.history.outcome import ENDED_MODES
 from cxbridge_studio.explain.action_diagnosis import ACTION_TEMPLATES, FAILED_STATES
 from cxbridge_studio.explain.cause import CERTAIN_ROOT, Cause
@@ -423,29 +430,38 @@ class GoalStoryWriter:
         link = self._goals.find_skill_link(action)
         is_started = action.state not in ("FORMULATED", "PENDING")
         if link is not None and is_started:
-            skill = link.call
-            begin_s = self._evidence.compute_seconds(self._goals.time_us(skill.begin[0]))
-            subject = f"{link.guess_prefix}skill {skill.skill_string} of {skill.skiller}"
-            because.append(Cause(f"{subject} has been {skill.status} since {begin_s:.3f} s"))
+            begin_s = self._evidence.compute_seconds(self._goals.time_us(link.call.begin[0]))
+            subject = f"{link.guess_prefix}skill {link.call.skill_string} of {link.call.skiller}"
+            because.append(Cause(f"{subject} has been {link.call.status} since {begin_s:.3f} s"))
         if action.state not in ("WAITING", "RUNNING"):
-            because = [
-                *_make_root_causes([self._root_cause_finder.find_action_cause(goal, action)]),
-                *because,
-            ]
-        if not because and not is_started and self._is_known_unexecutable(goal, action):
+            roots = [*_make_root_causes([self._root_cause_finder.find_action_cause(goal, action)])]
+            because = [*roots, *(self._find_plan_cause(goal) if roots and not is_started else ()), *because]
+        if not because and not is_started and self._is_known_unexecutable(action):
             because.append(Cause("it is not executable: its precondition does not hold"))
         further_text = f", {count_after} more after it" if count_after else ""
         return Cause(self._describe_action_state(action) + further_text, tuple(because))
 
     def _describe_action_state(self, action: PlanActionRecord) -> str:
-        begin = self._format_time(action.changes[-1])
-        return f"{_describe_action(action)} of {action.goal} has been {action.state} since {begin}"
+        return (
+            f"{_describe_action(action)} of {action.goal} has been {action.state} "
+            f"since {self._format_time(action.changes[-1])}"
+        )
 
-    def _is_known_unexecutable(self, goal: GoalRecord, action: PlanActionRecord) -> bool:
+    def _find_plan_cause(self, goal: GoalRecord) -> Iterator[Cause]:
+        """Yield the rule that made the present plan of a goal; none if firings are unknown."""
+        return (
+            Cause(f"rule {rule} made the plan at {self._format_time(change)}")
+            for change in [change for change in goal.changes if change.mode == "EXPANDED"][-1:]
+            for rule in self._goals.rules_before(change)[-1:]
+        )
+
+    def _is_known_unexecutable(self, action: PlanActionRecord) -> bool:
         """Return whether the fact of an action says that its precondition does not hold."""
-        key = (goal.id, action.plan, action.id, "FALSE")
-        slot_names = ("goal-id", "plan-id", "id", "executable")
-        return any(tuple(map(slots.get, slot_names)) == key for slots in self._facts.get("plan-action", ()))
+        return any(
+            slots.get("executable") == "FALSE"
+            and read_assignment(slots)[0] == (action.goal, action.plan, action.id)
+            for slots in self._facts.get("plan-action", ())
+        )
 
 
 def _make_root_causes(texts: Iterable[str]) -> Iterator[Cause]:
@@ -459,8 +475,9 @@ def _describe_action(action: PlanActionRecord) -> str:
 
 
 def _describe_skill_end(link: SkillLink) -> str:
-    skill = link.call
-    return f"{link.guess_prefix}skill {skill.skill_string} of {skill.skiller} ended {skill.status}"
+    return (
+        f"{link.guess_prefix}skill {link.call.skill_string} of {link.call.skiller} ended {link.call.status}"
+    )
 
 
 def _failed_in_last_attempt(child: GoalRecord, former_seq: int, end_of_parent: GoalChange) -> bool:

@@ -35,7 +35,6 @@ EXECUTIVE_ENVIRONMENT: Final = "executive"
 MAX_DIAGNOSTICS: Final = 1000  # the limit of the kept diagnostics of each environment
 
 _CORE_FOLDER = Path(cxbridge.executive.__file__).parent / "clips"
-_TIME_LIMIT = re.compile(r"not over: (.+) after ([\d.e+]+ s)(.*)", re.DOTALL)  # the reason of a timeout
 _LOG_COMPONENT = re.compile(r"CLIPS \((.+)\)")
 # A diagnostic such as "agent.clp:12: defrule go is not defined: missing parenthesis [PRNTUTIL2]". The
 # lookahead rejects other lines at once: without it, each colon would be tried as the end of the file name, in
@@ -232,7 +231,8 @@ def _describe_ending(run: Run) -> str:
     status = run.exit_status() or 0
     # Status 0 or 1 means that all goals were over: they had completed or failed.
     reason = run.metadata().get("reason", "")
-    if limit := _TIME_LIMIT.match(reason):
+    # The run's own text about its time limit.
+    if limit := re.match(r"(?s)not over: (.+) after ([\d.e+]+ s)(.*)", reason):
         return f"the time limit of {limit[2]} ended the run, and goals are open: {limit[1]}{limit[3]}"
     return f"the run ended with status {status}: {reason}" if status > 1 else ""
 

@@ -81,9 +81,11 @@ class _RunStoryWriter:
         work = list(self._describe_work())
         # A waiting goal is a problem only if no skill and no planner works.
         troubled_goals = failed_goals + ([] if work else open_goals)
-        stories = [self._story_writer.write_goal_story(goal) for goal in troubled_goals[:MAX_SENTENCES]]
         # The most certain blocker of the waiting goals leads.
-        stories.sort(key=lambda story: -story.cause.certainty if story.waits else -CERTAIN_ROOT - 1)
+        stories = sorted(
+            (self._story_writer.write_goal_story(goal) for goal in troubled_goals[:MAX_SENTENCES]),
+            key=lambda story: -story.cause.certainty if story.waits else -CERTAIN_ROOT - 1,
+        )
         overcome_goals = self._find_overcome_failures(failed_goals)
         # The reason why the run ended comes first, and does not count as a goal.
         ending = [Cause(self._evidence.ending)] if self._evidence.ending else []

@@ -16,11 +16,9 @@ from cxbridge.errors import CxbridgeError
 from cxbridge_studio.agent.condition import find_patterns, parse_condition, split_rule
 from cxbridge_studio.explain.cause import RULE_ROOT, Cause
 from cxbridge_studio.explain.evidence import Evidence
-from cxbridge_studio.explain.rules.diagnosis import MatchFailure
 from cxbridge_studio.explain.rules.report import RuleStory, explain_rule, find_shortage, make_headline
 
 _MAX_RULES: Final = 8  # limit of the explained rules in a story: each takes a process
-_WORD: Final = re.compile(r"[^\s()]+")
 
 
 class WaitingRules:
@@ -40,23 +38,22 @@ class WaitingRules:
         The deeper reasons are in the first answer only.
         """
         if rule in self._causes or len(self._causes) >= _MAX_RULES:
-            cause = self._causes.get(rule)
-            return None if cause is None else replace(cause, because=())
+            return replace(cause, because=()) if (cause := self._causes.get(rule)) else None
         self._causes[rule] = None
         with suppress(CxbridgeError):
             notes = [*self._evidence.notes]
             story = explain_rule(self._evidence, rule)
             self._evidence.notes[:] = notes  # the notes about a rule's facts belong to the rule's report
             if story.diagnosis is not None and story.diagnosis.failure is not None:
-                because = (*self._explain_makers(story), *self._describe_outcomes(story.diagnosis.failure))
+                near_facts_of_ended_goals = [
+                    Cause(f"{miss.fact}: {self._outcomes[word]}")
+                    for miss in story.diagnosis.failure.near
+                    for word in re.findall(r"[^\s()]+", miss.fact)
+                    if word in self._outcomes
+                ]
+                because = (*self._explain_makers(story), *near_facts_of_ended_goals)
                 self._causes[rule] = Cause(make_headline(story), because, RULE_ROOT)
         return self._causes[rule]
-
-    def _describe_outcomes(self, failure: MatchFailure) -> Iterator[Cause]:
-        """Yield the nearest facts that name ended goals."""
-        for miss in failure.near:
-            ended = [self._outcomes[word] for word in _WORD.findall(miss.fact) if word in self._outcomes]
-            yield from (Cause(f"{miss.fact}: {outcome}") for outcome in ended)
 
     def _explain_makers(self, story: RuleStory) -> Iterator[Cause]:
         """Yield why the rules do not fire that make the fact a rule lacks."""
@@ -65,9 +62,8 @@ class WaitingRules:
         template, slot, values = shortage
         makers = find_setting_rules(self._evidence.read_rule_texts(), template, slot, values)
         if not set(makers) - {story.rule}:
-            other = "other " if makers else ""
-            text = f"no {other}rule sets the slot {slot} of {template} to {' or '.join(values)}"
-            yield Cause(text, root=RULE_ROOT)
+            subject = f"no {'other ' if makers else ''}rule sets the slot {slot} of {template}"
+            yield Cause(f"{subject} to {' or '.join(values)}", root=RULE_ROOT)
         yield from filter(None, map(self.explain, makers))
 
 
@@ -93,10 +89,13 @@ def find_setting_rules(
 
 def _find_set_values(rule: SyntaxNode, template: str, slot: str) -> Iterator[str]:
     """Yield the texts of the values that a rule's actions give to a slot of a template's facts."""
-    patterns = find_patterns(parse_condition(rule))
-    subjects = {template, *(f"?{each.variable}" for each in patterns if each.template == template)}
+    subjects = {
+        template,
+        *(f"?{each.variable}" for each in find_patterns(parse_condition(rule)) if each.template == template),
+    }
     for node in (node for action in split_rule(rule)[1] for node in action.walk()):
         # `(modify ?fact (SLOT VALUE))` and `(TEMPLATE (SLOT VALUE))`
         if {node.head, *(each.text for each in node.arguments[:1] if node.head == "modify")} & subjects:
-            parts = (part for part in node.arguments if part.head == slot)
-            yield from (value.text for part in parts for value in part.arguments)
+            yield from (
+                value.text for part in node.arguments if part.head == slot for value in part.arguments
+            )

@@ -126,16 +126,25 @@ def make_headline(story: RuleStory) -> str:
     if diagnosis is None or not failing or diagnosis.failure is None:
         return f"rule {story.rule}: {make_verdict(story)}"
     near = [miss for miss in diagnosis.failure.near if miss.deviations]
-    slots = [
-        f"{each.slot} is {each.value}, wanted {each.wanted}" for miss in near[:1] for each in miss.deviations
-    ]
-    details = "; ".join([*diagnosis.failure.facts[:1], *diagnosis.failure.values[:1], *slots])
+    details = "; ".join(
+        [
+            *diagnosis.failure.facts[:1],
+            *diagnosis.failure.values[:1],
+            *(
+                f"{each.slot} is {each.value}, wanted {each.wanted}"
+                for each in (near[0].deviations if near else ())
+            ),
+        ]
+    )
     reason = diagnosis.failure.reason + (f": {details}" if details else "")
     if (shortage := find_shortage(story)) is not None:
         values = ", ".join(f"{miss.deviations[0].value} in {miss.fact.split()[0]}" for miss in near)
         reason = f"{shortage[1]} is {values}, wanted {' or '.join(shortage[2])}"
-    count = len(story.firings or ())
-    state = f"fired {format_count(count, 'time')}, but not again" if count else "has not fired"
+    state = (
+        f"fired {format_count(len(story.firings), 'time')}, but not again"
+        if story.firings
+        else "has not fired"
+    )
     return f"rule {story.rule} {state}: condition {failing} {diagnosis.failure.text} has no match: {reason}"
 
 
@@ -143,11 +152,15 @@ def find_shortage(story: RuleStory) -> tuple[str, str, list[str]] | None:
     """Return the template, the slot and the wanted values if the rule lacks a fact with such a value only."""
     failure = story.diagnosis.failure if story.diagnosis is not None else None
     deviations = [each for miss in failure.near for each in miss.deviations] if failure is not None else []
-    is_lone = len({(each.slot, each.wanted) for each in deviations}) == 1
-    if failure is None or not is_lone or re.search("[?~:&]", deviations[0].wanted):
+    wanted = {(each.slot, each.wanted) for each in deviations}
+    if failure is None or len(wanted) != 1 or re.search("[?~:&]", deviations[0].wanted):
         return None
-    template = re.split(r"[\s()]+", failure.near[0].fact)[1]  # of `f-1 (template (slot value) ...)`
-    return template, deviations[0].slot, re.split(r" or |\|", deviations[0].wanted)
+    # A fact is `f-1 (TEMPLATE (SLOT VALUE) ...)`.
+    return (
+        re.split(r"[\s()]+", failure.near[0].fact)[1],
+        deviations[0].slot,
+        re.split(r" or |\|", deviations[0].wanted),
+    )
 
 
 def make_verdict(story: RuleStory) -> str:
@@ -189,8 +202,10 @@ def _explain_matches(story: RuleStory, diagnosis: Diagnosis, snapshot: Snapshot)
     unfired_bases = [basis for basis in diagnosis.bases if basis not in fired_bases]
     if unfired_bases and story.activations is None:
         return f"{matches}, and it had not fired for {len(unfired_bases)} of them, first {unfired_bases[0]}"
-    pronoun = "it" if is_single else "all of them"
-    return f"{matches}, and it has fired for {pronoun}: it fires again when one of the facts is asserted anew"
+    return (
+        f"{matches}, and it has fired for {'it' if is_single else 'all of them'}: "
+        "it fires again when one of the facts is asserted anew"
+    )
 
 
 def format_report(story: RuleStory) -> Iterator[str]:

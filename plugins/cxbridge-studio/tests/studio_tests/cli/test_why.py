@@ -141,7 +141,10 @@ def test_a_log_of_fawkes_with_the_checkout_for_its_rules(capsys):
     status, out, _ = ask(capsys, "try-all-goal-commit", *options)
     assert status == 0
     assert "goals/try-all.clp:51)" in out
-    assert ">  1      0       0  ?gf <- (goal (id ?id) (type ACHIEVE) (sub-type TRY-ALL-OF-SUBGOALS)" in out
+    assert (
+        ">         1      0                  0  ?gf <- (goal (id ?id) (type ACHIEVE) (sub-type TRY-ALL-OF-SUBGOALS)"
+        in out
+    )
     assert "    mode is FORMULATED, not EXPANDED" in out
 
 

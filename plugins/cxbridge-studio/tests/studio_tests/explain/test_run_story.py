@@ -135,6 +135,7 @@ DOMAIN = [
 def test_a_blocked_action_comes_before_goals_that_wait_for_a_rule():
     atom = "(domain-fact (name at) (param-values r1 dock))"
     blocked = [
+        fired(0, "plan-moves"),
         *started(0, "d1", "top1"),
         PlanActionTransition(us(1), ENV, "1", "d1", "d1-PLAN", "move", "FORMULATED", "(r1 dock lab)"),
         PlanActionTransition(us(1), ENV, "2", "d1", "d1-PLAN", "look", "FORMULATED", "(r1 dock)"),
@@ -152,6 +153,7 @@ def test_a_blocked_action_comes_before_goals_that_wait_for_a_rule():
     )
     first, second = story["wrong"][0]["because"]
     assert first["text"].startswith("d1 (D)")
+    assert first["because"][0]["because"][1]["text"] == "rule plan-moves made the plan at 0.000 s"
     assert second["because"][0]["text"].startswith("rule plan has not fired")
 
 
