@@ -78,7 +78,7 @@ def test_why(run):
     status, out, _ = run(["goal:MINI:SELECTED"], "why mini-retract", "why goal G", "c")
     assert status == 0
     assert "rule mini-retract (" in out
-    assert "mode is SELECTED, not EVALUATED" in out
+    assert "mode is SELECTED, wanted EVALUATED" in out
     assert "goal G (MINI#1)" in out
 
 
