@@ -13,14 +13,14 @@ from typing import Final
 from cxbridge.errors import CxbridgeError
 
 CORE: Final = "cxbridge"
-_DEVELOPERS = "dev"  # the extra for work on cxbridge, which no command suggests to users
+_DEV_EXTRA = "dev"  # the extra for work on cxbridge, which no command suggests to users
 EXTRA_PURPOSES: Final[Mapping[str, str]] = {
     "test": "pytest, which the plug-in for tests needs; `make run` installs it",
-    "planners": "temporal and other planners by unified-planning; the scenario `temporal`",
+    "planners": "planners of unified-planning, e.g. for durations, which the scenario `temporal` needs",
     "mongodb": "a robot memory on MongoDB, and files of mongodump",
     "packed": "recordings that another program has packed with zstd or lz4; cxbridge itself uses neither",
     "all": "all plug-ins of this repository, `planners` and `test`",
-    _DEVELOPERS: "everything that the tests and the manual need",
+    _DEV_EXTRA: "everything that the tests and the manual need",
 }
 """The purposes of the core's extras for docs/installing.md and `cxbridge doctor`."""
 # The extra in the marker of a requirement: extra == "mongodb".
@@ -49,7 +49,7 @@ def requirements_by_extra(package: str = CORE) -> Mapping[str, Sequence[str]]:
     for requirement in requirements:
         name, _, marker = requirement.partition(";")
         extra = _EXTRA_MARKER.search(marker)
-        if extra is not None and extra[1] != _DEVELOPERS:
+        if extra is not None and extra[1] != _DEV_EXTRA:
             by_extra.setdefault(extra[1], []).append(name.strip())
     return by_extra
 
@@ -66,8 +66,8 @@ def missing_requirements(extra: str, package: str = CORE) -> list[str]:
 def install_command(extra: str, package: str = CORE) -> str:
     """Return the shell command that installs an extra, or a package without extras if ``extra`` is empty.
 
-    cxbridge is on no package index: the command names the folders of a checkout, also of the plug-ins that
-    the extra needs. Without a checkout, it lists the packages of the extra.
+    cxbridge is on no package index: the command names the folders of a checkout, including those of the
+    plug-ins that the extra needs. Without a checkout, it lists the packages of the extra.
     """
     if folders := _checkout_folders(package, extra):
         # pip keeps an editable installation only if the folder is named in the command
@@ -77,7 +77,7 @@ def install_command(extra: str, package: str = CORE) -> str:
 
 
 def plugin_command(package: str) -> str:
-    """Return the shell command that installs a plug-in, from the checkout or the package index."""
+    """Return the shell command that installs a plug-in."""
     return install_command("", package)
 
 
@@ -144,7 +144,7 @@ def missing_package_error(error: ModuleNotFoundError) -> CxbridgeError | None:
             text, _, marker = requirement.partition(";")
             name, extra = _PACKAGE_NAME.match(text), _EXTRA_MARKER.search(marker)
             is_match = name is not None and module and _module_name(name[0]) == module.lower()
-            if is_match and (extra is None or extra[1] != _DEVELOPERS):
+            if is_match and (extra is None or extra[1] != _DEV_EXTRA):
                 hint = plugin_command(package) if extra is None else install_command(extra[1], package)
                 return CxbridgeError(f"the package '{module}' is not installed", hint=hint)
     return None

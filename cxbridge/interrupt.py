@@ -1,4 +1,4 @@
-"""Orderly end of a process on SIGINT, SIGTERM and SIGHUP.
+"""Orderly shutdown of a process on SIGINT, SIGTERM and SIGHUP.
 
 A handler only records its signal, because exceptions cannot pass through C, and a handler must not take locks
 that the interrupted code may hold. A second thread also waits for signals, on the socket of

@@ -54,7 +54,7 @@ HOOKS: Final = frozenset(
 # rows.
 _OWN_HOOKS: Final = "HOOKS"
 
-# The names in capitals of a plug-in's module that are not tables.
+# Upper-case names of a plug-in's module that are not tables.
 _OTHER_CONSTANTS: Final = frozenset({"API", _OWN_HOOKS})
 
 _SECTION_HEADING: Final = re.compile(r"^\[([^\]\n]+)\]", re.MULTILINE)
@@ -77,7 +77,7 @@ def never(_context: Any) -> bool:
 
 
 def in_daemon(section: str) -> Callable[[Any], bool]:
-    """Return a test whether a daemon has the settings of a row in SETTINGS; False for runs."""
+    """Return a predicate: whether a daemon has the settings of a row in SETTINGS; False for runs."""
 
     def has_settings(context: Any) -> bool:
         return context.section(section) is not None
@@ -86,7 +86,7 @@ def in_daemon(section: str) -> Callable[[Any], bool]:
 
 
 def configured(*sections: str) -> Callable[[Any], bool]:
-    """Return a test whether the configuration of a run has one of these sections.
+    """Return a predicate: whether the configuration of a run has one of these sections.
 
     :param sections: paths such as ``/ros2/performers``.
     """

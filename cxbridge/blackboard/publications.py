@@ -27,7 +27,7 @@ def emit_write(
     block: bytes | bytearray,
     values: Callable[[], dict[str, Any]],
 ) -> None:
-    """Emit the event classes of a write for which the bus has listeners.
+    """Emit the events of a write for which the bus has listeners.
 
     :param hash_: the hash of the type's definition, 16 bytes, by which Fawkes tells versions apart.
     :param values: returns the values of the block.

@@ -42,7 +42,7 @@ class SteadyClock:
         return self.now_us
 
     def describe_setbacks(self) -> list[str]:
-        """Return warnings about the times for the user."""
+        """Return a warning for the user if the clock was set back."""
         if not self.setbacks:
             return []
         at_us, back_us = self.setbacks[0]

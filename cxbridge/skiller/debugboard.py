@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
 
 ACTIVE = "ACTIVE"
-"""Selects the first called skill."""
+"""Selects the first skill that the active skill string calls."""
 LIST = "LIST"
 """Selects the names of all skills, one per line."""
 DEPENDENCIES = "SKILL_DEP"
@@ -26,7 +26,8 @@ _DIRECTIONS = {"GD_TOP_BOTTOM": "TB", "GD_BOTTOM_TOP": "BT", "GD_LEFT_RIGHT": "L
 class DebugBoard:
     """Writes ``SkillerDebugInterface::NAME`` and its twin ``...Layouted``.
 
-    Fawkes formerly laid out the graph for the twin. Now both have the same text.
+    Fawkes formerly laid out the graph for the twin. Now the twin gets the unchanged graph of each drawn state
+    machine, and keeps the graph while the main interface has a list or no graph.
     """
 
     def __init__(self, board: BlackBoard, engine: LuaEngine, log: Logger, *, name: str, owner: str) -> None:
@@ -37,7 +38,7 @@ class DebugBoard:
         self._main: Any = board.open_for_writing("SkillerDebugInterface", name, owner=owner)
         self._twin: Any = board.open_for_writing("SkillerDebugInterface", f"{name}Layouted", owner=owner)
         self._interfaces: tuple[Any, ...] = (self._main, self._twin)
-        self._max_bytes = self._main.maxlenof("graph") - 1
+        self._max_bytes = self._main.maxlenof("graph") - 1  # without the NUL at the end
         self._subject = ACTIVE
         self._direction = "TB"
         self._is_coloured = True

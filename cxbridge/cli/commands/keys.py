@@ -18,7 +18,7 @@ def keys(
         Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the files.")
     ] = Path(),
 ) -> None:
-    """Make a pair of CURVE keys for ZeroMQ connections between machines, and print the paths of both files.
+    """Generate a pair of CURVE keys for ZeroMQ connections between machines, and print both paths.
 
     NAME.key is public. NAME.key_secret stays on its host, where only its user can read it.
 

@@ -1,4 +1,4 @@
-"""Recording of a blackboard's interfaces as a separate process."""
+"""Recording of a blackboard's interfaces in a separate process."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ class RecordReport:
         if self.gaps:
             seconds = sum(seconds for _, seconds in self.gaps)
             gaps = format_count(len(self.gaps), "gap")
-            lines.append(f"{gaps} without a connection, {seconds:.1f} s together")
+            lines.append(f"{gaps} without a connection, {seconds:.1f} s in total")
         return lines
 
 
@@ -89,7 +89,7 @@ def record(
 
     :param console: gets the log lines.
     :param on_ready: called with a stop function when all interfaces are open.
-    :param on_progress: called with the present result about twice a second.
+    :param on_progress: called with the current result about twice a second.
     :raises CxbridgeError: if a pattern is invalid, no server answers at the URL, or a file cannot be created.
     """
     patterns = [Pattern.parse(text) for text in options.patterns]
@@ -120,7 +120,7 @@ def record(
         service.report_ready(f"recording {options.url}")
 
         def update_report() -> float:
-            """Update the report; return the remaining seconds."""
+            """Update the report; return the seconds until the next update or the end of the recording."""
             seconds = report.seconds = time.monotonic() - start_s
             report.writes, report.skipped = dict(forwarder.counts), board.skipped
             report.gaps = [(gap.start_us, gap.seconds) for gap in forwarder.gaps]

@@ -1,4 +1,4 @@
-"""Reading of fields and pseudo maps."""
+"""Reads the fields and pseudo maps of an interface definition."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Enums = dict[str, EnumSchema]
 DataFields = dict[str, FieldSchema | None]
 """The data fields by name. A field with an error is None, so that references to it report no second error."""
 
-_ONLY_FLAG = "changed_indicator"
+_CHANGED_INDICATOR = "changed_indicator"
 _KEY_TYPES = ("int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64")
 _FIELD_ATTRIBUTES = ("type", "name", "length", "validfor", "default", "flags", "datafield")
 
@@ -49,9 +49,9 @@ def read_field(
     )
     flags = tuple(flag for flag in attributes.get("flags", "").split(",") if flag)
     for flag in flags:
-        if flag != _ONLY_FLAG:
+        if flag != _CHANGED_INDICATOR:
             raise findings.make_error(
-                element, f"unknown flag '{flag}'", f"the only flag is {_ONLY_FLAG}", "flags"
+                element, f"unknown flag '{flag}'", f"the only flag is {_CHANGED_INDICATOR}", "flags"
             )
     field = make_field(
         name,
@@ -66,7 +66,7 @@ def read_field(
     if field.size > MAX_DATASIZE:
         raise findings.make_error(
             element,
-            f"field '{name}' would take {field.size} bytes, the limit is {MAX_DATASIZE}",
+            f"field '{name}' would take {field.size} bytes, more than the limit of {MAX_DATASIZE}",
             "give it a shorter length",
             "length",
         )
@@ -83,7 +83,7 @@ def _read_length(element: Element, findings: Findings) -> int | None:
         raise findings.make_error(
             element,
             f"'{text}' is not a length",
-            "write the number of elements (of bytes for a string, one more than its text), at least 1",
+            "write the positive number of elements; for a string, its bytes plus one",
             "length",
         )
     return length
@@ -163,9 +163,9 @@ def find_field(element: Element, fields: DataFields, findings: Findings) -> Fiel
     name = element.text
     if name in fields:
         return fields[name]
-    # Fawkes compares the text with its blanks
+    # Fawkes compares the text with its spaces
     if name.strip() in fields:
-        hint = f"write <{element.name}>{name.strip()}</{element.name}> without blanks"
+        hint = f"write <{element.name}>{name.strip()}</{element.name}> without spaces"
     else:
         hint = did_you_mean(name.strip(), fields, f"the data fields are {', '.join(fields) or 'none'}")
     raise findings.make_error(element, f"there is no data field '{name.strip()}' to refer to", hint)

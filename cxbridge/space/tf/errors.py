@@ -1,4 +1,4 @@
-"""Errors of lookups of transforms."""
+"""Errors of transform lookups."""
 
 from __future__ import annotations
 

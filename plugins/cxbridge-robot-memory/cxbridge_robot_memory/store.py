@@ -53,8 +53,8 @@ class ReplicaSetStatus(Struct, frozen=True):
     """The status of a replica set, with the names of the enum items in MongoDBManagedReplicaSetInterface.
 
     :param member: the role of the server in the replica set.
-    :param primary: whether the replica set has a server that accepts writes.
-    :param error: the reason for a wrong status; else empty.
+    :param primary: the item for whether the replica set has a server that accepts writes.
+    :param error: the reason if the status is unknown or bad; else empty.
     """
 
     member: str

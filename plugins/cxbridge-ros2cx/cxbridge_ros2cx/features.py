@@ -17,7 +17,7 @@ from cxbridge.errors import ConfigError
 from cxbridge.executive.feature import Feature
 from cxbridge.executive.features.config import RedefineWarningFeature
 from cxbridge.executive.features.pddl_parser import PddlParserFeature
-from cxbridge_planning.feature.base import MakeService, make_planners
+from cxbridge_planning.feature.base import MakeService, make_default_service
 from cxbridge_planning.settings import PlannerSettings
 from cxbridge_ros2cx.blackboard import Ros2CxBlackboardFeature
 from cxbridge_ros2cx.confvals import ParametersFeature
@@ -52,7 +52,7 @@ def make_features(
     board: BlackBoard,
     get_skills: Callable[[], Ros2CxSkills | None],
     on_removal: Callable[[], None] = lambda: None,
-    make_planning: MakeService = make_planners,
+    make_planning: MakeService = make_default_service,
 ) -> list[Feature]:
     """Return ``config_feature``, ``redefine_warning_feature``, and the features that the parameters list.
 

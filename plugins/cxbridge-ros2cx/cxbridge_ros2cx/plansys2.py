@@ -21,7 +21,7 @@ from cxbridge_planning.feature.base import (
     MakeService,
     PlanningFeature,
     PlanningFunctions,
-    make_planners,
+    make_default_service,
 )
 from cxbridge_planning.settings import PlannerSettings
 from cxbridge_ros2cx.plansys2_domain import find_domain_error
@@ -180,7 +180,7 @@ class PlanSys2Feature(PlanningFeature[_PlanSys2Functions]):
         name: str,
         settings: PlannerSettings,
         domain_of: DomainOf,
-        make_service: MakeService = make_planners,
+        make_service: MakeService = make_default_service,
         *,
         repeats_defects: bool = False,
     ) -> None:

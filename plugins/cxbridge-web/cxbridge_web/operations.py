@@ -110,7 +110,7 @@ def _get_metadata(parameter: FieldInfo) -> msgspec.Meta:
 
 
 def _find_bare_type(parameter: FieldInfo) -> Any:
-    """Return the type of a parameter without metadata and item types."""
+    """Return the type of a parameter, without its metadata and without the types of its items."""
     bare_type = get_args(parameter.type)[0] if hasattr(parameter.type, "__metadata__") else parameter.type
     return get_origin(bare_type) or bare_type
 

@@ -17,7 +17,7 @@ from cxbridge.run.result import FAULT
 from cxbridge_explore.game.judge import GameWatch, Judge
 from cxbridge_explore.game.score import POST_GAME, GameResult
 from cxbridge_explore.game.timeline import Timeline
-from cxbridge_explore.game.work import WorkCount, find_robots, summarize_work
+from cxbridge_explore.game.work import SkillRecorder, find_robots, summarize_work
 from cxbridge_explore.worldmodel.model import WorldModel
 from cxbridge_explore.worlds.judged import JudgedRun
 from cxbridge_explore.worlds.points import RandomChooser
@@ -60,8 +60,8 @@ def play_game(
         if attach is not None:
             for agent in assembly.agents:
                 attach(agent)
-        work_count = WorkCount(assembly.clock.now_us())
-        assembly.bus.subscribe(work_count, *WorkCount.events)
+        skill_recorder = SkillRecorder(assembly.clock.now_us())
+        assembly.bus.subscribe(skill_recorder, *SkillRecorder.events)
         judge.watch(assembly)
         game_watch = GameWatch(judge, assembly.clock)
         recorder = start_recording(assembly, options)
@@ -72,7 +72,7 @@ def play_game(
         assembly.loop.add(Hook.POST_LOOP, recorder.flush_when_due)
         run_result, _ = run.play()
         score = judge.score(assembly.agents)
-        skills = work_count.find_robot_spans(
+        skills = skill_recorder.find_robot_spans(
             find_robots(assembly.agents), assembly.clock.now_us(), game_watch.seconds_at
         )
         timeline = Timeline(game_watch.production_seconds, skills, game_watch.machine_spans())

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from cxbridge.run.agent import Run
 
 
-class WorkCount:
-    """Records the executions of Skillers and executors. The event bus calls the instance with each event.
+class SkillRecorder:
+    """Records the skills that Skillers and executors execute. The event bus calls it with each event.
 
     :param start_us: the start of the run.
     """
@@ -40,16 +40,17 @@ class WorkCount:
 
         :param robots: the names of the robots, by the names of their Skillers and executors.
         :param end_us: the end of the run.
-        :param seconds_at: converts a time to seconds of the production.
+        :param seconds_at: converts a time to seconds since the start of the production phase.
         """
         clock = self._history.clock
-        end, start_us = clock.advance_to(end_us), clock.first_us or 0
+        # the history counts from the first event, with a clock that is never set back
+        steady_end_us, start_us = clock.advance_to(end_us), clock.first_us or 0
         spans_of_robots: dict[str, list[Span]] = {name: [] for name in sorted(set(robots.values()))}
         for call in self._history.calls:
             name = _find_performer(call)
             robot = robots.get(name, name)
             begin_s = seconds_at(start_us + call.begin.time)
-            end_s = seconds_at(start_us + (call.end.time if call.end else end))
+            end_s = seconds_at(start_us + (call.end.time if call.end else steady_end_us))
             span = Span(begin_s, end_s, call.skill_string, call.status, call.error)
             spans_of_robots.setdefault(robot, []).append(span)
         return {robot: tuple(spans_of_robots[robot]) for robot in sorted(spans_of_robots)}

@@ -53,15 +53,19 @@ def service_maker(run: Run, settings: PlannerSettings) -> MakeService:
     return lambda _env: PlanningService(settings.at_once, settings.memory)
 
 
-def make_planners(_env: str) -> PlanningService:
-    """Make a service without settings."""
+def make_default_service(_env: str) -> PlanningService:
+    """Return a service with default settings."""
     return PlanningService()
 
 
 def make_request(
     settings: PlannerSettings, domain: Domain, problem: Problem, planner: str, timeout: float = 0.0
 ) -> PlanRequest:
-    """Return a request with the settings, except for the planner and a timeout that is not 0."""
+    """Return a request with the configured values.
+
+    :param planner: replaces the configured planner.
+    :param timeout: replaces the configured timeout; 0: the configured timeout.
+    """
     # the configured options belong to the configured planner
     options = settings.options if planner == settings.planner else {}
     return PlanRequest(domain, problem, planner, dict(options), float(timeout) or settings.timeout)
@@ -148,8 +152,8 @@ class PlanningFunctions:
         :param planner: the name of the planner, by default that of the settings.
         :param timeout: the timeout in seconds; 0: the timeout of the settings.
         :param objects: the names of the problem's objects, by default all objects.
-        :raises PddlError: without a domain, or if the formula does not suit the domain. An event also
-            has the reason.
+        :raises PddlError: without a domain, or if the formula does not suit the domain. The reason is
+            also reported as an event.
         """
         domain, settings = self.domain, self.settings
         name = planner or settings.planner
@@ -200,7 +204,7 @@ class PlanningFeature(Feature, Generic[FunctionsT]):
     """
 
     def __init__(
-        self, settings: PlannerSettings, domain_of: DomainOf, make_service: MakeService = make_planners
+        self, settings: PlannerSettings, domain_of: DomainOf, make_service: MakeService = make_default_service
     ) -> None:
         self.settings = settings
         self._domain_of = domain_of
@@ -211,7 +215,7 @@ class PlanningFeature(Feature, Generic[FunctionsT]):
     def make_functions(
         self, env: ClipsEnvironment, service: PlanningService, settings: PlannerSettings, domain_of: DomainOf
     ) -> FunctionsT:
-        """Define the functions in an environment."""
+        """Define the functions in an environment, and return them."""
 
     def make_request(self, domain: Domain, problem: Problem) -> PlanRequest:
         """Return a request of a client that is not a rule."""

@@ -70,7 +70,7 @@ def _find_actions(rule: Definition, lines: Lines) -> Iterator[RuleAction]:
 
 
 def find_bound_names(ces: Sequence[CE]) -> tuple[str, ...]:
-    """Return the variables that conditional elements bind; an ``or`` binds those of all its branches."""
+    """Return the variables that conditional elements bind; of an ``or``, those that all branches bind."""
     names: set[str] = set()
     for ce in ces:
         if isinstance(ce, PatternCE):
@@ -163,12 +163,12 @@ class BreakpointLines:
 
     def find_position(self, line: int) -> RulePosition | None:
         """Return the position for a line: within its rule or at the next rule; None after the last rule."""
-        number = bisect_right(self._first_lines, line) - 1
-        if number < 0 or line > self._rules[number].last_line:
-            number += 1
-        if number >= len(self._rules):
+        index = bisect_right(self._first_lines, line) - 1
+        if index < 0 or line > self._rules[index].last_line:
+            index += 1
+        if index >= len(self._rules):
             return None
-        rule = self._rules[number]
+        rule = self._rules[index]
         action_lines = [action.line for action in rule.actions] if self._includes_actions else []
         if action_lines and line >= min(action_lines):
             action_line = max(candidate for candidate in action_lines if candidate <= line)

@@ -1,7 +1,8 @@
 """Compares the endpoints of other participants with those of our node: types, type hashes, QoS.
 
-An endpoint is a reader or writer of DDS; a participant has the endpoints of one or more nodes. DDS does not
-report that a publisher and a subscription do not match: no message arrives, for no visible reason.
+An endpoint is a reader or writer of DDS; a participant has the endpoints of one or more nodes. For a
+publisher and a subscription of different types, DDS reports nothing: no message arrives, for no visible
+reason. For different QoS, DDS only counts the mismatches of an endpoint.
 """
 
 from __future__ import annotations
