@@ -22,6 +22,7 @@ _PLACE: Final = re.compile(r"\bagent/[\w/.-]+:\d+\b")
 _NO_LINE: Final = re.compile(
     r"\bagent: this folder has no scenario\.yaml and no config\.yaml"
     r"|\bagent/[\w/.-]+: cannot read the [a-z ]+: permission denied"
+    r"|\bagent/scenario\.yaml: the folder has no configuration file"
     r"|cxbridge-studio names the events that the run waits for",
     re.IGNORECASE,
 )
