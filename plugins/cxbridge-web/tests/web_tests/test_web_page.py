@@ -20,6 +20,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.run.options import RunOptions
 from cxbridge_web import options as web_options
 from cxbridge_web.options import WebOptions
+from tests.fawkes import NO_SERVER
 from tests.programs import Started
 from tests.run.mini import write_scenario
 from tests.support import free_port
@@ -134,7 +135,7 @@ def test_ctrl_c_before_the_end_is_130(tmp_path):
 def test_a_daemon_gets_a_page_by_an_option(tmp_path):
     port = free_port()
     endpoint = f"tcp://127.0.0.1:{free_port()}"
-    more = ("--endpoint", endpoint, "--no-fawkes", "--no-browser")
+    more = ("--endpoint", endpoint, *NO_SERVER, "--no-browser")
     with served("daemon", "--web", port, *more) as (process, address):
         assert address == f"http://127.0.0.1:{port}"
         end_s = time.monotonic() + WAIT_S
