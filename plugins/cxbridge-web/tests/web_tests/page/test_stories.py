@@ -82,6 +82,10 @@ def test_is_it_stuck_and_on_what(tab, tmp_path):
         tab.goto(url + recordings.start_path)
         tab.wait_for_selector(".story-head p >> text=action 1 drive of deliver1 has been PENDING")
         assert tab.locator(".story-head a").first.get_attribute("href") == "#/timeline/goal/deliver1"
+        colour = "([part]) => getComputedStyle(part).color"
+        assert tab.eval_on_selector_all(".story-head a", colour) == tab.eval_on_selector_all(
+            ".story-head p", colour
+        )
         tab.wait_for_selector(".story .outcome >> text=waiting")
         tab.wait_for_selector("#told >> text=9.000 s, nothing new since 1.000 s: action drive")
         tab.wait_for_selector(".story-why >> text=action 1 drive of deliver1 has been PENDING since 1.000 s")
