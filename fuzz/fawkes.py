@@ -54,7 +54,7 @@ def _limit_of_server(component: int, kind: int) -> int:
 
 
 def _frames(stream: bytes, step: int, limit: Limit) -> Iterator[FawkesFrame | str]:
-    """Yield the frames of a stream, and at last how it ended."""
+    """Yield the frames of a stream, then the end of the stream."""
     decoder = FrameDecoder(limit)
     try:
         for start in range(0, len(stream), step):

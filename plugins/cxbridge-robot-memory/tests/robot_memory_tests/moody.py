@@ -24,7 +24,7 @@ class MoodyStore(EmbeddedStore):
 
     def _answer(self):
         if self.mood == "away":
-            raise UnreachableError("nobody is at home")
+            raise UnreachableError("the server is absent")
         if self.mood == "slow":
             assert self.go.wait(WAIT)
 

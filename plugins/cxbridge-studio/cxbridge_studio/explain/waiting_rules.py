@@ -63,7 +63,8 @@ class WaitingRules:
         makers = find_setting_rules(self._evidence.read_rule_texts(), template, slot, values)
         if not set(makers) - {story.rule}:
             subject = f"no {'other ' if makers else ''}rule sets the slot {slot} of {template}"
-            yield Cause(f"{subject} to {' or '.join(values)}", root=RULE_ROOT)
+            # The actions of the functions that a rule calls are not read.
+            yield Cause(f"{subject} to {' or '.join(values)} in its own actions", root=RULE_ROOT)
         yield from filter(None, map(self.explain, makers))
 
 
@@ -88,14 +89,20 @@ def find_setting_rules(
 
 
 def _find_set_values(rule: SyntaxNode, template: str, slot: str) -> Iterator[str]:
-    """Yield the texts of the values that a rule's actions give to a slot of a template's facts."""
-    subjects = {
-        template,
-        *(f"?{each.variable}" for each in find_patterns(parse_condition(rule)) if each.template == template),
+    """Yield the texts of the values that a rule's own actions give to a slot of a template's facts."""
+    variables_of_other_templates = {
+        f"?{pattern.variable}"
+        for pattern in find_patterns(parse_condition(rule))
+        if pattern.template != template
     }
     for node in (node for action in split_rule(rule)[1] for node in action.walk()):
-        # `(modify ?fact (SLOT VALUE))` and `(TEMPLATE (SLOT VALUE))`
-        if {node.head, *(each.text for each in node.arguments[:1] if node.head == "modify")} & subjects:
+        # `(modify FACT (SLOT VALUE))` and `(TEMPLATE (SLOT VALUE))`; a fact that is not from the condition,
+        # e.g. of a query, may be of the template.
+        if (
+            node.arguments[:1] and node.arguments[0].text not in variables_of_other_templates
+            if node.head in ("modify", "duplicate")
+            else node.head == template
+        ):
             yield from (
                 value.text for part in node.arguments if part.head == slot for value in part.arguments
             )

@@ -98,9 +98,10 @@ class RecordingsApp:
             await PlainTextResponse(text, 404)(scope, receive, send)
         else:
             response = self._page.respond(scope)
-            run = dict(parse_qsl(scope["query_string"].decode("ascii", "replace"))).get("run", "")
-            if unquote(run) in self._paths:  # the browser loads the recording while it starts the page
-                response.headers["link"] = f"<{run}>; rel=preload; as=fetch; crossorigin"
+            query = dict(parse_qsl(scope["query_string"].decode("ascii", "replace")))
+            if (address := unquote(query.get("run", ""))) in self._paths:
+                # the browser loads the recording while it starts the page
+                response.headers["link"] = f"<{quote(address)}>; rel=preload; as=fetch; crossorigin"
             await response(scope, receive, send)
 
     def _serve_recording(self, path: str, method: str, query: bytes) -> Response:

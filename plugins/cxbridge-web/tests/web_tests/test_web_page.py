@@ -11,6 +11,8 @@ import time
 import webbrowser
 from contextlib import contextmanager
 from importlib.util import find_spec
+from urllib.parse import quote
+from urllib.request import urlopen
 
 import pytest
 
@@ -163,6 +165,20 @@ def test_a_recording_is_opened_by_the_address_that_is_printed(recordings):
         assert get(address, "/")[0] == 200
         process.send_signal(signal.SIGINT)
         assert process.wait(WAIT_S) == 0
+
+
+@pytest.mark.parametrize("name", ["snow \N{SNOWMAN}.mcap", "a>b.mcap", "50%.mcap"])
+def test_a_recording_of_any_name_is_loaded_with_the_page(recordings, tmp_path, name):
+    """The address of the page may have the name quoted once or, as the printed address has it, twice."""
+    path = tmp_path / name
+    path.write_bytes(recordings[0].read_bytes())
+    with served("view", path, "--no-browser") as (_, address):
+        origin = address.partition("/?")[0]
+        for run in (quote(f"/runs/0/{name}"), quote(quote(f"/runs/0/{name}"))):
+            with urlopen(f"{origin}/?run={run}", timeout=WAIT_S) as reply:
+                link = reply.headers["Link"]
+            assert link.startswith(f"</runs/0/{quote(name)}>; rel=preload"), run
+        assert get(address, f"/runs/0/{quote(name)}")[1] == path.read_bytes()
 
 
 def test_of_several_one_is_chosen_and_no_other_file_is_served(recordings, tmp_path):

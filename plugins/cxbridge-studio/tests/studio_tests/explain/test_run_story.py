@@ -105,7 +105,10 @@ WAITS = (
 def test_a_goal_waits_for_a_rule_and_the_rules_that_make_its_missing_fact():
     done = [*started(0, "c1"), goal(0, "c1", "RETRACTED", "COMPLETED")]
     story = told([*done, *WAITING, *FACTS], "run", texts=RULES)
-    assert story.data["headline"] == f"{WAITS}: no other rule sets the slot goal of robot to nil"
+    assert (
+        story.data["headline"]
+        == f"{WAITS}: no other rule sets the slot goal of robot to nil in its own actions"
+    )
     assert ": c1 (C) COMPLETED at 0.000 s" in "\n".join(story.lines)
     frees = "(defrule free (gone (name ?name)) ?r <- (robot (name ?name)) => (modify ?r (goal nil)))"
     texts = {"agent.clp": f"{RULES['agent.clp']}(deftemplate gone (slot name)){frees}"}
