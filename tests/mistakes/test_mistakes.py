@@ -39,6 +39,12 @@ PLACED_BY_STUDIO: Final = {
 }
 """The mistakes whose line in a CLIPS file only the studio knows."""
 
+NEEDED_PLUGINS: Final = {
+    "the feature is not requested": "planning",
+    "the URL of the Skiller is misspelt": "fawkes",
+}
+"""The mistakes in the use of a plug-in: without the plug-in, its package is the error."""
+
 ROWS: Final = [
     pytest.param(
         each,
@@ -47,7 +53,7 @@ ROWS: Final = [
         if (kind in ("CLIPS", "PDDL", "daemon") and each.name in TOLD_BY_CHECKS)
         or each.name in PLACED_BY_STUDIO
         or each.status == STUCK
-        else [],
+        else [needs_plugin(plugin) for name, plugin in NEEDED_PLUGINS.items() if name == each.name],
     )
     for kind, mistakes in MISTAKES.items()
     for each in mistakes
