@@ -17,7 +17,7 @@ DEV    := $(VENV)/.ready-dev
 PLUGINS := $(wildcard plugins/*)
 RUN_PLUGINS := plugins/cxbridge-fawkes plugins/cxbridge-planning plugins/cxbridge-robot-memory plugins/cxbridge-studio plugins/cxbridge-web
 # with the extras that the tests need
-DEV_PLUGINS := $(patsubst %/cxbridge-web,%/cxbridge-web[foxglove],$(patsubst %/cxbridge-ros2,%/cxbridge-ros2[zenoh],$(patsubst %/cxbridge-ros2cx,%/cxbridge-ros2cx[rl],$(PLUGINS))))
+DEV_PLUGINS := $(patsubst %/cxbridge-web,%/cxbridge-web[foxglove],$(patsubst %/cxbridge-ros2cx,%/cxbridge-ros2cx[rl],$(PLUGINS)))
 CONTAINER_PLUGINS := plugins/cxbridge-fawkes plugins/cxbridge-planning plugins/cxbridge-protobuf plugins/cxbridge-robot-memory plugins/cxbridge-studio plugins/cxbridge-web
 PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 # uv installs in a quarter of pip's time; pip is left for its own settings (an index of a company, say), which uv does not read

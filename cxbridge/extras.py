@@ -28,8 +28,6 @@ _EXTRA_MARKER = re.compile(r"""\bextra\s*==\s*["']([\w.-]+)["']""")
 _PACKAGE_NAME = re.compile(r"[\w.-]+")
 # The requirement of a plug-in of this repository, perhaps with an extra: cxbridge-explore[dask].
 _PLUGIN = re.compile(rf"({CORE}-[\w-]+)(?:\[([\w-]+)\])?")
-# The modules of packages whose module has another name.
-_MODULE_BY_PACKAGE = {"eclipse-zenoh": "zenoh"}
 
 
 def requirements_by_extra(package: str = CORE) -> Mapping[str, Sequence[str]]:
@@ -159,7 +157,7 @@ def _cxbridge_packages() -> list[str]:
 
 
 def _module_name(package: str) -> str:
-    return _MODULE_BY_PACKAGE.get(package, package.replace("-", "_").lower())
+    return package.replace("-", "_").lower()
 
 
 def _is_installed(requirement: str) -> bool:

@@ -66,8 +66,8 @@ def allowed(requirement):
 
 PLUGINS = {project["name"].removeprefix("cxbridge-") for project in PROJECTS[1:]}
 LOCKED = {
-    "dev.txt": {"cxbridge": "dev", "cxbridge-web": "foxglove", "cxbridge-ros2": "zenoh"}
-    | {f"cxbridge-{name}": "" for name in PLUGINS - {"web", "ros2"}},
+    "dev.txt": {"cxbridge": "dev", "cxbridge-web": "foxglove"}
+    | {f"cxbridge-{name}": "" for name in PLUGINS - {"web"}},
     "run.txt": {
         "cxbridge": "test",
         "cxbridge-fawkes": "",

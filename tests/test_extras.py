@@ -67,7 +67,6 @@ def test_a_checkout_is_installed_with_its_extra(monkeypatch, tmp_path):
             "cxbridge",
             [".[planners]", "plugins/cxbridge-planning[engines]", "plugins/cxbridge-robot-memory"],
         ),
-        ("zenoh", "cxbridge-ros2", ["plugins/cxbridge-ros2[zenoh]"]),
         (
             "",
             "cxbridge-rcll",

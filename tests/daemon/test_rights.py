@@ -194,7 +194,6 @@ def test_what_is_in_no_table_is_refused():
         pytest.param("ros2: {tf: {transport: dds, reach: subnet}}", False, marks=needs_plugin("ros2")),
         pytest.param("ros2: {tf: {use_tf2: true}}", True, marks=needs_plugin("ros2")),
         pytest.param("ros2: {clock: {transport: dds, reach: subnet}}", True, marks=needs_plugin("ros2")),
-        pytest.param("ros2: {skiller: {transport: zenoh}}", False, marks=needs_plugin("ros2")),
         pytest.param("ros2: {experts: {transport: rosbridge}}", False, marks=needs_plugin("ros2")),
         pytest.param(
             "ros2: {interfaces: {a: {reach: 'off'}, b: {reach: system_default}}}",

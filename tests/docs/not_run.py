@@ -126,7 +126,6 @@ NOT_RUN: dict[str, dict[str, str]] = {
     },
     "ros2.md": {
         "pip install 'cxbridge[ros2]'": INDEX,
-        "pip install 'cxbridge-ros2[zenoh]'": INDEX,
         "cxbridge trace convert run.mcap run-bag --to rosbag": "is what plugins/cxbridge-ros2/tests/ros2_tests/bags does",
         "cxbridge ros2 terminal": TERMINAL,
         "cxbridge ros2 terminal get problem predicates": TERMINAL,

@@ -42,7 +42,7 @@ class Domain(Struct, frozen=True):
     """The domain of ROS that a node joins. A transport ignores the fields for which it has no use.
 
     :param number: the number of the domain; None for the domain of the environment.
-    :param url: the URL of a bridge or router; empty for the default of the transport.
+    :param url: the URL of a bridge; empty for the default of the transport.
     :param reach: the range of discovery; None for the range of the environment.
     """
 

@@ -36,9 +36,9 @@ NODE_KEYS: Final = ("packages", "distribution", "transport", "url", "domain", "r
 
 # Transports with a setting that other transports lack.
 _TRANSPORTS_BY_KEY: Final = {
-    "domain": ("dds", "rclpy", "zenoh"),
+    "domain": ("dds", "rclpy"),
     "reach": ("dds",),
-    "url": ("rosbridge", "zenoh"),
+    "url": ("rosbridge",),
 }
 
 # Discovery ranges of transports where neither the settings nor the environment name a range. rclpy has the
@@ -58,7 +58,7 @@ class NodeSettings(Struct, frozen=True):
     :param packages: folders with ROS packages.
     :param distribution: the distribution of the well-known types.
     :param transport: a key of :data:`TRANSPORTS`.
-    :param url: the address of the bridge or router; empty for the default.
+    :param url: the address of the bridge; empty for the default.
     :param domain: the domain number; None for the domain of the environment.
     :param reach: the discovery range; None for the range of the environment.
     :param namespace: the prefix of all names; may be empty.

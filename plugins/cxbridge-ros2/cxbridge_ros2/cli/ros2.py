@@ -62,9 +62,9 @@ def terminal(
         ),
     ] = None,
     transport: Annotated[
-        str, typer.Option(help="Reach the experts over this transport: dds, rclpy, rosbridge or zenoh.")
+        str, typer.Option(help="Reach the experts over this transport: dds, rclpy or rosbridge.")
     ] = "",
-    url: Annotated[str, typer.Option(help="The URL of the rosbridge, or of the Zenoh router.")] = "",
+    url: Annotated[str, typer.Option(help="The URL of the rosbridge.")] = "",
     domain: Annotated[int | None, typer.Option(min=0, help="The DDS domain of the experts.")] = None,
     reach: Annotated[
         str, typer.Option(help="Find experts on this machine (localhost), or also in the network (subnet).")

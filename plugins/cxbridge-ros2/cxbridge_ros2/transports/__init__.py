@@ -1,4 +1,4 @@
-"""The transports, each with a class of nodes: DDS, rclpy, rosbridge, Zenoh, and nodes of this process."""
+"""The transports, each with a class of nodes: DDS, rclpy, rosbridge, and nodes of this process."""
 
 from typing import Final
 
@@ -8,5 +8,4 @@ TRANSPORTS: Final = {
     "dds": "cxbridge_ros2.transports.dds:join",
     "rclpy": "cxbridge_ros2.transports.rclpy:join",
     "rosbridge": "cxbridge_ros2.transports.rosbridge:join",
-    "zenoh": "cxbridge_ros2.transports.zenoh:join",
 }

@@ -152,14 +152,6 @@ def wait_for_port(port: int) -> None:
         time.sleep(0.1)
 
 
-@contextmanager
-def a_router(port: int = 0) -> Iterator[str]:
-    """Start a router of Zenoh; its URL."""
-    port = port or free_port()
-    with forked("ros2_tests.router", str(port)):
-        yield f"tcp/127.0.0.1:{port}"
-
-
 @pytest.fixture(scope="module", params=["ours", pytest.param("rclpy", marks=needs_ros)])
 def peer(request: pytest.FixtureRequest, domain: int) -> Iterator[str]:
     """A node that echoes /there to /back, adds, and counts; its kind."""

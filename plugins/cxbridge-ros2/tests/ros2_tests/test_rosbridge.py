@@ -154,9 +154,9 @@ def test_what_a_bridge_should_not_send(script: Script, node: RosbridgeNode, text
         ({"transport": "dsd"}, "there is no transport 'dsd'"),
         (
             {"transport": "rosbridge", "domain": 3},
-            "'domain' belongs to the transport dds or rclpy or zenoh, not",
+            "'domain' belongs to the transport dds or rclpy, not",
         ),
-        ({"url": "ws://robot"}, "'url' belongs to the transport rosbridge or zenoh, not to dds"),
+        ({"url": "ws://robot"}, "'url' belongs to the transport rosbridge, not to dds"),
     ],
 )
 def test_settings_that_do_not_go_together(values: dict[str, Any], message: str):

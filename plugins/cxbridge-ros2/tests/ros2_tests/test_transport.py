@@ -16,7 +16,6 @@ from typing import Any
 import pytest
 
 pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
-pytest.importorskip("zenoh", reason="the extra zenoh is not installed")
 
 from cxbridge.rights import Right, Rights
 from cxbridge_ros2.actions import ActionClient, CancelCode, GoalStatus, SentGoal
@@ -36,8 +35,7 @@ from cxbridge_ros2.transports.dds.services import (
 from cxbridge_ros2.transports.environment import has_rclpy
 from cxbridge_ros2.transports.rclpy import RclpyNode
 from cxbridge_ros2.transports.rosbridge import RosbridgeNode
-from cxbridge_ros2.transports.zenoh import ZenohNode
-from ros2_tests.conftest import HERE, a_router, forked, free_port, needs_ros, started, wait_for_port, with_ros
+from ros2_tests.conftest import HERE, forked, free_port, needs_ros, started, wait_for_port, with_ros
 from ros2_tests.peer import ABORTED, PACKAGES
 
 COUNT = 200
@@ -51,7 +49,6 @@ ROSBRIDGE = os.environ.get("ROSBRIDGE", "")
 
 REAL = "real rosbridge"
 RCLPY = "by rclpy"
-ZENOH = "zenoh"
 
 
 @contextmanager
@@ -80,7 +77,6 @@ def a_bridge(kind: str) -> Iterator[str]:
             marks=pytest.mark.skipif(not has_rclpy(), reason="no ROS 2 environment is sourced"),
         ),
         "rosbridge",
-        ZENOH,
         pytest.param(
             REAL,
             marks=pytest.mark.skipif(not ROSBRIDGE, reason="ROSBRIDGE names no command that starts one"),
@@ -91,33 +87,15 @@ def transport(request: pytest.FixtureRequest) -> str:
     return str(request.param)
 
 
-@pytest.fixture(scope="module")
-def router(transport: str) -> Iterator[str]:
-    """The URL of a router of Zenoh, where one is needed."""
-    if transport != ZENOH:
-        yield ""
-        return
-    with a_router() as url, pytest.MonkeyPatch.context() as patch:
-        patch.setenv("ZENOH_CONFIG_OVERRIDE", f'connect/endpoints=["{url}"]')  # for nodes of ROS
-        yield url
-
-
-def reaches_ros(transport: str) -> bool:
-    """Return whether nodes of the ROS have an RMW with the protocol of a transport."""
-    return (transport == ZENOH) == (os.environ.get("RMW_IMPLEMENTATION") == "rmw_zenoh_cpp")
-
-
 @pytest.fixture(scope="module", params=["ours", pytest.param("rclpy", marks=needs_ros)])
-def peer(request: pytest.FixtureRequest, domain: int, transport: str, router: str) -> Iterator[str]:
+def peer(request: pytest.FixtureRequest, domain: int) -> Iterator[str]:
     """A node that echoes /there to /back, adds, and counts; its kind."""
-    if request.param != "ours" and not reaches_ros(transport):
-        pytest.skip("the nodes of ROS have another RMW")
-    with started(request.param, "peer.py", *([ZENOH, router] if transport == ZENOH else [])):
+    with started(request.param, "peer.py"):
         yield request.param
 
 
 @pytest.fixture(scope="module")
-def node(domain: int, transport: str, router: str) -> Iterator[Node]:
+def node(domain: int, transport: str) -> Iterator[Node]:
     types = Definitions([PACKAGES], environment={})
     if transport == "dds":
         with DdsNode("test", types) as node:
@@ -125,10 +103,6 @@ def node(domain: int, transport: str, router: str) -> Iterator[Node]:
         return
     if transport == RCLPY:
         with RclpyNode("test", types) as node:
-            yield node
-        return
-    if transport == ZENOH:
-        with ZenohNode("test", types, router) as node:
             yield node
         return
     with a_bridge(transport) as url, RosbridgeNode("test", types, url) as bridged:
@@ -334,8 +308,8 @@ def test_requests_and_messages_without_the_right_reach_nobody(node: Node, monkey
 
 @needs_ros
 def test_rclpy_uses_what_we_serve(peer: str, transport: str):
-    if transport not in ("dds", ZENOH) or not reaches_ros(transport):
-        pytest.skip("the nodes of ROS have another RMW, or the peer is reached as on DDS")
+    if transport != "dds":
+        pytest.skip("the peer is reached as on DDS")
     done = subprocess.run(
         with_ros(str(HERE / "with_rclpy/user.py"), str(COUNT)),
         capture_output=True,

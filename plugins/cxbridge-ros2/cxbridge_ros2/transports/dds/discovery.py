@@ -25,7 +25,7 @@ from msgspec import Struct
 
 from cxbridge_ros2.names import TypeName
 from cxbridge_ros2.transports.dds.domain import QOS_LOCK
-from cxbridge_ros2.transports.mismatches import describe_mismatch, describe_missing_server
+from cxbridge_ros2.transports.dds.mismatches import describe_mismatch, describe_missing_server
 
 if TYPE_CHECKING:
     from cyclonedds.builtin import DcpsEndpoint

@@ -1,4 +1,4 @@
-"""Texts about endpoints of ROS nodes that do not fit together, for all transports.
+"""Texts about endpoints of ROS nodes that do not fit together.
 
 An endpoint is a publisher, a subscription, a server or a client. In discovery, the topics and services of an
 action have separate names and types; the texts name the action and its type.
