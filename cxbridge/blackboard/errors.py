@@ -15,13 +15,11 @@
     │    │    └── QueueAccessError
     │    ├── EnqueueDeniedError  a writer sends messages
     │    ├── InvalidInstanceError
-    │    ├── TimestampError
-    │    └── BufferIndexError
+    │    └── TimestampError
     └── MessageError
         ├── ForeignMessageError
         ├── UnknownMessageTypeError
         ├── MessageAlreadyQueuedError
-        ├── UnexpectedMessageTypeError
         └── QueueFullError
 """
 
@@ -29,7 +27,6 @@ from __future__ import annotations
 
 from cxbridge.errors import BlackBoardError
 from cxbridge.interfaces.instance_errors import (
-    BufferIndexError,
     EnqueueDeniedError,
     ForeignMessageError,
     InstanceError,
@@ -39,7 +36,6 @@ from cxbridge.interfaces.instance_errors import (
     QueueAccessError,
     QueueFullError,
     TimestampError,
-    UnexpectedMessageTypeError,
     UnknownMessageTypeError,
     WriteDeniedError,
 )
@@ -47,7 +43,6 @@ from cxbridge.interfaces.instance_errors import (
 __all__ = [
     "BlackBoardError",
     "BlackBoardGoneError",
-    "BufferIndexError",
     "EnqueueDeniedError",
     "ForeignInstanceError",
     "ForeignMessageError",
@@ -60,7 +55,6 @@ __all__ = [
     "QueueAccessError",
     "QueueFullError",
     "TimestampError",
-    "UnexpectedMessageTypeError",
     "UnknownMessageTypeError",
     "UnknownTypeError",
     "VersionMismatchError",

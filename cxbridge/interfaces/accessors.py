@@ -54,58 +54,12 @@ def make_accessor(owner: str, field: FieldSchema, slot: int, enum: type[IntEnum]
     return property(*accessors, doc=field.comment or None)
 
 
-Filler = Callable[[Any, Sequence[Any]], None]
-
-
-def make_filler(fields: Sequence[FieldSchema], enums: Sequence[type[IntEnum] | None]) -> Filler:
-    """Return a function that packs values into all fields of a block.
-
-    The function raises one of `MISFIT_ERRORS` for a value that needs a conversion, and always if a field is
-    an array or a bool: the setters then convert the values or raise the error.
-
-    :param enums: the classes of the values of enum fields.
-    """
-    # one call of the filler takes a quarter of the time of all setters
-    if not fields or not all(
-        field.is_string or not (field.is_array or field.type == "bool") for field in fields
-    ):
-        return refuse_values
-    lines, names, layout, end = [], [], "=", fields[0].offset
-    for slot, (field, enum) in enumerate(zip(fields, enums, strict=True)):
-        layout += f"{field.offset - end}x"
-        name = f"v{slot}"
-        if field.is_string:
-            room = field.text_room
-            lines.append(f"{name} = {name}.encode()")
-            lines.append(f"if len({name}) > {room} or 0 in {name}: raise ValueError")
-            layout += f"{room}s{field.size - room}x"
-        else:
-            if enum is not None:
-                lines.append(f"{name} = numbers[{slot}]({name}, {name})")
-            layout += field.storage.code
-        names.append(name)
-        end = field.offset + field.size
-    numbers = [None if enum is None else {item.name: item.value for item in enum}.get for enum in enums]
-    source = _FILLER_TEMPLATE.format(
-        names=", ".join(names), lines="\n        ".join(lines), offset=fields[0].offset
-    )
-    namespace: dict[str, Any] = {}
-    exec(source, namespace)  # noqa: S102 - the source has only our text and numbers
-    filler: Filler = namespace["make"](Struct(layout).pack_into, numbers)
-    return filler
-
-
-def refuse_values(_block: Any, _values: Sequence[Any]) -> None:
-    """Raise `TypeError`, as a filler does for values that it cannot pack."""
-    raise TypeError
-
-
 def misfit_error(owner: str, field: FieldSchema, value: object) -> InterfaceError:
     """Return the error for a value that a field cannot hold."""
     allowed = field.storage.allowed_values
     if field.enum is not None:
         names = ", ".join(item.name for item in field.enum.items)
-        allowed = f"one of {names}, or a 32-bit number"
+        allowed = f"one of {names}"
     if field.is_array:
         allowed = f"a sequence of at most {field.length} elements, each {allowed}"
     text = repr(value)
@@ -170,20 +124,14 @@ def _make_array_accessors(
 
 
 def _make_enum_array_getter(layout: Struct, offset: int, enum: type[IntEnum]) -> Getter:
-    """Return a getter that converts numbers to enum items and caches the converted arrays."""
+    """Return a getter that converts numbers to enum items."""
     unpack_from = layout.unpack_from
     items = {item.value: item for item in enum}
-    converted: dict[tuple[int, ...], tuple[Any, ...]] = {}
 
     def get(self: Any) -> tuple[Any, ...]:
         numbers = unpack_from(self._buf, offset)
-        values = converted.get(numbers)
-        if values is None:
-            if len(converted) >= _MAX_CACHED_ARRAYS:
-                converted.clear()
-            # a number without an item stays a number, as in Fawkes
-            values = converted[numbers] = tuple(map(items.get, numbers, numbers))
-        return values
+        # a number without an item stays a number, as in Fawkes
+        return tuple(map(items.get, numbers, numbers))
 
     return get
 
@@ -249,7 +197,6 @@ def fit_text(text: str, room: int) -> bytes:
 
 _MAX_QUOTED_CHARACTERS = 60  # characters of a refused value in an error
 _MAX_CHARACTER_BYTES = 4  # of UTF-8
-_MAX_CACHED_ARRAYS = 256  # for each field: writers repeat the same arrays
 _MAX_CACHED_TEMPLATES = 1024  # for each template and number of a field
 
 # A setter compares values only while the block is not marked as changed.
@@ -312,20 +259,6 @@ def make(pack_into, offset, room, adapt):
         self._refreshed = True
     return set
 """
-
-
-_FILLER_TEMPLATE = """
-def make(pack_into, numbers):
-    def fill(self, values):
-        {names}, = values
-        {lines}
-        pack_into(self._buf, {offset}, {names})
-        self._refreshed = True
-    return fill
-"""
-
-MISFIT_ERRORS = (StructError, OverflowError, AttributeError, TypeError, ValueError)
-"""The errors of a filler for values that need a conversion."""
 
 
 @lru_cache(_MAX_CACHED_TEMPLATES)

@@ -5,16 +5,15 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterable, Mapping
-from contextlib import suppress
 from enum import IntEnum
 from typing import Any
 
 from cxbridge.errors import InterfaceError
+from cxbridge.interfaces.accessors import misfit_error
 from cxbridge.interfaces.block import Block
 from cxbridge.interfaces.schema import FieldSchema
 
-_ASSIGNMENT = re.compile(r"(?P<name>[A-Za-z_]\w*)(?:\[(?P<index>\d{1,9})\])?=(?P<value>.*)", re.DOTALL)
-_QUOTED = re.compile(r'".*"', re.DOTALL)
+_ASSIGNMENT = re.compile(r"([A-Za-z_]\w*)=(.*)", re.DOTALL)
 _BOOL_LITERALS = {
     "true": True,
     "yes": True,
@@ -28,10 +27,9 @@ _BOOL_LITERALS = {
 
 
 def assign(block: Block, assignments: Iterable[str]) -> bool:
-    """Set fields by ``NAME=VALUE``, ``NAME=V,V,V`` or ``NAME[INDEX]=VALUE``.
+    """Set fields by ``NAME=VALUE``, or ``NAME=V,V,V`` for arrays.
 
-    Numbers may be hexadecimal; enum values are names or numbers. A text in double quotes is parsed as JSON,
-    so that the results of :func:`field_text` can be read back.
+    Enum values are names or numbers.
 
     :returns: whether a value changed.
     :raises InterfaceError: if an assignment is invalid; the previous assignments keep their effect.
@@ -40,59 +38,35 @@ def assign(block: Block, assignments: Iterable[str]) -> bool:
     for text in assignments:
         match = _ASSIGNMENT.fullmatch(text)
         if match is None:
-            raise InterfaceError(
-                f"'{text}' is not an assignment", hint="write NAME=VALUE or NAME[INDEX]=VALUE"
-            )
-        field = block.field(match["name"])
-        if match["index"] is not None:
-            if not field.is_array:
-                raise InterfaceError(
-                    f"{field.name} is a single value and has no index", hint="write NAME=VALUE"
-                )
-            set_field(block, field.name, _parse_element(field, match["value"]), int(match["index"]))
-        elif field.is_array:
-            elements = match["value"].strip().removeprefix("[").removesuffix("]").split(",")
-            values = [_parse_element(field, element) for element in elements if element.strip()]
-            set_field(block, field.name, values)
+            raise InterfaceError(f"'{text}' is not an assignment", hint="write NAME=VALUE")
+        field = block.field(match[1])
+        value: Any
+        if field.is_array:
+            texts = [text for text in match[2].split(",") if text.strip()]
+            value = [_parse_element(block, field, text) for text in texts]
         else:
-            set_field(block, field.name, _parse_element(field, match["value"]))
+            value = _parse_element(block, field, match[2])
+        set_field(block, field.name, value)
     return block.to_bytes() != previous
 
 
-def _parse_element(field: FieldSchema, text: str) -> bool | int | float | str:
+def _parse_element(block: Block, field: FieldSchema, text: str) -> bool | int | float | str:
     stripped = text.strip()
     try:
         if field.is_string:
-            return _remove_quotes(text)
+            return text
         if field.type == "bool":
             return _BOOL_LITERALS[stripped.lower()]
         if field.type in ("float", "double"):
             return float(stripped)
         if field.enum is not None and any(item.name == stripped for item in field.enum.items):
             return stripped
-        return _parse_integer(stripped)
+        return int(stripped)
     except (KeyError, ValueError):
-        raise _make_misfit_error(field, stripped) from None
+        raise misfit_error(block.SCHEMA.name, field, stripped) from None
 
 
-def _parse_integer(text: str) -> int:
-    """Parse an integer."""
-    # base 0 accepts 0x10, but refuses the leading zeros of 007
-    try:
-        return int(text)
-    except ValueError:
-        return int(text, 0)
-
-
-def _remove_quotes(text: str) -> str:
-    """Remove the quotes that :func:`field_text` adds."""
-    if _QUOTED.fullmatch(text):
-        with suppress(ValueError):  # a text in quotes that is not JSON keeps its quotes
-            text = json.loads(text, strict=False)
-    return text
-
-
-def set_field(block: Block, name: str, value: Any, index: int | None = None) -> None:
+def set_field(block: Block, name: str, value: Any) -> None:
     """Set a field to the value of a user, checked more strictly than in Fawkes.
 
     :meth:`Block.set <cxbridge.interfaces.block.Block.set>` cuts a long text, and accepts a number without an
@@ -101,37 +75,18 @@ def set_field(block: Block, name: str, value: Any, index: int | None = None) -> 
     :raises InterfaceError: if the value does not fit.
     """
     field = block.field(name)
-    elements = value if field.is_array and isinstance(value, list | tuple) else (value,)
-    for element in elements:
-        if field.is_string and isinstance(element, str):
-            _check_text(field, element)
-        items = () if field.enum is None else field.enum.items
-        if items and type(element) is int and element not in {item.value for item in items}:
-            raise _make_misfit_error(field, str(element))
-    block.set(name, value, index)
-
-
-def _check_text(field: FieldSchema, text: str) -> None:
-    try:
-        size = len(text.encode("utf-8", "surrogateescape"))
-    except UnicodeEncodeError:
-        return  # `Block.set` raises the error
-    if size > field.text_room:
-        raise InterfaceError(
-            f"the text for {field.name} has {size} bytes: '{text}'",
-            hint=f"{field.name} holds {field.text_room} bytes of UTF-8",
-        )
-    if "\0" in text:
-        raise InterfaceError(f"the text for {field.name} contains a NUL", hint="omit it: a NUL ends the text")
-
-
-def _make_misfit_error(field: FieldSchema, text: str) -> InterfaceError:
-    allowed = field.storage.allowed_values
-    if field.enum is not None:
-        allowed = "one of " + ", ".join(item.name for item in field.enum.items)
-    return InterfaceError(
-        f"'{text}' is not a value for {field.name} of type {field.type}", hint=f"it holds {allowed}"
-    )
+    if field.is_string and isinstance(value, str):
+        if len(value.encode(errors="replace")) > field.text_room or "\0" in value:
+            raise InterfaceError(
+                f"the text for {name} does not fit: '{value}'",
+                hint=f"{name} holds {field.text_room} bytes of UTF-8 without NUL",
+            )
+    elif field.enum is not None:
+        numbers = {item.value for item in field.enum.items}
+        for element in value if field.is_array and isinstance(value, list | tuple) else (value,):
+            if type(element) is int and element not in numbers:
+                raise misfit_error(block.SCHEMA.name, field, element)
+    block.set(name, value)
 
 
 def json_value(value: Any) -> Any:
@@ -142,7 +97,7 @@ def json_value(value: Any) -> Any:
 
 
 def field_text(value: Any) -> str:
-    """Return a field's value in the form that :func:`assign` reads."""
+    """Return a field's value as text, with texts in quotes."""
     if isinstance(value, tuple):
         return ",".join(field_text(element) for element in value)
     if isinstance(value, str):

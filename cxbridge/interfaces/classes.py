@@ -1,31 +1,25 @@
 """Makes the Python classes of a schema: enums, messages, the interface.
 
-A class has a property for each field. Classes come from XML at run time, or from modules that
-``cxbridge interface compile`` has written, which :func:`define` completes.
+A class has a property for each field.
 """
 
 from __future__ import annotations
 
 import ctypes
 import keyword
-from collections.abc import Callable
 from enum import IntEnum
 from functools import cache
 from operator import attrgetter
-from typing import Any, TypeVar
+from typing import Any
 
 from cxbridge.errors import InterfaceError
-from cxbridge.interfaces.accessors import make_accessor, make_filler
+from cxbridge.interfaces.accessors import make_accessor
 from cxbridge.interfaces.block import Block
 from cxbridge.interfaces.instance import Interface, Message
-from cxbridge.interfaces.pseudomap import pseudomap_property
 from cxbridge.interfaces.schema import EnumSchema, FieldSchema, InterfaceSchema, MessageSchema
 
 EnumClasses = dict[str, type[IntEnum]]
-BlockT = TypeVar("BlockT", bound=Block)
-InterfaceT = TypeVar("InterfaceT", bound=Interface)
 
-_UNKNOWN = "UNKNOWN"
 _C_TYPES: dict[str, Any] = {
     "?": ctypes.c_bool,
     "b": ctypes.c_int8,
@@ -46,49 +40,21 @@ _C_TYPES: dict[str, Any] = {
 def make_interface_class(schema: InterfaceSchema) -> type[Interface]:
     """Return the class of an interface, always the same class for equal schemas.
 
-    The class has a property for each field, attributes for message classes, enums, enum items and constants,
-    and a function ``tostring_ENUM(value)`` for each enum.
+    The class has a property for each field, and attributes for message classes, enums, enum items and
+    constants.
     """
-    interface_class = type(
-        schema.name, (Interface,), {"__slots__": (), "__doc__": schema.comment or schema.name}
-    )
-    return define(schema)(interface_class)
-
-
-def define(schema: InterfaceSchema) -> Callable[[type[InterfaceT]], type[InterfaceT]]:
-    """Return a decorator that completes the class of an interface.
-
-    The class keeps the enums and messages that its body defines.
-    """
-
-    def complete(interface_class: type[InterfaceT]) -> type[InterfaceT]:
-        # a compiled class defines typed enums and messages; a class from XML gets them here
-        enums = {
-            enum.name: _own_attribute(interface_class, enum.name) or make_enum(enum) for enum in schema.enums
-        }
-        messages: dict[str, type[Message]] = {}
-        for message in schema.messages:
-            message_class = _own_attribute(interface_class, message.name) or _make_message_class(
-                message, schema
-            )
-            messages[message.name] = _add_fields(message_class, message, enums)
-            message_class.INTERFACE = schema
-            message_class.FILL = make_filler(
-                message.fields, [enums.get(field.type) if field.is_enum else None for field in message.fields]
-            )
-        interface_class.MESSAGES = messages
-        _add_fields(interface_class, schema, enums)
-        for pseudomap in schema.pseudomaps:
-            setattr(interface_class, attribute_name(pseudomap.name, Interface), pseudomap_property(pseudomap))
-        _add_members(interface_class, {**enums, **messages})
-        _add_members(interface_class, {constant.name: constant.value for constant in schema.constants})
-        for definition in schema.enums:
-            enum = enums[definition.name]
-            _add_members(interface_class, {f"tostring_{definition.name}": staticmethod(_make_tostring(enum))})
-            _add_members(interface_class, {item.name: enum(item.value) for item in definition.items})
-        return interface_class
-
-    return complete
+    enums = {enum.name: make_enum(enum) for enum in schema.enums}
+    messages = {message.name: _make_message_class(message, schema, enums) for message in schema.messages}
+    namespace = {"__slots__": (), "__doc__": schema.comment or schema.name, "MESSAGES": messages}
+    interface_class = type(schema.name, (Interface,), namespace)
+    _add_fields(interface_class, schema, enums)
+    members: dict[str, Any] = {**enums, **messages}
+    members |= {constant.name: constant.value for constant in schema.constants}
+    for enum in schema.enums:
+        members |= {item.name: enums[enum.name](item.value) for item in enum.items}
+    for name, value in members.items():
+        setattr(interface_class, attribute_name(name, Interface), value)
+    return interface_class
 
 
 @cache
@@ -131,8 +97,8 @@ def make_view(fields: tuple[FieldSchema, ...], datasize: int) -> type[ctypes.Str
 
 
 def _add_fields(
-    block_class: type[BlockT], schema: InterfaceSchema | MessageSchema, enums: EnumClasses
-) -> type[BlockT]:
+    block_class: type[Block], schema: InterfaceSchema | MessageSchema, enums: EnumClasses
+) -> None:
     """Give a class its schema and the properties of its fields."""
     block_class.SCHEMA = schema
     block_class.VIEW = make_view(schema.fields, schema.datasize)
@@ -151,40 +117,17 @@ def _add_fields(
     base = Message if isinstance(schema, MessageSchema) else Interface
     for name, accessor in block_class.ACCESSORS.items():
         setattr(block_class, attribute_name(name, base), accessor)
-    return block_class
 
 
-def _own_attribute(interface_class: type[Interface], name: str) -> Any:
-    """Return the attribute that the class body defines for a name of the definition, or None."""
-    return vars(interface_class).get(attribute_name(name, Interface))
-
-
-def _make_message_class(schema: MessageSchema, interface: InterfaceSchema) -> type[Message]:
-    """Return a message class without fields."""
+def _make_message_class(
+    schema: MessageSchema, interface: InterfaceSchema, enums: EnumClasses
+) -> type[Message]:
     namespace = {
         "__slots__": (),
         "__doc__": schema.comment or schema.name,
         "__qualname__": f"{interface.name}.{schema.name}",
+        "INTERFACE": interface,
     }
-    return type(schema.name, (Message,), namespace)
-
-
-def _add_members(interface_class: type[Interface], members: dict[str, Any]) -> None:
-    """Add class attributes by names of the definition unless the class body defines them."""
-    for name, value in members.items():
-        attribute = attribute_name(name, Interface)
-        if attribute not in vars(interface_class):
-            setattr(interface_class, attribute, value)
-
-
-def enum_value_name(enum: type[IntEnum], value: int) -> str:
-    """Return the name of an enum value, or ``UNKNOWN``."""
-    return next((item.name for item in enum if item == value), _UNKNOWN)
-
-
-def _make_tostring(enum: type[IntEnum]) -> Callable[[int], str]:
-    def tostring(value: int) -> str:
-        """Return the name of a value, or UNKNOWN."""
-        return enum_value_name(enum, value)
-
-    return tostring
+    message_class = type(schema.name, (Message,), namespace)
+    _add_fields(message_class, schema, enums)
+    return message_class

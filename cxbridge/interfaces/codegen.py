@@ -1,12 +1,11 @@
-"""Source of typed Python modules and stubs for interface types.
+"""Source of Python modules and typed stubs for interface types.
 
-A module needs no XML at run time: the module has the schema as JSON, and classes with typed attributes, to
-which :func:`cxbridge.interfaces.classes.define` adds the properties. A stub has the declarations alone.
+A module needs no XML at run time: the module has the schema as JSON, and makes the classes of the schema. The
+stub next to it declares the classes for editors and type checkers.
 """
 
 from __future__ import annotations
 
-import json
 import textwrap
 from collections.abc import Iterator
 
@@ -23,6 +22,21 @@ from cxbridge.interfaces.schema import (
 _WIDTH = 88  # columns of docstrings, as in ruff's default
 _GENERATOR_NOTE = "Made by 'cxbridge interface compile': do not edit, generate it again."
 _INDENT = "    "
+_MODULE = '''\
+"""The interface type {name}.
+
+{note}
+"""
+
+from cxbridge.interfaces.classes import make_interface_class
+from cxbridge.interfaces.schema import schema_from_json
+
+_DEFINITION = r"""
+{definition}
+"""
+
+{name} = make_interface_class(schema_from_json(_DEFINITION))
+'''
 _PYTHON_TYPES = {"bool": "bool", "string": "str", "float": "float", "double": "float"}
 _ZEROS = {"bool": "False", "str": '""', "float": "0.0"}
 # The names of a definition, messages with many fields, and bool fields may break these rules of ruff. The
@@ -32,23 +46,24 @@ _NOQA = "# ruff: noqa: E501, FBT001, FBT002, N801, N802, N815, PLR0913, PLR0917,
 
 def module_source(schema: InterfaceSchema) -> str:
     """Return the source of a module with the class of an interface."""
-    return _SourceWriter(schema, is_stub=False).write_source()
+    # JSON escapes quotes: no text of the definition can end the literal
+    return _MODULE.format(name=schema.name, note=_GENERATOR_NOTE, definition=schema_to_json(schema))
 
 
 def stub_source(schema: InterfaceSchema) -> str:
     """Return the source of a stub (``.pyi``) with the class of an interface."""
-    return _SourceWriter(schema, is_stub=True).write_source()
+    return "\n".join(_StubWriter(schema).lines()) + "\n"
 
 
-class _SourceWriter:
-    """Writes one module or stub."""
+class _StubWriter:
+    """Writes a stub."""
 
-    def __init__(self, schema: InterfaceSchema, *, is_stub: bool) -> None:
+    def __init__(self, schema: InterfaceSchema) -> None:
         self._schema = schema
-        self._is_stub = is_stub
 
-    def write_source(self) -> str:
-        return "\n".join([*self._header_lines(), *self._class_lines()]) + "\n"
+    def lines(self) -> Iterator[str]:
+        yield from self._header_lines()
+        yield from self._class_lines()
 
     def _header_lines(self) -> Iterator[str]:
         """Yield the lines before the class."""
@@ -57,31 +72,13 @@ class _SourceWriter:
         yield ""
         yield _NOQA
         yield ""
-        if not self._is_stub:
-            yield "from __future__ import annotations"
-            yield ""
         standard_imports = list(self._standard_imports())
         if standard_imports:
             yield from [*standard_imports, ""]
         if self._uses_arrays():
             yield "from cxbridge.interfaces.accessors import Array"
-        if not self._is_stub:
-            names = ["define", "enum_value_name"] if schema.enums else ["define"]
-            yield f"from cxbridge.interfaces.classes import {', '.join(names)}"
         bases = "Interface, Message" if schema.messages else "Interface"
         yield f"from cxbridge.interfaces.instance import {bases}"
-        if schema.pseudomaps:
-            yield "from cxbridge.interfaces.pseudomap import PseudoMap"
-        if not self._is_stub:
-            yield "from cxbridge.interfaces.schema import schema_from_json"
-            yield ""
-            # JSON escapes quotes: no text of the definition can end this literal
-            yield '_DEFINITION = r"""'
-            yield schema_to_json(schema)
-            yield '"""'
-            yield ""
-            yield "SCHEMA = schema_from_json(_DEFINITION)"
-            yield ""
         yield ""
 
     def _standard_imports(self) -> Iterator[str]:
@@ -101,26 +98,17 @@ class _SourceWriter:
 
     def _class_lines(self) -> Iterator[str]:
         schema = self._schema
-        if not self._is_stub:
-            yield "@define(SCHEMA)"
         yield f"class {schema.name}(Interface):"
         yield from _class_docstring_lines(f"The interface type {schema.name}.", schema.comment, _INDENT)
-        if not self._is_stub:
-            yield ""
-            yield f"{_INDENT}__slots__ = ()"
         for enum in schema.enums:
             yield from self._enum_lines(enum)
         yield from self._constant_lines()
         for message in schema.messages:
             yield from self._message_lines(message)
         yield from self._annotation_lines(schema.fields, Interface, _INDENT, "")
-        for pseudomap in schema.pseudomaps:
-            yield ""
-            yield f"{_INDENT}{attribute_name(pseudomap.name, Interface)}: PseudoMap"
-            yield from _docstring_lines(pseudomap.comment, _INDENT)
 
     def _enum_lines(self, enum: EnumSchema) -> Iterator[str]:
-        """Yield an enum class, its items as members of the interface, and tostring_ENUM."""
+        """Yield an enum class, and its items as members of the interface."""
         inner_indent, name = _INDENT * 2, attribute_name(enum.name, Interface)
         yield ""
         yield f"{_INDENT}class {name}(IntEnum):"
@@ -131,25 +119,14 @@ class _SourceWriter:
             yield from _docstring_lines(item.comment, inner_indent)
         yield ""
         for item in enum.items:
-            member, value = attribute_name(item.name, Interface), f"{name}.{enum_member_name(item.name)}"
             # C++ has the items in the scope of the interface
-            yield f"{_INDENT}{member}: ClassVar[{name}]" + ("" if self._is_stub else f" = {value}")
-        yield ""
-        yield f"{_INDENT}@staticmethod"
-        signature = f"{_INDENT}def tostring_{enum.name}(value: int) -> str:"
-        if self._is_stub:
-            yield f"{signature} ..."
-            return
-        yield signature
-        yield from _docstring_lines("Return the name of a value, UNKNOWN if it has none.", inner_indent)
-        yield f"{inner_indent}return enum_value_name({self._schema.name}.{name}, value)"
+            yield f"{_INDENT}{attribute_name(item.name, Interface)}: ClassVar[{name}]"
 
     def _constant_lines(self) -> Iterator[str]:
         for constant in self._schema.constants:
             python_type = type(constant.value).__name__
             yield ""
-            value = "" if self._is_stub else f" = {_format_literal(constant.value)}"
-            yield f"{_INDENT}{attribute_name(constant.name, Interface)}: ClassVar[{python_type}]{value}"
+            yield f"{_INDENT}{attribute_name(constant.name, Interface)}: ClassVar[{python_type}]"
             yield from _docstring_lines(constant.comment, _INDENT)
 
     def _message_lines(self, message: MessageSchema) -> Iterator[str]:
@@ -157,9 +134,6 @@ class _SourceWriter:
         yield ""
         yield f"{_INDENT}class {message.name}(Message):"
         yield from _class_docstring_lines(f"The message {message.name}.", message.comment, inner_indent)
-        if not self._is_stub:
-            yield ""
-            yield f"{inner_indent}__slots__ = ()"
         yield from self._annotation_lines(message.fields, Message, inner_indent, f"{self._schema.name}.")
         if message.fields:
             yield from self._constructor_lines(message, inner_indent)
@@ -179,12 +153,7 @@ class _SourceWriter:
                 yield f"{body}{name}: {python_type} | int = 0,"
             else:
                 yield f"{body}{name}: {python_type} = {_ZEROS.get(python_type, '0')},"
-        if self._is_stub:
-            yield f"{indent}) -> None: ..."
-            return
-        yield f"{indent}) -> None:"
-        yield from _docstring_lines("Make a message; omitted values are zero.", body)
-        yield f"{body}super().__init__({', '.join(names)})"
+        yield f"{indent}) -> None: ..."
 
     def _annotation_lines(
         self, fields: tuple[FieldSchema, ...], base: type, indent: str, enum_prefix: str
@@ -231,11 +200,3 @@ def _wrap(text: str, indent: str) -> list[str]:
     # the docstring is for readers, the schema has the exact text
     text = text.replace("\\", "/").replace('"', "'")
     return textwrap.wrap(text, _WIDTH - len(indent), break_on_hyphens=False)
-
-
-def _format_literal(value: bool | float | str) -> str:
-    """Return the Python literal of a constant."""
-    if isinstance(value, str) and '"' not in value:
-        # a JSON string is a Python string with double quotes, which formatters want
-        return json.dumps(value, ensure_ascii=False)
-    return repr(value)

@@ -84,9 +84,6 @@ def describe_schema(schema: InterfaceSchema) -> Iterator[str]:
         items = ", ".join(f"{item.name}={item.value}" for item in enum.items)
         yield f"  enum {enum.name}: {items}"
     yield from _describe_fields(schema.fields, "  ")
-    for pseudomap in schema.pseudomaps:
-        refs = ", ".join(f"{ref.key}={ref.field}" for ref in pseudomap.refs)
-        yield f"  pseudo map {pseudomap.name}: {refs}"
     for message in schema.messages:
         yield f"  message {message.name}: {message.datasize} bytes"
         yield from _describe_fields(message.fields, "    ")

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from types import TracebackType
-from typing import Any, ClassVar, Self, TypeGuard, TypeVar
+from typing import Any, ClassVar, Self
 from uuid import UUID
 
 from cxbridge.interfaces.instance_errors import (
@@ -17,7 +17,6 @@ from cxbridge.interfaces.instance_errors import (
     ForeignMessageError,
     MessageAlreadyQueuedError,
     QueueAccessError,
-    UnexpectedMessageTypeError,
     UnknownMessageTypeError,
 )
 from cxbridge.interfaces.message import STAMP, Message, MessageQueue, Port
@@ -25,8 +24,6 @@ from cxbridge.interfaces.message_ids import MESSAGE_ID_MASK
 from cxbridge.interfaces.shared import SharedBlock
 
 __all__ = ["STAMP", "Interface", "Message", "MessageQueue", "Port"]
-
-MessageT = TypeVar("MessageT", bound=Message)
 
 
 class Interface(SharedBlock):
@@ -142,23 +139,6 @@ class Interface(SharedBlock):
         """Return the oldest message without removing it, or None."""
         return self._writer_queue("first").first()
 
-    def msgq_first_is(self, message_class: type[Message]) -> bool:
-        """Return whether the oldest message is of this class, or of a class with the same definition."""
-        message = self._writer_queue("first").first()
-        return message is not None and _has_class(message, message_class)
-
-    def msgq_first_as(self, message_class: type[MessageT]) -> MessageT | None:
-        """Return the oldest message without removing it, or None.
-
-        :raises UnexpectedMessageTypeError: if the message is of another class.
-        """
-        message = self._writer_queue("first").first()
-        if message is None:
-            return None
-        if _has_class(message, message_class):
-            return message
-        raise UnexpectedMessageTypeError
-
     def msgq_pop(self) -> Message | None:
         """Remove and return the oldest message, or None."""
         queue = self._queue if self._queue is not None else self._writer_queue("pop")
@@ -189,10 +169,3 @@ class Interface(SharedBlock):
         if self._queue is None:
             raise QueueAccessError(self.type, self.id, operation)
         return self._queue
-
-
-def _has_class(message: Message, message_class: type[MessageT]) -> TypeGuard[MessageT]:
-    """Return whether a message is of a class, or of another class with the same definition."""
-    return isinstance(message, message_class) or (
-        message.type == message_class.SCHEMA.name and message_class.belongs_to(message.INTERFACE)
-    )

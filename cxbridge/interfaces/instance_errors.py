@@ -57,14 +57,6 @@ class TimestampError(InstanceError):
     """An explicit time stamp was set on a reader, or while time stamps are automatic."""
 
 
-class BufferIndexError(InstanceError, IndexError):
-    """A private buffer of this number does not exist."""
-
-    def __init__(self, uid: str, index: int, size: int) -> None:
-        buffers = f"{size} buffers: use 0..{size - 1}" if size else "no buffers: call resize_buffers first"
-        super().__init__(f"Buffer ID out of bounds: {index}", hint=f"{uid} has {buffers}")
-
-
 class MessageError(BlackBoardError):
     """A message cannot be made, sent or queued."""
 
@@ -104,10 +96,3 @@ class QueueFullError(MessageError):
     def __init__(self, uid: str, limit: int) -> None:
         super().__init__(f"The message queue of interface {uid} is full ({limit} messages).")
         self.limit = limit
-
-
-class UnexpectedMessageTypeError(MessageError):
-    """The first message in the queue is of another type."""
-
-    def __init__(self) -> None:
-        super().__init__("Message is not of desired type")

@@ -27,14 +27,13 @@ def make_field(
     *,
     enum: EnumSchema | None = None,
     comment: str = "",
-    validfor: str | None = None,
     default: str | None = None,
     flags: tuple[str, ...] = (),
 ) -> FieldSchema:
     """Return a field with sizes and the preliminary offset 0."""
     elem_size = storage_type(type_name).size
     size = elem_size * (1 if length is None else length)
-    return FieldSchema(name, type_name, length, 0, size, elem_size, comment, enum, validfor, default, flags)
+    return FieldSchema(name, type_name, length, 0, size, elem_size, comment, enum, default, flags)
 
 
 def place_fields(fields: Iterable[FieldSchema]) -> tuple[tuple[FieldSchema, ...], int]:

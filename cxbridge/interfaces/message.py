@@ -11,7 +11,6 @@ from typing import Any, ClassVar, Final, Protocol, Self, TypeVar
 from uuid import UUID
 
 from cxbridge.clock import MICROSECONDS
-from cxbridge.interfaces.accessors import MISFIT_ERRORS, Filler, refuse_values
 from cxbridge.interfaces.block import Block
 from cxbridge.interfaces.instance_errors import (
     InvalidInstanceError,
@@ -157,9 +156,6 @@ class Message(Block):
     INTERFACE: ClassVar[InterfaceSchema]
     """The definition of the message's interface."""
 
-    FILL: ClassVar[Filler] = refuse_values
-    """Sets all fields at once if possible; made by ``accessors.make_filler``."""
-
     __slots__ = (
         "enqueued",
         "hops",
@@ -187,25 +183,14 @@ class Message(Block):
         """Whether the message is, or was, in a queue."""
         self.hops = 0
         """The number of networks that the message crossed."""
-        if values:
-            self._fill(values)
+        if len(values) > len(self.ACCESSORS):
+            raise TypeError(f"{self.type} has {len(self.ACCESSORS)} fields, not {len(values)}")
+        for accessor, value in zip(
+            self.ACCESSORS.values(), values, strict=False
+        ):  # the other fields stay zero
+            accessor.fset(self, value)
         for name, value in by_name.items():
             self.set(name, value)
-
-    def _fill(self, values: tuple[Any, ...]) -> None:
-        """Set the first fields."""
-        fields = self.SCHEMA.fields
-        if len(values) == len(fields):
-            try:
-                self.FILL(values)
-            except MISFIT_ERRORS:
-                pass  # the setters convert the values or raise the error
-            else:
-                return
-        if len(values) > len(fields):
-            raise TypeError(f"{self.type} has {len(fields)} fields, not {len(values)}")
-        for field, value in zip(fields, values, strict=False):  # the other fields stay zero
-            self.set(field.name, value)
 
     @classmethod
     def belongs_to(cls, schema: InterfaceSchema) -> bool:

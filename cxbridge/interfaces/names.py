@@ -44,20 +44,6 @@ RESERVED_IN_MESSAGES: Final = frozenset(
 # fmt: on
 
 _IDENTIFIER = re.compile(r"(?!__)[A-Za-z_][A-Za-z0-9_]*")
-# The prefixes of accessors, each with the number of characters that Fawkes removes: one more than its length.
-_ACCESSOR_PREFIXES = {"set_": 5, "is_": 4}
-
-
-def is_reserved(name: str, reserved: frozenset[str]) -> bool:
-    """Return whether a name is reserved.
-
-    As in Fawkes' generator, the prefix of an accessor is removed together with the next character: ``set_id``
-    is allowed, ``set__id`` is not.
-    """
-    for prefix, removed_count in _ACCESSOR_PREFIXES.items():
-        if name.startswith(prefix):
-            return name[removed_count:] in reserved
-    return name in reserved
 
 
 def is_identifier(name: str) -> bool:

@@ -44,8 +44,7 @@ class FieldSchema(Struct, frozen=True, omit_defaults=True):
     :param offset: the number of bytes from the start of the block.
     :param size: the number of bytes of all elements.
     :param elem_size: the number of bytes of an element, also its alignment.
-    :param validfor: the original text, which Fawkes checks but does not use.
-    :param default: the original text, which Fawkes checks but does not use; blocks start as zeros.
+    :param default: the original text, which Fawkes does not use; blocks start as zeros.
     :param flags: ``changed_indicator`` or empty; Fawkes does not use the flag.
     """
 
@@ -57,7 +56,6 @@ class FieldSchema(Struct, frozen=True, omit_defaults=True):
     elem_size: int
     comment: str = ""
     enum: EnumSchema | None = None
-    validfor: str | None = None
     default: str | None = None
     flags: tuple[str, ...] = ()
 
@@ -96,23 +94,6 @@ class FieldSchema(Struct, frozen=True, omit_defaults=True):
         return 1 if self.length is None else self.length
 
 
-class MapRef(Struct, frozen=True):
-    """An entry of a pseudo map: the field for a key."""
-
-    field: str
-    key: str
-
-
-class PseudoMapSchema(Struct, frozen=True, omit_defaults=True):
-    """A mapping from numbers to fields of the same interface."""
-
-    name: str
-    type: str
-    keytype: str
-    refs: tuple[MapRef, ...]
-    comment: str = ""
-
-
 class MessageSchema(Struct, frozen=True, omit_defaults=True):
     """A message of an interface; its name has the suffix ``Message``."""
 
@@ -142,11 +123,7 @@ class InterfaceSchema(Struct, frozen=True, omit_defaults=True, dict=True):
     messages: tuple[MessageSchema, ...] = ()
     enums: tuple[EnumSchema, ...] = ()
     constants: tuple[ConstantSchema, ...] = ()
-    pseudomaps: tuple[PseudoMapSchema, ...] = ()
     comment: str = ""
-    author: str = ""
-    year: str = ""
-    created: str = ""
     source: str = ""
 
     @property

@@ -13,56 +13,16 @@ from uuid import UUID
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.interfaces.block import Block
-from cxbridge.interfaces.instance_errors import BufferIndexError, TimestampError, WriteDeniedError
+from cxbridge.interfaces.instance_errors import TimestampError, WriteDeniedError
 from cxbridge.interfaces.message import STAMP, ClosedPort, Port
 from cxbridge.interfaces.schema import InterfaceSchema
-
-
-class BufferedBlock(Block):
-    """A data block with buffers for private copies, initially zero."""
-
-    __slots__ = ("_buffers",)
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._buffers: list[bytearray] = []
-
-    @property
-    def num_buffers(self) -> int:
-        """The number of buffers."""
-        return len(self._buffers)
-
-    def resize_buffers(self, count: int) -> None:
-        """Set the number of buffers; new buffers are zero, remaining buffers keep their content."""
-        added = range(len(self._buffers), count)
-        self._buffers = self._buffers[:count] + [bytearray(len(self._buf)) for _ in added]
-
-    def copy_private_to_buffer(self, buffer: int) -> None:
-        """Copy the private copy into a buffer."""
-        self._find_buffer(buffer)[:] = self._buf
-
-    def compare_buffers(self, buffer: int) -> int:
-        """Compare a buffer with the private copy like memcmp: negative, 0 (equal) or positive."""
-        data = self._find_buffer(buffer)
-        return (data > self._buf) - (data < self._buf)
-
-    def buffer_timestamp(self, buffer: int) -> int:
-        """Return the time stamp in a buffer, in microseconds since the epoch."""
-        seconds, microseconds = STAMP.unpack_from(self._find_buffer(buffer))
-        return int(seconds) * MICROSECONDS + int(microseconds)
-
-    def _find_buffer(self, index: int) -> bytearray:
-        if not 0 <= index < len(self._buffers):
-            raise BufferIndexError(self.SCHEMA.name, index, len(self._buffers))
-        return self._buffers[index]
-
 
 _NEVER_READ: Final = -1
 # The private copy was replaced since the last read: it equals no version of the shared block.
 _COPY_REPLACED: Final = -2
 
 
-class SharedBlock(BufferedBlock):
+class SharedBlock(Block):
     """A private copy of a shared block, opened for reading or for writing.
 
     :param serial: unique to this instance.
@@ -301,15 +261,3 @@ class SharedBlock(BufferedBlock):
             raise TimestampError("Timestamp can only be set on writing instance")
         self._explicit_stamp_us = self._port.now_us() if time_us is None else time_us
         self._refreshed = self._changed = True
-
-    def copy_shared_to_buffer(self, buffer: int) -> None:
-        """Copy the shared block into a buffer; the private copy does not change."""
-        self._port.fetch(self._find_buffer(buffer))
-
-    def read_from_buffer(self, buffer: int) -> None:
-        """Set the private copy to a buffer, and :attr:`refreshed` and :attr:`changed` by comparison."""
-        data, replaced_copy = self._find_buffer(buffer), bytes(self._buf)
-        self._buf[:] = data
-        self._version = _COPY_REPLACED
-        self._read_refreshed = self._read_changed = False
-        self._compare_with_replaced(replaced_copy)

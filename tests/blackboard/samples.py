@@ -9,7 +9,7 @@ from msgspec.structs import replace
 
 from cxbridge.errors import InterfaceError
 from cxbridge.interfaces import SkillerInterface
-from cxbridge.interfaces.classes import define, make_interface_class
+from cxbridge.interfaces.classes import make_interface_class
 from cxbridge.interfaces.instance import Interface
 from cxbridge.interfaces.layout import make_field, place_fields
 from cxbridge.interfaces.schema import FieldSchema, InterfaceSchema, MessageSchema
@@ -55,8 +55,8 @@ NewerSampleInterface: Any = make_interface_class(replace(SAMPLE_SCHEMA, hash=byt
 
 
 def remade_sample_interface() -> Any:
-    """Return another class of the same definition as SampleInterface, as a compiled module has it."""
-    return define(SAMPLE_SCHEMA)(type("SampleInterface", (Interface,), {"__slots__": ()}))
+    """Return another class of the same definition as SampleInterface, as another registry has it."""
+    return make_interface_class.__wrapped__(SAMPLE_SCHEMA)
 
 
 class SampleRegistry:

@@ -14,7 +14,7 @@ from cxbridge.interfaces.classes import make_interface_class
 from cxbridge.interfaces.fieldtypes import TYPES
 from cxbridge.interfaces.instance import Interface
 from cxbridge.interfaces.layout import make_field, place_fields
-from cxbridge.interfaces.names import RESERVED_IN_INTERFACES, RESERVED_IN_MESSAGES, is_reserved
+from cxbridge.interfaces.names import RESERVED_IN_INTERFACES, RESERVED_IN_MESSAGES
 from cxbridge.interfaces.schema import (
     ConstantSchema,
     EnumItem,
@@ -65,7 +65,7 @@ def block_of(*fields: str, enums: str = "") -> Any:
 
 _WORD = st.text(string.ascii_letters + string.digits + "_", min_size=1, max_size=12)
 NAMES = st.builds(lambda head, tail: head + tail, st.sampled_from(string.ascii_letters), _WORD).filter(
-    lambda name: not is_reserved(name, RESERVED_IN_INTERFACES) and not is_reserved(name, RESERVED_IN_MESSAGES)
+    lambda name: name not in RESERVED_IN_INTERFACES | RESERVED_IN_MESSAGES
 )
 COMMENTS = st.text(
     st.characters(exclude_categories=["Cs", "Cc", "Cn", "Co"], exclude_characters="\ufffe\uffff"),

@@ -12,7 +12,7 @@ from cxbridge.interfaces.classes import make_enum, make_interface_class, make_vi
 from cxbridge.interfaces.instance import Interface, Message
 from cxbridge.interfaces.schema import EnumItem, EnumSchema
 from cxbridge.interfaces.xml.parser import parse_bytes
-from tests.interfaces.samples import DATA, bare, block_of, definition
+from tests.interfaces.samples import DATA, bare, definition
 
 
 def test_a_class_has_what_fawkes_classes_have() -> None:
@@ -24,8 +24,6 @@ def test_a_class_has_what_fawkes_classes_have() -> None:
     assert issubclass(Navigator.DriveMode, IntEnum)
     assert Navigator.AllowBackward is Navigator.DriveMode.AllowBackward
     assert Navigator.ERROR_UNKNOWN_PLACE == 4
-    assert Navigator.tostring_DriveMode(1) == "Forward"
-    assert Navigator.tostring_DriveMode(99) == "UNKNOWN"
     assert Navigator.maxlenof("target_frame") == 64
 
 
@@ -71,23 +69,6 @@ def test_the_layout_is_that_of_a_c_struct() -> None:
             make_view(message.fields, message.datasize)
     with pytest.raises(InterfaceError, match="C struct"):
         make_view(schema.fields, schema.datasize + 8)
-
-
-def test_pseudo_maps_give_access_to_fields() -> None:
-    block = block_of(
-        '<field type="int8" name="a">c</field><field type="int8" name="b">c</field>',
-        '<pseudomap type="int8" keytype="uint16" name="by_number"><comment>c</comment>',
-        '<mapref key="1">a</mapref><mapref key="7">b</mapref></pseudomap>',
-    )
-    block.by_number[7] = 5
-    assert (block.b, block._changed) == (5, True)
-    assert dict(block.by_number) == {1: 0, 7: 5}
-    with pytest.raises(InterfaceError, match="no key 2"):
-        block.by_number[2]
-    with pytest.raises(InterfaceError, match="cannot be deleted"):
-        del block.by_number[1]
-    with pytest.raises(InterfaceError, match=r"SampleInterface\.a "):
-        block.by_number[1] = 500
 
 
 def test_importing_the_package_parses_nothing() -> None:

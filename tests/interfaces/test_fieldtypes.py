@@ -7,12 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cxbridge.interfaces.fieldtypes import TYPES, parse_literal, round_to_float, storage_type
-from cxbridge.interfaces.names import (
-    RESERVED_IN_INTERFACES,
-    interface_type_name,
-    is_reserved,
-    message_type_name,
-)
+from cxbridge.interfaces.names import interface_type_name, message_type_name
 
 
 @pytest.mark.parametrize("name", TYPES)
@@ -62,15 +57,6 @@ def test_literals(type_name: str, text: str, value: object) -> None:
 @given(st.floats(width=32))
 def test_a_float_stays_what_it_is(value: float) -> None:
     assert struct.pack("d", round_to_float(value)) == struct.pack("d", value)
-
-
-def test_names_with_a_prefix_lose_one_character_too_many_as_in_fawkes() -> None:
-    reserved = [
-        name
-        for name in ("id", "set_id", "set_xid", "is_id", "is_xid", "set_", "is_", "ids")
-        if is_reserved(name, RESERVED_IN_INTERFACES)
-    ]
-    assert reserved == ["id", "set_xid", "is_xid"]
 
 
 def test_suffixes() -> None:

@@ -9,7 +9,6 @@ from uuid import UUID
 
 import pytest
 
-from cxbridge.errors import BlackBoardError
 from cxbridge.interfaces import instance_errors
 from cxbridge.interfaces.classes import make_interface_class
 from cxbridge.interfaces.instance import Interface, Message, MessageQueue, Port
@@ -124,19 +123,6 @@ def test_a_writer_need_not_read_what_it_wrote(port):
     assert port.fetches == 0
 
 
-def test_a_buffer_that_was_read_is_replaced_by_the_next_read(port):
-    reader = open_on(port)
-    reader.resize_buffers(1)
-    writer = open_on(port, writer=True)
-    writer.count = 5
-    writer.write()
-    reader.read()
-    reader.read_from_buffer(0)
-    assert (reader.count, reader.changed) == (0, True)
-    assert reader.read() is True
-    assert (reader.count, reader.changed) == (5, True)
-
-
 def test_flags_of_a_write_are_those_since_the_write_before(port):
     writer = open_on(port, writer=True)
     writer.write()
@@ -216,12 +202,10 @@ def test_a_closed_instance_refuses_everything_but_its_names(port):
     writer.close()
     reader.close()
     assert (writer.valid, writer.uid, writer.serial) == (False, "CountInterface::a", SERIAL)
-    reader.resize_buffers(1)
     for refused, name in [
         (reader.read, "read()"),
         (writer.write, "write()"),
         (lambda: reader.msgq_enqueue(CountInterface.SetCountMessage()), "msgq_enqueue()"),
-        (lambda: reader.copy_shared_to_buffer(0), "read()"),
         (lambda: reader.has_writer, "has_writer()"),
         (lambda: reader.num_readers, "readers()"),
         (lambda: reader.writer, "writer()"),
@@ -242,12 +226,3 @@ def test_a_closed_instance_goes_away_without_the_garbage_collector(port):
     count = sys.getrefcount(instance)
     instance.close()
     assert sys.getrefcount(instance) == count
-
-
-def test_errors_tell_how_many_buffers_there_are(port):
-    reader = open_on(port)
-    with pytest.raises(IndexError, match="no buffers: call resize_buffers first"):
-        reader.compare_buffers(0)
-    reader.resize_buffers(2)
-    with pytest.raises(BlackBoardError, match=r"2 buffers: use 0\.\.1"):
-        reader.compare_buffers(2)

@@ -91,7 +91,6 @@ def test_words_make_no_difference() -> None:
         SKILLER,
         hash=bytes(16),
         comment="other words",
-        author="somebody",
         source="elsewhere",
         constants=(),
         enums=(replace(enum, comment="other words"),),

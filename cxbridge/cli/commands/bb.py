@@ -37,9 +37,7 @@ _ANY_INTERFACE: Final = "*"
 
 Assignments = Annotated[
     list[str] | None,
-    typer.Argument(
-        metavar="NAME=VALUE...", help="fields: NAME=VALUE, NAME=V,V,V for arrays, NAME[INDEX]=VALUE"
-    ),
+    typer.Argument(metavar="NAME=VALUE...", help="fields: NAME=VALUE, NAME=V,V,V for arrays"),
 ]
 Glob = Annotated[
     str, typer.Argument(metavar="GLOB", help="TYPE or TYPE::ID with the shell patterns *, ?, []")

@@ -145,10 +145,10 @@ def compile_types(
     output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="folder for the modules")],
     interface_dir: InterfaceDirs = None,
     stubs: Annotated[
-        bool, typer.Option("--stubs", help="write stubs (.pyi) for editors instead of modules")
+        bool, typer.Option("--stubs", help="write the stubs (.pyi) alone, without modules")
     ] = False,
 ) -> None:
-    """Write typed Python modules with the classes of interfaces, which then need no XML at run time.
+    """Write Python modules with the classes of interfaces, which need no XML, and stubs with their types.
 
     Example: cxbridge interface compile HandInterface -o hand --interface-dir interfaces
     """
@@ -156,9 +156,15 @@ def compile_types(
 
     schemas = [_find_schema(name, interface_dir) for name in names]
     for schema in schemas:
-        path = output / f"{schema.name}{'.pyi' if stubs else '.py'}"
-        write_file(path, stub_source(schema) if stubs else module_source(schema))
-        say(path)
+        sources = (
+            {".pyi": stub_source(schema)}
+            if stubs
+            else {".py": module_source(schema), ".pyi": stub_source(schema)}
+        )
+        for suffix, source in sources.items():
+            path = output / f"{schema.name}{suffix}"
+            write_file(path, source)
+            say(path)
 
 
 def make_registry(interface_dirs: list[Path] | None) -> InterfaceRegistry:

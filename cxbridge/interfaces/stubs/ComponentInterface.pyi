@@ -39,9 +39,6 @@ class ComponentInterface(Interface):
     ACTIVE: ClassVar[LifecycleState]
     FINALIZED: ClassVar[LifecycleState]
 
-    @staticmethod
-    def tostring_LifecycleState(value: int) -> str: ...
-
     position: int
     """Its place in the order of the start, from 1."""
 

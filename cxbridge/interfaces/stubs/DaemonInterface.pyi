@@ -45,9 +45,6 @@ class DaemonInterface(Interface):
     DEGRADED: ClassVar[DaemonState]
     STOPPING: ClassVar[DaemonState]
 
-    @staticmethod
-    def tostring_DaemonState(value: int) -> str: ...
-
     class PauseMessage(Message):
         """The message PauseMessage.
 

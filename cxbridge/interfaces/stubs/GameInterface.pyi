@@ -35,9 +35,6 @@ class GameInterface(Interface):
     PRODUCTION: ClassVar[Phase]
     POST_GAME: ClassVar[Phase]
 
-    @staticmethod
-    def tostring_Phase(value: int) -> str: ...
-
     phase: Phase
     """How far it is."""
 

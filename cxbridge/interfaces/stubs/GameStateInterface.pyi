@@ -39,9 +39,6 @@ class GameStateInterface(Interface):
     TEAM_MAGENTA: ClassVar[if_gamestate_team_t]
     TEAM_BOTH: ClassVar[if_gamestate_team_t]
 
-    @staticmethod
-    def tostring_if_gamestate_team_t(value: int) -> str: ...
-
     class if_gamestate_goalcolor_t(IntEnum):
         """Values of type if_gamestate_goalcolor_t.
 
@@ -57,9 +54,6 @@ class GameStateInterface(Interface):
     GOAL_BLUE: ClassVar[if_gamestate_goalcolor_t]
     GOAL_YELLOW: ClassVar[if_gamestate_goalcolor_t]
 
-    @staticmethod
-    def tostring_if_gamestate_goalcolor_t(value: int) -> str: ...
-
     class if_gamestate_half_t(IntEnum):
         """Values of type if_gamestate_half_t.
 
@@ -74,9 +68,6 @@ class GameStateInterface(Interface):
 
     HALF_FIRST: ClassVar[if_gamestate_half_t]
     HALF_SECOND: ClassVar[if_gamestate_half_t]
-
-    @staticmethod
-    def tostring_if_gamestate_half_t(value: int) -> str: ...
 
     class if_gamestate_role_t(IntEnum):
         """Values of type if_gamestate_role_t.
@@ -104,9 +95,6 @@ class GameStateInterface(Interface):
     ROLE_MID_LEFT: ClassVar[if_gamestate_role_t]
     ROLE_MID_RIGHT: ClassVar[if_gamestate_role_t]
     ROLE_ATTACKER: ClassVar[if_gamestate_role_t]
-
-    @staticmethod
-    def tostring_if_gamestate_role_t(value: int) -> str: ...
 
     GS_FROZEN: ClassVar[int]
     """Nobody may move."""

@@ -31,9 +31,6 @@ class GripperInterface(Interface):
     OPEN: ClassVar[GripperState]
     CLOSED: ClassVar[GripperState]
 
-    @staticmethod
-    def tostring_GripperState(value: int) -> str: ...
-
     class OpenGripperMessage(Message):
         """The message OpenGripperMessage.
 

@@ -47,9 +47,6 @@ class KeyValueInterface(Interface):
     TypeByte: ClassVar[ValueType]
     TypeFloat: ClassVar[ValueType]
 
-    @staticmethod
-    def tostring_ValueType(value: int) -> str: ...
-
     key: str
     """The key."""
 

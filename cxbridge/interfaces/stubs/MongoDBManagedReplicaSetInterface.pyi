@@ -59,9 +59,6 @@ class MongoDBManagedReplicaSetInterface(Interface):
     REMOVED: ClassVar[ReplicaSetMemberStatus]
     ERROR: ClassVar[ReplicaSetMemberStatus]
 
-    @staticmethod
-    def tostring_ReplicaSetMemberStatus(value: int) -> str: ...
-
     class ReplicaSetPrimaryStatus(IntEnum):
         """Values of type ReplicaSetPrimaryStatus.
 
@@ -80,9 +77,6 @@ class MongoDBManagedReplicaSetInterface(Interface):
     PRIMARY_UNKNOWN: ClassVar[ReplicaSetPrimaryStatus]
     HAVE_PRIMARY: ClassVar[ReplicaSetPrimaryStatus]
     NO_PRIMARY: ClassVar[ReplicaSetPrimaryStatus]
-
-    @staticmethod
-    def tostring_ReplicaSetPrimaryStatus(value: int) -> str: ...
 
     member_status: ReplicaSetMemberStatus
     """What the own process is."""

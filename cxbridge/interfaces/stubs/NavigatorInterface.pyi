@@ -45,9 +45,6 @@ class NavigatorInterface(Interface):
     Backward: ClassVar[DriveMode]
     ESCAPE: ClassVar[DriveMode]
 
-    @staticmethod
-    def tostring_DriveMode(value: int) -> str: ...
-
     class OrientationMode(IntEnum):
         """Values of type OrientationMode.
 
@@ -62,9 +59,6 @@ class NavigatorInterface(Interface):
 
     OrientAtTarget: ClassVar[OrientationMode]
     OrientDuringTravel: ClassVar[OrientationMode]
-
-    @staticmethod
-    def tostring_OrientationMode(value: int) -> str: ...
 
     ERROR_NONE: ClassVar[int]
     """All is well."""

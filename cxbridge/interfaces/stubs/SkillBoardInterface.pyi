@@ -39,9 +39,6 @@ class SkillBoardInterface(Interface):
     CANCELLED: ClassVar[SkillOutcome]
     REFUSED: ClassVar[SkillOutcome]
 
-    @staticmethod
-    def tostring_SkillOutcome(value: int) -> str: ...
-
     class ResponseMessage(Message):
         """The message ResponseMessage.
 

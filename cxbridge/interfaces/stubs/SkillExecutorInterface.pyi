@@ -35,9 +35,6 @@ class SkillExecutorInterface(Interface):
     RESERVED: ClassVar[SkillExecutorState]
     BUSY: ClassVar[SkillExecutorState]
 
-    @staticmethod
-    def tostring_SkillExecutorState(value: int) -> str: ...
-
     class RequestMessage(Message):
         """The message RequestMessage.
 

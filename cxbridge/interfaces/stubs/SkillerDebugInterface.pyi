@@ -40,9 +40,6 @@ class SkillerDebugInterface(Interface):
     GD_LEFT_RIGHT: ClassVar[GraphDirectionEnum]
     GD_RIGHT_LEFT: ClassVar[GraphDirectionEnum]
 
-    @staticmethod
-    def tostring_GraphDirectionEnum(value: int) -> str: ...
-
     class SetGraphMessage(Message):
         """The message SetGraphMessage.
 

@@ -40,9 +40,6 @@ class SkillerInterface(Interface):
     S_RUNNING: ClassVar[SkillStatusEnum]
     S_FAILED: ClassVar[SkillStatusEnum]
 
-    @staticmethod
-    def tostring_SkillStatusEnum(value: int) -> str: ...
-
     class ExecSkillMessage(Message):
         """The message ExecSkillMessage.
 

@@ -31,9 +31,6 @@ class TestInterface(Interface):
     TEST_ENUM_1: ClassVar[TestEnum]
     TEST_ENUM_2: ClassVar[TestEnum]
 
-    @staticmethod
-    def tostring_TestEnum(value: int) -> str: ...
-
     TEST_CONSTANT: ClassVar[int]
     """An integer."""
 

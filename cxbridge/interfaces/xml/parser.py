@@ -2,13 +2,11 @@
 
 The rules are those of Fawkes' interface generator (its parser, not its DTD). This parser also refuses
 definitions of which no working C++ interface could result: invalid identifiers, names that clash within the
-class, enum items with equal numbers, the type ``char``, and constants that do not parse, which the generator
-silently drops.
+class, the type ``char``, and constants that do not parse, which the generator silently drops.
 """
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
 from functools import lru_cache
 from pathlib import Path
@@ -20,11 +18,9 @@ from cxbridge.interfaces.layout import place_fields
 from cxbridge.interfaces.names import (
     MAX_MESSAGE_LENGTH,
     MAX_TYPE_LENGTH,
-    MESSAGE_SUFFIX,
     RESERVED_IN_INTERFACES,
     RESERVED_IN_MESSAGES,
     interface_type_name,
-    is_identifier,
     message_type_name,
 )
 from cxbridge.interfaces.schema import (
@@ -33,11 +29,10 @@ from cxbridge.interfaces.schema import (
     FieldSchema,
     InterfaceSchema,
     MessageSchema,
-    PseudoMapSchema,
 )
 from cxbridge.interfaces.xml.constants import read_constant, read_enum
-from cxbridge.interfaces.xml.fields import MAX_DATASIZE, DataFields, find_field, read_field, read_pseudomap
-from cxbridge.interfaces.xml.findings import Findings, NameScope, TooManyFindings
+from cxbridge.interfaces.xml.fields import MAX_DATASIZE, DataFields, find_field, read_field
+from cxbridge.interfaces.xml.findings import Findings, NameScope
 from cxbridge.interfaces.xml.tree import MAX_FILE_SIZE, Element, read_tree
 
 
@@ -121,9 +116,7 @@ def check_bytes(data: bytes, file: str | Path | None = None) -> CheckResult:
         return CheckResult(None, (error,))
     findings = Findings(name)
     digest = hashlib.md5(data, usedforsecurity=False).digest()  # Fawkes' version of an interface
-    schema = None
-    with contextlib.suppress(TooManyFindings):  # reading ends early, but the errors so far are reported
-        schema = _DefinitionReader(root, findings).read(digest, name or "")
+    schema = _DefinitionReader(root, findings).read(digest, name or "")
     errors = tuple(sorted(findings.errors, key=lambda error: (error.line or 0, error.column or 0)))
     return CheckResult(None if errors else schema, errors, tuple(findings.warnings))
 
@@ -154,18 +147,13 @@ class _DefinitionReader:
         self._constants: list[ConstantSchema] = []
         self._enums: dict[str, EnumSchema] = {}
         self._fields: DataFields = {}
-        self._pseudomaps: list[PseudoMapSchema] = []
         self._data_comment = ""
 
     def read(self, digest: bytes, source: str) -> InterfaceSchema | None:
         """Read the whole definition; the result is only valid without errors."""
         root, findings = self._root, self._findings
         if root.name != "interface":
-            findings.report_error(
-                root,
-                f"the document is a <{root.name}>, not an interface",
-                'begin with <interface name="...">',
-            )
+            findings.report_error(root, f"the document is a <{root.name}>, not an interface")
             return None
         findings.check_form(root, ("name", "author", "year", "created"), ("constants", "data", "message"))
         name = ""
@@ -179,9 +167,7 @@ class _DefinitionReader:
                 messages.append(self._read_message(element))
         fields, datasize = place_fields(field for field in self._fields.values() if field is not None)
         if datasize > MAX_DATASIZE:
-            findings.report_error(
-                root, f"the block would have {datasize} bytes, the limit is {MAX_DATASIZE}", "shorten it"
-            )
+            findings.report_error(root, f"the block would have {datasize} bytes, the limit is {MAX_DATASIZE}")
         return InterfaceSchema(
             name=name,
             hash=digest,
@@ -190,35 +176,25 @@ class _DefinitionReader:
             messages=tuple(messages),
             enums=tuple(self._enums.values()),
             constants=tuple(self._constants),
-            pseudomaps=tuple(self._pseudomaps),
             comment=self._data_comment,
-            author=root.attributes.get("author", ""),
-            year=root.attributes.get("year", ""),
-            created=root.attributes.get("created", ""),
             source=source,
         )
 
     def _read_name(self) -> str:
         """Return the name of the type with suffix."""
-        root, findings = self._root, self._findings
-        name = findings.read_attribute(root, "name", "MyInterface")
-        type_name = interface_type_name(name)
-        if not is_identifier(name):
-            hint = "a name consists of letters and digits, and begins with a letter"
-            raise findings.make_error(root, f"'{name}' cannot be the name of an interface", hint, "name")
+        type_name = interface_type_name(self._findings.read_name(self._root))
         if len(type_name) > MAX_TYPE_LENGTH:
-            message = (
-                f"the type '{type_name}' has {len(type_name)} characters, the limit is {MAX_TYPE_LENGTH}"
+            raise self._findings.make_error(
+                self._root,
+                f"the type '{type_name}' has {len(type_name)} characters, the limit is {MAX_TYPE_LENGTH}",
             )
-            raise findings.make_error(root, message, "shorten the name", "name")
         return type_name
 
     def _find_single_child(self, name: str) -> Element | None:
         """Return the single child of the root with a name, or None."""
         children = self._root.find_all(name)
         for surplus in children[1:]:
-            hint = f"put everything into the <{name}> of line {children[0].line}"
-            self._findings.report_error(surplus, f"a second <{name}>", hint)
+            self._findings.report_error(surplus, f"a second <{name}>")
         return children[0] if children else None
 
     def _read_constants(self) -> None:
@@ -237,42 +213,34 @@ class _DefinitionReader:
                     self._enums[enum.name] = enum
 
     def _read_data(self) -> None:
-        """Read the required block of data fields and pseudo maps."""
+        """Read the required block of data fields."""
         findings = self._findings
         block = self._find_single_child("data")
         if block is None:
-            findings.report_error(
-                self._root,
-                "the interface has no <data>",
-                "add <data> with a <comment> and at least one <field>",
-            )
+            findings.report_error(self._root, "the interface has no <data>")
             return
-        findings.check_form(block, (), ("comment", "field", "pseudomap"))
-        self._data_comment = findings.read_comment_child(block, "the data block")
+        findings.check_form(block, (), ("comment", "field"))
+        self._data_comment = findings.read_comment_child(block)
         elements = block.find_all("field")
         if not elements:
-            findings.report_error(
-                block, "the data block has no field", 'add at least one <field type="..." name="...">'
-            )
+            findings.report_error(block, "the data block has no <field>")
         for element in elements:
             # a wrong field is known by its name: references to the field cause no further errors
             self._fields.setdefault(element.attributes.get("name", ""), None)
             with findings.collecting_error():
                 field = read_field(element, self._enums, RESERVED_IN_INTERFACES, self._scope, findings)
                 self._fields[field.name] = field
-        # after the fields, because pseudo maps may refer to any of them
-        for element in block.find_all("pseudomap"):
-            with findings.collecting_error():
-                self._pseudomaps.append(
-                    read_pseudomap(element, self._fields, self._enums, self._scope, findings)
-                )
 
     def _read_message(self, element: Element) -> MessageSchema:
         findings = self._findings
         findings.check_form(element, ("name",), ("comment", "field", "ref"))
-        name = findings.read_name(element, "a message", frozenset(), "DoSomething")
-        self._add_message_name(element, name)
-        comment = findings.read_comment_child(element, f"message '{name}'", allows_text=True)
+        name = message_type_name(findings.read_name(element))
+        if len(name) > MAX_MESSAGE_LENGTH:
+            raise findings.make_error(
+                element, f"the message '{name}' has {len(name)} characters, the limit is {MAX_MESSAGE_LENGTH}"
+            )
+        self._scope.add(element, name)
+        comment = findings.read_comment_child(element)
         scope = NameScope(findings)
         fields: list[FieldSchema] = []
         # fields first, then references: Fawkes' order of the fields in the struct
@@ -284,19 +252,7 @@ class _DefinitionReader:
                 findings.check_form(child, ())
                 field = find_field(child, self._fields, findings)
                 if field is not None:
-                    scope.add(child, "field", field.name)
+                    scope.add(child, field.name)
                     fields.append(field)
         placed_fields, datasize = place_fields(fields)
-        return MessageSchema(message_type_name(name), datasize, placed_fields, comment)
-
-    def _add_message_name(self, element: Element, name: str) -> None:
-        """Check that a message's name is short enough and unique."""
-        max_length = MAX_MESSAGE_LENGTH - len(MESSAGE_SUFFIX)
-        if len(name) > max_length:
-            raise self._findings.make_error(
-                element,
-                f"the message name '{name}' has {len(name)} characters, the limit is {max_length}",
-                f"shorten it: with the suffix {MESSAGE_SUFFIX} it must fit into {MAX_MESSAGE_LENGTH}",
-                "name",
-            )
-        self._scope.add(element, "message", message_type_name(name), name)
+        return MessageSchema(name, datasize, placed_fields, comment)

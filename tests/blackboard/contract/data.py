@@ -1,4 +1,4 @@
-"""Reading and writing, time stamps, refreshed and changed, private buffers."""
+"""Reading and writing, time stamps, refreshed and changed."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ import pytest
 
 from cxbridge.blackboard import errors
 from cxbridge.events import InterfaceWrite
-from cxbridge.interfaces.instance import Interface
 from tests.blackboard.contract import BoardPair, Contract
 from tests.blackboard.samples import SampleInterface
 
@@ -218,53 +217,6 @@ class DataContract(Contract):
         pair.publish(second, count=5)
         reader.read()
         assert (reader.count, reader.text) == (5, "keep")
-
-    # -- private buffers
-
-    def test_buffers_keep_earlier_data(self, pair, reader, writer):
-        reader.resize_buffers(2)
-        assert reader.num_buffers == 2
-        for index, count in enumerate((10, 20)):
-            pair.clock.sleep_until(pair.clock.now_us() + 7)
-            pair.publish(writer, count=count)
-            reader.copy_shared_to_buffer(index)
-        assert reader.count == 0
-        assert reader.buffer_timestamp(1) - reader.buffer_timestamp(0) == 7
-        reader.read_from_buffer(0)
-        assert (reader.count, reader.refreshed, reader.changed) == (10, True, True)
-        assert reader.compare_buffers(0) == 0
-        assert reader.compare_buffers(1) > 0
-        assert reader.read() is True
-        assert reader.count == 20
-        assert reader.compare_buffers(0) < 0
-        reader.copy_private_to_buffer(0)
-        assert reader.compare_buffers(0) == 0
-
-    def test_resizing_keeps_the_first_buffers(self, reader):
-        reader.resize_buffers(1)
-        reader.count = 5
-        reader.copy_private_to_buffer(0)
-        reader.resize_buffers(3)
-        assert reader.compare_buffers(0) == 0
-        assert reader.buffer_timestamp(2) == 0
-        reader.resize_buffers(0)
-        assert reader.num_buffers == 0
-
-    @pytest.mark.parametrize(
-        "operation",
-        [
-            Interface.copy_shared_to_buffer,
-            Interface.copy_private_to_buffer,
-            Interface.read_from_buffer,
-            Interface.compare_buffers,
-            Interface.buffer_timestamp,
-        ],
-    )
-    def test_a_buffer_that_does_not_exist_is_refused(self, reader, operation):
-        reader.resize_buffers(2)
-        for index in (2, -1):
-            with pytest.raises(errors.BufferIndexError, match="out of bounds"):
-                operation(reader, index)
 
     # -- recording
 

@@ -91,7 +91,7 @@ def test_messages_between_local_and_remote_instances(made):
         made.settle()
         message = SetCount(5)
         assert reader.msgq_enqueue(message) == 1
-        got = writer.msgq_first_as(SetCount)
+        got = writer.msgq_first()
         assert (got.count, got.id, got.sender_id, got.source_id) == (5, 1, reader.serial, reader.serial)
         assert message.enqueued
         reader.msgq_enqueue(SetCount(6))

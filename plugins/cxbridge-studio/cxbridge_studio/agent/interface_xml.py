@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 from cxbridge.clipstext.syntax import Lines
 from cxbridge.errors import InterfaceDefinitionError
 from cxbridge.interfaces.xml.tree import Element, read_tree
@@ -14,6 +16,8 @@ from cxbridge_studio.agent.names import (
     make_parse_problem,
     make_single_piece_file,
 )
+
+_NAME_ATTRIBUTE = re.compile(r"""\sname\s*=\s*["']""")
 
 
 def read_interface(path: str, text: str) -> SourceFile:
@@ -33,11 +37,10 @@ def read_interface(path: str, text: str) -> SourceFile:
 
     def add_definition(element: Element, kind: NameKind, owner_name: str) -> None:
         name = element.attributes.get("name", "")
-        # The tree only has the position of the attribute's name, which precedes the value.
-        start = (
-            text.find(name, lines.place(*element.attribute_position("name")) + len("name")) if name else -1
-        )
-        if start >= 0:
+        # The tree only has the position of the start tag.
+        attribute = _NAME_ATTRIBUTE.search(text, lines.place(element.line, element.column))
+        if name and attribute is not None:
+            start = attribute.end()
             mentions.append(Mention(Name(kind, name, owner_name), Use.DEFINED, start, start + len(name)))
 
     add_definition(root, NameKind.INTERFACE, "")
