@@ -65,7 +65,6 @@ CASES = {
     ("trace cat", "kind"): ("trace cat RECORDED --kind gaol", "use one of log"),
     ("trace convert", "to"): ("trace convert RECORDED OWN/x --to cvs", "not one of mcap"),
     ("trace extract", "pattern"): ("trace extract RECORDED clps/* -o OWN/out", "no file in it matches"),
-    ("trace planning", "section"): ("trace planning RECORDED gaol", "instances, predicates, goal, plan"),
     ("trace replay", "patterns"): ("trace replay RECORDED -i Skillr* --connect BOARD", "none of its"),
     ("interface show", "name"): ("interface show Skilr", "did you mean Skiller"),
     ("interface hash", "names"): ("interface hash Skilr", "did you mean Skiller"),
@@ -157,7 +156,6 @@ ALIKE = {
 
 ELSEWHERE = {
     ("skill exec", "skill_string"): "the Skiller's own error: tests/cli/test_skill.py",
-    ("trace planning", "call"): "no planner was called for it: tests/trace",
     ("skill executor", "target"): "tests/cli/test_skill_board.py",
     ("skill executor", "agent"): "a skill board takes any agent that comes",
     ("skill executor", "settings"): "tests/cli/test_skill_board.py",

@@ -73,7 +73,7 @@ NOT_RUN: dict[str, dict[str, str]] = {
         "cxbridge daemon --ros2cx ~/ros2-clips-executive --spec test-nav2 --config elsewhere.yaml": THESIS,
         "cxbridge skill executor cxbridge_ros2cx.executors:MoveExecutor --agent default": THESIS,
         "cxbridge run --ros2cx ~/ros2-clips-executive --spec test-nav2 --trace nav2.mcap": THESIS,
-        "cxbridge trace planning nav2.mcap": THESIS,
+        "cxbridge trace extract nav2.mcap 'pddl/*'": THESIS,
         "cxbridge trace report nav2.mcap": THESIS,
         "cxbridge run --ros2cx ~/ros2-clips-executive --config goals --config skiller --clock real": ROBOT,
         "cxbridge run --ros2cx ~/ros2-clips-executive --spec test-pddl --config skiller --clock real": ROBOT,

@@ -14,7 +14,6 @@ COMPONENTS = (
         lambda context: bool(context.spec) and context.has_clients,
     ),
 )
-FORMATS = (Row("clips-watch", "cxbridge_studio.formats.clips_watch"),)
 EXPLAINERS = (Row("studio", "cxbridge_studio.explainer"),)
 OPTIONS = (Row("break", "cxbridge_studio.options:BreakOptions"),)
 OPERATIONS = (
@@ -40,7 +39,6 @@ COMMANDS = (
     Row("monitor", "cxbridge_studio.cli.monitor", section="Look"),
     Row("skill graph", "cxbridge_studio.cli.skill:graph"),
     Row("skill monitor", "cxbridge_studio.cli.skill:monitor"),
-    Row("trace planning", "cxbridge_studio.cli.trace_planning:planning"),
     Row("trace repair", "cxbridge_studio.cli.trace_repair:repair", section="Commands"),
     Row("why", "cxbridge_studio.cli.why", section="Look"),
 )

@@ -324,20 +324,6 @@ def test_a_recording_that_ends_before_the_first_skill_needs_total_order(mini: Pa
     assert replay(cut).status == 0
 
 
-@needs_plugin("studio")
-def test_clips_watch_text_has_no_times(mini: Path, tmp_path: Path) -> None:
-    from cxbridge.run.replay.recordings import Recordings
-
-    text = tmp_path / "watch.txt"
-    text.write_text(
-        "==> f-1     (goal (id G) (class MINI) (type ACHIEVE) (sub-type nil) (parent nil) (mode FORMULATED)"
-        ' (outcome UNKNOWN) (warning) (error) (message "") (priority 0.0) (params) (meta))\n'
-    )
-    recordings = Recordings.read([mini, text])
-    assert Recordings.read([text, mini]).start_us == recordings.start_us
-    assert Recordings.read([text, mini]).decisions.run.format == "clips-watch"
-
-
 def test_nothing_to_compare_with(mini: Path) -> None:
     writes = rewrite(mini, lambda event: event if isinstance(event, InterfaceWrite) else None)
     only = rewrite(writes, lambda event: None if skill_of(event) else event, "writes.mcap")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -89,11 +89,3 @@ def read_table(tokens: Sequence[Token]) -> Table | None:
         if is_end:
             return table
     return None
-
-
-def find_calls(tokens: Sequence[Token], name: str) -> Iterator[tuple[Token, Table | None]]:
-    """Yield each call of a function or method, and its first argument if that is a table."""
-    for index, token in enumerate(tokens[:-1]):
-        if token.kind == "name" and token.text == name and tokens[index + 1].text in {"(", "{"}:
-            is_bracketed = tokens[index + 1].text == "("
-            yield token, read_table(tokens[index + 1 + is_bracketed :])

@@ -1,17 +1,14 @@
-"""The output formats of findings: text, JSON, SARIF for code scanning, and GitHub's annotations."""
+"""The output formats of findings: text, JSON, and GitHub's annotations."""
 
 from __future__ import annotations
 
 import json
 from collections import Counter
 from collections.abc import Callable, Sequence
-from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
-from cxbridge import __version__
-from cxbridge_studio.check.findings import Code, Finding, Severity
+from cxbridge_studio.check.findings import Finding, Severity
 
-_SARIF_SCHEMA: Final = "https://json.schemastore.org/sarif-2.1.0.json"
 _GITHUB_LEVELS: Final = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.NOTE: "notice"}
 
 
@@ -34,48 +31,6 @@ def format_severity_counts(findings: Sequence[Finding]) -> str:
 def format_json(findings: Sequence[Finding]) -> str:
     """Return the findings as a JSON list of objects."""
     return json.dumps([finding.to_json() for finding in findings], indent=2)
-
-
-def format_sarif(findings: Sequence[Finding]) -> str:
-    """Return the findings as a SARIF log. SARIF's rules are the codes of the findings."""
-    codes = {finding.code.name: finding.code for finding in findings}
-    driver = {
-        "name": "cxbridge check",
-        "version": __version__,
-        "rules": [_make_sarif_rule(code) for _, code in sorted(codes.items())],
-    }
-    run = {"tool": {"driver": driver}, "results": [_make_sarif_result(finding) for finding in findings]}
-    return json.dumps({"$schema": _SARIF_SCHEMA, "version": "2.1.0", "runs": [run]}, indent=2)
-
-
-def _make_sarif_rule(code: Code) -> dict[str, Any]:
-    return {
-        "id": code.name,
-        "shortDescription": {"text": code.title},
-        "fullDescription": {"text": code.explanation},
-        "defaultConfiguration": {"level": code.severity.value},
-    }
-
-
-def _make_sarif_result(finding: Finding) -> dict[str, Any]:
-    text = f"{finding.message}. {finding.hint}" if finding.hint else finding.message
-    location: dict[str, Any] = {"artifactLocation": {"uri": _make_file_uri(finding.place.file)}}
-    if finding.place.line:
-        location["region"] = {"startLine": finding.place.line}
-        if finding.place.column:
-            location["region"]["startColumn"] = finding.place.column
-    return {
-        "ruleId": finding.code.name,
-        "level": finding.code.severity.value,
-        "message": {"text": text},
-        "locations": [{"physicalLocation": location}],
-    }
-
-
-def _make_file_uri(file: str) -> str:
-    path = Path(file)
-    # GitHub takes a relative URI as a path in the repository, and shows the finding there.
-    return path.as_uri() if path.is_absolute() else path.as_posix()
 
 
 def format_github(findings: Sequence[Finding]) -> str:
@@ -106,6 +61,5 @@ def _escape_characters(text: str, extra_characters: str = "") -> str:
 FORMATS: Final[dict[str, Callable[[Sequence[Finding]], str]]] = {
     "text": format_text,
     "json": format_json,
-    "sarif": format_sarif,
     "github": format_github,
 }

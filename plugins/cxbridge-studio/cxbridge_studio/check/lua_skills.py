@@ -6,15 +6,14 @@ name has no finding about it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
 from itertools import pairwise
 from typing import Final
 
 from cxbridge.errors import InterfaceError
 from cxbridge.interfaces.schema import InterfaceSchema
 from cxbridge.suggestions import did_you_mean
-from cxbridge_studio.agent.lua_tokens import Table, Token, find_calls, read_table, read_tokens
+from cxbridge_studio.agent.lua_tokens import Token, read_table, read_tokens
 
 SkillMistake = tuple[int, str, str]
 """The offset of a mistake, the message and the hint, which may be empty."""
@@ -27,9 +26,7 @@ INTERFACE_METHODS: Final = frozenset(
 )
 """The methods of each interface in Lua, besides the methods of its fields."""
 
-_STATE_METHODS: Final = frozenset({"init", "loop", "exit", "reset"})
 _CONDITIONS: Final = frozenset({"cond", "precond", "cond_and_precond"})
-_TARGET_FIELDS: Final = ("fail_to", "final_to", "exit_to", "timeout_to", "next_state")
 
 
 def find_load_mistakes(
@@ -52,7 +49,6 @@ def find_load_mistakes(
                 find_schema(type_token.literal or "")
             except InterfaceError as error:
                 yield type_token.offset, error.message, error.hint or ""
-    yield from _find_unknown_states(tokens)
 
 
 def find_unknown_methods(text: str, find_schema: Callable[[str], InterfaceSchema]) -> Iterator[SkillMistake]:
@@ -120,22 +116,14 @@ def _find_bound_names(tokens: Sequence[Token]) -> Iterator[str]:
             yield token.text
 
 
-@dataclass(frozen=True, slots=True)
-class _States:
-    """The states of the only state machine of a skill.
-
-    :param definitions: the tokens of each state's definition.
-    """
-
-    names: frozenset[str]
-    definitions: list[Sequence[Token]]
-    are_exported: bool
-
-
 def _find_missing_settings(tokens: Sequence[Token]) -> Iterator[SkillMistake]:
     """Yield the settings without which ``skill_module`` refuses a skill."""
     # calls within a function are left out: a function that makes skills sets them in its own table
-    calls = [token for token, _ in find_calls(tokens, "skill_module") if not token.depth]
+    calls = [
+        token
+        for token, bracket in pairwise(tokens)
+        if token.text == "skill_module" and bracket.text == "(" and not token.depth
+    ]
     if not calls:
         return
     assigned_names = {
@@ -173,80 +161,3 @@ def _find_dependencies(tokens: Sequence[Token]) -> dict[str, Token]:
 def _read_literal(value: Sequence[Token] | None) -> Token | None:
     """Return the token of a value that is only a string."""
     return value[0] if value and len(value) == 1 and value[0].literal is not None else None
-
-
-def _find_unknown_states(tokens: Sequence[Token]) -> Iterator[SkillMistake]:
-    """Yield the names of states that the skill does not define, if all its states are literal."""
-    states = _read_states(tokens)
-    if states is None:
-        return
-    for name in _find_state_uses(tokens, states):
-        if name.literal not in states.names:
-            yield (
-                name.offset,
-                f"there is no state '{name.literal}'",
-                _make_state_hint(name.literal, states.names),
-            )
-    if not states.are_exported:
-        return
-    # A name that the text only uses to define methods is not the name of another value.
-    other_names = {
-        token.text for before, token in pairwise(tokens) if token.kind == "name" and before.text != "function"
-    }
-    for index, token in enumerate(tokens[:-3]):
-        name, sign, method = tokens[index + 1 : index + 4]
-        is_method = token.text == "function" and sign.text == ":" and method.text in _STATE_METHODS
-        if is_method and name.text not in states.names | other_names:
-            yield name.offset, f"there is no state '{name.text}'", _make_state_hint(name.text, states.names)
-
-
-def _make_state_hint(name: str | None, names: Collection[str]) -> str:
-    return did_you_mean(name or "", names) or f"there are: {', '.join(sorted(names))}"
-
-
-def _read_states(tokens: Sequence[Token]) -> _States | None:
-    """Return the states of a skill; None if there are several state machines, or states are computed."""
-    words = [token.text for token in tokens]
-    machine_indices = [index for index, word in enumerate(words) if word in {"HSM", "SkillHSM", "FSM"}]
-    if len(machine_indices) != 1 or words[machine_indices[0]] != "SkillHSM":
-        return None
-    if not {"no_default_states", "new_jump_state", "define_state", "states"}.isdisjoint(words):
-        return None
-    names = {"FINAL", "FAILED"}
-    definitions: list[Sequence[Token]] = []
-    tables = [table for _, table in find_calls(tokens, "define_states")]
-    for table in tables:
-        if table is None:
-            return None
-        for item in table.items:
-            entry = read_table(item)
-            name = _read_literal(item if entry is None else next(iter(entry.items), None))
-            if name is None:
-                return None
-            names.add(name.literal or "")
-            definitions.append(item)
-    are_exported = any(table is not None and "export_to" in table.fields for table in tables)
-    return _States(frozenset(names), definitions, are_exported) if tables else None
-
-
-def _find_state_uses(tokens: Sequence[Token], states: _States) -> Iterator[Token]:
-    """Yield the literal names of states in the start, the definitions and the transitions."""
-    tables: list[Table] = []
-    for index, token in enumerate(tokens):
-        if token.text == "SkillHSM" and tokens[index + 1 : index + 3]:
-            definition = read_table(tokens[index + 3 :]) or read_table(tokens[index + 4 :])
-            start = None if definition is None else _read_literal(definition.fields.get("start"))
-            if start is not None:
-                yield start
-    tables += [table for item in states.definitions if (table := read_table(item)) is not None]
-    for table in tables:
-        for key in _TARGET_FIELDS:
-            if (name := _read_literal(table.fields.get(key))) is not None:
-                yield name
-    for _, transitions in find_calls(tokens, "add_transitions"):
-        for item in [] if transitions is None else transitions.items:
-            entry = read_table(item)
-            if entry is not None:
-                timeout = read_table(entry.fields.get("timeout", ()))
-                values = [*entry.items[:2], *([timeout.fields.get("to")] if timeout is not None else [])]
-                yield from filter(None, map(_read_literal, values))

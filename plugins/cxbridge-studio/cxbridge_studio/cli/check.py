@@ -34,7 +34,7 @@ class _AgentOptions(ScenarioOptions, SourceOptions):
 def check(
     options: _AgentOptions,
     form: Annotated[
-        str, typer.Option("--format", metavar="text|json|sarif|github", help="Output format of the findings.")
+        str, typer.Option("--format", metavar="text|json|github", help="Output format of the findings.")
     ] = _TEXT,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, as --format json does.")] = False,
     portable: Annotated[

@@ -177,11 +177,8 @@ def _open_evidence(
     from cxbridge_studio.explain.recorded import RecordedEvidence
 
     recording = open_run(run)
-    if not has_scenario:
-        yield RecordedEvidence(recording, at_s, env)
-        return
-    with load_scenario_rules(options, env=env) as rules:
-        yield RecordedEvidence(recording, at_s, env, rules)
+    rules = load_scenario_rules(options, env=env) if has_scenario else None
+    yield RecordedEvidence(recording, at_s, env, rules)
 
 
 def _parse_words(words: list[str]) -> tuple[str, str, Path | None]:

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Final, Protocol
+from typing import Final
 
 import cxbridge.executive
 from cxbridge.clock import MICROSECONDS
@@ -42,18 +42,6 @@ _LOG_COMPONENT = re.compile(r"CLIPS \((.+)\)")
 _LOGGED_DIAGNOSTIC = re.compile(
     r"(?=.* \[\w+\]\Z)(.+?)(?::(\d{1,9}))?: (?:(def\w+ \S++) is not defined: )?(.*) \[(\w+)\]", re.DOTALL
 )
-
-
-class RuleSource(Protocol):
-    """A source of rules without facts: the recorded files, or an environment that has not run."""
-
-    def read_rulebook(self) -> Rulebook: ...
-
-    def take_snapshot(self, rule: str, env: str, time_us: int) -> Snapshot:
-        """Return a rule without facts."""
-
-    def read_rule_texts(self) -> Mapping[str, str]:
-        """Return the text of all defrules by name."""
 
 
 class RecordedDiagnostics:
@@ -130,12 +118,12 @@ class RecordedEvidence(Evidence):
     :param run: the recording, read once up to the moment.
     :param at_s: the seconds since the start of the run; None for its end.
     :param env: the CLIPS environment; None for the executive's, or the only one.
-    :param rules: the source of rules; None for the files attached to the recording.
+    :param rules: the constructs of a scenario; None for the files attached to the recording.
     :raises TraceError: if the recording cannot be read, or has no such environment.
     """
 
     def __init__(
-        self, run: Run, at_s: float | None, env: str | None, rules: RuleSource | None = None
+        self, run: Run, at_s: float | None, env: str | None, rules: Constructs | None = None
     ) -> None:
         past_events = _PastEvents(run, at_s)
         self.env = env = _choose_environment(env, set(past_events.histories), run.path)
@@ -161,8 +149,8 @@ class RecordedEvidence(Evidence):
                 self.notes.append(f"the recording ends at {end_s:.3f} s, before --at {at_s:g}")
         self.notes += [f"{run.path}: {note}" for note in run.notes]
 
-    def _load_rule_source(self) -> RuleSource:
-        """Return the source of rules; the recorded files are parsed on first use.
+    def _load_constructs(self) -> Constructs:
+        """Return the constructs of the run; the recorded files are parsed on first use.
 
         :raises TraceError: if the recording has no CLIPS files.
         """
@@ -186,7 +174,7 @@ class RecordedEvidence(Evidence):
         return self._rules
 
     def read_rulebook(self) -> Rulebook:
-        return self._load_rule_source().read_rulebook()
+        return self._load_constructs().read_rulebook()
 
     def take_snapshot(self, rule: str) -> Snapshot:
         """Return a rule with the facts of the moment."""
@@ -196,7 +184,7 @@ class RecordedEvidence(Evidence):
                 file=self._path,
                 hint="record with --trace-level facts; Fawkes needs clips-executive/debug/enable",
             )
-        snapshot = self._load_rule_source().take_snapshot(rule, self.env, self.now_us)
+        snapshot = self._load_constructs().take_snapshot(rule, self.env, self.now_us)
         names = {pattern.template for pattern in find_patterns(parse_rule(snapshot.text).ces)}
         facts = [fact for fact in self._facts.values() if snapshot.needs_all_facts or fact.template in names]
         for name in sorted(names - self._templates_with_facts):
@@ -214,7 +202,7 @@ class RecordedEvidence(Evidence):
 
     def read_rule_texts(self) -> Mapping[str, str]:
         try:
-            return self._load_rule_source().read_rule_texts()
+            return self._load_constructs().read_rule_texts()
         except TraceError:
             return {}
 

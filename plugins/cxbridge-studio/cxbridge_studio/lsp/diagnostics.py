@@ -25,7 +25,6 @@ from cxbridge_studio.check.checks.constructs import (
     UNKNOWN_TEMPLATE,
 )
 from cxbridge_studio.check.checks.domain import DUBIOUS_DOMAIN, WRONG_DOMAIN
-from cxbridge_studio.check.doubts import UNDONE_EFFECT, UNTYPED_OBJECT
 from cxbridge_studio.check.findings import UNREADABLE_AGENT, Code
 from cxbridge_studio.check.pddl_files import check_pddl_file
 from cxbridge_studio.lsp.session import AgentDefinitions, Session
@@ -42,8 +41,6 @@ TEXT_CODES: Final = frozenset(
         UNCLOSED_CONSTRUCT,
         WRONG_DOMAIN,
         DUBIOUS_DOMAIN,
-        UNDONE_EFFECT,
-        UNTYPED_OBJECT,
     )
 )
 

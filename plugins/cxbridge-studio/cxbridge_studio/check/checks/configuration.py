@@ -1,4 +1,4 @@
-"""Checks the configuration: misleading values, the format of the spec, keys that are never read."""
+"""Checks the configuration: misleading values, keys that are never read."""
 
 from __future__ import annotations
 
@@ -51,14 +51,6 @@ WRONG_SPEC_NAME: Final = Code(
     "The configuration reads the name as a Boolean or a number, even in quotes. The rule that begins the "
     "initialisation waits for a string: no file is ever loaded.",
 )
-OLD_FORMAT: Final = Code(
-    "CX116",
-    Severity.ERROR,
-    "a spec in the old format",
-    "Specs once had a key for each part (goal-reasoner, goal-expander, action-selection, ...). Today the "
-    "executive only reads init with its stages, and loads none of these files.",
-)
-
 MISTAKEN_KEY: Final = Code(
     "CX117",
     Severity.ERROR,
@@ -73,7 +65,6 @@ CODES: Final = (
     DEFAULT_TIME_FACTS,
     UNKNOWN_KEY,
     WRONG_SPEC_NAME,
-    OLD_FORMAT,
     MISTAKEN_KEY,
 )
 
@@ -84,7 +75,6 @@ _LOCATED_WARNING = re.compile(
 _QUOTED_NAME: Final = re.compile(r"'([^']+)'")
 _EXECUTIVE_PATH: Final = "/clips-executive"
 _TIME_PATH: Final = f"{_EXECUTIVE_PATH}/assert-time-each-loop"
-_CLIPS_FILE: Final = re.compile(r"\S+\.clp")
 
 
 def check(agent: Agent) -> Iterator[Finding]:
@@ -111,9 +101,6 @@ def check(agent: Agent) -> Iterator[Finding]:
     if agent.context.source.has_fawkes_configuration:
         yield from _check_time(agent)
         yield from _check_spec_name(agent)
-        obsolete_values = _find_obsolete_values(agent)
-        yield from _check_format(agent, obsolete_values)
-        reported_places |= {place_of(value) for value in obsolete_values}
         yield from _check_keys(agent, reported_places, misspelt_keys)
 
 
@@ -146,25 +133,6 @@ def _check_spec_name(agent: Agent) -> Iterator[Finding]:
 
 
 # ---- keys
-
-
-def _find_obsolete_values(agent: Agent) -> list[ConfigValue]:
-    """Return the lists of files directly below the spec, as in the old format without ``init``."""
-    base = f"{_EXECUTIVE_PATH}/specs/{agent.spec}"
-    return [
-        value
-        for value in agent.config.walk(base)
-        if "/" not in value.path.removeprefix(f"{base}/")
-        and any(map(_CLIPS_FILE.fullmatch, value.items or (value.text,)))
-    ]
-
-
-def _check_format(agent: Agent, obsolete_values: list[ConfigValue]) -> Iterator[Finding]:
-    if obsolete_values:
-        keys = ", ".join(value.path.rpartition("/")[2] for value in obsolete_values)
-        message = f"the spec '{agent.spec}' names files in the old format ({keys}), which is not loaded"
-        hint = "list the files below init: stage-3: - name: NAME, files: [...]"
-        yield Finding(OLD_FORMAT, place_of(obsolete_values[0]), message, hint)
 
 
 def _check_keys(

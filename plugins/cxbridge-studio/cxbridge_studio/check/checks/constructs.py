@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import Final
 
 from cxbridge.clipstext.syntax import Definition, SyntaxNode, literal, without_module
@@ -21,7 +20,6 @@ from cxbridge_studio.agent.top_level import split_top_level_lists
 from cxbridge_studio.agent.unclosed import describe_unclosed
 from cxbridge_studio.check.agent import Agent, ClipsFile
 from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace
-from cxbridge_studio.check.losses import LossFinder
 
 UNCLOSED_CONSTRUCT: Final = Code(
     "CX201",
@@ -107,7 +105,6 @@ _VARIABLE = re.compile(r"\$?\?[\w*-]+")
 
 def check(agent: Agent) -> Iterator[Finding]:
     """Yield the constructs that CLIPS drops because of a mistake in the construct."""
-    loss_finder = LossFinder(agent.usage, agent.own_constructs)
     dropped_names = {
         diagnostic.construct.partition(" ")[2]
         for file in agent.files
@@ -119,12 +116,12 @@ def check(agent: Agent) -> Iterator[Finding]:
         line = _find_unclosed_line(file)
         for diagnostic in file.diagnostics:
             if diagnostic.code == UNCLOSED_CODE:
-                yield from _find_unclosed(agent, file, diagnostic, loss_finder)
+                yield from _find_unclosed(agent, file)
             # The check omits errors after an unclosed parenthesis: they are consequences.
             elif line is None or (diagnostic.line is not None and diagnostic.line < line):
                 finding = _make_finding(agent, file, diagnostic)
                 if not _is_consequence(agent, finding, diagnostic, dropped_names):
-                    yield _add_losses(file, diagnostic, finding, loss_finder)
+                    yield finding
 
 
 def _find_defined_names(agent: Agent, *keywords: str) -> set[str]:
@@ -134,19 +131,6 @@ def _find_defined_names(agent: Agent, *keywords: str) -> set[str]:
         for construct in agent.usage.constructs
         if construct.keyword in keywords and construct.name
     }
-
-
-def _add_losses(
-    file: ClipsFile, diagnostic: Diagnostic, finding: Finding, loss_finder: LossFinder
-) -> Finding:
-    """Return a finding whose message also lists the losses that the dropped construct causes."""
-    keyword, _, name = diagnostic.construct.partition(" ")
-    key = (keyword, without_module(name))
-    constructs = [
-        construct for construct in file.all_constructs if (construct.keyword, construct.name) == key
-    ]
-    losses = loss_finder.find_losses(constructs[-1:]) if constructs else None
-    return replace(finding, message=f"{finding.message}; {losses}") if losses else finding
 
 
 def _make_finding(agent: Agent, file: ClipsFile, diagnostic: Diagnostic) -> Finding:
@@ -277,19 +261,14 @@ def _find_word(construct: Definition | None, diagnostic: Diagnostic) -> SyntaxNo
 # ---- parentheses
 
 
-def _find_unclosed(
-    agent: Agent, file: ClipsFile, diagnostic: Diagnostic, loss_finder: LossFinder
-) -> Iterator[Finding]:
+def _find_unclosed(agent: Agent, file: ClipsFile) -> Iterator[Finding]:
     """Yield a finding for each unclosed construct, at the list that is probably left open."""
     for top_list in split_top_level_lists(file.text):
         if top_list.is_closed:
             continue
         description = describe_unclosed(top_list.text, top_list.start, file.lines, file.text, agent.slots)
-        # CLIPS stops reading at the first unclosed construct.
-        is_first = file.lines.at(top_list.start) == diagnostic.line
-        losses = loss_finder.find_swallowed_losses(str(file.path), top_list.start) if is_first else None
-        message = description.message + (f"; {losses}" if losses else "")
-        yield Finding(UNCLOSED_CONSTRUCT, file.offset_place(description.start), message, description.hint)
+        place = file.offset_place(description.start)
+        yield Finding(UNCLOSED_CONSTRUCT, place, description.message, description.hint)
 
 
 def _find_unclosed_line(file: ClipsFile) -> int | None:

@@ -78,7 +78,6 @@ CODES: Final = (
 
 # The facts that CLIPS 6.30 asserts at the start, and CLIPS 6.4 does not.
 _INITIAL_FACTS: Final = ("initial-fact", "initial-object")
-_TIME_TEMPLATE: Final = "time"
 _CLASS_SLOT: Final = "class"
 # The defaults of the slots by which rules choose the goals that they expand.
 _SLOT_DEFAULTS: Final = {"sub-type": "nil", "type": "ACHIEVE"}
@@ -102,7 +101,7 @@ def check(agent: Agent) -> Iterator[Finding]:
         if construct.placed.piece.is_closed
         and (construct.file.path, construct.keyword, construct.name) not in agent.dropped_constructs
     ]
-    yield from _check_rules(agent, usage, own_constructs)
+    yield from _check_rules(usage, own_constructs)
     yield from _check_facts(agent, usage, own_constructs)
     yield from _check_goals(agent, usage, own_constructs)
     yield from _check_functions(usage, own_constructs)
@@ -111,11 +110,11 @@ def check(agent: Agent) -> Iterator[Finding]:
 # ---- rules and facts
 
 
-def _check_rules(agent: Agent, usage: Usage, own_constructs: list[Construct]) -> Iterator[Finding]:
+def _check_rules(usage: Usage, own_constructs: list[Construct]) -> Iterator[Finding]:
     """Yield the rules with a pattern that no fact can match."""
     for construct in own_constructs:
         for pattern in construct.patterns:
-            problem = _find_pattern_problem(agent, usage, pattern)
+            problem = _find_pattern_problem(usage, pattern)
             if problem is not None:
                 reason, hint = problem
                 message = f"defrule {construct.name} can never match: {reason}"
@@ -123,7 +122,7 @@ def _check_rules(agent: Agent, usage: Usage, own_constructs: list[Construct]) ->
                 break  # a single unmatched pattern disables the rule
 
 
-def _find_pattern_problem(agent: Agent, usage: Usage, pattern: FactUse) -> tuple[str, str] | None:
+def _find_pattern_problem(usage: Usage, pattern: FactUse) -> tuple[str, str] | None:
     """Return the reason why no fact can match a pattern, and a hint; None if a fact may match."""
     name = pattern.template
     if name not in usage.asserted_facts and name in _INITIAL_FACTS:
@@ -133,37 +132,7 @@ def _find_pattern_problem(agent: Agent, usage: Usage, pattern: FactUse) -> tuple
         )
     if name not in usage.asserted_facts and not usage.is_made_elsewhere(name):
         return f"nothing asserts a fact '{name}'", did_you_mean(name, set(usage.asserted_facts) - {name})
-    counts = _count_fields(agent, usage, name)
-    if pattern.field_counts is None or not counts:
-        return None
-    minimum, maximum = pattern.field_counts
-    if any(minimum <= most_fields and fewest_fields <= maximum for fewest_fields, most_fields in counts):
-        return None
-    field_counts = " or ".join(str(fewest_fields) for fewest_fields, _ in sorted(set(counts)))
-    plural = "" if minimum == 1 else "s"
-    expected_fields = f"{minimum} or more fields" if maximum > minimum else f"{minimum} field{plural}"
-    example = f"({name}{' ?' * counts[0][0]})"
-    return (
-        f"({name} ...) needs {expected_fields}, but facts '{name}' have {field_counts}",
-        f"write {example}, or $? for any number of fields",
-    )
-
-
-def _count_fields(agent: Agent, usage: Usage, template: str) -> list[tuple[int, float]]:
-    """Return the minimum and the maximum number of fields of each asserted ordered fact of a template.
-
-    The list is empty if the numbers are unknown.
-    """
-    assertion_counts = [
-        fact.field_counts
-        for _, fact in usage.asserted_facts.get(template, ())
-        if fact.field_counts is not None
-    ]
-    if template in agent.deftemplates or template in usage.templates_in_strings:
-        return []
-    if template == _TIME_TEMPLATE:
-        return [*assertion_counts, (agent.time_field_count, agent.time_field_count)]
-    return [] if usage.is_made_elsewhere(template) else assertion_counts
+    return None
 
 
 def _check_facts(agent: Agent, usage: Usage, own_constructs: list[Construct]) -> Iterator[Finding]:

@@ -46,25 +46,12 @@ READ_AND_WRITTEN_TYPE: Final = Code(
     "One environment opens interfaces of one type for reading and for writing. Fawkes builds the type's "
     "deftemplate for both, and CLIPS refuses the second deftemplate.",
 )
-WRONG_INTERFACE_NAME: Final = Code(
-    "CX605",
-    Severity.WARNING,
-    "not in Fawkes: a wrong name of an interface",
-    "The name is not TYPE::ID. In cxbridge, the function has no effect; in Fawkes, an exception ends the "
-    "process.",
-)
 LUA_SECONDS: Final = Code(
     "CX606",
     Severity.WARNING,
     "not in Fawkes: seconds with decimals of a Lua time",
     "Time:in_sec() returns a 32-bit float in Fawkes: the time of day is off by up to 64 seconds, and "
     "differences of two such numbers are 0 or multiples of 128 seconds.",
-)
-FUNCTION_ARGUMENT: Final = Code(
-    "CX607",
-    Severity.WARNING,
-    "not in Fawkes: a function as an argument of a skill",
-    "Fawkes converts the arguments of a skill to strings; a function cannot be converted.",
 )
 REFUSED_DOMAIN: Final = Code(
     "CX608",
@@ -79,9 +66,7 @@ CODES: Final = (
     ADDED_FUNCTION,
     REDEFINED_FUNCTION,
     READ_AND_WRITTEN_TYPE,
-    WRONG_INTERFACE_NAME,
     LUA_SECONDS,
-    FUNCTION_ARGUMENT,
     REFUSED_DOMAIN,
 )
 
@@ -90,17 +75,7 @@ _CHANGE_FUNCTIONS: Final = ("modify", "duplicate")
 _MULTI_ARGUMENT_FUNCTIONS: Final = ("max", "min")
 _READING_FUNCTIONS: Final = ("blackboard-open", "blackboard-open-reading")
 _WRITING_FUNCTIONS: Final = ("blackboard-open-writing",)
-_UID_FUNCTIONS: Final = ("blackboard-write", "blackboard-set", "blackboard-set-multifield")
-_UID: Final = re.compile(r"[a-zA-Z0-9]+::[a-zA-Z0-9 _/.-]+")
-# The code, the pattern and the hint of each mistake in Lua files.
-_LUA_MISTAKES: Final = (
-    (LUA_SECONDS, re.compile(r":\s*in_sec\s*\("), "use in_msec()"),
-    (
-        FUNCTION_ARGUMENT,
-        re.compile(r"\b(?:args|skills)\s*=\s*\{[^\n]*?=\s*function\b"),
-        "give the skill a value, and choose in the skill",
-    ),
-)
+_LUA_SECONDS: Final = re.compile(r":\s*in_sec\s*\(")
 _LUA_COMMENT: Final = re.compile(r"--[^\n]*")
 
 
@@ -139,18 +114,13 @@ def _check_expressions(file: ClipsFile) -> Iterator[Finding]:
 
 
 def _check_names(file: ClipsFile) -> Iterator[Finding]:
-    """Yield the functions with the name of a built-in function, and the wrong names of interfaces."""
+    """Yield the functions with the name of a built-in function."""
     for construct in file.constructs:
         if construct.kind == "deffunction" and construct.name in CLIPS630_NAMES:
             place = file.place(construct.node.arguments[0])
             yield Finding(
                 REDEFINED_FUNCTION, place, f"CLIPS 6.30 has a function '{construct.name}'", "rename it"
             )
-    for call in file.find_calls(*_UID_FUNCTIONS):
-        uid = literal(call.arguments[0]) if call.arguments else ""
-        if uid and not _UID.fullmatch(uid):
-            message = f"'{uid}' is not the name of an interface"
-            yield Finding(WRONG_INTERFACE_NAME, file.place(call.arguments[0]), message, 'write "TYPE::ID"')
 
 
 def _check_functions(agent: Agent) -> Iterator[Finding]:
@@ -202,10 +172,9 @@ def _check_domains(agent: Agent) -> Iterator[Finding]:
 
 
 def _check_lua(path: str, text: str) -> Iterator[Finding]:
-    """Yield the mistakes of :data:`_LUA_MISTAKES` in a Lua file."""
+    """Yield the calls of ``Time:in_sec()`` in a Lua file."""
     # Blanks take the place of comments, so that offsets stay the same.
     text_without_comments, lines = _LUA_COMMENT.sub(lambda match: " " * len(match[0]), text), Lines(text)
-    for code, pattern, hint in _LUA_MISTAKES:
-        for match in pattern.finditer(text_without_comments):
-            place = SourcePlace.at(path, lines, match.start())
-            yield Finding(code, place, code.title.removeprefix("not in Fawkes: "), hint)
+    for match in _LUA_SECONDS.finditer(text_without_comments):
+        place = SourcePlace.at(path, lines, match.start())
+        yield Finding(LUA_SECONDS, place, "seconds with decimals of a Lua time", "use in_msec()")

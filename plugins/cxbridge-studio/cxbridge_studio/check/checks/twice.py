@@ -9,7 +9,6 @@ from typing import Final
 from cxbridge.clipstext.syntax import is_declaration
 from cxbridge_studio.check.agent import Agent
 from cxbridge_studio.check.findings import Code, Finding, Severity
-from cxbridge_studio.check.losses import LossFinder
 from cxbridge_studio.check.usage import Construct
 
 DUPLICATE_CONSTRUCT: Final = Code(
@@ -27,7 +26,6 @@ _KEYWORDS: Final = frozenset({"defrule", "deftemplate", "deffacts", "deffunction
 
 def check(agent: Agent) -> Iterator[Finding]:
     """Yield the constructs of the agent that replace an earlier construct."""
-    loss_finder = LossFinder(agent.usage, agent.own_constructs)
     constructs_by_key: dict[tuple[str, str, str], Construct] = {}
     module = "MAIN"
     for construct in agent.usage.constructs:
@@ -50,8 +48,6 @@ def check(agent: Agent) -> Iterator[Finding]:
         earlier_place = (
             "line" if earlier_construct.file is file else f"{Path(earlier_construct.file.path).name}, line"
         )
-        losses = loss_finder.find_losses([earlier_construct])
         line = earlier_construct.place().line
         message = f"{construct.keyword} {construct.name} replaces the definition in {earlier_place} {line}"
-        message += f"; {losses}" if losses else ""
         yield Finding(DUPLICATE_CONSTRUCT, construct.place(), message, "rename or remove one of them")

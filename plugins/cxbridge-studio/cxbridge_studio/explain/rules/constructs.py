@@ -27,7 +27,7 @@ class TextFile:
 
 
 class Constructs:
-    """The constructs of files, a source of rules for :class:`~..recorded.RecordedEvidence`.
+    """The constructs of files.
 
     :param files: the files in loading order; of two constructs with the same name, the later counts.
     :param diagnostics: CLIPS' messages about the files; the constructs that CLIPS refused are left out.
@@ -80,11 +80,6 @@ class Constructs:
 
     def read_rulebook(self) -> Rulebook:
         return self._rulebook
-
-    @property
-    def global_texts(self) -> Mapping[str, str]:
-        """The expressions of global variables by name, in the order of definition."""
-        return self._globals
 
     def has_function(self, name: str) -> bool:
         return name in self._functions

@@ -24,8 +24,8 @@ def test_each_can_be_asked_why(tmp_path: Path, name: str) -> None:
         assert "DISPATCHED" in said
         assert "mini-dispatch" in said
         assert "mini-evaluate" in "\n".join(explain(evidence, "mini-evaluate", "rule").lines)
-    with load_scenario_rules(RunOptions(scenario=folder), env=name) as rules:
-        assert "mini-begin" in rules.read_rule_texts()
+    rules = load_scenario_rules(RunOptions(scenario=folder), env=name)
+    assert "mini-begin" in rules.read_rule_texts()
 
 
 @pytest.mark.parametrize("env", [None, "executive"])

@@ -212,7 +212,6 @@ LOOKS = {
     "trace exchange": [["trace", "exchange", "RUN"]],
     "trace extract": [["trace", "extract", "RUN", "-o", "OUT/extracted"]],
     "trace info": [["trace", "info", "RUN"]],
-    "trace planning": [["trace", "planning", "RUN"]],
     "trace repair": [["trace", "repair", "RUN", "-o", "OUT/repaired.mcap"]],
     "trace report": [["trace", "report", "RUN", "-o", "OUT/report.html"]],
     "trace rules": [["trace", "rules", "RUN"]],

@@ -1,1 +1,0 @@
-"""Formats of recordings that only tools for authors read."""
