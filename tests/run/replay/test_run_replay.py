@@ -28,7 +28,7 @@ from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
 from tests.run.mini import AGENT, write_scenario
-from tests.support import FAWKES_DIR, ROOT, SHARED, needs_fawkes, needs_plugin, needs_shared, share
+from tests.support import FAWKES_DIR, ROOT, SHARED, needs_fawkes, needs_shared, share
 
 SCENARIOS = ROOT / "scenarios"
 TRACES = SHARED / "traces" / "test-scenario"
