@@ -161,7 +161,6 @@ def looks(run: Path, scene: Scene, folder: Path) -> Iterator[list[str]]:
     yield ["trace", "diff", str(scene.run), file, "--order", "partial", "--level", "facts"]
     yield ["trace", "extract", file, "-o", str(folder / "files")]
     yield ["trace", "report", file, "-o", str(folder / "report.html")]
-    yield ["trace", "timeline", file, "-o", str(folder / "timeline.json")]
     yield ["trace", "repair", file, "-o", str(folder / "repaired.mcap")]
     for form in copy_formats():
         yield ["trace", "convert", file, str(folder / f"copy-{form}"), "--to", form]

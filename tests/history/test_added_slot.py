@@ -24,7 +24,8 @@ REST = """
 import json
 from cxbridge.run.program.additions import NO_ADDITIONS
 from cxbridge_web.fawkes.executive import Goal, _make_goal
-from cxbridge_web.models import make_schemas, to_json_types
+from cxbridge_web.endpoint import to_json
+from cxbridge_web.models import make_schemas
 from cxbridge.executive.host.values import Symbol
 values = {"id": Symbol("g"), "priority": 0.0, "message": "", "deadline": 7}
 for name in ("type", "sub-type", "class", "mode", "outcome", "parent"):
@@ -32,7 +33,7 @@ for name in ("type", "sub-type", "class", "mode", "outcome", "parent"):
 for name in ("error", "params", "meta", "required-resources", "acquired-resources"):
     values[name] = ()
 schema = make_schemas([Goal], [])["Goal"]["properties"]["deadline"]["type"]
-print(json.dumps([to_json_types(_make_goal({}, values))["deadline"], schema]))
+print(json.dumps([json.loads(to_json(_make_goal({}, values)))["deadline"], schema]))
 """
 
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from cxbridge.events import Event, FactChange, InterfaceWrite, PlannerCall, SkillStatus
 from cxbridge.history.builder import RunHistory
 from cxbridge.history.model import GoalChange, GoalRecord, goal_forest
-from tests.trace.runs import family, goal
+from cxbridge.trace.formats.registry import open_run
+from tests.trace.runs import NAMES, RECORDINGS, family, goal, recording
 
 
 def record(number: int, name: str, parent: str) -> GoalRecord:
@@ -188,3 +190,13 @@ def test_what_an_executive_reads_counts():
     )
     (call,) = history.calls
     assert (call.env, call.begin[1], call.end and call.end[1]) == ("executive", 10, 30)
+
+
+@pytest.mark.skipif(not RECORDINGS.is_dir(), reason="needs the recordings of Fawkes, shared/traces")
+@pytest.mark.parametrize("name", NAMES)
+def test_the_recordings_of_fawkes_have_their_goals_and_skills(name):
+    history = RunHistory.from_events(open_run(recording(name)))
+    goals = history.goals
+    assert len(goals) == 20
+    assert [call.status for call in history.calls] == ["S_FINAL"] * 4
+    assert [goals[number].outcome for number in goal_forest(goals).roots] == ["COMPLETED"]

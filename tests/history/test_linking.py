@@ -174,3 +174,19 @@ def test_an_agent_that_does_not_say_it_is_guessed_beside_one_that_does():
         for link in find_skill_links(RunHistory.from_events(events))
     }
     assert found == {"new": ("new-robot", False), "old": ("old-robot", True)}
+
+
+def test_of_two_actions_that_wait_the_action_with_the_name_of_the_skill_has_run_it():
+    events = [
+        goal(0, "g", "DISPATCHED"),
+        *(action(1, "g", number, name, "WAITING") for number, name in ((1, "other"), (2, "move"))),
+        runs(2, "Skiller", "move{}", "S_RUNNING"),
+        *(action(2, "g", number, name, "RUNNING") for number, name in ((1, "other"), (2, "move"))),
+    ]
+    (link,) = find_skill_links(RunHistory.from_events(events))
+    assert link.action.name == "move"
+
+
+def test_a_skill_that_no_action_waits_for_has_no_action():
+    events = [runs(at, "Skiller", "a", status) for at, status in ((1, "S_RUNNING"), (2, "S_FINAL"))]
+    assert find_skill_links(RunHistory.from_events(events)) == []

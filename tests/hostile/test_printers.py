@@ -275,7 +275,6 @@ DRIVEN: dict[tuple[str, ...], list[tuple[str, ...]]] = {
     ("trace", "repair"): [("{broken}",), ("{broken}", "--json")],
     ("trace", "replay"): [("{run}", "-v", *BOARD), ("{run}", "--step", *BOARD)],
     ("trace", "report"): [("{run}", "-o", "{tmp}/report{text}.html")],
-    ("trace", "timeline"): [("{run}", "-o", "{tmp}/timeline{text}.json")],
     ("trace", "transitions"): [("{run}",), ("{broken}",)],
     ("trace", "rules"): [("{run}",)],
     ("trace", "exchange"): [("{run}",), ("{run}", "--json"), ("{broken}",)],

@@ -22,8 +22,6 @@ from cxbridge.rights import RefusedError
 from cxbridge_web import openapi
 from cxbridge_web.endpoint import ApiCall, ApiError, Directory, Endpoint, Handler, Text, to_json
 from cxbridge_web.host import WebHost
-from cxbridge_web.models import to_json_types
-from cxbridge_web.paging import ListPart, PagingError
 from cxbridge_web.queue import QueueClosedError, RequestQueue, RequestQueueFullError
 
 if TYPE_CHECKING:
@@ -76,8 +74,6 @@ class Api:
         body = await read_json_object(request) if endpoint.body else {}
         call = ApiCall(self._host, names, dict(request.query_params), body)
         try:
-            if endpoint.is_paged:
-                _ = call.window  # reject an invalid query before the work starts
             if endpoint.copy_facts is not None:
                 fact_copy = await self._run_in_loop(
                     endpoint, partial(endpoint.copy_facts, call), call, COPY_TIMEOUT_S
@@ -91,14 +87,14 @@ class Api:
                     endpoint, partial(endpoint.handler, call), call, ANSWER_TIMEOUT_S
                 )
             # a long text is encoded in a thread, where it does not delay other clients
-            return await asyncio.to_thread(_encode_content, endpoint, call, content, is_pretty)
+            return await asyncio.to_thread(
+                lambda: _make_response(endpoint.finish(call, content), 200, is_pretty=is_pretty)
+            )
         except RefusedError as error:
             raise ApiError(403, f"{error.message} ({error.hint})") from error
         except CxbridgeError as error:
             hint = f" ({error.hint})" if error.hint else ""
             raise ApiError(400, f"{error.message}{hint}") from error
-        except PagingError as error:
-            raise ApiError(400, str(error)) from error
         except (ApiError, asyncio.CancelledError):
             raise
         except Exception as error:
@@ -191,17 +187,6 @@ async def read_json_object(request: Request) -> dict[str, Any]:
     if not isinstance(value, dict):
         raise ApiError(400, "The body is not a JSON object")
     return value
-
-
-def _encode_content(endpoint: Endpoint, call: ApiCall, content: Any, is_pretty: bool) -> Response:
-    """Return the response with the return value of a handler."""
-    content = endpoint.finish(call, content)
-    if not endpoint.is_paged:
-        return _make_response(content, 200, is_pretty=is_pretty)
-    list_part = content if isinstance(content, ListPart) else call.window.select(to_json_types(content))
-    response = _make_response(list_part.items, 200, is_pretty=is_pretty)
-    response.headers["X-Total-Count"] = str(list_part.total)
-    return response
 
 
 def _make_response(content: Any, status: int, *, is_pretty: bool) -> Response:

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import json
-import math
 import re
 from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Annotated, Any, Final
+from fnmatch import fnmatchcase
+from typing import Any, Final
 
-from msgspec import Meta, Struct
+import msgspec
+from msgspec import Struct
 
 from cxbridge.executive.host.facts.copying import FactCopy
 from cxbridge.plugins import package_hint
 from cxbridge.rights import Right, Rights
 from cxbridge_web.host import WebHost
-from cxbridge_web.models import Model, to_json_types
-from cxbridge_web.paging import MAX_COUNT, Window
+from cxbridge_web.models import Model, convert_unknown
 
 
 class ApiError(Exception):
@@ -56,14 +56,6 @@ class ApiCall:
         assert self.fact_copy is not None  # set before the call of the handler
         return self.fact_copy
 
-    @property
-    def window(self) -> Window:
-        """The requested part of a list.
-
-        :raises PagingError: if the query is invalid.
-        """
-        return Window.from_query(self.query)
-
     def text(self, name: str) -> str:
         """Return a member of the body that must be a text.
 
@@ -93,14 +85,9 @@ class Query:
     type: Any = str
 
 
-_Count = Annotated[int, Meta(ge=0, le=MAX_COUNT)]
-
-# The query parameters of a paged list, which `cxbridge_web.paging.Window` reads.
-PAGING_PARAMETERS: Final = (
-    Query("limit", "The maximum number of items.", _Count),
-    Query("offset", "The number of the first item, counted from 0.", _Count),
-    Query("search", "Only items with a text that contains this text, ignoring case."),
-)
+def matches(name: str, pattern: str) -> bool:
+    """Return whether a name matches a shell pattern; an empty pattern matches all names."""
+    return not pattern or fnmatchcase(name, pattern)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -112,8 +99,6 @@ class Endpoint:
     :param summary: one sentence about the endpoint, for the OpenAPI document.
     :param reply: the type of the answer, a model or a list of models; a text by default.
     :param names: the types of those names in the path that are not texts.
-    :param is_paged: whether clients can request a part of the list, which the API cuts out of the result of
-        ``finish`` unless the result is a :class:`~cxbridge_web.paging.ListPart`.
     :param body: the type of the body, a struct; None without a body.
     :param errors: possible errors by status.
     :param right: the required right; by default `LOOK` for GET and `PROGRAMS` for other methods.
@@ -132,7 +117,6 @@ class Endpoint:
     summary: str
     reply: Any = str
     names: Mapping[str, Any] = field(default_factory=dict)
-    is_paged: bool = False
     query: tuple[Query, ...] = ()
     body: type[Struct] | None = None
     errors: Mapping[int, str] = field(default_factory=dict)
@@ -208,28 +192,10 @@ class Directory:
 
 def to_json(value: Any, *, is_pretty: bool = False) -> bytes:
     """Return a value as JSON. NaN and infinities become null, lone surrogates become question marks."""
-    value = to_json_types(value)
     try:
-        text = _encode_json(value, is_pretty=is_pretty)
-    except ValueError:  # NaN or infinite; rare, so only then is the whole value searched
-        text = _encode_json(_replace_non_finite(value), is_pretty=is_pretty)
-    return text.encode("utf-8", "replace")
-
-
-def _encode_json(value: Any, *, is_pretty: bool) -> str:
-    layout: dict[str, Any] = {"indent": 4} if is_pretty else {"separators": (",", ":")}
-    return json.dumps(value, ensure_ascii=False, allow_nan=False, default=_encode_bytes, **layout)
-
-
-def _encode_bytes(value: bytes) -> str:
-    """Encode bytes, the only type that :func:`to_json_types` leaves and that json cannot encode."""
-    return bytes(value).hex()
-
-
-def _replace_non_finite(value: Any) -> Any:
-    """Return a value with None in place of NaN and infinities."""
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, dict):
-        return {name: _replace_non_finite(item) for name, item in value.items()}
-    return [_replace_non_finite(item) for item in value] if isinstance(value, list) else value
+        text = msgspec.json.encode(value, enc_hook=convert_unknown)
+    except UnicodeEncodeError:  # a lone surrogate; rare, so only then is the whole value converted
+        members = msgspec.to_builtins(value, enc_hook=convert_unknown)
+        text = json.dumps(members, ensure_ascii=False).encode("utf-8", "replace")
+        text = msgspec.json.encode(json.loads(text))
+    return msgspec.json.format(text, indent=4) if is_pretty else text

@@ -37,28 +37,6 @@ def find_group(kind: str) -> int:
     return next((number for number, kinds in enumerate(GROUPS) if kind in kinds), _OTHER_GROUP)
 
 
-@dataclass(frozen=True, slots=True)
-class EventSelection:
-    """A client's choice of events.
-
-    :param kinds: names from :data:`~cxbridge.event_kinds.EVENT_TYPES`.
-    :param env: selects the events of this environment and the events without an environment; empty selects
-        all events.
-    """
-
-    kinds: frozenset[str]
-    env: str = ""
-
-    def includes(self, kind: str, env: str) -> bool:
-        """Return whether an event is selected."""
-        return kind in self.kinds and (not self.env or not env or env == self.env)
-
-    @property
-    def groups(self) -> set[int]:
-        """The groups of the selected kinds."""
-        return {find_group(kind) for kind in self.kinds}
-
-
 class StreamPosition(NamedTuple):
     """A position in the stream of events.
 
@@ -71,11 +49,6 @@ class StreamPosition(NamedTuple):
 
     def __str__(self) -> str:
         return ".".join(map(str, (*self.counts, self.lost)))
-
-    @property
-    def total(self) -> int:
-        """The number of events up to the position."""
-        return sum(self.counts) + self.lost
 
     def advance(self, group: int) -> StreamPosition:
         """Return the position after a further event of a group."""
@@ -93,7 +66,6 @@ class _BufferedEvent:
 
     position: StreamPosition
     kind: str
-    env: str
     text: bytes
 
 
@@ -140,11 +112,6 @@ class EventBuffer:
         return StreamPosition(tuple(group.discarded_count for group in self._groups), lost)
 
     @property
-    def count(self) -> int:
-        """The number of events so far."""
-        return self.end.total
-
-    @property
     def byte_count(self) -> int:
         """The number of buffered bytes."""
         return sum(group.byte_count for group in self._groups)
@@ -176,24 +143,24 @@ class EventBuffer:
         kind = event.KIND.name
         group = find_group(kind)
         self.end = self.end.advance(group)
-        buffered_event = _BufferedEvent(self.end, kind, getattr(event, "env", ""), encode_with_kind(event))
-        self._groups[group].add(buffered_event)
+        self._groups[group].add(_BufferedEvent(self.end, kind, encode_with_kind(event)))
 
     def read_bunch_after(
-        self, position: StreamPosition, selection: EventSelection
+        self, position: StreamPosition, kinds: frozenset[str]
     ) -> tuple[list[tuple[StreamPosition, bytes]], StreamPosition, int]:
         """Return a bunch of about :data:`BUNCH_BYTES` of events after a position.
 
+        :param kinds: names from :data:`~cxbridge.event_kinds.EVENT_TYPES`.
         :returns: the events, each with the position after it; the position to continue from; the number of
-            missing events of the selected groups.
+            missing events of the groups of the kinds.
         """
-        groups = selection.groups
+        groups = {find_group(kind) for kind in kinds}
         buffered_events = (self._groups[group].list_events_after(position.counts[group]) for group in groups)
         later_events = merge(*buffered_events, key=lambda buffered_event: sum(buffered_event.position.counts))
         selected_events: list[tuple[StreamPosition, bytes]] = []
         byte_count, end_position = 0, self.end
         for buffered_event in later_events:
-            if selection.includes(buffered_event.kind, buffered_event.env):
+            if buffered_event.kind in kinds:
                 selected_events.append((buffered_event.position, buffered_event.text))
                 byte_count += len(buffered_event.text)
                 if byte_count >= BUNCH_BYTES:

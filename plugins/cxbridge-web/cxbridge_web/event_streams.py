@@ -17,7 +17,7 @@ from starlette.responses import PlainTextResponse
 
 from cxbridge.event_kinds import EVENT_TYPES
 from cxbridge_web.endpoint import to_json
-from cxbridge_web.event_buffer import GROUPS, EventBuffer, EventSelection, StreamPosition
+from cxbridge_web.event_buffer import GROUPS, EventBuffer, StreamPosition
 from cxbridge_web.event_collector import EventCollector, list_default_kinds
 
 if TYPE_CHECKING:
@@ -60,14 +60,8 @@ class EventStreams:
         self._new_events = asyncio.Event()
         self._poller: asyncio.Task[None] | None = None
         self._is_closed = False
-        self._bunches: dict[tuple[StreamPosition, EventSelection, bool], tuple[bytes, StreamPosition]] = {}
+        self._bunches: dict[tuple[StreamPosition, frozenset[str], bool], tuple[bytes, StreamPosition]] = {}
         self.client_count = 0  # number of connected clients
-        self.dropped_count = 0  # number of events that slow clients have missed
-
-    @property
-    def event_count(self) -> int:
-        """The number of events so far."""
-        return self._buffer.count
 
     def close(self) -> None:
         """End all streams; called in the server's thread."""
@@ -78,7 +72,7 @@ class EventStreams:
         """Serve one client until it disconnects."""
         request = Request(scope, receive)
         try:
-            selection = _parse_selection(request)
+            kinds = _parse_kinds(request)
             self._collect_events()
             position = self._parse_position(request)
         except ValueError as error:
@@ -89,21 +83,21 @@ class EventStreams:
             await refusal(scope, receive, send)
             return
         self.client_count += 1
-        self._collector.change_requests(selection.kinds, add=True)
+        self._collector.change_requests(kinds, add=True)
         if self._poller is None:
             self._poller = asyncio.create_task(self._poll_events())
         disconnect = asyncio.create_task(_wait_for_disconnect(receive))
         is_joined = request.query_params.get("together") == "true"
-        stream = asyncio.create_task(self._send_events(send, selection, position, is_joined=is_joined))
+        stream = asyncio.create_task(self._send_events(send, kinds, position, is_joined=is_joined))
         try:
             await asyncio.wait((disconnect, stream), return_when=asyncio.FIRST_COMPLETED)
         finally:
             for task in (disconnect, stream):
                 task.cancel()
             await asyncio.gather(disconnect, stream, return_exceptions=True)
-            self._collector.change_requests(selection.kinds, add=False)
+            self._collector.change_requests(kinds, add=False)
             self.client_count -= 1
-            if "interface" in selection.kinds:  # the next client must get all values, even unchanged values
+            if "interface" in kinds:  # the next client must get all values, even unchanged values
                 self._buffer.forget_interfaces()
 
     def _parse_position(self, request: Request) -> StreamPosition:
@@ -129,7 +123,7 @@ class EventStreams:
         return StreamPosition(tuple(group_counts), lost_count)
 
     async def _send_events(
-        self, send: Send, selection: EventSelection, position: StreamPosition, *, is_joined: bool
+        self, send: Send, kinds: frozenset[str], position: StreamPosition, *, is_joined: bool
     ) -> None:
         """Send events from a position on until the streams are closed."""
         await send({"type": "http.response.start", "status": 200, "headers": _HEADERS})
@@ -138,7 +132,7 @@ class EventStreams:
         )
         await _send_text(send, b"retry: %d\nevent: hello\ndata: %s\n\n" % (_RETRY_MS, hello))
         while not self._is_closed:
-            text, position = self._encode_bunch(position, selection, is_joined=is_joined)
+            text, position = self._encode_bunch(position, kinds, is_joined=is_joined)
             if text:
                 await _send_text(send, text)
             if position == self._buffer.end:
@@ -157,22 +151,21 @@ class EventStreams:
                 return
 
     def _encode_bunch(
-        self, position: StreamPosition, selection: EventSelection, *, is_joined: bool
+        self, position: StreamPosition, kinds: frozenset[str], *, is_joined: bool
     ) -> tuple[bytes, StreamPosition]:
         """Return the encoded events after a position, and the position after them. Clients share the result.
 
         :param is_joined: whether to send one message with an event per line, since browsers need 0.1 ms per
             message.
         """
-        key = (position, selection, is_joined)
+        key = (position, kinds, is_joined)
         bunch = self._bunches.get(key)
         if bunch is None:
-            buffered_events, end_position, missing_count = self._buffer.read_bunch_after(position, selection)
+            buffered_events, end_position, missing_count = self._buffer.read_bunch_after(position, kinds)
             text = b""
             if missing_count:
                 dropped_message = json.dumps({"kind": "dropped", "count": missing_count})
                 text = f"event: dropped\ndata: {dropped_message}\n\n".encode()
-                self.dropped_count += missing_count
             messages = (
                 [buffered_events] if is_joined and buffered_events else [[event] for event in buffered_events]
             )
@@ -224,8 +217,8 @@ async def _wait_for_disconnect(receive: Receive) -> None:
         pass
 
 
-def _parse_selection(request: Request) -> EventSelection:
-    """Return the client's selection.
+def _parse_kinds(request: Request) -> frozenset[str]:
+    """Return the kinds of events that the client requests.
 
     :raises ValueError: if a kind is unknown.
     """
@@ -235,4 +228,4 @@ def _parse_selection(request: Request) -> EventSelection:
         raise ValueError(
             f"The kind '{min(unknown_kinds)}' is unknown; the known kinds are: {', '.join(EVENT_TYPES)}"
         )
-    return EventSelection(kinds or list_default_kinds(), request.query_params.get("env", ""))
+    return kinds or list_default_kinds()

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 _METHODS: Final = "GET, POST, PUT, PATCH, DELETE, OPTIONS"
 _REQUEST_HEADERS: Final = "Authorization, Content-Type, Last-Event-ID"
 _MAX_AGE_S: Final = "600"  # time for which browsers may cache the answer to a preflight request
-_EXPOSED_HEADERS: Final = (b"access-control-expose-headers", b"X-Total-Count")
 _SECURITY_HEADERS: Final = (
     (b"x-content-type-options", b"nosniff"),
     (b"referrer-policy", b"no-referrer"),
@@ -55,9 +54,7 @@ class Guard:
         async def send_with_headers(message: MutableMapping[str, Any]) -> None:
             if message["type"] == "http.response.start":
                 cors_headers = (
-                    [(b"access-control-allow-origin", origin.encode("latin-1")), _EXPOSED_HEADERS]
-                    if is_origin_allowed
-                    else []
+                    [(b"access-control-allow-origin", origin.encode("latin-1"))] if is_origin_allowed else []
                 )
                 message["headers"] = [
                     *message.get("headers", ()),

@@ -48,12 +48,7 @@ def make_model(kind: str, answer: type[Struct]) -> type[Model]:
     return cast("type[Model]", model)
 
 
-def to_json_types(value: object) -> Any:
-    """Convert an answer to types that the module json can encode; bytes remain bytes."""
-    return msgspec.to_builtins(value, builtin_types=(bytes, bytearray, memoryview), enc_hook=_convert_unknown)
-
-
-def _convert_unknown(value: object) -> Any:
+def convert_unknown(value: object) -> Any:
     """Convert a value of a type that msgspec cannot encode."""
     return dict(value) if isinstance(value, Mapping) else str(value)
 

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Final
 from msgspec import Meta
 
 from cxbridge import __version__
-from cxbridge_web.endpoint import PAGING_PARAMETERS, Endpoint, Query
+from cxbridge_web.endpoint import Endpoint, Query
 from cxbridge_web.models import make_schema, make_schemas
 
 EVENTS_PATH: Final = "/cxbridge/events"
@@ -62,13 +62,6 @@ def make_document(endpoints: Sequence[Endpoint]) -> dict[str, Any]:
 def _describe_endpoint(endpoint: Endpoint) -> dict[str, Any]:
     media_type = "text/plain" if endpoint.reply is str else "application/json"
     success = {"description": endpoint.summary, "content": _make_content(media_type, endpoint.reply)}
-    if endpoint.is_paged:
-        success["headers"] = {
-            "X-Total-Count": {
-                "description": "The number of items in the whole list.",
-                "schema": make_schema(int),
-            }
-        }
     errors = {**_COMMON_ERRORS, **(_BODY_ERRORS if endpoint.body else {}), **endpoint.errors}
     operation: dict[str, Any] = {
         "tags": [endpoint.component],
@@ -79,10 +72,7 @@ def _describe_endpoint(endpoint: Endpoint) -> dict[str, Any]:
                 _describe_path_parameter(name, endpoint.names.get(name, _Text))
                 for name in _PATH_NAME.findall(endpoint.path)
             ),
-            *map(
-                _describe_query_parameter,
-                (*endpoint.query, *(PAGING_PARAMETERS if endpoint.is_paged else ()), _PRETTY),
-            ),
+            *map(_describe_query_parameter, (*endpoint.query, _PRETTY)),
         ],
         "responses": {
             "200": success,
@@ -126,9 +116,6 @@ def _describe_events_operation() -> dict[str, Any]:
         "operationId": "get_cxbridge_events",
         "parameters": [
             _describe_query_parameter(Query("kinds", "The kinds of events, separated by commas.")),
-            _describe_query_parameter(
-                Query("env", "The CLIPS environment of the events; by default all environments.")
-            ),
             _describe_query_parameter(
                 Query("since", "The id of the event after which to continue; 0 for all buffered events.")
             ),

@@ -8,7 +8,6 @@ API = 1
 
 COMMANDS = (
     Row("trace report", "cxbridge_web.cli.report", section="Commands"),
-    Row("trace timeline", "cxbridge_web.cli.timeline", section="Commands"),
     Row("view", "cxbridge_web.cli.view", section="Look"),
 )
 COMPONENTS = (

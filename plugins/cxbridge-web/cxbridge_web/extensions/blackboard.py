@@ -10,10 +10,9 @@ from msgspec import Struct
 
 from cxbridge.interfaces.assignments import set_field
 from cxbridge.rights import Right
-from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Query
+from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Query, matches
 from cxbridge_web.fawkes.blackboard import InterfaceData, find_interface, read_all_data
 from cxbridge_web.models import Model
-from cxbridge_web.paging import matches
 
 if TYPE_CHECKING:
     from cxbridge_web.extensions.state import ServerState

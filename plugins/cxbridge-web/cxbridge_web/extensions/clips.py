@@ -10,10 +10,9 @@ from msgspec import UNSET
 from msgspec.structs import replace
 
 from cxbridge_web.constructs import Construct
-from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Query
+from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint, Query, matches
 from cxbridge_web.fawkes.slots import DEFAULT_ENVIRONMENT, find_environment
 from cxbridge_web.models import Model
-from cxbridge_web.paging import matches
 from cxbridge_web.rules import Rule, list_rules
 
 if TYPE_CHECKING:
@@ -118,7 +117,6 @@ def make_endpoints(state: ServerState) -> Sequence[Endpoint]:
             handler=_copy_rules,
             summary="All rules with their locations and the numbers of their activations.",
             reply=list[Rule],
-            is_paged=True,
             query=(_ENVIRONMENT_QUERY, Query("name", "A pattern of the names.")),
             finish=partial(_describe_rules, state),
             errors=_ENVIRONMENT_ERRORS,

@@ -38,11 +38,9 @@ class EnvironmentSize(Struct):
 
 
 class WebState(Struct):
-    """The counts of the event streams: connected clients, events so far, events that slow clients missed."""
+    """The number of clients that follow the events."""
 
     clients: int
-    events: int
-    dropped: int
 
 
 class RunEnd(Struct):
@@ -93,7 +91,7 @@ def _get_status_without_environments(state: ServerState, call: ApiCall) -> Statu
         remote_control=call.host.rights.control,
         remote_programs=call.host.rights.programs,
         environments=[],
-        web=WebState(state.streams.client_count, state.streams.event_count, state.streams.dropped_count),
+        web=WebState(state.streams.client_count),
         stalled=call.host.stall_reason,
     )
 

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Sequence
-from typing import Any, Final
+from typing import Final
 
 from msgspec import UNSET, Struct, UnsetType
 
 from cxbridge.clipstext.facts import fact_text
 from cxbridge.executive.host.facts.copying import FactCopy, FactRow, FactTemplate
-from cxbridge_web.endpoint import ApiCall, Endpoint, Query
+from cxbridge_web.endpoint import ApiCall, Endpoint, Query, matches
 from cxbridge_web.fawkes.slots import copy_facts, read_texts
 from cxbridge_web.models import Model
-from cxbridge_web.paging import ListPart, matches
 
 _MAX_FORMATTED_LENGTH: Final = 16_382  # characters of a formatted fact: the size of Fawkes' buffer
 
@@ -46,15 +45,13 @@ def _list_environments(call: ApiCall) -> list[Environment]:
 
 def _copy_facts(call: ApiCall) -> Generator[None, None, FactCopy]:
     pattern = call.query.get("template", "")
-    return copy_facts(call, call.path["env"], lambda name: matches(name, pattern), 404, call.window)
+    return copy_facts(call, call.path["env"], lambda name: matches(name, pattern), 404)
 
 
-def _list_facts(call: ApiCall) -> Any:
+def _list_facts(call: ApiCall) -> list[Fact]:
     is_formatted = call.query.get("formatted") == "true"
     templates = call.facts.templates
-    models = [_make_fact(templates[row.template], row, is_formatted=is_formatted) for row in call.facts.rows]
-    # for a search, all facts are copied, and the API cuts out the window later
-    return models if call.window.search else ListPart(models, call.facts.total)
+    return [_make_fact(templates[row.template], row, is_formatted=is_formatted) for row in call.facts.rows]
 
 
 def _make_fact(template: FactTemplate, row: FactRow, *, is_formatted: bool) -> Fact:
@@ -86,7 +83,6 @@ ENDPOINTS: Final = (
         copy_facts=_copy_facts,
         summary="All facts of an environment.",
         reply=list[Fact],
-        is_paged=True,
         query=(
             Query("formatted", "Whether to return the facts as CLIPS prints them.", bool),
             Query("template", "A pattern of the names of the deftemplates."),

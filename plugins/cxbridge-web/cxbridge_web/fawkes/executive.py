@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
-from typing import Annotated, Any, Final, TypeVar, cast, get_origin
+from typing import Annotated, Any, Final, TypeVar, cast
 
 import msgspec
 from msgspec import UNSET, Meta, Struct, UnsetType
 
 from cxbridge.clipstext.goal_slots import GOAL_SLOTS, GoalSlot
-from cxbridge.executive.host.facts.copying import FactCopy
 from cxbridge_web.endpoint import ApiCall, ApiError, Endpoint
 from cxbridge_web.fawkes import formulas
 from cxbridge_web.fawkes.formulas import GroundedFormula, GroundedPredicate, PDDLGrounding
@@ -24,7 +23,6 @@ from cxbridge_web.fawkes.slots import (
     read_text,
 )
 from cxbridge_web.models import Model
-from cxbridge_web.paging import ListPart
 
 _ModelT = TypeVar("_ModelT", bound=Model)
 
@@ -271,15 +269,11 @@ def _get_plan(call: ApiCall) -> Plan:
 def _make_list_endpoint(path: str, model: type[Model], template: str, noun: str) -> Endpoint:
     """Return an endpoint that lists the facts of a deftemplate."""
 
-    def copy_part(call: ApiCall) -> Generator[None, None, FactCopy]:
-        return copy_facts(call, DEFAULT_ENVIRONMENT, template.__eq__, window=call.window)
-
-    def handler(call: ApiCall) -> Any:
-        models = _make_models(call, noun, iterate_facts(call, template), partial(read_model, model))
-        return models if call.window.search else ListPart(models, call.facts.total)
+    def handler(call: ApiCall) -> list[Model]:
+        return _make_models(call, noun, iterate_facts(call, template), partial(read_model, model))
 
     summary = f"All facts of the deftemplate {template}."
-    return _make_endpoint(path, list[model], summary, handler, (template,), copy_facts=copy_part)  # type: ignore[valid-type]
+    return _make_endpoint(path, list[model], summary, handler, (template,))  # type: ignore[valid-type]
 
 
 def _make_item_endpoint(path: str, model: type[Model], template: str, noun: str) -> Endpoint:
@@ -304,20 +298,17 @@ def _make_endpoint(
     summary: str,
     handler: Callable[[ApiCall], Any],
     templates: tuple[str, ...],
-    **options: Any,
+    errors: Mapping[int, str] | None = None,
 ) -> Endpoint:
     """Return an endpoint whose handler gets copied facts of the given deftemplates."""
-    options.setdefault(
-        "copy_facts", lambda call: copy_facts(call, DEFAULT_ENVIRONMENT, templates.__contains__)
-    )
     return Endpoint(
         method="GET",
         path=f"/clips-executive{path}",
         handler=handler,
         summary=summary,
         reply=reply,
-        is_paged=get_origin(reply) is list,
-        **options,
+        errors=errors or {},
+        copy_facts=lambda call: copy_facts(call, DEFAULT_ENVIRONMENT, templates.__contains__),
     )
 
 

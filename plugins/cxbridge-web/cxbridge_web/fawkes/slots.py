@@ -13,7 +13,6 @@ from cxbridge.executive.host.facts.copying import FactCopier, FactCopy
 from cxbridge.executive.host.values import Symbol, Value
 from cxbridge_web.endpoint import ApiCall, ApiError
 from cxbridge_web.models import Model
-from cxbridge_web.paging import Window
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
@@ -46,18 +45,15 @@ def copy_facts(
     name: str,
     is_selected: Callable[[str], bool],
     status: int = 503,
-    window: Window | None = None,
 ) -> Generator[None, None, FactCopy]:
     """Copy facts of an environment in pieces.
 
     :param is_selected: returns whether to copy the facts of a deftemplate, by its name.
     :param status: the HTTP status if the environment is missing or ends during the request.
-    :param window: the requested part; a search copies all facts.
     :raises ApiError: if the environment does not exist, or is replaced during the request.
     """
     env = find_environment(call, name, status)
-    begin, end = (0, None) if window is None or window.search else window.requested_bounds
-    copier = FactCopier(env.c_env, is_selected, begin, end)
+    copier = FactCopier(env.c_env, is_selected)
     pieces, end_marker = copier.pieces(), object()
     while True:
         with env.lock:

@@ -105,28 +105,23 @@ class HttpThread:
 
     def _make_configuration(self, app: ASGIApp) -> uvicorn.Config:
         settings = self._settings
-        try:
-            config = uvicorn.Config(
-                app,
-                # the application has no start-up code and no WebSockets
-                lifespan="off",
-                ws="none",
-                http=IdleLimitedConnection,
-                loop="asyncio",
-                log_config=None,  # `_LogHandler` forwards the warnings
-                access_log=False,
-                server_header=False,
-                proxy_headers=False,  # any client could pretend to be a proxy
-                limit_concurrency=MAX_CONNECTIONS,
-                timeout_graceful_shutdown=1,  # in seconds
-                ssl_certfile=settings.tls_cert,
-                ssl_keyfile=settings.tls_key,
-            )
-            config.load()
-        except OSError as error:  # includes ssl.SSLError
-            raise CxbridgeError(
-                f"the certificate and its key cannot be used: {error}", file=settings.tls_cert
-            ) from error
+        config = uvicorn.Config(
+            app,
+            # the application has no start-up code and no WebSockets
+            lifespan="off",
+            ws="none",
+            http=IdleLimitedConnection,
+            loop="asyncio",
+            log_config=None,  # `_LogHandler` forwards the warnings
+            access_log=False,
+            server_header=False,
+            proxy_headers=False,  # any client could pretend to be a proxy
+            limit_concurrency=MAX_CONNECTIONS,
+            timeout_graceful_shutdown=1,  # in seconds
+            ssl_certfile=settings.tls_cert,
+            ssl_keyfile=settings.tls_key,
+        )
+        config.load()
         return config
 
     def close(self) -> None:

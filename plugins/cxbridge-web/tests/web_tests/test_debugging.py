@@ -89,7 +89,7 @@ def test_a_fact_is_edited_while_it_is_stopped(client):
     slots = {"level": "(+ 1 3)", "notes": '"a b" c'}
     edited = client.ask("PATCH", f"/api/cxbridge/facts/{index}", {"slots": slots}).json
     assert edited["kind"] == "FactIndex"
-    found = client.get("/api/clips/executive/facts?template=battery&formatted=true&search=a+b").json
+    found = client.get("/api/clips/executive/facts?template=battery&formatted=true").json[-1:]
     assert [(fact["index"], fact["formatted"]) for fact in found] == [
         (edited["index"], '(battery (level 4) (notes "a b" c))')
     ]

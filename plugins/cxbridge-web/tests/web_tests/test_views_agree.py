@@ -36,8 +36,6 @@ from cxbridge_explore.counterexample_playing import play_run
 from cxbridge_explore.worlds.points import RandomChooser
 from cxbridge_studio.explain.goals import Goals
 from cxbridge_studio.explain.recorded import RecordedEvidence
-from cxbridge_web.timeline.export import make_trace_events
-from cxbridge_web.timeline.reading import read_timeline
 from explore_tests.defects.seeded import DEFECTS, Defect, runs
 from tests.history import runs as made
 from tests.history.runs import ListRun
@@ -109,28 +107,11 @@ def in_why(run: Run) -> Iterator[Pair]:
                     yield key, call.skiller, name_of(call.skill_string)
 
 
-def in_timeline(run: Run) -> Iterator[Pair]:
-    """Yield the ends of each arrow: the slice of the action, and that of the skill call."""
-    names: dict[int, str] = {}
-    slices: dict[int, list[dict[str, Any]]] = {}
-    arrows: dict[int, list[dict[str, Any]]] = {}
-    for event in make_trace_events(read_timeline(run)):
-        if event["ph"] == "M" and event["name"].endswith("_name"):
-            names[event["tid"] or event["pid"]] = event["args"]["name"]
-        elif event["ph"] == "B":
-            slices.setdefault(event["tid"], []).append(event)
-        elif event["ph"] == "E":
-            slices[event["tid"]].pop()
-        elif event["ph"] in "stf":
-            assert event["name"] == "skill of an action"
-            arrows.setdefault(event["id"], []).extend(slices[event["tid"]])
-    for ends in arrows.values():
-        action = next(each for each in ends if each["cat"] == "action")
-        skill = next(each for each in ends if each["cat"] == "skill")
-        facts = action["args"]
-        env = names[action["pid"]].removeprefix("environment ")
-        key = env, facts["goal"], facts["plan"], facts["id"]
-        yield key, names[skill["tid"]], name_of(skill["args"]["skill"])
+def linked_pairs(history: RunHistory) -> Iterator[Pair]:
+    """Yield each action with its skill call, as the history links them."""
+    for link in find_skill_links(history):
+        action, call = link.action, link.call
+        yield (action.env, action.goal, action.plan, action.id), call.skiller, name_of(call.skill_string)
 
 
 @pytest.fixture(scope="session")
@@ -189,13 +170,14 @@ def check(run: Run, modules: Path) -> int:
     why = {(action, skiller): text for action, skiller, text in in_why(run)}
     assert why.keys() <= last.keys()
     assert {action for action, _ in why} == {action for action, _ in last}
-    assert sorted(set(in_timeline(run))) == said
+    history = RunHistory.from_events(run)
+    assert sorted(set(linked_pairs(history))) == said
     if NODE is not None:
         model = in_page(run, modules)
         assert sorted(set(page_pairs(model))) == said
-        compare_histories(RunHistory.from_events(run), model)
-        actions = read_timeline(run).history.actions
-        assert sorted(text for *_, text in model["actions"]) == sorted(each.text for each in actions)
+        compare_histories(history, model)
+        texts = [action.text for action in history.actions]
+        assert sorted(text for *_, text in model["actions"]) == sorted(texts)
     return len(known)
 
 

@@ -215,7 +215,6 @@ LOOKS = {
     "trace repair": [["trace", "repair", "RUN", "-o", "OUT/repaired.mcap"]],
     "trace report": [["trace", "report", "RUN", "-o", "OUT/report.html"]],
     "trace rules": [["trace", "rules", "RUN"]],
-    "trace timeline": [["trace", "timeline", "RUN", "-o", "OUT/timeline.json"]],
     "trace transitions": [["trace", "transitions", "RUN"]],
     "view": [],  # asked below
     "why": [

@@ -91,7 +91,7 @@ class FakeDaemon:
             "environments": [
                 {"name": name, "facts": 3, "rules": 2, "agenda": 0} for name in self.environments
             ],
-            "web": {"clients": 1, "events": 0, "dropped": 0},
+            "web": {"clients": 1},
             **({"stopped": self.stopped} if self.stopped else {}),
             **({"result": self.result} if self.result else {}),
         }
