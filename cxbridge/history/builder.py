@@ -54,20 +54,12 @@ ENDED: Final = frozenset({"S_FINAL", "S_FAILED"})
 _SKILLER: Final = "SkillerInterface"
 _STARTED: Final = "started"
 
-_OMISSION_TEXTS: Final = {
-    "goal": "transitions of goals beyond the limit of goals are left out",
-    "plan-action": "transitions of plan-actions beyond the limit of plan-actions are left out",
-    "skill call": "calls of skills beyond the limit are left out",
-    "planner call": "calls of planners beyond the limit are left out",
-    "transition": "transitions are left out; the first and the last of each goal and plan-action are kept",
-}
-
 _Change = TypeVar("_Change", GoalChange, ActionChange)
 
 
 @dataclass(frozen=True, slots=True)
 class HistoryLimits:
-    """The limits of a history; events beyond them are only counted.
+    """The limits of a history, which omits the events beyond them.
 
     :param goals: the maximum number of goals.
     :param actions: the maximum number of plan-actions.
@@ -114,7 +106,6 @@ class RunHistory:
         self._open_planner_calls: dict[tuple[str, str], PlannerExecution] = {}
         self._errors: dict[str, str] = {}
         self._transition_count = 0
-        self._omitted_counts = dict.fromkeys(_OMISSION_TEXTS, 0)
         self._handlers: Mapping[type[Event], Callable[[Any], None]] = {
             GoalTransition: self._handle_goal,
             PlanActionTransition: self._handle_action,
@@ -159,17 +150,6 @@ class RunHistory:
     def _moment(self) -> Moment:
         return Moment(self.event_count, self.clock.now_us)
 
-    def omission_notes(self) -> list[str]:
-        """Return sentences about events that were left out because of the limits."""
-        omitted_counts = self._omitted_counts | (
-            {} if self._calls else {"skill call": self._board.omitted_count}
-        )
-        return [
-            f"{count} {_OMISSION_TEXTS[kind]}: 'cxbridge trace cat' shows them."
-            for kind, count in omitted_counts.items()
-            if count
-        ]
-
     def _handle_goal(self, event: GoalTransition) -> None:
         if event.is_unnamed:
             return
@@ -179,7 +159,6 @@ class RunHistory:
             goal = None  # the id is reused
         if goal is None:
             if len(self.goals) >= self._limits.goals:
-                self._omitted_counts["goal"] += 1
                 return
             if former is not None:
                 former.replaced_seq = self.event_count
@@ -199,7 +178,6 @@ class RunHistory:
         action, goal = self._actions.get(key), self._goals.get((event.env, event.goal))
         if action is None or self._is_new_action(action, goal, event):
             if len(self.actions) >= self._limits.actions:
-                self._omitted_counts["plan-action"] += 1
                 return
             action = PlanActionRecord(
                 len(self.actions), event.env, event.goal, goal, event.plan, event.action_id, event.action
@@ -234,7 +212,6 @@ class RunHistory:
             self._transition_count += 1
             changes.append(change)
         else:
-            self._omitted_counts["transition"] += 1
             changes[-1] = change
 
     def _handle_skill(self, event: SkillStatus) -> None:
@@ -281,8 +258,6 @@ class RunHistory:
         self._last_call[key] = call
         if len(self._calls) < self._limits.calls:
             self._calls.append(call)
-        else:
-            self._omitted_counts["skill call"] += 1
 
     def _handle_write(self, event: InterfaceWrite) -> None:
         interface_type, _, name = event.uid.partition("::")
@@ -342,8 +317,6 @@ class RunHistory:
             )
             if len(self.planner_calls) < self._limits.calls:
                 self.planner_calls.append(call)
-            else:
-                self._omitted_counts["planner call"] += 1
         if event.status == _STARTED:
             self._open_planner_calls[key] = call
         else:

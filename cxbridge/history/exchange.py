@@ -229,8 +229,6 @@ class BoardExecutions:
         self._running: dict[tuple[str, str], _RunningCall] = {}
         self.calls: list[SkillExecution] = []
         """The calls in the order of their start."""
-        self.omitted_count = 0
-        """The number of calls beyond the limit."""
 
     def record_message(self, event: InterfaceMessage, position: Moment) -> None:
         """Process a message of a run."""
@@ -264,5 +262,3 @@ class BoardExecutions:
         self._running[env, message.node_id] = _RunningCall(call, summary, 0)
         if len(self.calls) < self._limit:
             self.calls.append(call)
-        else:
-            self.omitted_count += 1

@@ -8,8 +8,6 @@ from functools import cache
 from typing import Any
 from unittest.mock import MagicMock
 
-_PAGING = {"limit", "offset", "search", "pretty"}
-
 
 @cache
 def make_document() -> Mapping[str, Any]:
@@ -61,10 +59,9 @@ def _field(name: str, schema: Mapping[str, Any], required: bool) -> str:
 
 def _inputs(operation: Mapping[str, Any]) -> str:
     names = [each["name"] for each in operation["parameters"] if each["in"] == "query"]
-    query = ", ".join(f"`{name}`" for name in names if name not in _PAGING)
-    is_paged = "; paged" if "limit" in names else ""
+    query = ", ".join(f"`{name}`" for name in names if name != "pretty")
     body = _reference(operation.get("requestBody", {}).get("content", {}))
-    return "".join([f" with {body}" if body else "", f"; query {query}" if query else "", is_paged])
+    return "".join([f" with {body}" if body else "", f"; query {query}" if query else ""])
 
 
 def _reply(operation: Mapping[str, Any]) -> str:

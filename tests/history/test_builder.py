@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cxbridge.events import Event, FactChange, InterfaceWrite, PlannerCall, SkillStatus
-from cxbridge.history.builder import RunHistory
+from cxbridge.history.builder import HistoryLimits, RunHistory
 from cxbridge.history.model import GoalChange, GoalRecord, goal_forest
 from cxbridge.trace.formats.registry import open_run
 from tests.trace.runs import NAMES, RECORDINGS, family, goal, recording
@@ -200,3 +200,14 @@ def test_the_recordings_of_fawkes_have_their_goals_and_skills(name):
     assert len(goals) == 20
     assert [call.status for call in history.calls] == ["S_FINAL"] * 4
     assert [goals[number].outcome for number in goal_forest(goals).roots] == ["COMPLETED"]
+
+
+def test_a_history_keeps_the_first_goals_and_the_first_and_last_transitions():
+    limits = HistoryLimits(goals=2, actions=1, calls=1, transitions=3)
+    history = RunHistory.from_events(
+        [*family(), status("a", "S_RUNNING", 1), status("b", "S_RUNNING", 2)], limits
+    )
+    first, second = history.goals
+    assert (first.changes[0].mode, first.changes[-1].outcome) == ("FORMULATED", "COMPLETED")
+    assert (second.changes[0].mode, second.changes[-1].outcome) == ("FORMULATED", "FAILED")
+    assert (len(history.actions), len(history.calls)) == (1, 1)

@@ -58,14 +58,10 @@ class FactRow(Struct, frozen=True):
 
 
 class FactCopy(Struct):
-    """Facts in the order of CLIPS' list, with their deftemplates.
-
-    :param total: the number of wanted facts, including those before ``begin`` and after ``end``.
-    """
+    """Facts in the order of CLIPS' list, with their deftemplates."""
 
     templates: dict[str, FactTemplate] = field(default_factory=dict)
     rows: list[FactRow] = field(default_factory=list)
-    total: int = 0
 
     def facts_of(self, template: str) -> Iterator[Mapping[str, Value]]:
         """Yield the slots of a deftemplate's facts."""
@@ -90,8 +86,6 @@ class FactCopier:
 
     :param env: the environment's pointer.
     :param is_wanted: returns whether a deftemplate's facts are copied.
-    :param begin: the number of wanted facts to skip.
-    :param end: the number of wanted facts after which to stop; None: all facts.
     :param piece_size: the number of facts in a piece.
     """
 
@@ -99,15 +93,11 @@ class FactCopier:
         self,
         env: CData,
         is_wanted: Callable[[str], bool],
-        begin: int = 0,
-        end: int | None = None,
         piece_size: int = PIECE_SIZE,
     ) -> None:
         self._piece_size = piece_size
         self._env = env
         self._is_wanted = is_wanted
-        self._begin = begin
-        self._end = end
         self._values: dict[int, Value] = {}  # by address: CLIPS shares equal atoms
         self._item = ffi.new("CLIPSValue *")
         # by pointer: deftemplate and number of slots; None for an unwanted deftemplate
@@ -158,12 +148,9 @@ class FactCopier:
         if entry is None:
             return
         template, slot_count = entry
-        position = self.copy.total
-        self.copy.total += 1
-        if position >= self._begin and (self._end is None or position < self._end):
-            self.copy.templates[template.name] = template
-            values = self._read_values(ffi.cast(_WORDS, fact) + self._first_word, slot_count)
-            self.copy.rows.append(FactRow(int(lib.FactIndex(fact)), template.name, values))
+        self.copy.templates[template.name] = template
+        values = self._read_values(ffi.cast(_WORDS, fact) + self._first_word, slot_count)
+        self.copy.rows.append(FactRow(int(lib.FactIndex(fact)), template.name, values))
 
     def _read_values(self, words: CData, count: int) -> tuple[Value, ...]:
         """Return the values of adjacent ``CLIPSValue`` structs."""
@@ -190,6 +177,4 @@ class FactCopier:
     def _drop_retracted(self) -> None:
         """Remove facts that were retracted after they had been copied."""
         present = {int(lib.FactIndex(fact)) for fact in items_of(lib.GetNextFact, self._env)}
-        rows = [row for row in self.copy.rows if row.index in present]
-        self.copy.total -= len(self.copy.rows) - len(rows)
-        self.copy.rows = rows
+        self.copy.rows = [row for row in self.copy.rows if row.index in present]

@@ -71,7 +71,7 @@ def test_it_stops_at_a_breakpoint_steps_and_goes_on(client):
     stop = stop_of(client)
     assert (stop["kind"], stop["rule"], stop["next_rule"]) == ("step", "mini-low", "mini-heard")
     assert "stopped" not in client.ask("POST", f"{DEBUGGER}/go-on").json
-    client.until("/api/clips/executive/facts?template=heard&search=1", lambda facts: len(facts) == 1)
+    client.until("/api/clips/executive/facts?template=heard", lambda facts: len(facts) == 1)
     assert "stopped" not in client.get("/api/cxbridge/status").json
     assert client.ask("POST", f"{DEBUGGER}/step", {"what": "leap"}).status == 400
 
