@@ -1,4 +1,4 @@
-"""Definitions of messages, services and actions, from .msg, .srv, .action and .idl files.
+"""Definitions of messages, services and actions, from .msg, .srv and .action files.
 
 The sources in the order of priority are the user's folders, a sourced ROS environment
 (``AMENT_PREFIX_PATH``), the well-known types of a ROS distribution from rosbags, and texts in the program.
@@ -20,7 +20,7 @@ from xml.etree import ElementTree as ET
 
 import yaml
 from rosbags.interfaces import Nodetype
-from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.base import TypesysError
 
 from cxbridge.errors import Ros2Error
@@ -225,8 +225,6 @@ class Definitions:
             text = self._definition_texts[str(name)] if file is None else file.read_text("utf-8")
         except (OSError, UnicodeDecodeError) as error:
             raise Ros2Error(f"cannot read the definition of {name}: {error}", file=file) from None
-        if file is not None and file.suffix == ".idl":
-            return [_parse_idl(text, name, file)], [{}]
         sections = _split_sections(text)
         if len(sections) != _SECTION_COUNTS[name.kind]:
             raise Ros2Error(
@@ -272,13 +270,9 @@ def _find_definition_files(folder: Path) -> dict[str, Path]:
         package = _read_package_name(directory.parent)
         for file in sorted(files):
             path = directory / file
-            if path.suffix in (f".{directory.name}", ".idl"):
-                # an installed package has an .idl for each .msg, but only the .msg has default values
-                name = f"{package}/{directory.name}/{path.stem}"
-                if path.suffix != ".idl" or name not in definition_files:
-                    definition_files[name] = path
-    # of .idl files, rosbags reads only those of messages
-    return {name: path for name, path in definition_files.items() if path.suffix != ".idl" or "/msg/" in name}
+            if path.suffix == f".{directory.name}":
+                definition_files[f"{package}/{directory.name}/{path.stem}"] = path
+    return definition_files
 
 
 def _read_package_name(folder: Path) -> str:
@@ -323,13 +317,6 @@ def _parse_defaults(text: str) -> dict[str, Any]:
     """Return the default values in a section by field; rosbags ignores them."""
     matches = (_DEFAULT_PATTERN.match(line.strip()) for line in text.splitlines())
     return {match[1]: yaml.safe_load(match[2]) for match in matches if match}
-
-
-def _parse_idl(text: str, name: TypeName, file: Path) -> Fields:
-    try:
-        return _replace_char_fields(get_types_from_idl(text)[str(name)][1])
-    except (TypesysError, KeyError, ValueError) as error:
-        raise Ros2Error(f"{name}: {' '.join(str(error).split())}", file=file) from None
 
 
 # --- messages derived from services and actions -------------------------------------------------------------

@@ -58,11 +58,10 @@ class ProblemExpertFeature(Feature):
     def make_expert(self, env: ClipsEnvironment) -> ProblemExpert:
         """Return an expert, which the caller uses while holding the lock of the environment."""
         # imported here, since the imports are slow and only clients use an expert
-        from cxbridge_ros2.experts.facts import FactKnowledge, extend_domain  # noqa: PLC0415
+        from cxbridge_ros2.experts.facts import FactKnowledge  # noqa: PLC0415
         from cxbridge_ros2.experts.knowledge import ProblemExpert  # noqa: PLC0415
 
-        domain = extend_domain(env, self._find_domain(env))
-        return ProblemExpert(FactKnowledge(env, self._goal_numbers), lambda: domain)
+        return ProblemExpert(FactKnowledge(env, self._goal_numbers), lambda: self._find_domain(env))
 
 
 def _make_feature(context: Run) -> ProblemExpertFeature:

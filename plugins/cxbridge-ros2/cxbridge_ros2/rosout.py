@@ -1,17 +1,15 @@
-"""Publishes the log lines of a run on /rosout, and receives the log lines of other nodes."""
+"""Publishes the log lines of a run on /rosout."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Final
 
 from cxbridge.closing import Closing
 from cxbridge.events import Event, Level, LogLine
-from cxbridge.rights import Right
 from cxbridge_ros2.messages import Message
 from cxbridge_ros2.node import Node
 from cxbridge_ros2.qos import PROFILES
-from cxbridge_ros2.stamps import stamp_to_us, us_to_stamp
+from cxbridge_ros2.stamps import us_to_stamp
 
 ROSOUT_TOPIC: Final = "/rosout"
 LOG_TYPE: Final = "rcl_interfaces/msg/Log"
@@ -53,19 +51,6 @@ def make_log_message(line: LogLine, component: str) -> Message:
 def _to_ros_text(text: str) -> str:
     """Return a text without NULs and lone surrogates, which ROS strings cannot contain."""
     return text.replace("\0", "").encode("utf-8", "replace").decode()
-
-
-def subscribe_log(node: Node, on_line: Callable[[LogLine], None]) -> Callable[[], None]:
-    """Call ``on_line`` for each line on /rosout, and return the function that unsubscribes.
-
-    A publisher sends its last lines to a new subscription, so old lines come first.
-    """
-
-    def receive_line(message: Message) -> None:
-        level = find_level(message["level"])
-        on_line(LogLine(stamp_to_us(message["stamp"]), level, message["name"], message["msg"]))
-
-    return node.subscribe(ROSOUT_TOPIC, LOG_TYPE, receive_line, PROFILES["rosout"], right=Right.LOOK)
 
 
 def find_level(severity: int) -> Level:

@@ -1,8 +1,8 @@
 """The protocol of the thesis' skill board, for callers and performers (docs/evidence/ros2cx.md).
 
 "The thesis" is the executive fawkesrobotics/ros2-clips-executive of 2021, whose caller is the class
-SkillExecutionMaster and whose performer is SkillExecution. The protocol extends PlanSys2's protocol by the
-name of the robot and by a skill string.
+SkillExecutionMaster and whose performer is SkillExecution. The protocol extends PlanSys2's protocol by a
+skill string, and by the name of a robot, which the thesis' executive leaves empty.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class SkillExecutionProtocol(HubProtocol):
     progress_field = "progress"
     server_timeout_s = 4.0
     request_lifetime_s = 4.0
-    has_agents = True
+    has_skill_strings = True
 
     def encode_heartbeat(self, heartbeat: Heartbeat, now_us: int) -> Mapping[str, Any]:  # noqa: ARG002 - the message has no stamp
         return {"state": heartbeat.state, "action_name": heartbeat.action, "node_name": heartbeat.node}

@@ -14,7 +14,7 @@ from typing import Any, Final
 import msgspec
 
 from cxbridge.event_kinds import EVENT_TYPES
-from cxbridge.events import Event, InterfaceWrite, Level, LogLine, SkillStatus
+from cxbridge.events import Event, InterfaceWrite, LogLine, SkillStatus
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.interfaces.schema import FieldSchema
 from cxbridge.trace.codec import dump_json, make_decoder
@@ -31,7 +31,6 @@ FILES_TOPIC: Final = "/cxbridge/files"  # has the files attached to a run, each 
 SOURCES_TOPIC: Final = "/cxbridge/sources"  # has a record of each file that the run has read, as JSON
 TEXT_TYPE: Final = "std_msgs/msg/String"
 
-_BEHAVIOR_TREE_TYPE: Final = "nav2_msgs/msg/BehaviorTreeLog"
 _HUB_TYPES: Final = ("plansys2_msgs/msg/ActionExecution", "cx_msgs/msg/SkillExecution")
 _GOAL_EVENT_SUFFIX: Final = "_SendGoal_Event"
 _SKILL_STATUSES: Final = {
@@ -69,7 +68,6 @@ class ConverterTable:
             LOG_TYPE: _convert_log,
             TF_MESSAGE_TYPE: self._convert_transforms,
             STATUS_TYPE: self._convert_status,
-            _BEHAVIOR_TREE_TYPE: _convert_behavior_tree,
             **dict.fromkeys(_HUB_TYPES, self._convert_hub_message),
         }
 
@@ -174,16 +172,6 @@ class _Goal(msgspec.Struct):
 
 def _convert_log(_topic: str, message: Message, time_us: int) -> Iterator[Event]:
     yield LogLine(time_us, find_level(message["level"]), message["name"], message["msg"])
-
-
-def _convert_behavior_tree(_topic: str, message: Message, time_us: int) -> Iterator[Event]:
-    for change in message["event_log"]:
-        yield LogLine(
-            time_us,
-            Level.DEBUG,
-            "behavior tree",
-            f"{change['node_name']}: {change['previous_status']} -> {change['current_status']}",
-        )
 
 
 def _convert_event(_topic: str, message: Message, _time_us: int) -> Iterator[Event]:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final
 
@@ -48,9 +49,7 @@ class Prompt(Closing):
         if command is not None:
             return self._run_line(command)
         status = 0
-        for line in (
-            self._read_typed_lines() if sys.stdin is not None and sys.stdin.isatty() else _read_piped_lines()
-        ):
+        for line in _read_lines():
             status = max(status, self._run_line(line))
             if self._terminal.is_over:
                 break
@@ -69,31 +68,6 @@ class Prompt(Closing):
             return _EXIT_INVALID
         return 0
 
-    def _read_typed_lines(self) -> Iterator[str]:
-        """Yield typed lines, with history and completion if the terminal supports them."""
-        if sys.platform != "win32":  # Windows has no readline, and its console has a history
-            import readline
-
-            # only blanks separate words, since words such as plan-file and ?robot0 have other characters
-            readline.set_completer_delims(" ")
-            readline.set_completer(
-                lambda _text, state: self._find_completion(readline.get_line_buffer(), state)
-            )
-            readline.parse_and_bind("tab: complete")
-        while True:
-            try:
-                yield input(_PROMPT)
-            except EOFError:
-                return
-
-    def _find_completion(self, line: str, state: int) -> str | None:
-        """Return a completion of a line; None after the last.
-
-        :param state: the index of the completion, which readline counts up from 0.
-        """
-        completions = self._terminal.find_completions(line)
-        return f"{completions[state]} " if state < len(completions) else None
-
     def close(self) -> None:
         self._node.close()
 
@@ -102,7 +76,13 @@ def _print_problem(text: str) -> None:
     complain(CxbridgeError(text))
 
 
-def _read_piped_lines() -> Iterator[str]:
+def _read_lines() -> Iterator[str]:
+    """Yield typed lines after a prompt, or the lines of a pipe."""
+    if sys.stdin is not None and sys.stdin.isatty():
+        with suppress(EOFError):
+            while True:
+                yield input(_PROMPT)
+        return
     lines = CommandLines()
     while (line := lines.next(lambda: False)) is not None:  # no wait ends before the next line
         yield line

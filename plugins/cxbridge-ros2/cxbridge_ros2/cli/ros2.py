@@ -1,4 +1,4 @@
-"""The command ``cxbridge ros2``: packages for machines with ROS 2, and a prompt for PlanSys2's experts."""
+"""The command ``cxbridge ros2``: a package for machines with ROS 2, and a prompt for PlanSys2's experts."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ app = typer.Typer(name="ros2", no_args_is_help=True)
 
 @app.callback()
 def _ros2() -> None:
-    """Make packages for machines with ROS 2, and talk to the experts of PlanSys2."""
+    """Make a package for machines with ROS 2, and talk to the experts of PlanSys2."""
 
 
 @app.command()
@@ -31,25 +31,19 @@ def package(
     ] = None,
     output: Annotated[
         Path,
-        typer.Option(
-            "-o", "--output", metavar="DIR", help="The folder for both packages, e.g. workspace/src."
-        ),
+        typer.Option("-o", "--output", metavar="DIR", help="The folder for the package, e.g. workspace/src."),
     ] = Path(),
     interface_dir: InterfaceDirs = None,
 ) -> None:
-    """Write two ROS packages: cxbridge_msgs has messages for interfaces, cxbridge starts this program.
-
-    Build the packages with colcon. Then ros2 run cxbridge cxbridge starts the program, and ros2 launch
-    cxbridge daemon.launch.py starts a daemon.
+    """Write the ROS package cxbridge_msgs, which has messages for interfaces; build it with colcon.
 
     Example: cxbridge ros2 package -o workspace/src SkillerInterface Position3DInterface
     """
-    from cxbridge_ros2.interfaces.package import write_packages
+    from cxbridge_ros2.interfaces.package import write_package
 
     registry = make_registry(interface_dir)
     schemas = [registry.schema(name) for name in names or registry.names()]
-    for folder in write_packages(schemas, output):
-        say(folder)
+    say(write_package(schemas, output))
 
 
 @app.command()
@@ -73,12 +67,6 @@ def terminal(
     distribution: Annotated[
         str, typer.Option(help="The experts' distribution: humble, iron, jazzy ...")
     ] = "",
-    packages: Annotated[
-        list[Path] | None,
-        typer.Option(
-            metavar="DIR", help="Read message types from the ROS packages in this folder. Repeatable."
-        ),
-    ] = None,
 ) -> int:
     """View and edit the domain and the problem with the commands of plansys2_terminal.
 
@@ -91,14 +79,14 @@ def terminal(
     """
     from cxbridge_ros2.cli.prompt import Prompt
 
-    node_options: dict[str, object] = {"transport": transport, "url": url, "domain": domain, "reach": reach}
-    node_options |= {
+    node_options: dict[str, object] = {
+        "transport": transport,
+        "url": url,
+        "domain": domain,
+        "reach": reach,
         "namespace": namespace,
         "distribution": distribution,
-        "packages": list(map(str, packages or ())),
     }
     # without the unset options, for which the settings have defaults
-    with Prompt(
-        {name: value for name, value in node_options.items() if value not in ("", None, [])}
-    ) as prompt:
+    with Prompt({name: value for name, value in node_options.items() if value not in ("", None)}) as prompt:
         return prompt.run(" ".join(command) if command else None)

@@ -81,8 +81,6 @@ class Ros2Interfaces(Component):
     def loop(self) -> None:
         for node in self._nodes:
             node.poll()
-        for written in self._written_interfaces:
-            written.loop()
         for published in self._published_interfaces:
             published.loop()
 

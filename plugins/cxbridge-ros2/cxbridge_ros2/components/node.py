@@ -18,7 +18,7 @@ from cxbridge.run.components.component import Component
 from cxbridge.run.components.manager import ComponentStatus, State
 from cxbridge.suggestions import did_you_mean
 from cxbridge_ros2.lifecycle import ACTIVATE, CLEANUP, DEACTIVATE, SHUTDOWN, Lifecycle, LifecycleState
-from cxbridge_ros2.parameters import Parameter, Parameters
+from cxbridge_ros2.parameters import Parameters
 from cxbridge_ros2.rosout import RosoutPublisher
 from cxbridge_ros2.settings import locate_errors, read_node_section, typed_setting
 from cxbridge_ros2.stamps import us_to_stamp
@@ -57,10 +57,9 @@ class Ros2NodeComponent(Component):
             }
             log_error = daemon.bus.logger("Ros2Node").error
             self._lifecycle = Lifecycle(node, name, callbacks, daemon.clock, log_error, LifecycleState.ACTIVE)
-            # read-only, since the options of the daemon determine both when it starts
-            parameters = {
-                "use_sim_time": Parameter(value=daemon.clock.name == "ros2", read_only=True),
-                "spec": Parameter(daemon.spec, "the name of the agent's spec", read_only=True),
+            parameters: dict[str, bool | str] = {
+                "use_sim_time": daemon.clock.name == "ros2",
+                "spec": daemon.spec,
             }
             self._parameters = Parameters(node, name, parameters, daemon.clock)
         except Exception:

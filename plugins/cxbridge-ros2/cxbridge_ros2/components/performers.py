@@ -9,9 +9,8 @@ from cxbridge.mainloop import Hook
 from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
 from cxbridge.skiller.board.service import LocalSkillCalls
-from cxbridge_ros2.hub.caller import HubSkills
 from cxbridge_ros2.hub.performer import HubPerformer, PerformerSettings
-from cxbridge_ros2.hub.settings import SECTION, read_performer_settings
+from cxbridge_ros2.hub.settings import read_performer_settings
 from cxbridge_ros2.node import Node
 
 
@@ -42,27 +41,6 @@ class Ros2Performers(Component):
         self._nodes.append(node)
         performer = HubPerformer(settings, self._find_skill_calls, node, context.clock, log)
         self._performers.append(performer)
-        self._check_self_calls(key, settings, performer)
-
-    def _check_self_calls(self, key: str, settings: PerformerSettings, performer: HubPerformer) -> None:
-        """Raise an error if an executor executes a performer's skill by a request to the same performer.
-
-        Such a request would never end.
-        """
-        service = self._context.skill_service
-        for host in () if service is None else service.hosts:
-            executor = host.executor
-            if (
-                isinstance(executor, HubSkills)
-                and (executor.topic, executor.agent) == (performer.topic, settings.agent)
-                and (circular_skills := performer.served_skills & set(executor.skills))
-            ):
-                raise self._context.config.error(
-                    f"{SECTION}/{key}/",
-                    f"the performer {key} would call itself for {', '.join(sorted(circular_skills))}:"
-                    f" the executor {host.name} requests them from performers on {performer.topic}",
-                    f"remove them from {SECTION}/{key}/actions, or from the skills of {host.name}",
-                )
 
     def _find_skill_calls(self) -> LocalSkillCalls | None:
         """Return the calls to the current skill board, since a reset of the daemon makes a new board."""

@@ -27,13 +27,8 @@ _MESSAGES: Final = {
     "Derived": "Node predicate, Tree preconditions",
     "PlanItem": "float32 time, string action, float32 duration",
     "Plan": "PlanItem[] items",
-    "ActionExecutionInfo": "int8 status, builtin_interfaces/Time start_stamp,"
-    " builtin_interfaces/Time status_stamp, string action_full_name, string action, string[] arguments,"
-    " builtin_interfaces/Duration duration, float32 completion, string message_status",
 }
-EXECUTE_PLAN: Final = f"{PACKAGE}/action/ExecutePlan"  # action of PlanSys2's executor
 
-_ACTION_STATES: Final = "ActionExecutionInfo[] action_execution_status"
 _SERVICES: Final = {
     "AddProblem": ("string problem", _DONE_RESPONSE),
     "AddProblemGoal": ("Tree tree", _DONE_RESPONSE),
@@ -72,7 +67,6 @@ def _split_fields(fields: str) -> str:
 
 # The definition of each type, in the format of .msg, .srv and .action files.
 TYPE_DEFINITIONS: Final[Mapping[str, str]] = {
-    EXECUTE_PLAN: f"Plan plan\n---\nbool success\n{_ACTION_STATES}\n---\n{_ACTION_STATES}",
     **{f"{PACKAGE}/msg/{name}": _split_fields(fields) for name, fields in _MESSAGES.items()},
     **{
         f"{PACKAGE}/srv/{name}": f"{_split_fields(request)}\n---\n{_split_fields(response)}"

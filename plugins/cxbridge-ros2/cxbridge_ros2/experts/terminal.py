@@ -6,9 +6,8 @@ commands and the forms of their output are those of plansys2_terminal.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
-from pathlib import Path
 from typing import Any, Final
 
 from cxbridge.errors import PddlError, Ros2Error
@@ -23,11 +22,8 @@ from cxbridge.executive.pddl.ast import (
     number_of,
 )
 from cxbridge.executive.pddl.printer import format_number
-from cxbridge.numbers import parse_decimal
-from cxbridge.rights import Right
 from cxbridge.suggestions import did_you_mean
 from cxbridge_ros2.experts.client import ExpertClient
-from cxbridge_ros2.experts.execution import PlanItem, execute_plan, parse_item, read_plan
 from cxbridge_ros2.experts.knowledge import format_ground, make_ground
 from cxbridge_ros2.experts.nodes import (
     NodeCodec,
@@ -36,13 +32,9 @@ from cxbridge_ros2.experts.nodes import (
     make_param,
     parse_ground_node,
 )
-from cxbridge_ros2.hub.protocol import PerformerState
 from cxbridge_ros2.messages import Message
-from cxbridge_ros2.plansys2 import PROTOCOL
 
 PLANNING_TIMEOUT_S: Final = 120.0  # limit of planning in seconds
-
-LISTENING_S: Final = 2.0  # seconds to listen for heartbeats of performers
 
 # Titles of the formulas in a plansys2_msgs/msg/DurativeAction.
 _TIMED_FIELD_TITLES: Final = {
@@ -75,20 +67,15 @@ class Terminal:
         self._client = client
         self._codec = codec
         self.is_over = False
-        self._is_sourcing = False  # whether a file of commands is read
-        model: Mapping[str, CommandHandler] = {
-            "types": self._show_types,
-            "predicates": partial(self._show_names, "predicates"),
-            "functions": partial(self._show_names, "functions"),
-            "actions": self._show_actions,
-            "predicate": partial(self._show_declaration, "predicate"),
-            "function": partial(self._show_declaration, "function"),
-            "action": self._show_action,
-        }
         self.commands: Mapping[str, CommandHandler] = {
             "get domain": self._show_domain,
-            # the terminals of different distributions say `model` or `domain`
-            **{f"get {noun} {name}": model[name] for noun in ("model", "domain") for name in model},
+            "get model types": self._show_types,
+            "get model predicates": partial(self._show_names, "predicates"),
+            "get model functions": partial(self._show_names, "functions"),
+            "get model actions": self._show_actions,
+            "get model predicate": partial(self._show_declaration, "predicate"),
+            "get model function": partial(self._show_declaration, "function"),
+            "get model action": self._show_action,
             "get problem": self._show_problem,
             "get problem instances": self._show_instances,
             "get problem predicates": self._show_predicates,
@@ -103,11 +90,7 @@ class Terminal:
             "remove predicate": partial(self._change_predicate, "remove_problem_predicate"),
             "remove function": self._remove_function,
             "remove goal": self._remove_goal,
-            "check actors": self._show_performers,
-            "run": self._run_plan,
-            "source": self._run_file,
             "help": self._show_help,
-            "?": self._show_help,
             "quit": self._quit,
         }
 
@@ -122,8 +105,6 @@ class Terminal:
             command = " ".join(words[:count])
             if count <= len(words) and command in self.commands:
                 argument = " ".join(line.split(None, count)[count:]).strip()
-                if argument and command in _ARGUMENTLESS_COMMANDS:
-                    raise UsageError(f"'{command}' takes no argument, but got '{argument}'")
                 try:
                     yield from self.commands[command](argument) or ()
                 except PddlError as error:
@@ -135,21 +116,6 @@ class Terminal:
             f"unknown command '{line.strip()}'",
             hint=did_you_mean(" ".join(words[:2]), similar, f"there are: {', '.join(similar)}"),
         )
-
-    def find_completions(self, line: str) -> list[str]:
-        """Return the possible next words.
-
-        :param line: the typed text; its last word may be incomplete.
-        """
-        *words, incomplete_word = line.split(" ")
-        complete_words = [word for word in words if word]
-        commands = (command.split() for command in self.commands)
-        next_words = {
-            command[len(complete_words)]
-            for command in commands
-            if command[: len(complete_words)] == complete_words and len(command) > len(complete_words)
-        }
-        return sorted(word for word in next_words if word.startswith(incomplete_word))
 
     def _request_domain(self, service: str, request: Mapping[str, Any] | None = None) -> Message:
         return self._client.request(f"/domain_expert/get_domain{service}", request)
@@ -261,81 +227,19 @@ class Terminal:
     def _remove_goal(self, _argument: str) -> None:
         self._request_problem("remove_problem_goal")
 
-    # --- plans, performers, and commands about commands
+    # --- plans, and commands about commands
 
     def _show_plan(self, _argument: str) -> OutputLines:
-        for item in self._make_plan():
-            yield f"{item['time']:.3f}: {item['action']} [{item['duration']:.3f}]"
-
-    def _make_plan(self) -> Sequence[PlanItem]:
         request = {
             "domain": self._request_domain("")["domain"],
             "problem": self._request_problem("get_problem")["problem"],
         }
         plan = self._client.request("/planner/get_plan", request, PLANNING_TIMEOUT_S)["plan"]
-        items: Sequence[PlanItem] = plan["items"]
-        return items
+        for item in plan["items"]:
+            yield f"{item['time']:.3f}: {item['action']} [{item['duration']:.3f}]"
 
-    def _show_performers(self, _argument: str) -> OutputLines:
-        states: dict[str, tuple[str, int]] = {}
-
-        def handle_heartbeat(message: Message) -> None:
-            heartbeat = PROTOCOL.decode_heartbeat(message)
-            states[heartbeat.node] = (heartbeat.action, heartbeat.state)
-
-        topic = self._client.namespace + PROTOCOL.heartbeat_topic
-        unsubscribe = self._client.node.subscribe(
-            topic, PROTOCOL.heartbeat_type, handle_heartbeat, right=Right.LOOK
-        )
-        self._client.wait(lambda: False, LISTENING_S)
-        unsubscribe()
-        for node, (action, state) in sorted(states.items()):
-            yield f"{node} {action} {PerformerState(state).name if state in list(PerformerState) else state}"
-
-    def _run_plan(self, argument: str) -> OutputLines:
-        mode, _, operand = argument.partition(" ")
-        operand = operand.strip()
-        if not mode:
-            items = self._make_plan()
-        elif mode == "num_actions" and (action_count := parse_decimal(operand)) is not None:
-            items = self._make_plan()[:action_count]
-        elif mode == "action" and (item := parse_item(f"0: {_add_parentheses(operand)}")):
-            items = [item]
-        elif mode == "plan-file" and operand:
-            items = read_plan(Path(operand))
-        else:
-            raise UsageError(f"unknown command 'run {argument}'", hint="; ".join(_find_help("run")))
-        yield from execute_plan(self._client, items)
-
-    def _run_file(self, argument: str) -> OutputLines:
-        name, is_shown = argument, False
-        if argument.endswith((" 0", " 1")):
-            name, is_shown = argument[:-2].rstrip(), argument.endswith("1")
-        if self._is_sourcing or not name:
-            problem = (
-                "a file of commands cannot read another file" if self._is_sourcing else "the file is missing"
-            )
-            raise UsageError(problem, hint="source FILE [0|1]; 1 shows the commands")
-        try:
-            lines = Path(name).read_text(encoding="utf-8").splitlines()
-        except (OSError, UnicodeDecodeError) as error:
-            raise UsageError(f"cannot read {name}: {error}") from None
-        self._is_sourcing = True
-        try:
-            for line in lines:
-                if is_shown:
-                    yield line
-                yield from self.run_line(line)
-                if self.is_over:
-                    break
-        finally:
-            self._is_sourcing = False
-
-    def _show_help(self, argument: str) -> list[str]:
-        help_lines = _find_help(argument)
-        if not help_lines:
-            raise UsageError(f"unknown command '{argument}'")
-        return help_lines
+    def _show_help(self, _argument: str) -> OutputLines:
+        yield from HELP_LINES
 
     def _quit(self, _argument: str) -> None:
         self.is_over = True
@@ -357,34 +261,9 @@ HELP_LINES: Final = (
     "remove predicate (PREDICATE INSTANCE...)",
     "remove function (FUNCTION INSTANCE...)",
     "remove goal",
-    "check actors                                  the action performers",
-    "run                                           a plan for the goal is executed by PlanSys2's executor",
-    "run num_actions NUMBER                        only the first actions of the plan",
-    "run action (ACTION INSTANCE...)               one action",
-    "run plan-file FILE                            a plan in the format of 'get plan'",
-    "source FILE [0|1]                             commands from a file; 1 shows them",
-    "help [COMMAND]",
+    "help",
     "quit",
 )
-
-# Commands with nothing after their names.
-_ARGUMENTLESS_COMMANDS: Final = frozenset(
-    {
-        *("get domain", "get plan", "remove goal", "check actors", "quit"),
-        *(
-            f"get {noun} {name}"
-            for noun in ("model", "domain")
-            for name in ("types", "predicates", "functions", "actions")
-        ),
-        *("get problem", "get problem instances", "get problem predicates", "get problem functions"),
-        "get problem goal",
-    }
-)
-
-
-def _find_help(command: str) -> list[str]:
-    """Return the help of the commands that begin with a word; of all commands for an empty text."""
-    return [text for text in HELP_LINES if not command or text.split()[0] == command]
 
 
 def _parse_single_name(argument: str, usage: str) -> str:

@@ -36,7 +36,7 @@ REQUEST_PERIOD_S: Final = 1.0  # time until a REQUEST without a RESPONSE is repe
 
 MAX_SILENCE_S: Final = 5.0  # time without a heartbeat after which a performer counts as gone
 
-_SKILL_KEYS: Final = ("action", "arguments", "mapped", "timeout", "patience")
+_SKILL_KEYS: Final = ("action", "arguments", "timeout", "patience")
 # REQUESTs without a RESPONSE after which the caller rejects a performer that reports READY.
 _MAX_UNANSWERED_REQUESTS: Final = 2
 # Heartbeats that do not report RUNNING after which a confirmed performer counts as restarted. Two, since the
@@ -50,14 +50,12 @@ class HubSkill(Struct, frozen=True):
 
     :param action: the name of the action on the hub.
     :param arguments: templates of the arguments, with parameters of the skill; None for all parameters.
-    :param skill_string: the template of the skill string; None for the parameter ``mapped_action``.
     :param timeout_s: the time limit of the skill.
     :param server_timeout_s: the time without a RESPONSE after which the skill fails.
     """
 
     action: str
     arguments: list[Any] | None
-    skill_string: str | None
     timeout_s: float
     server_timeout_s: float
 
@@ -69,13 +67,11 @@ class HubSkill(Struct, frozen=True):
                 f"the settings of the skill {name} must be a mapping, not {settings!r}",
                 hint="e.g. {timeout: 60}",
             )
-        keys = [key for key in _SKILL_KEYS if key != "mapped" or protocol.has_agents]
-        check_keys(settings, keys, f"the skill {name}")
+        check_keys(settings, _SKILL_KEYS, f"the skill {name}")
         arguments = settings.get("arguments")
         return cls(
             action=str(settings.get("action", name)),
             arguments=None if arguments is None else to_list(arguments),
-            skill_string=str(settings["mapped"]) if "mapped" in settings else None,
             timeout_s=parse_seconds(name, "timeout", settings.get("timeout", DEFAULT_TIMEOUT_S)),
             server_timeout_s=parse_seconds(
                 name, "patience", settings.get("patience", protocol.server_timeout_s)
@@ -129,15 +125,9 @@ class HubSkills(RosExecutor):
     """Executes skills through performers on a hub. Subclasses set the protocol."""
 
     protocol: ClassVar[HubProtocol]
-    known_settings: ClassVar[tuple[str, ...]] = (*RosExecutor.known_settings, "agent-id")
 
     def __init__(self, context: ExecutorContext) -> None:
         super().__init__(context)
-        if "agent-id" in self.settings and not self.protocol.has_agents:
-            raise ConfigError(
-                f"{type(self).__name__} has no setting 'agent-id', since its messages do not name a robot"
-            )
-        self._agent_id = self.setting("agent-id", "")
         self._skills = {
             name: HubSkill.parse(name, settings, self.protocol)
             for name, settings in _read_skills(self.settings).items()
@@ -172,12 +162,8 @@ class HubSkills(RosExecutor):
 
     def execute(self, call: SkillCall) -> Steps:
         skill = self._skills[call.skill]
-        key = ActionKey(skill.action, skill.make_arguments(call), self._agent_id)
-        skill_string = str(
-            call.get(MAPPED_ACTION, "")
-            if skill.skill_string is None
-            else fill_template(skill.skill_string, call, {})
-        )
+        key = ActionKey(skill.action, skill.make_arguments(call))
+        skill_string = str(call.get(MAPPED_ACTION, ""))
         request = HubMessage(MessageKind.REQUEST, call.label or self._name, key, skill_string)
         steps = self._execute_request(skill, _OpenRequest(request))
         return (yield from self.limit_time(skill.timeout_s, f"{key} on {self.topic}", steps))

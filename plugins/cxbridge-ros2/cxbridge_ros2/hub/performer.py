@@ -46,15 +46,14 @@ RESPONSE_PERIOD_S: Final = 0.5
 HEARTBEAT_PERIOD_S: Final = 1.0
 
 _ACTION_KEYS: Final = ("parameters", "call")
-_REQUESTED_CALL: Final = "mapped"  # setting that calls the skill string of the REQUEST
 
 
 class ServedAction(Struct, frozen=True):
     """The configuration of a performed action.
 
     :param parameters: names of the skill's parameters; empty for ``1``, ``2`` and so on.
-    :param call: the template of a skill string as in action mappings; ``mapped`` for the skill string in the
-        REQUEST; empty for a skill with the name of the action.
+    :param call: the template of a skill string as in action mappings; empty for a skill with the name of the
+        action.
     """
 
     action: str
@@ -62,7 +61,7 @@ class ServedAction(Struct, frozen=True):
     call: str = ""
 
     @classmethod
-    def parse(cls, action: str, settings: Any, protocol: HubProtocol) -> ServedAction:
+    def parse(cls, action: str, settings: Any) -> ServedAction:
         """Parse the settings of an action."""
         if not isinstance(settings, Mapping):
             raise ConfigError(
@@ -71,11 +70,7 @@ class ServedAction(Struct, frozen=True):
             )
         check_keys(settings, _ACTION_KEYS, f"the action {action}")
         names, call = to_list(settings.get("parameters", [])), str(settings.get("call", ""))
-        if call == _REQUESTED_CALL and not protocol.has_agents:
-            raise ConfigError(
-                f"the action {action} cannot call '{_REQUESTED_CALL}': {protocol.name} has no mapped actions"
-            )
-        if call and call != _REQUESTED_CALL and (problems := ActionSkillMapping({action: call}).check()):
+        if call and (problems := ActionSkillMapping({action: call}).check()):
             raise ConfigError(f"the call of the action {action}: {problems[0][1]}")
         return cls(action, tuple(map(str, names)), call)
 
@@ -91,37 +86,31 @@ class ServedAction(Struct, frozen=True):
         names = self.parameters or tuple(str(number) for number in range(1, len(arguments) + 1))
         values: dict[str, str] = dict(zip(names, arguments, strict=True))
         if not self.call:
-            skill_string = {MAPPED_ACTION: request.skill_string} if request.skill_string else {}
-            return SkillCall(self.action, agent, values | skill_string, request.node)
-        text = request.skill_string if self.call == _REQUESTED_CALL else self._make_skill_string(values)
-        calls = parse_calls(text, agent)
-        if len(calls) != 1:
-            raise SkillError(f"{request.key} maps to '{text}', which is not a single skill")
-        return SkillCall(calls[0].skill, agent, calls[0].parameters, request.node)
-
-    def _make_skill_string(self, values: Mapping[str, str]) -> str:
+            requested_skill = {MAPPED_ACTION: request.skill_string} if request.skill_string else {}
+            return SkillCall(self.action, agent, values | requested_skill, request.node)
         skill_string = ActionSkillMapping({self.action: self.call}).map(self.action, values)
         if not skill_string.text:
             raise SkillError(skill_string.messages[0][1])
-        return skill_string.text
+        calls = parse_calls(skill_string.text, agent)
+        if len(calls) != 1:
+            raise SkillError(f"{request.key} maps to '{skill_string.text}', which is not a single skill")
+        return SkillCall(calls[0].skill, agent, calls[0].parameters, request.node)
 
     @property
     def skill(self) -> str:
-        """The name of the configured skill; empty if each REQUEST names the skill."""
-        return "" if self.call == _REQUESTED_CALL else re.split(r"[{(]", self.call)[0].strip() or self.action
+        """The name of the configured skill."""
+        return re.split(r"[{(]", self.call)[0].strip() or self.action
 
 
 class PerformerSettings(Struct, frozen=True):
     """The settings of the performers on one hub.
 
     :param agent: the agent of the skill board whose skills are performed.
-    :param agent_id: the name of the robot in messages.
     :param name: the prefix of the performers' node names, which end with the name of the action.
     """
 
     protocol: HubProtocol
     agent: str
-    agent_id: str
     name: str
     actions: tuple[ServedAction, ...]
     node: NodeSettings
@@ -167,23 +156,17 @@ class HubPerformer(Closing):
         self._actions = {action.action: action for action in settings.actions}
         # node names of performers: one per action, as in PlanSys2, since callers confirm a node for an action
         self._nodes = {re.sub(r"\W", "_", f"{settings.name}_{action}"): action for action in self._actions}
-        self._agent, self._agent_id = settings.agent, settings.agent_id
+        self._agent = settings.agent
         self._find_skill_calls, self._node, self._clock, self._log = find_skill_calls, node, clock, log
         # REQUESTs without a RESPONSE, each with the time until which a RESPONSE is useful
         self._pending_requests: dict[ActionKey, tuple[HubMessage, int]] = {}
         self._jobs: dict[ActionKey, _Job] = {}
         self._next_heartbeat_us = 0
         self._hub = Hub(node, settings.protocol, settings.node.namespace, self._handle_message)
-        self.topic = self._hub.topic
 
     @property
     def has_running_skills(self) -> bool:
         return any(job.master is not None for job in self._jobs.values())
-
-    @property
-    def served_skills(self) -> set[str]:
-        """The skills that the configuration names; empty for actions whose skill the REQUEST names."""
-        return {action.skill for action in self._actions.values()}
 
     def loop(self) -> None:
         """Handle messages, repeat messages that may be lost, and publish heartbeats."""
@@ -222,7 +205,7 @@ class HubPerformer(Closing):
 
     def _handle_message(self, message: HubMessage) -> None:
         key = message.key
-        if key.action not in self._actions or key.agent != self._agent_id:
+        if key.action not in self._actions:
             return
         if message.kind == MessageKind.REQUEST:
             # at this time the caller repeats the REQUEST, or gives up
@@ -285,10 +268,10 @@ class HubPerformer(Closing):
             calls.stop(master.number)
 
     def _find_executors(self, skill: str) -> Iterator[ExecutorInfo]:
-        """Yield the agent's executors that have a skill; all executors of the agent for an empty text."""
+        """Yield the agent's executors that have a skill."""
         calls = self._find_skill_calls()
         for info in () if calls is None else calls.executors:
-            if info.agent == self._agent and (not skill or skill in info.skills):
+            if info.agent == self._agent and skill in info.skills:
                 yield info
 
     def _has_free_executor(self, skill: str) -> bool:

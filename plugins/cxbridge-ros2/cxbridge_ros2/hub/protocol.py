@@ -38,16 +38,13 @@ class PerformerState(IntEnum):
 
 
 class ActionKey(NamedTuple):
-    """The identity of a request: action, arguments and robot.
+    """The identity of a request: action and arguments.
 
     Hubs have no ids of requests, so that two requests for one action are indistinguishable.
-
-    :param agent: the name of the robot; empty for a single robot.
     """
 
     action: str
     arguments: tuple[str, ...]
-    agent: str
 
     def __str__(self) -> str:
         return f"({' '.join((self.action, *self.arguments))})"
@@ -95,7 +92,7 @@ class HubProtocol(ABC):
     :cvar server_timeout_s: the time without a RESPONSE after which the project's own caller gives up.
     :cvar request_lifetime_s: the time after which the project's own caller repeats a REQUEST or gives up,
         so that a later RESPONSE is useless.
-    :cvar has_agents: whether messages have the name of a robot and a skill string.
+    :cvar has_skill_strings: whether messages have a skill string.
     """
 
     name: ClassVar[str]
@@ -107,7 +104,7 @@ class HubProtocol(ABC):
     progress_field: ClassVar[str]
     server_timeout_s: ClassVar[float]
     request_lifetime_s: ClassVar[float]
-    has_agents: ClassVar[bool] = False
+    has_skill_strings: ClassVar[bool] = False
 
     def encode(self, message: HubMessage) -> Mapping[str, Any]:
         fields = {
@@ -119,16 +116,15 @@ class HubProtocol(ABC):
             self.progress_field: message.progress,
             "status": message.status,
         }
-        if self.has_agents:
-            fields |= {"agent_id": message.key.agent, "mapped_action": message.skill_string}
+        if self.has_skill_strings:
+            fields["mapped_action"] = message.skill_string
         return fields
 
     def decode(self, fields: Message) -> HubMessage:
-        arguments = tuple(fields[self.arguments_field])
         return HubMessage(
             kind=fields["type"],
             node=fields["node_id"],
-            key=ActionKey(fields["action"], arguments, fields.get("agent_id", "")),
+            key=ActionKey(fields["action"], tuple(fields[self.arguments_field])),
             skill_string=fields.get("mapped_action", ""),
             success=fields["success"],
             progress=fields[self.progress_field],

@@ -32,7 +32,7 @@ PROTOCOLS: Final[Mapping[str, HubProtocol]] = {
     protocol.name: protocol for protocol in (PlanSys2Protocol(), SkillExecutionProtocol())
 }
 
-_KEYS: Final = ("protocol", "agent", "agent-id", "name", "actions", *NODE_KEYS)
+_KEYS: Final = ("protocol", "agent", "name", "actions", *NODE_KEYS)
 
 
 def read_performer_settings(
@@ -68,10 +68,6 @@ def _parse_performer(
         problem = f"serves the unknown agent '{agent}'" if agent else "must name an agent"
         hint = did_you_mean(agent, agents, f"the skill board has: {', '.join(agents) or 'none'}")
         raise ConfigError(f"{component} {problem}", hint=hint)
-    if "agent-id" in values and not protocol.has_agents:
-        raise ConfigError(
-            f"{component} has no setting 'agent-id', since messages of {protocol_name} do not name a robot"
-        )
     actions = values.get("actions", [])
     if not isinstance(actions, Mapping):  # a list of names stands for actions without settings
         actions = {str(name): {} for name in to_list(actions)}
@@ -80,8 +76,7 @@ def _parse_performer(
     return PerformerSettings(
         protocol=protocol,
         agent=agent,
-        agent_id=str(values.get("agent-id", "")),
         name=str(values.get("name", f"cxbridge_{agent}")),
-        actions=tuple(ServedAction.parse(name, settings, protocol) for name, settings in actions.items()),
+        actions=tuple(ServedAction.parse(name, settings) for name, settings in actions.items()),
         node=NodeSettings.parse(values, folder, component),
     )

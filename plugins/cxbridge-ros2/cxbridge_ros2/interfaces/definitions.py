@@ -1,8 +1,7 @@
-"""ROS 2 definitions of blackboard interfaces and their messages, generated from the interfaces' schemas.
+"""ROS 2 definitions of blackboard interfaces, generated from the interfaces' schemas.
 
-``Position3DInterface`` becomes ``cxbridge_msgs/msg/Position3DInterface``. A message of an interface becomes a
-type such as ``cxbridge_msgs/msg/SkillerInterfaceExecSkillMessage``. ROS requires lower case for the names of
-fields, and upper case for constants.
+``Position3DInterface`` becomes ``cxbridge_msgs/msg/Position3DInterface``. ROS requires lower case for
+the names of fields, and upper case for constants.
 """
 
 from __future__ import annotations
@@ -43,20 +42,13 @@ _ROS_TYPES: Final = {
 _ENUM_TYPE: Final = "int32"  # ROS has no enums: a field is a number, and the items are constants
 
 
-def make_ros_message_type(interface: str, message: str = "") -> str:
-    return f"{PACKAGE}/msg/{_to_camel_case(interface)}{_to_camel_case(message)}"
+def make_ros_message_type(interface: str) -> str:
+    return f"{PACKAGE}/msg/{_to_camel_case(interface)}"
 
 
 def generate_definitions(schema: InterfaceSchema) -> dict[str, str]:
-    """Return the texts of the definitions of an interface and its messages, by type."""
-    definitions = {
-        make_ros_message_type(schema.name): _format_definition(schema.fields, schema, has_time=True)
-    }
-    for message in schema.messages:
-        definitions[make_ros_message_type(schema.name, message.name)] = _format_definition(
-            message.fields, schema, has_time=False
-        )
-    return definitions
+    """Return the text of the definition of an interface, by its type."""
+    return {make_ros_message_type(schema.name): _format_definition(schema)}
 
 
 def make_ros_field_names(fields: Sequence[FieldSchema]) -> dict[str, str]:
@@ -69,12 +61,11 @@ def make_ros_field_names(fields: Sequence[FieldSchema]) -> dict[str, str]:
     return names
 
 
-def _format_definition(fields: Sequence[FieldSchema], schema: InterfaceSchema, *, has_time: bool) -> str:
-    lines = [f"builtin_interfaces/Time {TIME_FIELD}"] if has_time else []
-    names = make_ros_field_names(fields)
+def _format_definition(schema: InterfaceSchema) -> str:
+    fields, names = schema.fields, make_ros_field_names(schema.fields)
     enum_names = {field.enum.name for field in fields if field.enum is not None}
     enums = [enum for enum in schema.enums if enum.name in enum_names]
-    lines += _format_constants(enums, schema.constants if has_time else ())
+    lines = [f"builtin_interfaces/Time {TIME_FIELD}", *_format_constants(enums, schema.constants)]
     for field in fields:
         ros_type = _ROS_TYPES.get(field.type, _ENUM_TYPE)
         length = f"[{field.length}]" if field.is_array else ""

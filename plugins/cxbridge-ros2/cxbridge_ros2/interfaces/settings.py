@@ -31,7 +31,7 @@ SECTION: Final = "/ros2/interfaces"
 PUBLISH, WRITE = "publish", "write"
 
 _KEYS: Final = (
-    *("interface", "direction", "topic", "type", "fields", "constants", "stamp", "qos", "messages"),
+    *("interface", "direction", "topic", "type", "fields", "constants", "stamp", "qos"),
     *NODE_KEYS,
 )
 # Settings that require a message type: the generated type has the fields of the interface.
@@ -50,7 +50,6 @@ class TopicSettings(Struct, frozen=True):
     :param paths: the path in the message of each interface field.
     :param constants: the constant values in the message, by path.
     :param stamp_path: the path of the time in the message; may be empty.
-    :param has_message_topics: whether the messages of the interface have topics, too.
     """
 
     key: str
@@ -62,7 +61,6 @@ class TopicSettings(Struct, frozen=True):
     constants: Mapping[str, Any]
     stamp_path: str
     qos: QosProfile
-    has_message_topics: bool
     node: NodeSettings
 
 
@@ -96,9 +94,6 @@ def _parse_topic_settings(key: str, values_by_path: Mapping[str, Any], folder: P
     ):
         hint = "several interfaces can only be published, each to a separate topic"
         raise ConfigError(f"{component} must name one interface, TYPE::ID", hint=hint)
-    has_message_topics = typed_setting(values, "messages", default=False, component=component)
-    if type_name and has_message_topics:
-        raise ConfigError(f"{component} cannot have both 'messages' and 'type'")
     if not type_name and (unused_keys := [name for name in _MESSAGE_TYPE_KEYS if name in values]):
         raise ConfigError(
             f"{component}: '{unused_keys[0]}' requires a 'type'", hint="e.g. sensor_msgs/msg/BatteryState"
@@ -123,6 +118,5 @@ def _parse_topic_settings(key: str, values_by_path: Mapping[str, Any], folder: P
         constants=constants,
         stamp_path=typed_setting(values, "stamp", "", component),
         qos=find_profile(typed_setting(values, "qos", "default", component)),
-        has_message_topics=has_message_topics,
         node=NodeSettings.parse(values, folder, component),
     )

@@ -1,8 +1,6 @@
 """Interfaces as topics: publishes writes of the blackboard, or writes received messages to the blackboard.
 
-An interface has a writer, and readers, which send messages to the writer. The writer of a published interface
-is on the blackboard, and nodes of ROS send messages to the writer. The writer of a written interface is a
-node of ROS, and readers on the blackboard send messages to that node.
+The writer of a published interface is on the blackboard, that of a written interface is a node of ROS.
 """
 
 from __future__ import annotations
@@ -10,7 +8,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from enum import Enum
-from functools import partial
 from typing import Any, Final
 
 from cxbridge.blackboard import BlackBoard
@@ -18,7 +15,6 @@ from cxbridge.blackboard.following import Deadline, Feed, InterfaceChange
 from cxbridge.closing import Closing
 from cxbridge.errors import ConfigError, CxbridgeError
 from cxbridge.events import Logger
-from cxbridge.interfaces.instance import Interface
 from cxbridge.interfaces.schema import FieldSchema, InterfaceSchema
 from cxbridge.rights import right_of_frame
 from cxbridge.suggestions import did_you_mean
@@ -31,9 +27,6 @@ from cxbridge_ros2.node import Node, Publisher
 from cxbridge_ros2.stamps import us_to_stamp
 
 OWNER: Final = "ROS 2"  # the owner of the opened interfaces, as the blackboard lists it
-
-_MAX_QUEUED_MESSAGES: Final = 100  # limit of the readers' messages that wait for the next loop
-_MESSAGE_SUFFIX: Final = "Message"  # the end of a message's name, which topics leave out
 
 
 def make_default_topic(interface_type: str, interface_id: str) -> str:
@@ -71,7 +64,6 @@ class PublishedInterfaces(Closing):
         self._board = board
         self._publish_functions: dict[str, Callable[[InterfaceChange], None]] = {}
         self._publishers: list[Publisher] = []
-        self._close_functions: list[Callable[[], None]] = []
         self._used_topics: set[str] = set()
         self._failed_uids: set[str] = set()
         self._feed = Feed(board, OWNER)
@@ -116,8 +108,6 @@ class PublishedInterfaces(Closing):
         self._publishers.append(publisher)
         paths = _find_message_paths(settings, schema)
         stamp_path = TIME_FIELD if settings.type_name is None else settings.stamp_path
-        if settings.has_message_topics:
-            self._subscribe_messages(topic, self._feed.open(interface_type, interface_id))
 
         def publish(change: InterfaceChange) -> None:
             message: Message = {}
@@ -132,33 +122,7 @@ class PublishedInterfaces(Closing):
         self._publish_functions[uid] = publish
         return publish
 
-    def _subscribe_messages(self, topic: str, instance: Interface) -> None:
-        """Subscribe to the topics for messages of an interface, and send the messages to its writer."""
-        for schema in instance.SCHEMA.messages:
-            enqueue = partial(
-                self._enqueue_message, instance, schema.name, make_ros_field_names(schema.fields)
-            )
-            type_name = make_ros_message_type(instance.type, schema.name)
-            right = self._node.rights.message_right(instance.type, schema.name)
-            message_topic = f"{topic}/{schema.name.removesuffix(_MESSAGE_SUFFIX)}"
-            self._close_functions.append(self._node.subscribe(message_topic, type_name, enqueue, right=right))
-
-    def _enqueue_message(
-        self, instance: Interface, name: str, names: Mapping[str, str], message: Message
-    ) -> None:
-        try:
-            interface_message = instance.create_message(name)
-            for field, ros_field in names.items():
-                interface_message.set(
-                    field, _to_interface_value(interface_message.field(field), message[ros_field])
-                )
-            instance.msgq_enqueue(interface_message)
-        except CxbridgeError as error:
-            self._log.warn(f"{instance.uid} did not get a {name}: {error.message}")
-
     def close(self) -> None:
-        for unsubscribe in self._close_functions:
-            unsubscribe()
         for publisher in self._publishers:
             publisher.close()
         self._feed.close()
@@ -173,23 +137,14 @@ class WrittenInterface(Closing):
     def __init__(self, settings: TopicSettings, node: Node, board: BlackBoard, log: Logger) -> None:
         self._settings, self._log = settings, log
         interface_type, interface_id = settings.pattern.type_glob, settings.pattern.id_glob
-        self._instance = board.open_for_writing(
-            interface_type, interface_id, owner=OWNER, queue_limit=_MAX_QUEUED_MESSAGES
-        )
+        self._instance = board.open_for_writing(interface_type, interface_id, owner=OWNER)
         schema = self._instance.SCHEMA
         self._message_paths = _find_message_paths(settings, schema)
         self._reported_errors: set[str] = set()
         topic = (
             f"{settings.node.namespace}{settings.topic or make_default_topic(interface_type, interface_id)}"
         )
-        self._publishers: dict[str, tuple[Publisher, Mapping[str, str]]] = {}
         try:
-            for message in schema.messages if settings.has_message_topics else ():
-                publisher = node.create_publisher(
-                    f"{topic}/{message.name.removesuffix(_MESSAGE_SUFFIX)}",
-                    make_ros_message_type(interface_type, message.name),
-                )
-                self._publishers[message.name] = publisher, make_ros_field_names(message.fields)
             self._close_subscription = node.subscribe(
                 topic,
                 settings.type_name or make_ros_message_type(interface_type),
@@ -204,14 +159,6 @@ class WrittenInterface(Closing):
     @property
     def uid(self) -> str:
         return self._instance.uid
-
-    def loop(self) -> None:
-        """Publish the messages of the interface's readers."""
-        while (message := self._instance.msgq_pop()) is not None:
-            if message.type in self._publishers:
-                publisher, names = self._publishers[message.type]
-                values = message.as_dict()
-                publisher.publish({ros_field: _to_ros(values[field]) for field, ros_field in names.items()})
 
     def _write_message(self, message: Message) -> None:
         try:
@@ -228,8 +175,6 @@ class WrittenInterface(Closing):
 
     def close(self) -> None:
         self._close_subscription()
-        for publisher, _ in self._publishers.values():
-            publisher.close()
         self._instance.close()
 
 

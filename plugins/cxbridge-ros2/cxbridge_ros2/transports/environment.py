@@ -14,18 +14,18 @@ from cxbridge.numbers import parse_decimal
 MAX_DDS_DOMAIN: Final = 232  # DDS computes port numbers from the domain; the port numbers of 233 exceed 65535
 
 
-def read_domain_id(max_id: int | None = None) -> int:
+def read_domain_id() -> int:
     """Return ``ROS_DOMAIN_ID``, or 0 if it is unset.
 
-    :param max_id: the highest domain of the transport; None for no limit.
-    :raises Ros2Error: if the variable is not a domain.
+    :raises Ros2Error: if the variable is not a domain of DDS.
     """
     text = os.environ.get("ROS_DOMAIN_ID", "0") or "0"
     domain_id = parse_decimal(text)
-    if domain_id is None or (max_id is not None and domain_id > max_id):
+    if domain_id is None or domain_id > MAX_DDS_DOMAIN:
         # 101 instead of 232: on Linux, the ports of higher domains overlap with ephemeral ports
-        hint = "use a number, on most systems from 0 to 101" if max_id is not None else "use a number"
-        raise Ros2Error(f"ROS_DOMAIN_ID={text} is not a domain", hint=hint)
+        raise Ros2Error(
+            f"ROS_DOMAIN_ID={text} is not a domain", hint="use a number, on most systems from 0 to 101"
+        )
     return domain_id
 
 

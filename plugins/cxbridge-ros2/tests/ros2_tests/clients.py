@@ -3,12 +3,37 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 from cxbridge.closing import Closing
+from cxbridge.events import LogLine
 from cxbridge_ros2.lifecycle import ACTIVATE, CLEANUP, CONFIGURE, DEACTIVATE, SHUTDOWN, LifecycleState
 from cxbridge_ros2.messages import Message
 from cxbridge_ros2.node import Client, Node
-from cxbridge_ros2.parameters import ParameterValue, decode_value, encode_value
+from cxbridge_ros2.parameters import ParameterValue, encode_value
+from cxbridge_ros2.qos import PROFILES
+from cxbridge_ros2.rosout import LOG_TYPE, ROSOUT_TOPIC, find_level
+from cxbridge_ros2.stamps import stamp_to_us
+
+SCALARS = ("", "bool_value", "integer_value", "double_value", "string_value", "byte_array_value")
+ARRAYS = ("bool_array_value", "integer_array_value", "double_array_value", "string_array_value")
+VALUE_FIELDS = (*SCALARS, *ARRAYS)
+"""The field of a value, by the number of its type."""
+
+
+def decode_value(message: Message) -> Any:
+    """Return the value in an rcl_interfaces/msg/ParameterValue."""
+    return message[VALUE_FIELDS[message["type"]]]
+
+
+def subscribe_log(node: Node, on_line: Callable[[LogLine], None]) -> None:
+    """Call a function for each line on /rosout."""
+
+    def receive(message: Message) -> None:
+        stamp, level = stamp_to_us(message["stamp"]), find_level(message["level"])
+        on_line(LogLine(stamp, level, message["name"], message["msg"]))
+
+    node.subscribe(ROSOUT_TOPIC, LOG_TYPE, receive, PROFILES["rosout"])
 
 
 class LifecycleClient(Closing):
@@ -76,10 +101,7 @@ class ParameterClient(Closing):
         self._get.call({"names": list(names)}, take)
 
     def set(self, values: Mapping[str, ParameterValue], done: Callable[[Mapping[str, str]], None]) -> None:
-        """Set values, one after the other; ``done`` gets why each is refused, empty where it is not.
-
-        :raises Ros2Error: see :func:`type_of`.
-        """
+        """Set values, one after the other; ``done`` gets why each is refused, empty where it is not."""
         wanted = [{"name": name, "value": encode_value(value)} for name, value in values.items()]
 
         def take(response: Message) -> None:

@@ -7,14 +7,18 @@ import shlex
 import socket
 import subprocess
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
 from tests.forked import Forked, nursery
+
+if TYPE_CHECKING:
+    from cxbridge_ros2.node import Node
 
 HERE = Path(__file__).parent
 SETUP = os.environ.get("ROS2_SETUP", "")
@@ -150,6 +154,20 @@ def wait_for_port(port: int) -> None:
         with suppress(OSError), socket.create_connection(("127.0.0.1", port), timeout=1):
             return
         time.sleep(0.1)
+
+
+def until(done: Callable[[], Any], *polls: Callable[[], object], limit_s: float = 45.0) -> None:
+    """Poll until a condition is true."""
+    end_s = time.monotonic() + limit_s
+    while not done():
+        assert time.monotonic() < end_s, "it took too long"
+        for poll in polls:
+            poll()
+
+
+def poll_until(node: Node, done: Callable[[], Any], limit_s: float = 45.0) -> None:
+    """Poll a node until a condition is true."""
+    until(done, lambda: node.poll(0.05), limit_s=limit_s)
 
 
 @pytest.fixture(scope="module", params=["ours", pytest.param("rclpy", marks=needs_ros)])

@@ -1,11 +1,9 @@
-"""Both sides of a hub in one process, on a network that is a list, or on DDS."""
+"""Both sides of a hub in one process, on nodes of this process, or on DDS."""
 
 from __future__ import annotations
 
 import time
-from collections import deque
-from collections.abc import Callable, Mapping
-from functools import partial
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -19,13 +17,14 @@ from cxbridge.skiller.board import Progress, SkillCall, SkillExecutor, SkillFail
 from cxbridge.skiller.board.master import Master
 from cxbridge.skiller.board.service import SkillBoardService
 from cxbridge.skiller.board.settings import BoardSettings
+from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.hub.hub import Hub
 from cxbridge_ros2.hub.performer import HubPerformer
 from cxbridge_ros2.hub.protocol import ActionKey, Heartbeat, HubMessage, MessageKind, PerformerState
 from cxbridge_ros2.hub.settings import PROTOCOLS, read_performer_settings
-from cxbridge_ros2.node import Client, MessageCallback, Node, Publisher, RequestHandler
-from cxbridge_ros2.qos import PROFILES, QosProfile
+from cxbridge_ros2.node import Node
 from cxbridge_ros2.settings import NodeSettings
+from cxbridge_ros2.transports.local import LocalGraph
 
 LOOP_US = 20_000
 STEPS = 30
@@ -159,66 +158,16 @@ class World:
             side.close()
 
 
-# --- a network that is a list -----------------------------------------------------------------------------
-
-
-class Ether:
-    """Topics of nodes in this process. ``lost`` selects messages that are dropped."""
-
-    def __init__(self) -> None:
-        self.readers: list[tuple[str, EtherNode, MessageCallback]] = []
-        self.lost: Callable[[EtherNode, Mapping[str, Any]], bool] = lambda _reader, _message: False
-
-    def send(self, topic: str, message: Mapping[str, Any]) -> None:
-        for where, node, receive in self.readers:
-            if where == topic and not self.lost(node, message):
-                node.queue.append(partial(receive, dict(message)))
-
-
-class EtherNode(Node):
-    def __init__(self, ether: Ether, name: str) -> None:
-        self.name = name
-        self.queue: deque[Callable[[], None]] = deque()
-        self._ether = ether
-
-    def create_publisher(
-        self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]
-    ) -> Publisher:
-        return Publisher(partial(self._ether.send, topic), lambda: 1, lambda: None)
-
-    def _subscribe(
-        self, topic: str, message_type: str, receive: MessageCallback, qos: QosProfile
-    ) -> Callable[[], None]:
-        entry = (topic, self, receive)
-        self._ether.readers.append(entry)
-        return lambda: self._ether.readers.remove(entry)
-
-    def create_client(self, service: str, service_type: str) -> Client:
-        raise NotImplementedError
-
-    def _serve_later(self, service: str, service_type: str, answer: RequestHandler) -> Callable[[], None]:
-        raise NotImplementedError
-
-    def poll(self, timeout_s: float = 0.0) -> bool:
-        any_came = bool(self.queue)
-        while self.queue:
-            self.queue.popleft()()
-        return any_came
-
-    def close(self) -> None:
-        pass
-
-
-class EtherWorld(World):
-    """Sides on a network that is a list, on a virtual clock."""
+class LocalWorld(World):
+    """Sides whose nodes reach each other in this process, on a virtual clock."""
 
     def __init__(self, patch: Callable[[type, str, Any], None]) -> None:
         super().__init__(VirtualClock())
-        self.ether = Ether()
+        self.graph = LocalGraph(Definitions(environment={}))
         patch(
             NodeSettings,
             "join",
-            lambda _settings, name, _definitions, _report, _rights: EtherNode(self.ether, name),
+            lambda _settings, name, _definitions, _report, _rights: self.graph.join(name),
         )
 
     def stranger(self, protocol: str, name: str = "stranger") -> Stranger:
@@ -229,11 +178,11 @@ class EtherWorld(World):
 class Stranger:
     """Hears all words, and publishes the test's."""
 
-    def __init__(self, world: EtherWorld, protocol: str, name: str) -> None:
+    def __init__(self, world: LocalWorld, protocol: str, name: str) -> None:
         self.name = name
         self.heard: list[HubMessage] = []
         self.signs: list[Heartbeat] = []
-        self.node = EtherNode(world.ether, name)
+        self.node = world.graph.join(name)
         self.world = world
         self.hub = Hub(self.node, PROTOCOLS[protocol], "", self.heard.append, self.signs.append)
 

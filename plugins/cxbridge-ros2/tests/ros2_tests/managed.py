@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from itertools import count
+
 from cxbridge.clock import RealClock
 from cxbridge.events import EventBus, LogLine
 from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.lifecycle import ACTIVATE, CLEANUP, CONFIGURE, Lifecycle
-from cxbridge_ros2.parameters import Parameter, Parameters
+from cxbridge_ros2.parameters import Parameters, ParameterValue
 from cxbridge_ros2.rosout import RosoutPublisher
 from cxbridge_ros2.transports.dds import DdsNode
 
@@ -16,15 +18,16 @@ def main() -> None:
     node = DdsNode("managed", Definitions(distribution="iron", environment={}))
     bus = EventBus(clock)
     bus.subscribe(RosoutPublisher(node, "managed"), LogLine)
-    declared = {
-        "speed": Parameter(1.5),
-        "names": Parameter(["a", "b"]),
-        "limits.low": Parameter(3),
-        "limits.deep.high": Parameter(7),
-        "works": Parameter(value=True),
-        "fixed": Parameter("yes", read_only=True),
+    declared: dict[str, ParameterValue] = {
+        "speed": 1.5,
+        "names": ["a", "b"],
+        "limits.low": 3,
+        "limits.deep.high": 7,
+        "works": True,
+        "fixed": "yes",
     }
-    parameters = Parameters(node, "managed", declared, clock)
+    Parameters(node, "managed", declared, clock)
+    attempts = count()
 
     def configure() -> bool:
         bus.logger("Work").warn("configured")
@@ -33,7 +36,7 @@ def main() -> None:
     def clean_up() -> bool:
         raise RuntimeError("cannot clean up")
 
-    work = {CONFIGURE: configure, ACTIVATE: lambda: bool(parameters["works"]), CLEANUP: clean_up}
+    work = {CONFIGURE: configure, ACTIVATE: lambda: next(attempts) > 0, CLEANUP: clean_up}
     Lifecycle(node, "managed", work, clock, bus.logger("Work").error)
     print("ready", flush=True)  # noqa: T201
     while True:

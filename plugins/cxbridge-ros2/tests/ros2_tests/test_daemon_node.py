@@ -19,11 +19,11 @@ from cxbridge.events import LogLine
 from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.lifecycle import ACTIVATE, CLEANUP, DEACTIVATE, SHUTDOWN, LifecycleState
 from cxbridge_ros2.node import Node
-from cxbridge_ros2.rosout import subscribe_log
 from cxbridge_ros2.transports.dds import DdsNode
-from ros2_tests.clients import LifecycleClient, ParameterClient
+from ros2_tests.clients import LifecycleClient, ParameterClient, subscribe_log
+from ros2_tests.conftest import poll_until
 from ros2_tests.experts.agents import FAST
-from ros2_tests.test_managed import answer, until
+from ros2_tests.test_managed import answer
 from tests.daemon.test_daemon import running
 
 QUIET = "cxbridge: {fawkes: {enable: false}, zmq: {endpoints: []}}\n"
@@ -46,7 +46,7 @@ def node(domain: int) -> Iterator[Node]:
 def test_a_daemon_is_paused_and_resumed(node: Node, domain: int, tmp_path: Path):
     with a_daemon(tmp_path, domain) as daemon:
         client = LifecycleClient(node, "/robot")
-        until(node, lambda: client.has_server)
+        poll_until(node, lambda: client.has_server)
 
         def change(name: str) -> Any:
             return answer(node, lambda done: client.change(name, done))
@@ -65,10 +65,10 @@ def test_what_others_do_with_it_is_told(node: Node, domain: int, tmp_path: Path)
         moves: list[str] = []
         topic, kind = "/robot/transition_event", "lifecycle_msgs/msg/TransitionEvent"
         node.subscribe(topic, kind, lambda each: moves.append(each["goal_state"]["label"]))
-        until(node, lambda: client.has_server)
-        until(node, lambda: not node.poll(0.5))
+        poll_until(node, lambda: client.has_server)
+        poll_until(node, lambda: not node.poll(0.5))
         assert send_command(daemon.board, "Pause", 10)
-        until(node, lambda: "inactive" in moves)
+        poll_until(node, lambda: "inactive" in moves)
         assert answer(node, client.state) is LifecycleState.INACTIVE
 
 
@@ -76,7 +76,7 @@ def test_its_components_are_in_the_diagnostics(node: Node, domain: int, tmp_path
     got: list[Any] = []
     node.subscribe("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", got.append)
     with a_daemon(tmp_path, domain) as daemon:
-        until(node, lambda: got)
+        poll_until(node, lambda: got)
         found = {each["name"]: (each["level"], each["message"]) for each in got[-1]["status"]}
         assert found["robot: ros2-node"] == (0, "active")
         assert {each.name for each in daemon.lifecycle.status()} == {
@@ -87,23 +87,23 @@ def test_its_components_are_in_the_diagnostics(node: Node, domain: int, tmp_path
 def test_a_daemon_is_ended(node: Node, domain: int, tmp_path: Path):
     with a_daemon(tmp_path, domain) as daemon:
         client = LifecycleClient(node, "/robot")
-        until(node, lambda: client.has_server)
+        poll_until(node, lambda: client.has_server)
         client.change(SHUTDOWN, lambda _done: None)
         # when its last words are lost, DDS takes it for gone after ten seconds
-        until(node, lambda: daemon.state == "FINALIZED" or not client.has_server)
+        poll_until(node, lambda: daemon.state == "FINALIZED" or not client.has_server)
 
 
 def test_its_log_and_its_parameters(node: Node, domain: int, tmp_path: Path):
     with a_daemon(tmp_path, domain, ", log: debug"):
         lines: list[LogLine] = []
         subscribe_log(node, lines.append)
-        until(node, lambda: lines)
+        poll_until(node, lambda: lines)
         assert {line.component.partition(".")[0] for line in lines} == {"robot"}
         parameters = ParameterClient(node, "/robot")
-        until(node, lambda: parameters.has_server)
+        poll_until(node, lambda: parameters.has_server)
         assert answer(node, lambda done: parameters.get(["use_sim_time"], done)) == {"use_sim_time": False}
         (reason,) = answer(node, lambda done: parameters.set({"spec": "other"}, done)).values()
-        assert reason == "the parameter 'spec' is read-only"
+        assert reason == "the parameters of this node are read-only"
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,8 @@ import math
 import random
 import re
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -27,9 +28,10 @@ from cxbridge_ros2.qos import PROFILES
 from cxbridge_ros2.transports.dds import DdsNode
 from cxbridge_ros2.transports.dds.services import write_data
 from ros2_tests.clients import ParameterClient
+from ros2_tests.conftest import poll_until, until
 from ros2_tests.hub import Side
 from ros2_tests.peer import PACKAGES
-from ros2_tests.test_managed import answer, until
+from ros2_tests.test_managed import answer
 from tests.daemon.test_daemon import running
 
 TALK = """
@@ -134,8 +136,8 @@ def test_a_daemon_survives_what_others_send(domain: int, tmp_path: Path, seed: i
         running(DaemonOptions(config=file)) as (daemon, lines, outcome),
         DdsNode("enemy", types, where, report=lambda _text: None) as node,
     ):
-        until(node, lambda: len(node._discovery._discovered_endpoints[False]) > 20)
-        until(node, lambda: not node.poll(0.5))
+        poll_until(node, lambda: len(node._discovery._discovered_endpoints[False]) > 20)
+        poll_until(node, lambda: not node.poll(0.5))
         node._discovery.update()
         read = {
             each.topic_name: each.type_name for each in node._discovery._discovered_endpoints[False].values()
@@ -155,10 +157,10 @@ def test_a_daemon_survives_what_others_send(domain: int, tmp_path: Path, seed: i
                 write_data(writer, data[:4] + head + data[4:])
                 node.poll(0.004)
         loops = daemon.loop.cycle_count
-        until(node, lambda: outcome or daemon.loop.cycle_count > loops + 30)
+        poll_until(node, lambda: outcome or daemon.loop.cycle_count > loops + 30)
         assert not outcome, "\n".join(lines)
         client = ParameterClient(node, "/victim")
-        until(node, lambda: client.has_server)
+        poll_until(node, lambda: client.has_server)
         assert answer(node, lambda done: client.get(["spec"], done)) is not None
         assert not outcome
         said = "\n".join(lines)
@@ -260,17 +262,10 @@ def test_a_broken_response_is_reported_and_ends_no_loop(domain: int, cares: bool
         node._codec = BrokenCodec(types)
         node.serve("/beep", trigger, lambda _request: {"success": True, "message": "beep"})
         client = victim.create_client("/beep", trigger)
-        until_s = time.monotonic() + 30
-
-        def pass_until(done: Callable[[], object]) -> None:
-            while not done():
-                node.poll(0.01)
-                victim.poll(0.01)
-                assert time.monotonic() < until_s, client.explain_missing_server()
-
-        pass_until(lambda: client.server_numbers)
+        polls = partial(node.poll, 0.01), partial(victim.poll, 0.01)
+        until(lambda: client.server_numbers, *polls)
         client.call({}, got.append, lost.append if cares else None)
-        pass_until(lambda: told)
+        until(lambda: told, *polls)
         victim.poll(0.1)
     assert told[0].startswith("/beep: "), told
     assert lost == ["the response is broken"] * cares

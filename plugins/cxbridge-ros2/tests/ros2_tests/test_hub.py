@@ -1,4 +1,4 @@
-"""The hubs of PlanSys2 and of the thesis, on a network that is a list: each failure, step by step."""
+"""The hubs of PlanSys2 and of the thesis, on nodes of this process: each failure, step by step."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from cxbridge.config import Configuration
 from cxbridge.errors import CxbridgeError
 from cxbridge_ros2.hub.protocol import ActionKey, HubMessage, MessageKind, PerformerState
 from cxbridge_ros2.hub.settings import PROTOCOLS, read_performer_settings
-from ros2_tests.hub import CALLER, CALLERS, PERFORMER, EtherWorld, Side
+from ros2_tests.hub import CALLER, CALLERS, PERFORMER, LocalWorld, Side
 
-MOVE = ActionKey("move", ("r2", "hall"), "")
+MOVE = ActionKey("move", ("r2", "hall"))
 THERE = ("SUCCEEDED", "")
 
 
@@ -25,24 +25,24 @@ def protocol(request: pytest.FixtureRequest) -> str:
 
 
 @pytest.fixture
-def world(monkeypatch: pytest.MonkeyPatch) -> Iterator[EtherWorld]:
-    world = EtherWorld(monkeypatch.setattr)
+def world(monkeypatch: pytest.MonkeyPatch) -> Iterator[LocalWorld]:
+    world = LocalWorld(monkeypatch.setattr)
     yield world
     world.close()
 
 
-def caller(world: EtherWorld, protocol: str) -> Side:
+def caller(world: LocalWorld, protocol: str) -> Side:
     return world.side(CALLER, CLASS=CALLERS[protocol])
 
 
-def performer(world: EtherWorld, protocol: str, text: str = PERFORMER) -> Side:
+def performer(world: LocalWorld, protocol: str, text: str = PERFORMER) -> Side:
     return world.side(text, PROTOCOL=protocol)
 
 
 # --- both sides are ours --------------------------------------------------------------------------------
 
 
-def test_a_skill_is_executed_by_others(world: EtherWorld, protocol: str):
+def test_a_skill_is_executed_by_others(world: LocalWorld, protocol: str):
     here, there = caller(world, protocol), performer(world, protocol)
     told = []
     master = here.service.local_calls.ask(
@@ -54,23 +54,7 @@ def test_a_skill_is_executed_by_others(world: EtherWorld, protocol: str):
     assert (master.feedback, master.progress) == ("there", 1.0)
 
 
-def test_why_it_failed_is_known_here(world: EtherWorld, protocol: str):
-    here, _ = caller(world, protocol), performer(world, protocol)
-    assert world.over(here.ask("move", "fail")) == [("FAILED", "door closed")]
-    assert world.over(here.ask("move", "hall")) == [THERE]
-
-
-def test_it_is_cancelled_there(world: EtherWorld, protocol: str):
-    here, there = caller(world, protocol), performer(world, protocol)
-    master = here.ask("move", "long")
-    world.until(lambda: master.feedback)
-    here.service.local_calls.stop(master.number)
-    assert world.over(master)[0][0] == "CANCELLED"
-    world.until(lambda: "move was stopped" in there.lines)
-    assert world.over(here.ask("move", "hall")) == [THERE]
-
-
-def test_two_that_want_the_same_executor_get_it_one_after_the_other(world: EtherWorld, protocol: str):
+def test_two_that_want_the_same_executor_get_it_one_after_the_other(world: LocalWorld, protocol: str):
     one, two, there = caller(world, protocol), caller(world, protocol), performer(world, protocol)
     assert world.over(one.ask("move", "a"), two.ask("wave", "b")) == [THERE, THERE]
     assert [line for line in there.lines if " {'" in line] in (
@@ -79,7 +63,7 @@ def test_two_that_want_the_same_executor_get_it_one_after_the_other(world: Ether
     )
 
 
-def test_one_of_two_performers_executes(world: EtherWorld, protocol: str):
+def test_one_of_two_performers_executes(world: LocalWorld, protocol: str):
     here = caller(world, protocol)
     others = [performer(world, protocol, PERFORMER.replace("ours", name)) for name in ("one", "two")]
     for place in "abcd":
@@ -90,7 +74,7 @@ def test_one_of_two_performers_executes(world: EtherWorld, protocol: str):
 # --- our skills, and a stranger that asks -----------------------------------------------------------------
 
 
-def test_a_repeated_request_is_answered_again_and_done_once(world: EtherWorld, protocol: str):
+def test_a_repeated_request_is_answered_again_and_done_once(world: LocalWorld, protocol: str):
     there, stranger = performer(world, protocol), world.stranger(protocol)
     stranger.say(MessageKind.REQUEST, MOVE)
     stranger.hear(MessageKind.RESPONSE)
@@ -106,7 +90,7 @@ def test_a_repeated_request_is_answered_again_and_done_once(world: EtherWorld, p
     assert [line for line in there.lines if " {'" in line] == ["move {'1': 'r2', '2': 'hall'}"]
 
 
-def test_a_lost_answer_is_repeated_until_somebody_is_confirmed(world: EtherWorld, protocol: str):
+def test_a_lost_answer_is_repeated_until_somebody_is_confirmed(world: LocalWorld, protocol: str):
     performer(world, protocol)
     stranger = world.stranger(protocol)
     stranger.say(MessageKind.REQUEST, MOVE)
@@ -116,19 +100,19 @@ def test_a_lost_answer_is_repeated_until_somebody_is_confirmed(world: EtherWorld
     assert stranger.silent(MessageKind.RESPONSE, loops=50)
 
 
-def test_who_was_rejected_is_free(world: EtherWorld, protocol: str):
+def test_who_was_rejected_is_free(world: LocalWorld, protocol: str):
     performer(world, protocol)
     stranger = world.stranger(protocol)
     stranger.say(MessageKind.REQUEST, MOVE)
     stranger.hear(MessageKind.RESPONSE)
-    other = ActionKey("wave", ("x",), "")
+    other = ActionKey("wave", ("x",))
     stranger.say(MessageKind.REQUEST, other)
     assert stranger.silent(MessageKind.RESPONSE)  # its only executor is promised
     stranger.say(MessageKind.REJECT, MOVE, "ours_move")
     assert stranger.hear(MessageKind.RESPONSE, limit_s=0.5).key == other
 
 
-def test_who_is_neither_confirmed_nor_rejected_is_free_after_a_while(world: EtherWorld, protocol: str):
+def test_who_is_neither_confirmed_nor_rejected_is_free_after_a_while(world: LocalWorld, protocol: str):
     performer(world, protocol)
     stranger = world.stranger(protocol)
     stranger.say(MessageKind.REQUEST, MOVE)
@@ -136,14 +120,14 @@ def test_who_is_neither_confirmed_nor_rejected_is_free_after_a_while(world: Ethe
     world.loop(150)
     stranger.node.poll()
     stranger.heard.clear()
-    other = ActionKey("move", ("x",), "")
+    other = ActionKey("move", ("x",))
     stranger.say(MessageKind.REQUEST, other)
     assert stranger.hear(MessageKind.RESPONSE, limit_s=0.5).key == other
     stranger.say(MessageKind.CONFIRM, MOVE, "ours_move")  # late: it is done nevertheless
     assert stranger.hear(MessageKind.FINISH).success
 
 
-def test_who_asks_knows_what_does_not_fit(world: EtherWorld, protocol: str):
+def test_who_asks_knows_what_does_not_fit(world: LocalWorld, protocol: str):
     text = PERFORMER.replace("actions: [move, wave]", "actions: {move: {parameters: [robot]}}")
     performer(world, protocol, text)
     stranger = world.stranger(protocol)
@@ -154,10 +138,10 @@ def test_who_asks_knows_what_does_not_fit(world: EtherWorld, protocol: str):
     assert (end.success, end.status) == (False, "(move r2 hall) has 2 arguments, but move has 1")
 
 
-def test_nobody_answers_for_what_is_not_there(world: EtherWorld, protocol: str):
+def test_nobody_answers_for_what_is_not_there(world: LocalWorld, protocol: str):
     performer(world, protocol, PERFORMER.replace("[move, wave]", "[move, fly]"))
     stranger = world.stranger(protocol)
-    for key in (ActionKey("wave", (), ""), ActionKey("fly", (), "")):
+    for key in (ActionKey("wave", ()), ActionKey("fly", ())):
         stranger.say(MessageKind.REQUEST, key)
     assert stranger.silent(MessageKind.RESPONSE)
     world.loop(60)
@@ -168,11 +152,11 @@ def test_nobody_answers_for_what_is_not_there(world: EtherWorld, protocol: str):
     }
 
 
-def test_a_template_gives_skills_numbers(world: EtherWorld, protocol: str):
+def test_a_template_gives_skills_numbers(world: LocalWorld, protocol: str):
     actions = "actions: {move: {parameters: [robot, times], call: 'count{times=?(times)i, who=?(robot)s}'}}"
     there = performer(world, protocol, PERFORMER.replace("actions: [move, wave]", actions))
     stranger = world.stranger(protocol)
-    key = ActionKey("move", ("r2", "3"), "")
+    key = ActionKey("move", ("r2", "3"))
     stranger.say(MessageKind.REQUEST, key)
     stranger.hear(MessageKind.RESPONSE)
     stranger.say(MessageKind.CONFIRM, key, "ours_move")
@@ -180,10 +164,10 @@ def test_a_template_gives_skills_numbers(world: EtherWorld, protocol: str):
     assert "count {'times': 3, 'who': 'r2'}" in there.lines
 
 
-def test_an_action_without_parameters_has_none(world: EtherWorld, protocol: str):
+def test_an_action_without_parameters_has_none(world: LocalWorld, protocol: str):
     there, stranger = performer(world, protocol), world.stranger(protocol)
     # what PlanSys2's executor, and the master of the thesis, make of no parameters
-    key = ActionKey("wave", ("wave",) if protocol == "plansys2" else ("",), "")
+    key = ActionKey("wave", ("wave",) if protocol == "plansys2" else ("",))
     stranger.say(MessageKind.REQUEST, key)
     assert stranger.hear(MessageKind.RESPONSE).key == key
     stranger.say(MessageKind.CONFIRM, key, "ours_wave")
@@ -192,9 +176,9 @@ def test_an_action_without_parameters_has_none(world: EtherWorld, protocol: str)
 
 
 @pytest.mark.parametrize("protocol", CALLERS)
-def test_after_cancel_a_performer_says_what_the_original_says(world: EtherWorld, protocol: str):
+def test_after_cancel_a_performer_says_what_the_original_says(world: LocalWorld, protocol: str):
     there, stranger = performer(world, protocol), world.stranger(protocol)
-    key = ActionKey("move", ("long",), "")
+    key = ActionKey("move", ("long",))
     stranger.say(MessageKind.REQUEST, key)
     stranger.hear(MessageKind.RESPONSE)
     stranger.say(MessageKind.CONFIRM, key, "ours_move")
@@ -208,9 +192,9 @@ def test_after_cancel_a_performer_says_what_the_original_says(world: EtherWorld,
     assert "move was stopped" in there.lines
 
 
-def test_the_end_of_a_performer_ends_what_it_does(world: EtherWorld, protocol: str):
+def test_the_end_of_a_performer_ends_what_it_does(world: LocalWorld, protocol: str):
     there, stranger = performer(world, protocol), world.stranger(protocol)
-    key = ActionKey("move", ("long",), "")
+    key = ActionKey("move", ("long",))
     stranger.say(MessageKind.REQUEST, key)
     stranger.hear(MessageKind.RESPONSE)
     stranger.say(MessageKind.CONFIRM, key, "ours_move")
@@ -220,20 +204,15 @@ def test_the_end_of_a_performer_ends_what_it_does(world: EtherWorld, protocol: s
     assert (end.success, end.status) == (False, "the performer ours_move was shut down")
 
 
-def test_the_thesis_names_agents_and_mapped_skills(world: EtherWorld):
-    text = PERFORMER.replace("name: ours", "name: ours, agent-id: r7").replace(
-        "actions: [move, wave]", "actions: {move: {call: mapped}, wave: {parameters: [to]}}"
-    )
+def test_a_mapped_skill_goes_to_the_skill(world: LocalWorld):
+    text = PERFORMER.replace("actions: [move, wave]", "actions: {wave: {parameters: [to]}}")
     there, stranger = performer(world, "skill-execution", text), world.stranger("skill-execution")
-    stranger.say(MessageKind.REQUEST, MOVE, skill_string='count{times=2, to="x"}')
-    assert stranger.silent(MessageKind.RESPONSE)
-    for key in (MOVE._replace(agent="r7"), ActionKey("wave", ("y",), "r7")):
-        stranger.say(MessageKind.REQUEST, key, skill_string='count{times=2, to="x"}')
-        stranger.hear(MessageKind.RESPONSE)
-        stranger.say(MessageKind.CONFIRM, key, f"ours_{key.action}", skill_string='count{times=2, to="x"}')
-        stranger.hear(MessageKind.FINISH)
-    assert "count {'times': 2, 'to': 'x'}" in there.lines
-    assert "wave {'to': 'y', 'mapped_action': 'count{times=2, to=\"x\"}'}" in there.lines
+    key = ActionKey("wave", ("y",))
+    stranger.say(MessageKind.REQUEST, key, skill_string="count{times=2}")
+    stranger.hear(MessageKind.RESPONSE)
+    stranger.say(MessageKind.CONFIRM, key, "ours_wave", skill_string="count{times=2}")
+    stranger.hear(MessageKind.FINISH)
+    assert "wave {'to': 'y', 'mapped_action': 'count{times=2}'}" in there.lines
 
 
 # --- our executive, and a stranger that performs ----------------------------------------------------------
@@ -248,7 +227,7 @@ def perform(stranger: Any) -> HubMessage:
     return confirm
 
 
-def test_a_lost_request_is_repeated(world: EtherWorld, protocol: str):
+def test_a_lost_request_is_repeated(world: LocalWorld, protocol: str):
     here, stranger = caller(world, protocol), world.stranger(protocol)
     master = here.ask("move", "r2", "hall")
     stranger.hear(MessageKind.REQUEST)
@@ -258,7 +237,7 @@ def test_a_lost_request_is_repeated(world: EtherWorld, protocol: str):
     assert (master.feedback, key.arguments) == ("done", ("r2", "hall"))
 
 
-def test_who_answers_second_or_late_is_rejected(world: EtherWorld, protocol: str):
+def test_who_answers_second_or_late_is_rejected(world: LocalWorld, protocol: str):
     here, stranger, second = (
         caller(world, protocol),
         world.stranger(protocol),
@@ -278,7 +257,7 @@ def test_who_answers_second_or_late_is_rejected(world: EtherWorld, protocol: str
     assert second.silent(MessageKind.REJECT, MessageKind.CONFIRM)
 
 
-def test_a_performer_that_waits_in_vain_is_freed(world: EtherWorld, protocol: str):
+def test_a_performer_that_waits_in_vain_is_freed(world: LocalWorld, protocol: str):
     here, stranger = caller(world, protocol), world.stranger(protocol)
     master = here.ask("move", "r2", "hall")
     # its RESPONSE was lost: it reports to be ready, and answers no request
@@ -294,7 +273,7 @@ def test_a_performer_that_waits_in_vain_is_freed(world: EtherWorld, protocol: st
     assert world.over(master) == [THERE]
 
 
-def test_nobody_is_a_failure_that_names_the_hub(world: EtherWorld, protocol: str):
+def test_nobody_is_a_failure_that_names_the_hub(world: LocalWorld, protocol: str):
     here = caller(world, protocol)
     begin_us = world.clock.now_us()
     ((state, error),) = world.over(here.ask("move", "r2", "hall"))
@@ -304,7 +283,7 @@ def test_nobody_is_a_failure_that_names_the_hub(world: EtherWorld, protocol: str
     assert abs(seconds - PROTOCOLS[protocol].server_timeout_s) < 0.2
 
 
-def test_a_performer_that_vanishes_is_a_failure(world: EtherWorld, protocol: str):
+def test_a_performer_that_vanishes_is_a_failure(world: LocalWorld, protocol: str):
     here, stranger = caller(world, protocol), world.stranger(protocol)
     master = here.ask("move", "r2", "hall")
     key = perform(stranger).key
@@ -316,7 +295,7 @@ def test_a_performer_that_vanishes_is_a_failure(world: EtherWorld, protocol: str
     assert world.over(master) == [("FAILED", "the performer stranger has vanished")]
 
 
-def test_a_performer_without_signs_of_life_may_be_silent(world: EtherWorld, protocol: str):
+def test_a_performer_without_signs_of_life_may_be_silent(world: LocalWorld, protocol: str):
     here, stranger = caller(world, protocol), world.stranger(protocol)
     master = here.ask("move", "r2", "hall")
     key = perform(stranger).key
@@ -326,7 +305,7 @@ def test_a_performer_without_signs_of_life_may_be_silent(world: EtherWorld, prot
     assert world.over(master) == [THERE]
 
 
-def test_a_performer_that_was_restarted_is_a_failure(world: EtherWorld, protocol: str):
+def test_a_performer_that_was_restarted_is_a_failure(world: LocalWorld, protocol: str):
     here, stranger = caller(world, protocol), world.stranger(protocol)
     master = here.ask("move", "r2", "hall")
     perform(stranger)
@@ -342,7 +321,7 @@ def test_a_performer_that_was_restarted_is_a_failure(world: EtherWorld, protocol
     assert error.startswith("stranger no longer performs the action")
 
 
-def test_cancel_before_anybody_has_answered_rejects_who_answers(world: EtherWorld, protocol: str):
+def test_cancel_before_anybody_has_answered_rejects_who_answers(world: LocalWorld, protocol: str):
     here, stranger = caller(world, protocol), world.stranger(protocol)
     master = here.ask("move", "r2", "hall")
     key = stranger.hear(MessageKind.REQUEST).key
@@ -353,18 +332,17 @@ def test_cancel_before_anybody_has_answered_rejects_who_answers(world: EtherWorl
     assert stranger.silent(MessageKind.CANCEL)
 
 
-def test_arguments_are_as_configured(world: EtherWorld):
-    skills = """skills: {move: {action: go, arguments: ["$to", "at ${speed}"], mapped: "drive{x=$to}"}}"""
-    text = CALLER.replace("skills: [move, wave]", f"agent-id: r7, {skills}")
+def test_arguments_are_as_configured(world: LocalWorld):
+    skills = """skills: {move: {action: go, arguments: ["$to", "at ${speed}"]}}"""
+    text = CALLER.replace("skills: [move, wave]", skills)
     here = world.side(text, CLASS=CALLERS["skill-execution"])
     stranger = world.stranger("skill-execution")
     here.ask("move", to=4, speed=1.5)
     request = stranger.hear(MessageKind.REQUEST)
-    assert request.key == ActionKey("go", ("4", "at 1.5"), "r7")
-    assert request.skill_string == "drive{x=4}"
+    assert request.key == ActionKey("go", ("4", "at 1.5"))
 
 
-def test_the_mapped_action_of_the_thesis_goes_along(world: EtherWorld):
+def test_the_mapped_action_of_the_thesis_goes_along(world: LocalWorld):
     here, stranger = caller(world, "skill-execution"), world.stranger("skill-execution")
     here.service.local_calls.ask(
         "move", {"1": "r2", "2": "hall", "mapped_action": "go()"}, "robot1", lambda _master: None, "move_gen1"
@@ -375,7 +353,7 @@ def test_the_mapped_action_of_the_thesis_goes_along(world: EtherWorld):
     assert stranger.hear(MessageKind.CONFIRM).skill_string == "go()"
 
 
-def test_a_skill_takes_no_longer_than_it_may(world: EtherWorld, protocol: str):
+def test_a_skill_takes_no_longer_than_it_may(world: LocalWorld, protocol: str):
     text = CALLER.replace("skills: [move, wave]", "skills: {move: {timeout: 3}}")
     here, stranger = world.side(text, CLASS=CALLERS[protocol]), world.stranger(protocol)
     master = here.ask("move", "r2", "hall")
@@ -391,15 +369,13 @@ def test_a_skill_takes_no_longer_than_it_may(world: EtherWorld, protocol: str):
 WRONG_CALLERS = {
     "no skills": ("", "PlanSys2Skills has no skills"),
     "an unknown key": (", skills: {move: {argument: 1}}", "the skill move has no setting 'argument'"),
-    "an agent": (", skills: [move], agent-id: r7", "its messages do not name a robot"),
-    "mapped": (", skills: {move: {mapped: x}}", "the skill move has no setting 'mapped'"),
     "a time": (", skills: {move: {timeout: no}}", "must be a positive number of seconds"),
     "a namespace": (", skills: [move], namespace: robot1", "is not an absolute name"),
 }
 
 
 @pytest.mark.parametrize("case", WRONG_CALLERS)
-def test_a_wrong_caller_is_one_error(world: EtherWorld, case: str):
+def test_a_wrong_caller_is_one_error(world: LocalWorld, case: str):
     setting, words = WRONG_CALLERS[case]
     text = CALLER.replace(", skills: [move, wave]", setting)
     with pytest.raises(CxbridgeError, match=words) as caught:
@@ -413,14 +389,12 @@ WRONG_PERFORMERS = {
     "no actions": ("protocol: plansys2", "has no actions"),
     "which agent": ("protocol: plansys2, actions: [move]", "the performer hub must name an agent"),
     "no agent": ("protocol: plansys2, actions: [move], agent: robot3", "serves the unknown agent 'robot3'"),
-    "an agent's id": ("protocol: plansys2, actions: [move], agent-id: r7", "do not name a robot"),
     "an unknown key": ("protocol: plansys2, action: [move]", "did you mean actions"),
     "an action's key": ("protocol: plansys2, actions: {move: {names: [a]}}", "has no setting 'names'"),
     "a template": (
         "protocol: plansys2, actions: {move: {call: 'go{to=?(to)x}'}}",
         r"the call of the action move: .*is kept as text",
     ),
-    "mapped": ("protocol: plansys2, actions: {move: {call: mapped}}", "plansys2 has no mapped actions"),
 }
 
 

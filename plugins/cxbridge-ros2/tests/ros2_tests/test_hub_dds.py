@@ -1,14 +1,12 @@
-"""The hubs of PlanSys2 and of the thesis on DDS: ours with ours, and with strangers of the real rclpy."""
+"""The hubs of PlanSys2 and of the thesis on DDS: ours with ours, and with the C++ of both."""
 
 from __future__ import annotations
 
 import json
 import os
-import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +15,7 @@ import pytest
 pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
 from cxbridge.clock import RealClock
-from ros2_tests.conftest import HERE, HUBS, has_package, in_ros, needs_ros, start, with_ros
+from ros2_tests.conftest import HUBS, has_package, in_ros, needs_ros, start
 from ros2_tests.hub import CALLER, CALLERS, PERFORMER, World
 from tests.support import ROOT
 
@@ -33,14 +31,13 @@ def protocol(request: pytest.FixtureRequest) -> str:
     return str(request.param)
 
 
-@pytest.fixture(params=["rclpy", "rclcpp"])
-def stranger(protocol: str, request: pytest.FixtureRequest) -> str:
-    """Who talks with ours: scripts of rclpy, or the C++ of PlanSys2 and of the thesis."""
+@pytest.fixture
+def stranger(protocol: str) -> None:
+    """Skip a test that needs the C++ of PlanSys2 and of the thesis."""
     if not has_package(PACKAGES[protocol]):
         pytest.skip(f"this ROS 2 has no {PACKAGES[protocol]}")
-    if request.param == "rclcpp" and not HUBS:
+    if not HUBS:
         pytest.skip("ROS2_HUBS names no folder in which with_rclcpp was built")
-    return str(request.param)
 
 
 @pytest.fixture
@@ -51,15 +48,12 @@ def world(domain: int) -> Iterator[World]:
 
 
 @pytest.fixture
-def performers(stranger: str, protocol: str, domain: int) -> Iterator[Callable[..., subprocess.Popen[str]]]:
+def performers(stranger: None, protocol: str, domain: int) -> Iterator[Callable[..., subprocess.Popen[str]]]:
     """Starts performers of strangers."""
     made = []
 
     def begin(*names: str) -> subprocess.Popen[str]:
-        if stranger == "rclcpp":
-            made.append(start("rclcpp", f"{protocol}_performer", *names))
-        else:
-            made.append(start("rclpy", "hub_performer.py", protocol, *names))
+        made.append(start("rclcpp", f"{protocol}_performer", *names))
         return made[-1]
 
     yield begin
@@ -90,7 +84,7 @@ def test_ours_with_ours(world: World, protocol: str):
 
 @needs_ros
 def test_our_executive_commands_performers_of_strangers(
-    world: World, stranger: str, protocol: str, performers: Callable[..., subprocess.Popen[str]]
+    world: World, protocol: str, performers: Callable[..., subprocess.Popen[str]]
 ):
     process = performers("one", "two")
     here = world.side(CALLER, CLASS=CALLERS[protocol])
@@ -111,8 +105,6 @@ def test_our_executive_commands_performers_of_strangers(
     lines = said(process)
     done = [" ".join(line.split()[2:]) for line in lines if "performs" in line]
     assert done == ["r2 hall", "fail", "long", *"abcdef"], lines
-    if stranger == "rclpy":  # C++ does not say so
-        assert sum("rejected" in line for line in lines) >= len(done) - 1
     assert sum("cancelled" in line for line in lines) == 1
 
 
@@ -136,17 +128,14 @@ Calling = Callable[..., subprocess.Popen[str]]
 
 
 @pytest.fixture
-def calling(stranger: str, protocol: str, domain: int) -> Calling:
+def calling(stranger: None, protocol: str, domain: int) -> Calling:
     """Starts a caller of strangers."""
-    return partial(begin_calling, stranger, protocol)
 
-
-def begin_calling(stranger: str, protocol: str, *calls: str) -> subprocess.Popen[str]:
-    if stranger == "rclcpp":
+    def begin(*calls: str) -> subprocess.Popen[str]:
         command = in_ros(str(Path(HUBS) / f"{protocol}_caller"), *calls)
-    else:
-        command = with_ros(str(HERE / "with_rclpy/hub_caller.py"), protocol, *calls)
-    return subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=ROOT)
+        return subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=ROOT)
+
+    return begin
 
 
 @needs_ros
@@ -172,30 +161,6 @@ def test_two_executors_get_one_executor_of_ours_in_turns(world: World, protocol:
     found = [each for process in processes for each in json.loads(process.communicate()[0])]
     assert [each["state"] for each in found] == ["SUCCESS"] * 4
     assert sum(" {'" in line for line in there.lines) == 4
-
-
-SCENARIO = """
-          class: CLASS
-          skills: {move: {action: move, arguments: ["$to"]}}
-"""
-
-
-@needs_ros
-def test_the_waypoints_are_driven_by_performers_of_strangers(
-    protocol: str, performers: Callable[..., subprocess.Popen[str]], tmp_path: Path
-):
-    process = performers("one")
-    folder = tmp_path / "waypoints"
-    shutil.copytree(ROOT / "scenarios/waypoints", folder)
-    file = folder / "scenario.yaml"
-    text = file.read_text()
-    before = text[: text.index("          class: cxbridge.skiller")]
-    file.write_text(before + SCENARIO.lstrip("\n").replace("CLASS", CALLERS[protocol]))
-    command = [sys.executable, "-m", "cxbridge", "run", str(folder), "--clock", "real", "--json"]
-    run = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, timeout=LIMIT_S, check=False)
-    assert json.loads(run.stdout)["result"] == "completed", run.stderr
-    driven = [line.split()[2] for line in said(process) if "performs" in line]
-    assert driven == ["wp1", "wp2", "wp3", "wp4", "wp5", "wp6", "wp-final"]
 
 
 NODES = """
@@ -242,18 +207,3 @@ def test_a_daemon_serves_an_executor_of_strangers(protocol: str, calling: Callin
     finally:
         daemon.terminate()
         assert daemon.wait(20) == 0
-
-
-def test_performers_that_would_ask_themselves_are_refused(domain: int, tmp_path: Path, protocol: str):
-    file = tmp_path / "robots.yaml"
-    performers = "ros2: {performers: {hub: {protocol: PROTOCOL, actions: [wave]}}}"
-    file.write_text(
-        (DAEMON + CALLER + performers).replace("PROTOCOL", protocol).replace("CLASS", CALLERS[protocol])
-    )
-    command = [sys.executable, "-m", "cxbridge", "daemon", str(file)]
-    daemon = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=LIMIT_S, check=False)
-    assert daemon.returncode == 2
-    assert (
-        "robots.yaml:9: the performer hub would call itself for wave: the executor robot1-others requests"
-        in daemon.stderr
-    )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import subprocess
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -17,7 +16,6 @@ pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 from cxbridge.daemon.daemon import Daemon
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import CxbridgeError
-from cxbridge.events import LogLine
 from cxbridge.interfaces.instance import Interface
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.interfaces.schema import FieldSchema
@@ -31,11 +29,9 @@ from cxbridge_ros2.interfaces.definitions import (
     generate_definitions,
     make_ros_message_type,
 )
-from cxbridge_ros2.interfaces.topics import make_default_topic
 from cxbridge_ros2.node import Node
 from cxbridge_ros2.transports.dds import DdsNode
-from ros2_tests.conftest import HERE, has_package, needs_ros, with_ros
-from ros2_tests.test_managed import until
+from ros2_tests.conftest import HERE, has_package, needs_ros, poll_until, until, with_ros
 from tests.daemon.test_daemon import running
 from tests.run.mini import write_scenario
 
@@ -52,7 +48,7 @@ def texts_of(*names: str) -> dict[str, str]:
 
 @pytest.fixture
 def node(domain: int) -> Iterator[Node]:
-    texts = texts_of("BatteryInterface", "SkillerInterface", "SpeechSynthInterface")
+    texts = texts_of("BatteryInterface", "SkillerInterface")
     with DdsNode("peer", Definitions(environment={}, texts=texts), domain + 11) as node:
         yield node
 
@@ -71,12 +67,7 @@ def a_run(folder: Path, domain: int, topics: str) -> Iterator[Run]:
 
 
 def turn_until(run: Run, node: Node | None, done: Callable[[], Any], limit_s: float = 10.0) -> None:
-    end_s = time.monotonic() + limit_s
-    while not done():
-        assert time.monotonic() < end_s, "it took too long"
-        run.loop.run_once()
-        if node is not None:
-            node.poll(0.01)
+    until(done, run.loop.run_once, *([node.poll] if node is not None else []), limit_s=limit_s)
 
 
 def test_each_write_is_published(tmp_path: Path, domain: int, node: Node):
@@ -196,41 +187,6 @@ def test_each_interface_there_is_goes_from_board_to_board(tmp_path: Path, domain
             each.close()
 
 
-def test_messages_go_to_the_writer(tmp_path: Path, domain: int, node: Node):
-    topic = make_default_topic("SpeechSynthInterface", "Speech")
-    says = node.create_publisher(f"{topic}/Say", make_ros_message_type("SpeechSynthInterface", "SayMessage"))
-    with a_run(
-        tmp_path, domain, "    s: {interface: 'SpeechSynthInterface', messages: true, DOMAIN}\n"
-    ) as run:
-        speech = run.board.open_for_writing("SpeechSynthInterface", "Speech")
-        turn_until(run, node, says.count_subscriptions)
-        says.publish({"text": "hello"})
-        turn_until(run, node, lambda: not speech.msgq_empty())
-        message = speech.msgq_pop()
-        assert message is not None
-        assert (message.type, message.get("text")) == ("SayMessage", "hello")
-        speech.close()
-
-
-def test_messages_come_from_the_readers(tmp_path: Path, domain: int, node: Node):
-    got: list[Any] = []
-    topic = make_default_topic("SpeechSynthInterface", "Speech")
-    node.subscribe(f"{topic}/Say", make_ros_message_type("SpeechSynthInterface", "SayMessage"), got.append)
-    settings = (
-        "    s: {interface: 'SpeechSynthInterface::Speech', direction: write, messages: true, DOMAIN}\n"
-    )
-    with a_run(tmp_path, domain, settings) as run:
-        reader = run.board.open_for_reading("SpeechSynthInterface", "Speech")
-
-        def there() -> bool:
-            reader.msgq_enqueue(reader.create_message("SayMessage", "hello"))
-            return bool(got)
-
-        turn_until(run, node, there)
-        assert got[0] == {"text": "hello"}
-        reader.close()
-
-
 @pytest.mark.parametrize(
     ("text", "message"),
     [
@@ -263,20 +219,6 @@ def test_mistakes(tmp_path: Path, domain: int, text: str, message: str):
     assert str(caught.value.file) == str(tmp_path / "more.yaml")
 
 
-def test_a_run_whose_clients_may_only_look_is_not_written(tmp_path: Path, domain: int, node: Node):
-    topics = "    all: {interface: 'BatteryInterface::Robot', direction: write, DOMAIN}\n"
-    lines: list[str] = []
-    with a_run(tmp_path, domain, f"{topics}cxbridge: {{remote-control: false}}\n") as run:
-        run.bus.subscribe(lambda line: lines.append(str(line)), LogLine)
-        battery = run.board.open_for_reading("BatteryInterface", "Robot")
-        publisher = node.create_publisher(BATTERY, make_ros_message_type("BatteryInterface"))
-        turn_until(run, node, publisher.count_subscriptions)
-        publisher.publish({"current": 7})
-        turn_until(run, node, lambda: any(f"refused: {BATTERY}: cxbridge/remote" in line for line in lines))
-        battery.read()
-        assert battery.get("current") == 0
-
-
 # -- Skillers
 
 
@@ -290,9 +232,9 @@ def a_skiller(folder: Path, domain: int) -> Iterator[Daemon]:
 
 
 def play(node: Node, client: ActionClient, text: str, *, steal: bool = False) -> SentGoal:
-    until(node, lambda: client.has_server)
+    poll_until(node, lambda: client.has_server)
     sent = client.send({"skill_string": text, "steal": steal})
-    until(node, lambda: sent.is_over)
+    poll_until(node, lambda: sent.is_over)
     return sent
 
 
@@ -309,13 +251,13 @@ def test_a_goal_is_a_skill_string(tmp_path: Path, domain: int, node: Node):
         assert failed.result is not None
         assert "fly" in failed.result["error"]
         long = client.send({"skill_string": 'say{text="a long text, which takes its time", wait=true}'})
-        until(node, lambda: long.feedback)
+        poll_until(node, lambda: long.feedback)
         long.cancel()
-        until(node, lambda: long.is_over)
+        poll_until(node, lambda: long.is_over)
         assert long.status is GoalStatus.CANCELED
         thief: Interface = daemon.board.open_for_reading("SkillerInterface", "Skiller")
         thief.msgq_enqueue(thief.create_message("AcquireControlMessage"))
-        until(node, lambda: thief.read() or thief.get("exclusive_controller"))
+        poll_until(node, lambda: thief.read() or thief.get("exclusive_controller"))
         refused = play(node, client, 'say{text="mine"}')
         assert refused.status is GoalStatus.ABORTED
         assert refused.result is not None

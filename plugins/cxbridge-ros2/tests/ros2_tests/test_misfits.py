@@ -21,7 +21,7 @@ from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.node import Ros2Warning
 from cxbridge_ros2.qos import QosProfile
 from cxbridge_ros2.transports.dds import DdsNode
-from ros2_tests.test_transport import poll_until
+from ros2_tests.conftest import poll_until
 from tests.support import ROOT
 
 LATCHED = QosProfile(durability="transient_local")
@@ -36,10 +36,10 @@ def join(domain: int) -> Iterator[Join]:
     numbers = count()
     with ExitStack() as nodes:
 
-        def make(*folders: Path, reach: str = "localhost", **names: str) -> tuple[DdsNode, list[str]]:
+        def make(*folders: Path) -> tuple[DdsNode, list[str]]:
             said: list[str] = []
-            name = names.get("name", f"node{next(numbers)}")
-            node = DdsNode(name, Definitions(folders, environment={}), domain + 12, reach, said.append)
+            name = f"node{next(numbers)}"
+            node = DdsNode(name, Definitions(folders, environment={}), domain + 12, "localhost", said.append)
             return nodes.enter_context(node), said
 
         yield make
@@ -64,14 +64,6 @@ def test_another_type_on_the_topic(join: Join):
     assert they_said == [
         "/chatter: another node's subscription has the type std_msgs/msg/String, ours has std_msgs/msg/Int32"
     ]
-
-
-def test_it_is_found_whoever_was_there_first(join: Join):
-    (ours, said), (theirs, _) = join(), join()
-    theirs.create_publisher("/chatter", "std_msgs/msg/Int32")
-    poll_until(ours, lambda: any(ours._discovery._discovered_endpoints.values()))
-    ours.subscribe("/chatter", "std_msgs/msg/String", lambda _message: None)
-    assert [each.partition(":")[0] for each in said] == ["/chatter"]
 
 
 def test_another_definition_of_the_type(join: Join, tmp_path: Path):
@@ -138,30 +130,6 @@ def test_without_somebody_who_hears_it_is_a_warning(domain: int):
             node.complain("kind", "something is wrong")
         with warnings.catch_warnings(action="error"):
             node.complain("kind", "once more within a minute")
-
-
-def test_one_topic_of_a_node_has_several_qualities(join: Join):
-    ours, said = join()
-    got: list[Any] = []
-    ours.subscribe("/chatter", "std_msgs/msg/String", got.append, LOSSY)
-    sends = ours.create_publisher("/chatter", "std_msgs/msg/String", LATCHED)
-    sends.publish({"data": "x"})
-    poll_until(ours, lambda: got)
-    assert (got, said) == ([{"data": "x"}], [])
-
-
-def test_two_nodes_of_the_same_name(join: Join):
-    (ours, said), (theirs, they_said) = join(name="same"), join(name="same")
-    poll_until(ours, lambda: ours._discovery._has_namesake)
-    assert said == []  # they have no client
-    for node in (ours, theirs):
-        node.serve("/same/get_state", "lifecycle_msgs/srv/GetState", lambda _request: {})
-    other, others_said = join(name="other")
-    other.serve("/other/get_state", "lifecycle_msgs/srv/GetState", lambda _request: {})
-    poll_until(ours, lambda: said)
-    poll_until(theirs, lambda: they_said)
-    assert said == they_said == ["another node has the name /same, too, so clients cannot tell the two apart"]
-    assert others_said == []
 
 
 HEARD = """

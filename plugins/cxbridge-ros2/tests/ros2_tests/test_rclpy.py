@@ -75,7 +75,8 @@ def test_by_default_it_is_dds():
 SETTINGS = """
     from pathlib import Path
     from cxbridge_ros2.settings import NodeSettings
-    made = [NodeSettings.of(each, Path(), "x").transport for each in ({}, {"domain": 3}, {"reach": "subnet"})]
+    cases = ({}, {"domain": 3}, {"reach": "subnet"})
+    made = [NodeSettings.parse(each, Path(), "x").transport for each in cases]
     assert made == ["rclpy", "rclpy", "dds"], made
 """
 
@@ -95,15 +96,15 @@ FIELDS = """
 
     own = Path(sys.argv[1])
     with RclpyNode("test", Definitions([own]), 99) as node:
-        changed = error(lambda: node.publisher("/a", "std_msgs/msg/Bool"))
+        changed = error(lambda: node.create_publisher("/a", "std_msgs/msg/Bool"))
         assert changed == "the sourced std_msgs/msg/Bool has the fields data, not data, more", changed
-        changed = error(lambda: node.client("/a", "example_interfaces/srv/AddTwoInts"))
+        changed = error(lambda: node.create_client("/a", "example_interfaces/srv/AddTwoInts"))
         assert changed.endswith("AddTwoInts_Request has the fields a, b, not a"), changed
-        missing = error(lambda: node.publisher("/a", "own_msgs/msg/Own"))
+        missing = error(lambda: node.create_publisher("/a", "own_msgs/msg/Own"))
         assert missing == "own_msgs/msg/Own has no Python class: No module named 'own_msgs'", missing
-        unknown = error(lambda: node.publisher("/a", "std_msgs/msg/Bol"))
+        unknown = error(lambda: node.create_publisher("/a", "std_msgs/msg/Bol"))
         assert unknown == "unknown ROS 2 type std_msgs/msg/Bol", unknown
-        wrong = error(lambda: node.publisher("/b", "std_msgs/msg/String").publish({"dat": "x"}))
+        wrong = error(lambda: node.create_publisher("/b", "std_msgs/msg/String").publish({"dat": "x"}))
         assert "dat" in wrong, wrong
 """
 
@@ -115,8 +116,8 @@ ENDS = """
     ends = [
         node.subscribe("/a", "std_msgs/msg/String", print),
         node.serve("/s", "std_srvs/srv/Trigger", lambda _: {}),
-        node.publisher("/a", "std_msgs/msg/String").close,
-        node.client("/s", "std_srvs/srv/Trigger").close,
+        node.create_publisher("/a", "std_msgs/msg/String").close,
+        node.create_client("/s", "std_srvs/srv/Trigger").close,
     ]
     ends[0]()
     ends[0]()  # once more changes nothing
@@ -126,7 +127,7 @@ ENDS = """
         end()
     got = []
     other.subscribe("/b", "std_msgs/msg/String", got.append)
-    mine = other.publisher("/b", "std_msgs/msg/String")
+    mine = other.create_publisher("/b", "std_msgs/msg/String")
     mine.publish({"data": "it lives"})
     while not got:
         other.poll(0.1)
@@ -140,10 +141,10 @@ LATER = """
     with RclpyNode("server", Definitions(), 99) as server, RclpyNode("client", Definitions(), 99) as node:
         waiting, got = [], []
         server.serve_later("/s", "std_srvs/srv/SetBool", lambda each, reply: waiting.append((each, reply)))
-        client = node.client("/s", "std_srvs/srv/SetBool")
-        while not client.servers:
+        client = node.create_client("/s", "std_srvs/srv/SetBool")
+        while not client.server_numbers:
             node.poll(0.05)
-        assert len(client.servers) == 1
+        assert len(client.server_numbers) == 1
         first, forgotten, last = (client.call({"data": flag}, got.append) for flag in (True, False, True))
         client.forget(forgotten)
         while len(waiting) < 3:
@@ -162,7 +163,7 @@ LATER = """
         assert [each["message"] for each in got] == ["0", "2"], got
         server.close()
         end = time.monotonic() + 10
-        while client.servers:
+        while client.server_numbers:
             assert time.monotonic() < end
             node.poll(0.05)
 """

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
@@ -19,7 +18,6 @@ from cxbridge.clock import RealClock
 from cxbridge.daemon.daemon import Daemon
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import CxbridgeError
-from cxbridge.events import Event, InterfaceMessage
 from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.rights import EXEC_SKILL, FRAME_RIGHTS, Right, right_of_frame
 from cxbridge_ros2.actions import ActionClient, CancelCode
@@ -37,6 +35,7 @@ from cxbridge_ros2.interfaces.definitions import EXEC_SKILL_TYPE as EXEC_SKILL_A
 from cxbridge_ros2.plansys2 import PlanSys2Protocol
 from cxbridge_ros2.qos import PROFILES
 from cxbridge_ros2.transports.dds import DdsNode
+from ros2_tests.conftest import poll_until
 from ros2_tests.experts.agents import AGENT, FAST
 from ros2_tests.experts.test_services import named
 from tests.daemon.test_daemon import running
@@ -60,8 +59,6 @@ ros2:
   performers: {hub: {protocol: plansys2, name: ours, agent: robot2, actions: [wave], domain: DOMAIN}}
   interfaces:
     battery: {interface: "BatteryInterface::Robot", direction: write, domain: DOMAIN}
-    skiller: {interface: "SkillerInterface::Skiller", messages: true, domain: DOMAIN}
-    debug: {interface: "SkillerDebugInterface::*", messages: true, domain: DOMAIN}
 """
 
 BEYOND = ", 'tcp://0.0.0.0:*'"
@@ -85,10 +82,7 @@ class Asking:
     clients: dict[str, Any] = field(default_factory=dict)
 
     def until(self, condition: Callable[[], Any]) -> None:
-        end = time.monotonic() + 45
-        while not condition():
-            assert time.monotonic() < end, self.lines[-20:]
-            self.node.poll(0.02)
+        poll_until(self.node, condition)
 
     def call(self, service: str, kind: str, request: dict[str, Any] | None = None) -> Any:
         """Call a service, and return the response."""
@@ -192,7 +186,7 @@ def _word(ask: Asking) -> bool:
     protocol = PlanSys2Protocol()
     said: list[int] = []
     end = ask.node.subscribe(protocol.topic, protocol.message_type, lambda each: said.append(each["type"]))
-    word = HubMessage(MessageKind.REQUEST, "asks", ActionKey("wave", ("a",), ""))
+    word = HubMessage(MessageKind.REQUEST, "asks", ActionKey("wave", ("a",)))
     heard = ask.publish(
         protocol.topic, protocol.message_type, protocol.encode(word), lambda: MessageKind.RESPONSE in said
     )
@@ -247,10 +241,8 @@ def asking(folder: Path, domain: int, settings: str, endpoint: str) -> Iterator[
     text = text.replace("MORE_ENDPOINT", endpoint).replace("SETTINGS", settings)
     file = folder / "daemon.yaml"
     file.write_text(text)
-    registry = InterfaceRegistry()
     texts = {**ACTION_DEFINITIONS, **TYPE_DEFINITIONS}
-    for name in ("BatteryInterface", "SkillerInterface", "SkillerDebugInterface"):
-        texts.update(generate_definitions(registry.schema(name)))
+    texts |= generate_definitions(InterfaceRegistry().schema("BatteryInterface"))
     types = Definitions(distribution="iron", environment={}, texts=texts)
     with (
         running(DaemonOptions(config=file)) as (daemon, lines, _),
@@ -270,30 +262,7 @@ def test_each_way_in_asks_the_table(name: str, domain: int, tmp_path: Path):
         of_skills = ask.daemon.settings.rights.message_right(*EXEC_SKILL)
         assert of_skills is Right.PROGRAMS
         assert _execute(ask) is (highest is Right.PROGRAMS)
-        check_messages_as_topics(ask, highest)
         check_skill_strings(ask, highest, tmp_path)
-
-
-def check_messages_as_topics(ask: Asking, highest: Right) -> None:
-    """Messages of interfaces that are topics of ROS 2 need the rights that they need on the blackboard."""
-    came: list[str] = []
-
-    def note(event: Event) -> None:
-        assert isinstance(event, InterfaceMessage)
-        came.append(event.message)
-
-    ask.daemon.bus.subscribe(note, InterfaceMessage)
-    for interface, name in (
-        ("SkillerDebugInterface", "SetGraphColored"),
-        ("SkillerInterface", "StopExec"),
-        ("SkillerInterface", "ExecSkill"),
-    ):
-        message = f"{name}Message"
-        place = f"/blackboard/{interface}/Skiller/{name}"
-        message_type = make_ros_message_type(interface, message)
-        sent = ask.publish(place, message_type, {}, lambda each=message: each in came)  # type: ignore[misc]
-        assert sent is (ask.daemon.settings.rights.message_right(interface, message) <= highest), name
-    ask.daemon.bus.unsubscribe(note)
 
 
 def check_skill_strings(ask: Asking, highest: Right, folder: Path) -> None:

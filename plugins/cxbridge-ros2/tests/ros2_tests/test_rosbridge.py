@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from http.server import BaseHTTPRequestHandler, HTTPServer
 from pathlib import Path
 from typing import Any
@@ -21,7 +21,9 @@ from cxbridge.errors import ConfigError, Ros2Error
 from cxbridge_ros2.actions import ActionClient, GoalStatus
 from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.settings import NodeSettings
-from cxbridge_ros2.transports.rosbridge import RosbridgeNode
+from cxbridge_ros2.transports.rosbridge import RosbridgeNode, connection
+from cxbridge_ros2.transports.rosbridge.connection import RosbridgeConnection
+from ros2_tests.conftest import poll_until
 from ros2_tests.peer import PACKAGES
 
 FIBONACCI = "example_interfaces/action/Fibonacci"
@@ -71,13 +73,6 @@ def node(script: Script) -> Iterator[RosbridgeNode]:
 
 def a_node(port: int) -> RosbridgeNode:
     return RosbridgeNode("test", Definitions([PACKAGES], environment={}), f"ws://127.0.0.1:{port}")
-
-
-def poll_until(node: RosbridgeNode, done: Callable[[], Any], limit_s: float = 20.0) -> None:
-    end_s = time.monotonic() + limit_s
-    while not done():
-        assert time.monotonic() < end_s, "it took too long"
-        node.poll(0.02)
 
 
 @pytest.mark.parametrize("url", ["http://robot", "robot:9090", "", "ws://127.0.0.1:1", "ws://[::bad"])
@@ -146,6 +141,21 @@ def test_what_a_bridge_should_not_send(script: Script, node: RosbridgeNode, text
     script.send(text)
     script.send('{"op": "publish", "topic": "/a", "msg": {"data": "still here"}}')
     poll_until(node, lambda: {"data": "still here"} in got)
+
+
+def test_a_message_that_is_too_large_ends_the_connection(script: Script, monkeypatch: pytest.MonkeyPatch):
+    """The limit is that of the unpacked message: websockets pack by deflate."""
+    monkeypatch.setattr(connection, "MAX_MESSAGE_BYTES", 2**20)
+    client = RosbridgeConnection(f"ws://127.0.0.1:{script.port}")
+    while not script.sockets:
+        time.sleep(0.01)
+    for op in ({"op": "small"}, {"op": "large", "msg": " " * 2**21}):
+        script.send(json.dumps(op))
+    ops: list[str] = []
+    while "" not in ops:
+        ops += [str(op["op"]) for op in client.receive(30)]
+    client.close()
+    assert ops[:2] == ["small", ""]
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,6 @@ from __future__ import annotations
 import subprocess
 import time
 from collections.abc import Iterator
-from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +27,7 @@ from cxbridge_ros2.components import transforms
 from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.qos import PROFILES
 from cxbridge_ros2.transports.dds import DdsNode
-from ros2_tests.conftest import HERE, needs_ros, with_ros
+from ros2_tests.conftest import HERE, needs_ros, until, with_ros
 from tests.run.mini import write_scenario
 
 
@@ -79,13 +78,7 @@ def buffer(tmp_path: Path, domain: int) -> Iterator[tuple[Run, TransformBuffer]]
 
 
 def turn_until(run: Run, sender: Sender | None, done: Any, limit_s: float = 10.0) -> None:
-    end = time.monotonic() + limit_s
-    while not done():
-        assert time.monotonic() < end, "it took too long"
-        if sender is not None:
-            sender.poll()
-        loops = count()
-        run.loop.run(lambda: next(loops) > 3)  # noqa: B023 - it is over before the next one
+    until(done, *([sender.poll] if sender is not None else []), run.loop.run_once, limit_s=limit_s)
 
 
 def test_frames_are_joined(buffer, domain: int):

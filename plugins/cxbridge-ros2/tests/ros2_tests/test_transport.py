@@ -35,7 +35,16 @@ from cxbridge_ros2.transports.dds.services import (
 from cxbridge_ros2.transports.environment import has_rclpy
 from cxbridge_ros2.transports.rclpy import RclpyNode
 from cxbridge_ros2.transports.rosbridge import RosbridgeNode
-from ros2_tests.conftest import HERE, forked, free_port, needs_ros, started, wait_for_port, with_ros
+from ros2_tests.conftest import (
+    HERE,
+    forked,
+    free_port,
+    needs_ros,
+    poll_until,
+    started,
+    wait_for_port,
+    with_ros,
+)
 from ros2_tests.peer import ABORTED, PACKAGES
 
 COUNT = 200
@@ -107,13 +116,6 @@ def node(domain: int, transport: str) -> Iterator[Node]:
         return
     with a_bridge(transport) as url, RosbridgeNode("test", types, url) as bridged:
         yield bridged
-
-
-def poll_until(node: Node, condition: Callable[[], Any], limit_s: float = 45.0) -> None:
-    end = time.monotonic() + limit_s
-    while not condition():
-        assert time.monotonic() < end, "it took too long"
-        node.poll(0.05)
 
 
 def test_each_message_comes_back_once_and_in_order(node: Node, peer: str):

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any
 
 import pytest
 
@@ -16,6 +14,7 @@ from cxbridge_ros2.messages import Message
 from cxbridge_ros2.node import SendResponse
 from cxbridge_ros2.qos import PROFILES
 from cxbridge_ros2.transports.dds import DdsNode
+from ros2_tests.conftest import until
 from ros2_tests.hub import Side
 from ros2_tests.peer import PACKAGES
 from tests.support import share
@@ -84,14 +83,6 @@ def side(domain: int) -> Iterator[Side]:
     side = Side(SKILLS.replace("DOMAIN", str(domain + 17)), RealClock())
     yield side
     side.close()
-
-
-def until(done: Callable[[], Any], *loops: Callable[[], None]) -> None:
-    end_s = time.monotonic() + 25
-    while not done():
-        for loop in loops:
-            loop()
-        assert time.monotonic() < end_s
 
 
 @pytest.mark.parametrize("comes_back", [False, True], ids=["for good", "restarted"])

@@ -8,7 +8,7 @@ reason. For different QoS, DDS only counts the mismatches of an endpoint.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, Final
 
 from cyclonedds.builtin import (
@@ -76,22 +76,15 @@ class LocalEndpoint(Struct, frozen=True, eq=False):
 class Discovery:
     """Stores the endpoints of other participants, and complains about mismatches.
 
-    :param graph_reader: reads the messages in which participants announce their nodes.
-    :param read_node_names: returns the full names of the nodes in a message of the graph reader.
-    :param name: the full name of our node.
     :param complain: called with the kind and the description of a problem.
     """
 
     def __init__(
         self,
         participant: DomainParticipant,
-        graph_reader: DataReader[Any],
-        read_node_names: Callable[[bytes], Iterable[str]],
-        name: str,
         complain: Callable[[str, str], None],
     ) -> None:
         self._complain = complain
-        self._graph_reader, self._read_node_names, self._name = graph_reader, read_node_names, name
         self._own_guid = participant.guid
         self._participant_reader = BuiltinDataReader(participant, BuiltinTopicDcpsParticipant)
         # the readers of endpoints, by whether the endpoints are writers
@@ -103,7 +96,6 @@ class Discovery:
         self._local_endpoints: list[LocalEndpoint] = []
         self._incompatible_counts: dict[int, int] = {}
         self._participant_keys: set[Any] = set()
-        self._has_namesake = False
 
     def add(self, endpoint: LocalEndpoint) -> None:
         self._local_endpoints.append(endpoint)
@@ -137,18 +129,6 @@ class Discovery:
             if sample.key != self._own_guid:
                 update = self._participant_keys.add if _is_alive(sample) else self._participant_keys.discard
                 update(sample.key)
-        for sample in self._take_samples(self._graph_reader):
-            # a sample without data reports the end of a participant
-            if hasattr(sample, "cdr") and self._name in self._read_node_names(sample.cdr):
-                self._has_namesake = True
-        # Clients use the name of a node only in the names of its services for parameters and lifecycle.
-        # Without these services, a second node of the name does no harm.
-        if self._has_namesake and any(
-            local_endpoint.topic.startswith(f"rq{self._name}/") for local_endpoint in self._local_endpoints
-        ):
-            self._complain(
-                "name", f"another node has the name {self._name}, too, so clients cannot tell the two apart"
-            )
 
     @staticmethod
     def _take_samples(reader: DataReader[Any]) -> Iterator[Any]:

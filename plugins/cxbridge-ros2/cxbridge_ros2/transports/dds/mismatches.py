@@ -18,7 +18,6 @@ _DDS_TYPE: Final = re.compile(r"(\w+)::(msg|srv|action)::dds_::(\w+)_")
 _DERIVED_SUFFIX: Final = re.compile(
     r"(_(SendGoal|GetResult))?_(Request|Response)$|_(SendGoal|GetResult|FeedbackMessage)$"
 )
-_ACTION_SUFFIX: Final = re.compile(r"/_action/\w+$")
 
 
 def format_type(name: TypeName) -> str:
@@ -32,11 +31,6 @@ def format_dds_type(dds_type: str) -> str:
     """Return the ROS name of a DDS type; names of another form stay unchanged."""
     match = _DDS_TYPE.fullmatch(dds_type)
     return dds_type if match is None else format_type(TypeName(match[1], match[2], match[3]))
-
-
-def find_public_name(name: str) -> str:
-    """Return the name of a topic or service, or of the action to which it belongs."""
-    return _ACTION_SUFFIX.sub("", name)
 
 
 def describe_mismatch(

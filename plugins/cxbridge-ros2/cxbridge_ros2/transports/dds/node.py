@@ -8,7 +8,7 @@ cannot write. :mod:`cxbridge_ros2.messages` encodes messages to CDR, and DDS tra
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, Final
 
@@ -64,7 +64,7 @@ from cxbridge_ros2.transports.dds.services import (
     make_sample,
     write_data,
 )
-from cxbridge_ros2.transports.environment import MAX_DDS_DOMAIN, find_default_reach, read_domain_id
+from cxbridge_ros2.transports.environment import find_default_reach, read_domain_id
 
 _MAX_SAMPLES: Final = 256  # samples per reader and poll, so that a fast topic does not starve other topics
 _DISCOVERY_PERIOD_S: Final = 1.0  # time between two updates of the discovered endpoints
@@ -72,7 +72,6 @@ _RETRY_PERIOD_S: Final = 0.01  # time between two checks for the reader of a res
 # The topic on which participants announce their nodes, readers and writers to the graph of ROS.
 _GRAPH_TOPIC: Final = "ros_discovery_info"
 _GRAPH_TYPE: Final = parse_type("rmw_dds_common/msg/ParticipantEntitiesInfo")
-_GRAPH_QOS: Final = QosProfile(durability="transient_local", depth=1000)
 _GID_TYPE: Final = parse_type("rmw_dds_common/msg/Gid")
 _PARTICIPANT_USER_DATA: Final = b"enclave=/;"  # ROS ignores participants without an enclave
 
@@ -108,7 +107,7 @@ class DdsNode(Node):
         self.name = name
         self._definitions = definitions
         self._codec = Codec(definitions)
-        self._domain_number = number = read_domain_id(MAX_DDS_DOMAIN) if domain is None else domain
+        self._domain_number = number = read_domain_id() if domain is None else domain
         self._reach = reach or find_default_reach()
         if problem := find_security_problem():
             self.complain("security", problem)
@@ -128,10 +127,12 @@ class DdsNode(Node):
         self._readers: list[_Reader] = []
         self._writers: list[DataWriter[Any]] = []
         self._servers: list[DdsServer] = []
-        self._graph_writer, graph_reader = self._make_graph()
-        self._discovery = Discovery(
-            self._participant, graph_reader, self._read_node_names, f"/{name}", self.complain
+        self._graph_writer: DataWriter[Any] = DataWriter(
+            self._participant,
+            self._make_topic(_GRAPH_TOPIC, _GRAPH_TYPE),
+            qos=self._make_qos(_GRAPH_TYPE, PROFILES["latched"]),
         )
+        self._discovery = Discovery(self._participant, self.complain)
         self._last_discovery_s = 0.0
         self._announce_endpoints()
 
@@ -307,22 +308,6 @@ class DdsNode(Node):
         return self._definitions.compute_type_hash(type_name) if self._definitions.has_type_hashes else ""
 
     # --- the graph of ROS -----------------------------------------------------------------------------------
-
-    def _make_graph(self) -> tuple[DataWriter[Any], DataReader[Any]]:
-        """Return the writer of our announcements, and the reader of other participants' announcements."""
-        topic = self._make_topic(_GRAPH_TOPIC, _GRAPH_TYPE)
-        writer = DataWriter(self._participant, topic, qos=self._make_qos(_GRAPH_TYPE, PROFILES["latched"]))
-        return writer, DataReader(
-            self._participant,
-            topic,
-            qos=Qos(Policy.IgnoreLocal.Participant, base=self._make_qos(_GRAPH_TYPE, _GRAPH_QOS)),
-        )
-
-    def _read_node_names(self, announcement: bytes) -> Iterable[str]:
-        """Return the full names of the nodes in the announcement of a participant."""
-        message = self._try_decode(_GRAPH_TOPIC, partial(self._codec.decode, _GRAPH_TYPE, announcement))
-        nodes = () if message is None else message["node_entities_info_seq"]
-        return [f"{node['node_namespace'].rstrip('/')}/{node['node_name']}" for node in nodes]
 
     def _announce_endpoints(self) -> None:
         """Announce the readers and writers of this node, so that tools such as `ros2 node info` show them."""

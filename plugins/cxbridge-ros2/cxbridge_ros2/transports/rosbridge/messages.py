@@ -63,11 +63,10 @@ def to_base_type(field_type: str, value: Any) -> Any:
 
 
 def _decode_bytes(value: Any) -> bytes:
-    """Return the bytes in Base64, or in a list of numbers, which servers other than rosbridge_suite send."""
+    """Return the bytes in Base64."""
     if isinstance(value, str):
         try:
             return base64.b64decode(value)
         except ValueError:
             return b""
-    numbers = value if isinstance(value, list) else []
-    return bytes(number & 0xFF for number in numbers if isinstance(number, int))
+    return b""

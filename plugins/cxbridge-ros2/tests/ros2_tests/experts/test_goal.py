@@ -15,7 +15,6 @@ from cxbridge.daemon.daemon import Daemon
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import CxbridgeError
 from cxbridge.run import RunOptions
-from cxbridge_ros2.experts.answers import PROBLEM_SERVICES
 from cxbridge_ros2.experts.definitions import SERVICES_BY_NODE
 from ros2_tests.experts.agents import HERE, MEETING, asking, configuration, served
 from ros2_tests.experts.test_services import WHOLE, goal, named, predicate
@@ -51,18 +50,6 @@ def test_a_goal_is_pursued(domain: int, tmp_path: Path):
             client.wait(lambda: False, 0.2)
         found = client.call(WHOLE["exist_problem_predicate"], predicate("said", "R2", "HELLO"))
         assert found["exist"] is True
-
-
-def test_who_may_only_look(domain: int, tmp_path: Path):
-    with served(tmp_path, domain, more=", remote-control: false"), asking(domain) as client:
-        before = client.request(WHOLE["get_problem"])["problem"]
-        for name, service in PROBLEM_SERVICES.items():
-            if service.changes_problem:
-                response = client.call(WHOLE[name])
-                assert response["success"] is False
-                assert response["error_info"].endswith("cxbridge/remote-control of the daemon is off")
-        assert client.call(WHOLE["get_plan"])["error_info"].startswith("refused: /planner/get_plan")
-        assert client.request(WHOLE["get_problem"])["problem"] == before
 
 
 def test_while_it_is_paused_and_after_a_reset(domain: int, tmp_path: Path):

@@ -1,4 +1,4 @@
-"""The allowed knowledge about a problem, in memory and as facts; truth; the domain that facts make."""
+"""The allowed knowledge about a problem, in memory and as facts; truth."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from cxbridge.clock import VirtualClock
 from cxbridge.errors import PddlError
 from cxbridge.events import EventBus
 from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
-from cxbridge.executive.pddl import format_domain, parse_domain, parse_formula
-from cxbridge_ros2.experts.facts import FactKnowledge, extend_domain
+from cxbridge.executive.pddl import parse_domain, parse_formula
+from cxbridge_ros2.experts.facts import FactKnowledge
 from cxbridge_ros2.experts.knowledge import Knowledge, MemoryKnowledge, ProblemExpert, find_subtypes
 
 DOMAIN = parse_domain(
@@ -150,28 +150,3 @@ def test_an_agent_without_the_core(env):
     expert = ProblemExpert(FactKnowledge(env, count(1)), lambda: DOMAIN)
     with pytest.raises(PddlError, match="no template domain-object"):
         expert.add_instance("c1", "cup")
-    assert extend_domain(env, None) is None
-
-
-def test_a_domain_of_facts_is_that_which_was_parsed(env):
-    """The facts of a domain say the same as its text."""
-    from cxbridge.executive.features.pddl_parser import _assert_rows
-    from cxbridge.executive.pddl import domain_facts
-
-    text = """(define (domain domain) (:requirements :strips :typing :negative-preconditions)
-      (:types room - place place cup - object)
-      (:predicates (at ?c - cup ?p - place) (never))
-      (:action carry :parameters (?c - cup ?a - place ?b - place)
-        :precondition (and (at ?c ?a) (or (not (never)) (not (= ?a ?b))) (not (at ?c home)))
-        :effect (and (at ?c ?b) (not (at ?c ?a)) (at ?c home))))"""
-    parsed = parse_domain(text.replace("(:predicates", "(:constants home - place) (:predicates"))
-    for file in ("saliences", "plan", "goal", "domain"):
-        assert env.batch(CORE_DIR / "cx" / f"{file}.clp")
-    _assert_rows(env, domain_facts(parsed))
-    made = extend_domain(env, None)
-    assert made is not None
-    wanted = format_domain(parsed).replace("  (:constants home - place)\n", "")
-    assert format_domain(made) == wanted.replace(
-        "(:types room - place place cup - object)", format_domain(made).splitlines()[2].strip()
-    )
-    assert extend_domain(env, parsed) == parsed

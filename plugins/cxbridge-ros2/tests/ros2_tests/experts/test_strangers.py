@@ -17,14 +17,14 @@ pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
 from cxbridge.executive.pddl import parse_domain, parse_problem
 from cxbridge_ros2.definitions import Definitions
-from cxbridge_ros2.experts.client import ExpertClient, ExpertRefusedError
-from cxbridge_ros2.experts.definitions import SERVICE_TYPES, TYPE_DEFINITIONS
+from cxbridge_ros2.experts.client import ExpertClient
+from cxbridge_ros2.experts.definitions import TYPE_DEFINITIONS
 from cxbridge_ros2.experts.nodes import NodeCodec
 from cxbridge_ros2.experts.terminal import Terminal
 from cxbridge_ros2.lifecycle import ACTIVATE, CONFIGURE
 from cxbridge_ros2.names import parse_type
 from ros2_tests.clients import LifecycleClient
-from ros2_tests.conftest import has_package, in_ros, needs_ros, start, stop
+from ros2_tests.conftest import has_package, in_ros, needs_ros
 from ros2_tests.experts.agents import AGENT, asking, served
 from ros2_tests.experts.test_services import RIGHT, WHOLE, WRONG, function, named, predicate
 from ros2_tests.test_managed import answer
@@ -34,9 +34,6 @@ LATER = ("Derived", "GetDomainDerivedPredicateDetails", "ValidateDomain")
 """Came with Jazzy, or is part of a separate package."""
 
 OTHERS = (
-    "get_domain_types",  # ours has some that are facts only
-    "get_domain_predicates",
-    "get_domain_actions",
     "get_plan",
     "get_domain_constants",
     "get_domain_derived_predicates",
@@ -98,48 +95,7 @@ def test_the_hashes_of_the_types_are_theirs():
     assert checked == len(TYPE_DEFINITIONS) - len(LATER)
 
 
-# ---- other clients ask our servers
-
-
-class Stranger:
-    """A script of rclpy that sends the requests that it gets."""
-
-    def __init__(self) -> None:
-        self.process = start("rclpy", "experts.py")
-
-    def ask(self, service: str, request: Any) -> Any:
-        process = self.process
-        assert process.stdin is not None
-        assert process.stdout is not None
-        process.stdin.write(json.dumps([service, SERVICE_TYPES[service], request]) + "\n")
-        process.stdin.flush()
-        return json.loads(process.stdout.readline())
-
-
-@pytest.fixture
-def stranger(domain: int) -> Iterator[Stranger]:
-    needs("plansys2_msgs", "rosidl_runtime_py")
-    found = Stranger()
-    yield found
-    stop(found.process)
-
-
-def test_rclpy_asks_ours(stranger: Stranger, domain: int, tmp_path: Path):
-    with served(tmp_path, domain):
-        stranger.ask(WHOLE["add_problem_function"], function(3, "battery", "r2"))
-        for name, request in RIGHT.items():
-            if name not in OTHERS:
-                again = ((named("r2", "robot")), named("hall", "room"))
-                for each in again:
-                    stranger.ask(WHOLE["add_problem_instance"], each)
-                stranger.ask(WHOLE["add_problem_predicate"], predicate("at", "r2", "hall"))
-                stranger.ask(WHOLE["add_problem_function"], function(3, "battery", "r2"))
-                response = stranger.ask(WHOLE[name], request)
-                assert (name, response["success"], response["error_info"]) == (name, True, "")
-        for name, request, message in WRONG:
-            if name not in OTHERS:
-                response = stranger.ask(WHOLE[name], request)
-                assert (response["success"], message in response["error_info"] or name) == (False, True), name
+# ---- their client asks our servers
 
 
 TYPED = """\
@@ -176,7 +132,7 @@ def test_their_terminal_asks_ours(domain: int, tmp_path: Path):
             check=False,
         )
         said = done.stdout
-        assert "Types: 4" in said
+        assert "Types: 3" in said
         assert "sweep (action)" in said
         assert "move (durative action)" in said
         assert "Preconditions: (and (at ?0 ?1)(not (clean ?1)))" in said
@@ -267,38 +223,6 @@ def test_their_texts_are_read_here(theirs: ExpertClient):
     domain = parse_domain(theirs.request(WHOLE["get_domain"])["domain"])
     problem = parse_problem(theirs.request(WHOLE["get_problem"])["problem"], domain)
     assert [names.names for names in problem.objects] == [("r2",), ("hall",)]
-
-
-def test_our_prompt_asks_theirs(theirs: ExpertClient):
-    terminal = Terminal(theirs, NodeCodec("iron"))
-
-    def said(line: str) -> list[str]:
-        return list(terminal.run_line(line))
-
-    theirs.request(WHOLE["clear_problem_knowledge"])
-    assert said("get model types") == ["robot", "place", "room"]
-    assert said("get model actions") == ["sweep", "move (durative)"]
-    assert said("get model predicate at") == ["(at ?robot0 - robot ?place1 - place)"]
-    assert said("get model action sweep") == [
-        "(sweep ?0 - robot ?1 - room)",
-        "needs: (and (at ?0 ?1) (not (clean ?1)))",
-        "does: (clean ?1)",
-    ]
-    for line in ("set instance r2 robot", "set instance hall room", "set predicate (at r2 hall)"):
-        assert said(line) == []
-    said("set function (= (battery r2) 3)")
-    said("set goal (and (clean hall) (not (at r2 hall)) (>= (battery r2) 2))")
-    assert said("get problem instances") == ["r2 - robot", "hall - room"]
-    assert said("get problem predicates") == ["(at r2 hall)"]
-    assert said("get problem functions") == ["(= (battery r2) 3)"]
-    assert said("get problem goal") == ["(and (clean hall) (not (at r2 hall)) (>= (battery r2) 2))"]
-    for line in ("set instance x boat", "set predicate (at r2 attic)", "remove instance attic"):
-        with pytest.raises(ExpertRefusedError):
-            said(line)
-    said("remove instance hall")
-    assert said("get problem goal") == ["(and (>= (battery r2) 2))"]
-    said("remove goal")
-    assert said("get problem goal") == ["no goal"]
 
 
 def test_their_planner_plans_for_our_prompt(theirs: ExpertClient):

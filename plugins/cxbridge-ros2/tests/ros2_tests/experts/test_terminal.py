@@ -8,7 +8,6 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import suppress
-from pathlib import Path
 
 import pytest
 
@@ -33,10 +32,10 @@ RESET = (
 )
 RIGHT = {
     "get domain": ["(define (domain tour)"],
-    "get model types": ["robot", "place", "room", "crate"],
-    "get model predicates": ["at", "clean", "open", "full"],
+    "get model types": ["robot", "place", "room"],
+    "get model predicates": ["at", "clean", "open"],
     "get model functions": ["distance", "battery"],
-    "get model actions": ["sweep", "fill", "move (durative)"],
+    "get model actions": ["sweep", "move (durative)"],
     "get model predicate at": ["(at ?robot0 - robot ?place1 - place)"],
     "get model function battery": ["(battery ?robot0 - robot)"],
     "get model action sweep": [
@@ -51,18 +50,12 @@ RIGHT = {
         "at start does: (and (not (at ?0 ?1)))",
         "at end does: (and (at ?0 ?2))",
     ],
-    "get domain types": ["robot", "place", "room", "crate"],
-    "get domain predicates": ["at", "clean", "open", "full"],
-    "get domain functions": ["distance", "battery"],
-    "get domain actions": ["sweep", "fill", "move (durative)"],
-    "get domain predicate open": ["(open)"],
-    "get domain function distance": ["(distance ?place0 - place ?place1 - place)"],
-    "get domain action fill": ["(fill ?0 - crate)", "needs: (not (full ?0))", "does: (and (full ?0))"],
     "get problem": ["(define (problem problem_1)"],
     "get problem instances": ["dock - place", "r2 - robot", "hall - room"],
     "get problem predicates": ["(open)", "(at r2 hall)"],
     "get problem functions": ["(= (battery r2) 3)"],
     "get problem goal": ["(and (clean hall) (not (at r2 dock)))"],
+    "get plan": ["0.000: (sweep r2 hall) [0.001]"],
     "set instance attic  room": [],
     "set predicate (clean hall)": [],
     "set function (= (distance hall dock) 2.5)": [],
@@ -72,9 +65,7 @@ RIGHT = {
     "remove function (battery r2)": [],
     "remove function battery r2": [],
     "remove goal": [],
-    "check actors": [],
-    "help set": [line for line in HELP_LINES if line.startswith("set ")],
-    "?": [*HELP_LINES],
+    "help": [*HELP_LINES],
     "quit": [],
     "": [],
 }
@@ -94,11 +85,7 @@ USAGE = {
     "frob": "unknown command 'frob'",
     "get": "unknown command 'get'",
     "get everything": "unknown command 'get everything'",
-    "get domain now": "takes no argument",
-    "get model types now": "takes no argument",
     "get model action": "there must be one name, not 0",
-    "get problem goal now": "takes no argument",
-    "get plan now": "takes no argument",
     "set instance r2": "a name and a type",
     "set predicate": "there is no formula",
     "set predicate r2": "a formula is expected",
@@ -106,14 +93,6 @@ USAGE = {
     "set function (battery r2)": "does not assign a number to a function",
     "set goal (and": "never closed",
     "remove instance": "there must be one name, not 0",
-    "remove goal now": "takes no argument",
-    "check actors now": "takes no argument",
-    "run fast": "unknown command 'run fast'",
-    "source": "the file is missing",
-    "source nowhere.txt": "cannot read nowhere.txt",
-    "source a b": "cannot read a b",
-    "help frob": "unknown command 'frob'",
-    "quit now": "takes no argument",
 }
 
 
@@ -167,37 +146,6 @@ def test_usage(terminal: Terminal, line: str):
         list(terminal.run_line(line))
 
 
-def test_a_file_of_commands(terminal: Terminal, tmp_path: Path):
-    file = tmp_path / "commands"
-    file.write_text("set instance attic room\n\nget problem predicates\n")
-    assert list(terminal.run_line(f"source {file}")) == ["(open)", "(at r2 hall)"]
-    assert next(terminal.run_line(f"source {file} 1")) == "set instance attic room"
-    file.write_text(f"quit\nsource {file}\n")
-    list(terminal.run_line(f"source {file}"))
-    assert terminal.is_over
-    file.write_text(f"source {file}\n")
-    terminal.is_over = False
-    with pytest.raises(UsageError, match="cannot read another"):
-        list(terminal.run_line(f"source {file}"))
-
-
-def test_completion(terminals: Terminal):
-    assert terminals.find_completions("") == [
-        "?",
-        "check",
-        "get",
-        "help",
-        "quit",
-        "remove",
-        "run",
-        "set",
-        "source",
-    ]
-    assert terminals.find_completions("get p") == ["plan", "problem"]
-    assert terminals.find_completions("get problem ") == ["functions", "goal", "instances", "predicates"]
-    assert terminals.find_completions("set instance r") == []
-
-
 def test_nobody_is_there(domain: int):
     with asking(domain + 4) as client:
         client._server_timeout_s = 0.2
@@ -216,7 +164,7 @@ def program(*words: str, lines: str = "") -> tuple[int, str, str]:
 
 def test_the_program(terminal: Terminal, domain: int):
     node = ("--domain", str(domain), "--transport", "dds")
-    assert program(*node, "get", "model", "types")[:2] == (0, "robot\nplace\nroom\ncrate\n")
+    assert program(*node, "get", "model", "types")[:2] == (0, "robot\nplace\nroom\n")
     status, said, complaint = program(*node, "set", "instance", "x", "boat")
     assert (status, said) == (1, "")
     assert "Instance not valid: the domain has no type 'boat'" in complaint
@@ -236,6 +184,6 @@ def test_what_is_typed(terminal: Terminal, domain: int):
         os.write(master, b"get model types\nquit\n")
         said, _ = process.communicate(timeout=120)
     assert process.returncode == 0
-    assert "robot\nplace\nroom\ncrate\n" in said
+    assert "robot\nplace\nroom\n" in said
     os.close(master)
     os.close(slave)

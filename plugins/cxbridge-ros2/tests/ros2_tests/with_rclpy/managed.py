@@ -1,4 +1,4 @@
-"""A managed node with parameters, by rclpy: it logs each transition, and fails to activate while told so."""
+"""A managed node with parameters, by rclpy: it logs `configured`, and its first activation fails."""
 
 import rclpy
 from rcl_interfaces.msg import ParameterDescriptor
@@ -15,13 +15,15 @@ class Managed(LifecycleNode):
         self.declare_parameter("limits.deep.high", 7)
         self.declare_parameter("works", True)
         self.declare_parameter("fixed", "yes", ParameterDescriptor(read_only=True))
+        self.attempts = 0
 
     def on_configure(self, state):
         self.get_logger().warn("configured")
         return TransitionCallbackReturn.SUCCESS
 
     def on_activate(self, state):
-        if not self.get_parameter("works").value:
+        self.attempts += 1
+        if self.attempts == 1:
             return TransitionCallbackReturn.FAILURE
         return super().on_activate(state)
 

@@ -19,7 +19,7 @@ from cxbridge.executive.host.loggers import ClipsLogger
 from cxbridge.executive.host.values import FALSE
 from cxbridge.rights import Right
 from cxbridge_ros2.lifecycle import ACTIVATE, CONFIGURE, DEACTIVATE, SHUTDOWN, Lifecycle, LifecycleState
-from cxbridge_ros2.parameters import Parameter, Parameters
+from cxbridge_ros2.parameters import Parameters
 from cxbridge_ros2.rosout import RosoutPublisher
 from cxbridge_ros2cx.cx.stock import StockOutput
 from cxbridge_ros2cx.refresh import RefreshTimer
@@ -68,10 +68,7 @@ class NodeServices(Closing):
             SHUTDOWN: transitions[SHUTDOWN],
         }
         self._lifecycle = Lifecycle(self._node, self._name, served_transitions, clock, report, state)
-        node_parameters = {
-            name: Parameter(_to_message_value(parameter.value), read_only=True)
-            for name, parameter in context.parameters
-        }
+        node_parameters = {name: _to_message_value(parameter.value) for name, parameter in context.parameters}
         self._parameters = Parameters(self._node, self._name, node_parameters, clock)
 
     def _offer_services(self) -> None:
