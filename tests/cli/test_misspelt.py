@@ -160,7 +160,6 @@ ELSEWHERE = {
     ("skill executor", "agent"): "a skill board takes any agent that comes",
     ("skill executor", "settings"): "tests/cli/test_skill_board.py",
     ("new", "from_ros2cx"): "plugins/cxbridge-ros2cx/tests/ros2cx_tests/test_projects.py",
-    ("game", "referee"): "plugins/cxbridge-rcll/tests/rcll_tests/test_remote.py",
     ("game", "simtest"): "plugins/cxbridge-rcll/tests/rcll_tests/test_team.py",
     ("ros2 terminal", "command"): "plugins/cxbridge-ros2/tests/ros2_tests/experts/test_terminal.py",
 }

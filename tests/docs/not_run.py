@@ -51,7 +51,6 @@ NOT_RUN: dict[str, dict[str, str]] = {
         "python -m benchmarks.planner_pairs FOLDER... --most 5 --draw 110 --timeout 30 --engines --validate VAL/bin/Validate": PAIRS,
     },
     "evidence/rcll.md": {
-        "cxbridge game --fawkes-dir fawkes --overlay corrections --overlay fawkes-robotino --referee localhost:4444 --spec rcll-central --json": "needs a referee box; plugins/cxbridge-rcll/tests/rcll_tests/test_remote.py has one",
         "cxbridge game --fawkes-dir fawkes --overlay corrections --overlay fawkes-robotino --refbox-dir rcll-refbox --spec rcll-central --seed 1 --simtest FULL": "plugins/cxbridge-rcll/tests/rcll_tests/test_league.py does it",
         "cxbridge game --fawkes-dir fawkes --overlay fawkes-robotino --refbox-dir rcll-refbox --spec rcll --seed 1 --json": "plugins/cxbridge-rcll/tests/rcll_tests/test_league.py does it",
         "cxbridge game --fawkes-dir fawkes --overlay corrections --overlay fawkes-robotino --refbox-dir rcll-refbox --spec rcll-central --seed 1 --json": "is what plugins/cxbridge-rcll/tests/rcll_tests/test_league.py does",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import TYPE_CHECKING, Final
 
 from cxbridge.config import Configuration
 from cxbridge.run.agent import MakeComponent, Run, make_base
@@ -13,26 +13,19 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.program.additions import Additions
 from cxbridge.run.source import source_of
 from cxbridge.run.team import Team
-from cxbridge_explore.game.judge import GameState
-from cxbridge_explore.game.score import Score
 from cxbridge_protobuf.settings import CONNECTIONS_KEY
-from cxbridge_rcll.controller import Timeline
 from cxbridge_rcll.field import Field
 from cxbridge_rcll.local import LocalReferee
 from cxbridge_rcll.refbox import Refbox, find_message_folder
-from cxbridge_rcll.remote import RemoteReferee
 from cxbridge_rcll.robots import RobotInterfaces, RobotWorld, make_robot_executor
 from cxbridge_rcll.settings import LeagueSettings
 from cxbridge_rcll.simtest import enable_simtest
 from cxbridge_rcll.stations import StationNodes
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
-    from cxbridge.executive.host.values import Value
     from cxbridge.run.components.component import Component
-    from cxbridge_protobuf.connections import MakeConnections
-    from cxbridge_rcll.machines import Workplace
 
 _PEERS_PATH: Final = "/fawkes/bbsync/peers"
 _SPEC_PATH: Final = "/clips-executive/spec"
@@ -45,42 +38,6 @@ _AGENT_NUMBER_PATH: Final = "/fawkes/agent/number"
 _PROTO_DIRS_PATH: Final = "/clips-protobuf/proto-dirs"
 _SIMULATOR_PATH: Final = "/rcll-simulator/enabled"
 _TEAM_NAME_PATH: Final = "/fawkes/agent/team"
-
-
-class GameReferee(Protocol):
-    """The referee of a game, in this process or in a referee box of another process."""
-
-    @property
-    def make_connections(self) -> MakeConnections | None:
-        """The factory of the agent's protobuf connections; None: the agent uses sockets."""
-
-    def configure_agent(self, config: Configuration) -> None:
-        """Adapt the configuration of an agent."""
-
-    def component_factories(self, timeline: Timeline) -> Iterator[Callable[[Run], Component]]:
-        """Yield the factories of the referee's components."""
-
-    def find_machine(self, name: str) -> Workplace | None:
-        """Return a machine by name."""
-
-    def machine_facts(self) -> Iterator[dict[str, Value]]:
-        """Yield ``name``, ``zone`` and ``rotation`` of each machine."""
-
-    @property
-    def score(self) -> Score:
-        """The score so far."""
-
-    @property
-    def state(self) -> GameState:
-        """The phase, and the states of the machines."""
-
-    @property
-    def is_over(self) -> bool:
-        """Whether the game has ended."""
-
-    @property
-    def faults(self) -> Sequence[str]:
-        """The errors in the functions that cxbridge defines for the referee's rules."""
 
 
 class LeagueRun(Run):
@@ -129,19 +86,14 @@ class GameSetup:
 
     def __init__(self, settings: LeagueSettings, run_options: RunOptions, seed: int) -> None:
         self._minutes, self.run_options = settings.minutes, run_options
-        refbox = None if settings.refbox_dir is None else Refbox.open(settings.refbox_dir)
+        refbox = Refbox.open(settings.refbox_dir)
         checkouts = source_of(run_options).checkouts.folders
         message_folder = find_message_folder(
             *settings.proto_dirs,
             *(folder / "src/libs/llsf_msgs/rcll-protobuf-msgs" for folder in checkouts),
-            *(() if refbox is None else (refbox.message_folder,)),
+            refbox.message_folder,
         )
-        self.referee: GameReferee
-        if refbox is not None:
-            self.referee = LocalReferee(refbox, message_folder, settings.referee_config, seed)
-        else:
-            assert settings.referee is not None
-            self.referee = RemoteReferee(settings.referee, message_folder)
+        self.referee = LocalReferee(refbox, message_folder, settings.referee_config, seed)
         self.world = RobotWorld(Field(self.referee.machine_facts), self.referee.find_machine)
         self.base = make_base(run_options)
         config = self.base.config
@@ -155,7 +107,6 @@ class GameSetup:
         config.set(_PROTO_DIRS_PATH, [str(message_folder)])
         if settings.simtest:
             enable_simtest(config, spec, settings.simtest, checkouts)
-        self.referee.configure_agent(config)
 
     def _configure_robots(self, config: Configuration, spec: str) -> list[str]:
         """Add the robots to the configuration, and return their names."""
@@ -187,7 +138,7 @@ class GameSetup:
     def referee_factories(self) -> Iterator[MakeComponent]:
         """Yield the factories of the referee and of its controller."""
         team = self.base.config.get_str(_TEAM_NAME_PATH, default="Carologistics")
-        return self.referee.component_factories(Timeline(cyan_name=team, production_s=self._minutes * 60))
+        return self.referee.component_factories(team, self._minutes * 60)
 
     def interface_factory(self, prefixes: Mapping[str, str]) -> MakeComponent:
         """Return the factory of the robots' interfaces.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final
 
@@ -31,24 +30,12 @@ PRE_GAME_S: Final = 5.0  # the time before the setup phase, in which the agent o
 SETUP_S: Final = 15.0
 
 
-@dataclass(frozen=True, slots=True)
-class Timeline:
-    """The timeline of a game.
-
-    :param cyan_name: the name of team cyan; empty if absent.
-    :param magenta_name: the name of team magenta; empty if absent.
-    :param production_s: the seconds of the production phase, after which the game is over.
-    """
-
-    cyan_name: str = ""
-    magenta_name: str = ""
-    production_s: float = 1200.0
-
-
 class Controller(Component):
     """Instructs the referee.
 
     :param types: the message types of the league.
+    :param team: the name of team cyan.
+    :param production_s: the seconds of the production phase.
     :param send: sends a message to the referee.
     :raises ProtobufError: if the definition of a needed message is missing.
     """
@@ -57,25 +44,25 @@ class Controller(Component):
     description = "Leads the referee through the phases of a game"
 
     def __init__(
-        self, context: Run, types: MessageTypes, timeline: Timeline, send: Callable[[Message], None]
+        self,
+        context: Run,
+        types: MessageTypes,
+        team: str,
+        production_s: float,
+        send: Callable[[Message], None],
     ) -> None:
         self._clock: Clock = context.clock
         self._types = types
         self._send = send
         self._begin_us: int | None = None
-        teams = [("CYAN", timeline.cyan_name), ("MAGENTA", timeline.magenta_name)]
         production_begin_s = PRE_GAME_S + SETUP_S
         # the time after the first loop in seconds, the type of the message, and its fields
         self._steps: list[tuple[float, str, dict[str, str]]] = [
-            (PRE_GAME_S, "SetTeamName", {"team_color": colour, "team_name": name})
-            for colour, name in teams
-            if name
-        ]
-        self._steps += [
+            (PRE_GAME_S, "SetTeamName", {"team_color": "CYAN", "team_name": team}),
             (PRE_GAME_S, "SetGamePhase", {"phase": Phase.SETUP}),
             (PRE_GAME_S, "SetGameState", {"state": "RUNNING"}),
             (production_begin_s, "SetGamePhase", {"phase": Phase.PRODUCTION}),
-            (production_begin_s + timeline.production_s, "SetGamePhase", {"phase": Phase.POST_GAME}),
+            (production_begin_s + production_s, "SetGamePhase", {"phase": Phase.POST_GAME}),
         ]
         # a missing definition is an error here, not in the middle of a game
         for message_type in dict.fromkeys(message_type for _, message_type, _ in self._steps):

@@ -16,8 +16,9 @@ from cxbridge_explore.game.playing import play_game
 from cxbridge_explore.game.score import GameResult, Score
 from cxbridge_explore.worldmodel.model import NOTHING_FAILS, SkillFailure, SkillModel, WorldModel
 from cxbridge_explore.worldmodel.reading import read_world
-from cxbridge_rcll.assembly import GameReferee, GameSetup, LeagueRun, LeagueTeam
+from cxbridge_rcll.assembly import GameSetup, LeagueRun, LeagueTeam
 from cxbridge_rcll.controller import PRE_GAME_S, SETUP_S
+from cxbridge_rcll.local import LocalReferee
 from cxbridge_rcll.settings import LeagueSettings
 from cxbridge_rcll.simtest import VerdictListener
 
@@ -32,9 +33,6 @@ SCENARIO: Final = Path("rcll-simulator/central_agent.yaml")
 
 _EARLY_END_S: Final = 1.0  # the time before the end of the game at which an exploration stops
 _ENDING_S: Final = 5.0  # the time in which the referee ends the game
-
-# The real time for loading the agent and for the end of the game: on a real clock both take time.
-_LOADING_S: Final = 60.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -70,26 +68,17 @@ class LeagueGame(LeagueSettings):
 
     @property
     def options(self) -> RunOptions:
-        """The options of the run, with the clock for the referee and a timeout after the end of the game."""
+        """The options of the run, on the virtual clock, with a timeout after the end of the game."""
         run_options = self.run_options
         return replace(
             run_options,
             scenario=run_options.scenario or SCENARIO,
             skiller="none",
-            clock=self._clock_name,
+            clock="virtual",
             # not strict by default: the agents of teams have CLIPS errors, which the result reports
             strict=bool(run_options.strict),
-            timeout=PRE_GAME_S
-            + SETUP_S
-            + self.minutes * 60
-            + (_LOADING_S * self.speed if self.referee else _ENDING_S),
+            timeout=PRE_GAME_S + SETUP_S + self.minutes * 60 + _ENDING_S,
         )
-
-    @property
-    def _clock_name(self) -> str:
-        if self.referee is None:
-            return "virtual"
-        return "real" if self.speed == 1 else f"scaled:{self.speed:g}"
 
     def play(
         self,
@@ -153,7 +142,7 @@ class LeagueGame(LeagueSettings):
 class _Judge:
     """Reports the score and the state of the game from the referee of a run."""
 
-    referee: GameReferee  # set by watch()
+    referee: LocalReferee  # set by watch()
 
     def watch(self, run: Run | Team) -> None:
         """Use the referee of a run."""

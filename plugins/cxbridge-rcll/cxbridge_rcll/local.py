@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 
-from cxbridge.config import Configuration
 from cxbridge.executive.host.values import Value
 from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
@@ -15,7 +14,7 @@ from cxbridge_protobuf.connections import MakeConnections
 from cxbridge_protobuf.local import LOCAL_HOST, LocalNetwork
 from cxbridge_protobuf.settings import NetworkSettings
 from cxbridge_protobuf.types import Message, MessageTypes, make_frame
-from cxbridge_rcll.controller import Controller, Timeline
+from cxbridge_rcll.controller import Controller
 from cxbridge_rcll.machines import Machine
 from cxbridge_rcll.refbox import Refbox
 from cxbridge_rcll.referee import SERVER_PORT_PATH, STATIONS_PATH, Referee
@@ -46,11 +45,12 @@ class LocalReferee:
         """The factory of the agent's process-local connections."""
         return self._network.join
 
-    def configure_agent(self, config: Configuration) -> None:
-        """Do nothing: connections within the process work with any configured ports."""
+    def component_factories(self, team: str, production_s: float) -> Iterator[Callable[[Run], Component]]:
+        """Yield the factories of the referee and of its controller.
 
-    def component_factories(self, timeline: Timeline) -> Iterator[Callable[[Run], Component]]:
-        """Yield the factories of the referee and of its controller."""
+        :param team: the name of team cyan.
+        :param production_s: the seconds of the production phase, after which the game is over.
+        """
 
         def make_referee(context: Run) -> Component:
             self._referee = Referee(
@@ -71,7 +71,7 @@ class LocalReferee:
                 connections.disconnect(link)
                 connections.drain()
 
-            return Controller(context, types, timeline, send)
+            return Controller(context, types, team, production_s, send)
 
         yield make_referee
         yield make_controller

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Final, Protocol
+from typing import Final
 
 from cxbridge.clock import MICROSECONDS, Clock
 
@@ -46,24 +46,6 @@ class Workpiece:
 
     def __str__(self) -> str:
         return " ".join(self.parts)
-
-
-class Workplace(Protocol):
-    """A machine as the robots use it."""
-
-    name: str
-
-    def has_workpiece(self, position: BeltPosition) -> bool:
-        """Return whether the position has a workpiece."""
-
-    def put_workpiece(self, workpiece: Workpiece) -> None:
-        """Put a workpiece on the input."""
-
-    def pay_base(self) -> None:
-        """Put a base into the slide as payment."""
-
-    def take_workpiece(self, position: BeltPosition) -> Workpiece | None:
-        """Remove and return the workpiece at a position; None if the position is empty."""
 
 
 @dataclass(slots=True)

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from cxbridge.run.options import RunOptions
     from cxbridge_explore.worlds.run import MakeAssembly
     from cxbridge_rcll.game import LeagueGame
-    from cxbridge_rcll.remote import Address
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,6 +85,7 @@ class ExploredLeagueOptions(RefboxOptions):
         """Return the options of a run that ends with the production, and the factory of the run."""
         from cxbridge_rcll.game import LeagueGame  # noqa: PLC0415 - slow, and help needs no game
 
+        assert self.refbox_dir is not None  # the group is chosen by --refbox-dir
         game = LeagueGame(
             run_options=options,
             refbox_dir=self.refbox_dir,
@@ -106,22 +106,6 @@ class PlayedLeagueOptions(RefboxOptions):
             min=0, max=1, metavar="P", help="The probability that a robot's skill fails in a league game."
         ),
     ] = 0.0
-    referee: Annotated[
-        str | None,
-        typer.Option(
-            metavar="HOST:PORT",
-            help="Play in the league with the running referee box at HOST:PORT, instead of --refbox-dir.",
-            show_default=False,
-        ),
-    ] = None
-    speed: Annotated[
-        float,
-        typer.Option(
-            min=0.01,
-            metavar="N",
-            help="The speed of the clock of the referee box at --referee, relative to real time.",
-        ),
-    ] = 1.0
     simtest: Annotated[
         str,
         typer.Option(
@@ -132,14 +116,7 @@ class PlayedLeagueOptions(RefboxOptions):
         ),
     ] = ""
 
-    @property
-    def is_chosen(self) -> bool:
-        """Whether a league game is requested."""
-        return self.refbox_dir is not None or self.referee is not None
-
-    def make_game(
-        self, run_options: RunOptions, *, minutes: float | None, world: Path | None, is_series: bool
-    ) -> LeagueGame:
+    def make_game(self, run_options: RunOptions, *, minutes: float | None, world: Path | None) -> LeagueGame:
         """Return the game.
 
         :raises CxbridgeError: if options conflict.
@@ -153,16 +130,10 @@ class PlayedLeagueOptions(RefboxOptions):
                 "no agent is named",
                 hint="name the team's checkout with --overlay, and a Fawkes checkout with --fawkes-dir",
             )
-        address = self._parse_address()
-        if is_series and address is not None:
-            raise CxbridgeError(
-                "a running referee box plays only one game", hint="play several games with --refbox-dir"
-            )
+        assert self.refbox_dir is not None  # the group is chosen by --refbox-dir
         game = LeagueGame(
             run_options=run_options,
             refbox_dir=self.refbox_dir,
-            referee=address,
-            speed=self.speed,
             proto_dirs=self.proto_dirs,
             referee_config=self.referee_config,
             world=world,
@@ -170,23 +141,3 @@ class PlayedLeagueOptions(RefboxOptions):
             simtest=self.simtest,
         )
         return game if minutes is None else replace(game, minutes=minutes)
-
-    def _parse_address(self) -> Address | None:
-        """Return the address of the referee box; None if its rules run in the agent's process."""
-        from cxbridge_rcll.remote import Address  # noqa: PLC0415 - slow, and help needs no game
-
-        if self.referee is None:
-            if self.speed != 1:
-                raise CxbridgeError(
-                    "--speed applies only to --referee",
-                    hint="omit --speed; a game with --refbox-dir never waits",
-                )
-            return None
-        if self.refbox_dir is not None:
-            raise CxbridgeError("--referee and --refbox-dir both name the referee", hint="omit one option")
-        if self.referee_config:
-            raise CxbridgeError(
-                "--referee-config applies only to --refbox-dir",
-                hint="omit --referee-config; a running referee box has its own configuration",
-            )
-        return Address.parse(self.referee)

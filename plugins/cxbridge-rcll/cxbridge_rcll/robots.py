@@ -17,7 +17,7 @@ from cxbridge.run.components.component import Component
 from cxbridge.skiller.board.executor import SkillExecutor, SkillFailedError, Steps
 from cxbridge.skiller.board.protocol import SkillCall
 from cxbridge_rcll.field import Field, Pose, entry_pose
-from cxbridge_rcll.machines import BeltPosition, Workpiece, Workplace
+from cxbridge_rcll.machines import BeltPosition, Machine, Workpiece
 from cxbridge_rcll.stations import StationNodes
 
 SPEED_M_PER_S: Final = 0.5
@@ -58,7 +58,7 @@ class RobotWorld:
     """
 
     geometry: Field
-    find_machine: Callable[[str], Workplace | None]
+    find_machine: Callable[[str], Machine | None]
     robots: dict[str, Robot] = field(default_factory=dict)
 
     def add_robots(self, names: Iterable[str]) -> None:
@@ -133,13 +133,13 @@ class RobotExecutor(SkillExecutor):
 
     # -- parts of skills
 
-    def _find_machine(self, name: str) -> Workplace:
+    def _find_machine(self, name: str) -> Machine:
         machine = self.world.find_machine(name)
         if machine is None:
             raise SkillFailedError(f"there is no machine {name}")
         return machine
 
-    def _take_workpiece(self, machine: Workplace, side: str) -> None:
+    def _take_workpiece(self, machine: Machine, side: str) -> None:
         if side.startswith("SHELF"):
             # the shelf of a cap station has an unlimited number of transparent bases with caps
             self.robot.workpiece = Workpiece(["BASE_CLEAR", "CAP"])
@@ -149,7 +149,7 @@ class RobotExecutor(SkillExecutor):
             raise SkillFailedError(f"there is no workpiece at {machine.name} {side}")
         self.robot.workpiece = workpiece
 
-    def _put_workpiece(self, machine: Workplace, target: str) -> None:
+    def _put_workpiece(self, machine: Machine, target: str) -> None:
         workpiece, self.robot.workpiece = self.robot.workpiece, None
         if workpiece is None:
             raise SkillFailedError("there is no workpiece in the gripper")
@@ -159,7 +159,7 @@ class RobotExecutor(SkillExecutor):
             machine.put_workpiece(workpiece)
             self.robot.last_supplied_machine = machine.name
 
-    def _check_workpiece(self, machine: Workplace, side: str, query: str) -> None:
+    def _check_workpiece(self, machine: Machine, side: str, query: str) -> None:
         is_present = machine.has_workpiece(BeltPosition.INPUT if side == "INPUT" else BeltPosition.OUTPUT)
         if side == "INPUT" and query == "THERE":
             # the machine may have moved the workpiece that this robot has put there

@@ -63,15 +63,12 @@ class PlayedGameOptions(Protocol):
         :raises CxbridgeError: if such an option is set; the hint names the option that selects a game.
         """
 
-    def make_game(
-        self, run_options: RunOptions, *, minutes: float | None, world: Path | None, is_series: bool
-    ) -> Game:
+    def make_game(self, run_options: RunOptions, *, minutes: float | None, world: Path | None) -> Game:
         """Make the game.
 
         :param run_options: the options of the run, such as its agent and recordings.
         :param minutes: the duration of the production; None for the game's default.
         :param world: the file of possible failures; None for the game's default.
-        :param is_series: whether several games are played.
         """
 
 

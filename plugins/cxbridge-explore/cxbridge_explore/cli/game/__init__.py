@@ -56,8 +56,7 @@ def game(
 
     A game is a scenario with a referee that publishes GameInterface, or a game of a plug-in. The seed
     determines the orders and the failures, so the same seed gives the same game. With cxbridge-rcll,
-    --refbox-dir plays the RoboCup Logistics League, judged by the referee's own rules in the same process;
-    with --referee, a running referee box judges one game of the league in real time, with its own draws.
+    --refbox-dir plays the RoboCup Logistics League, judged by the referee's own rules.
 
     Exit status: 0 each game reached its end; 1 the agent's own tests failed; 2 bad input; 3 a game did not
     reach its end; 4 a fault of a run itself.
@@ -66,9 +65,8 @@ def game(
     """
     options = RunOptions(**vars(agent_options), skiller="none")
     against = play.find_second_agent()
-    is_series = play.games > 1 or against is not None
-    first_game = _make_game(options, play, game_options, is_series=is_series)
-    if not is_series:
+    first_game = _make_game(options, play, game_options)
+    if play.games == 1 and against is None:
         log = _GameLog(console, first_game.quiet_components)
         return _report_game(first_game.play(play.seed, log, log.attach), as_json=as_json)
     if options.trace or options.log or options.bblog:
@@ -76,13 +74,13 @@ def game(
     return _play_series(_make_games_by_agent(first_game, against), play, as_json=as_json)
 
 
-def _make_game(options: RunOptions, play: PlayOptions, game_options: GameOptions, *, is_series: bool) -> Game:
+def _make_game(options: RunOptions, play: PlayOptions, game_options: GameOptions) -> Game:
     """Make the game of the scenario, or the game that options of a plug-in select."""
     from cxbridge_explore.game.scenario import ScenarioGame
 
     plugin_game = find_chosen_game(game_options.plugin_groups)
     if plugin_game is not None:
-        return plugin_game.make_game(options, minutes=play.minutes, world=play.world, is_series=is_series)
+        return plugin_game.make_game(options, minutes=play.minutes, world=play.world)
     options.check()
     return ScenarioGame(run_options=options, minutes=play.minutes, world=play.world)
 

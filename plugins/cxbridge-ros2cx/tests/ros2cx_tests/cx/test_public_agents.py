@@ -76,12 +76,11 @@ def test_the_agent_of_the_league_does_what_the_recording_says(tmp_path):
 @needs_plugin("rcll")
 @pytest.mark.skipif(not (REFBOX / "src").is_dir(), reason="REFBOX_DIR names no referee box")
 def test_the_agent_of_the_league_takes_an_order_of_our_referee(tmp_path):
-    from cxbridge_rcll.controller import Timeline
     from cxbridge_rcll.local import LocalReferee
     from cxbridge_rcll.refbox import Refbox
 
     referee = LocalReferee(Refbox.open(REFBOX), MESSAGES, (), 1)
-    parts = tuple(referee.component_factories(Timeline(cyan_name="Carologistics", production_s=60)))
+    parts = tuple(referee.component_factories("Carologistics", 60))
     additions = Additions(values={CONNECTIONS_KEY: referee.make_connections})
     given = options(tmp_path, RCSML, "config/config.yaml", 30)
     with Run(given, None, None, additions, parts) as run:
