@@ -111,18 +111,8 @@ FRAME_RIGHTS: Final = {
         "INTERFACE_MESSAGE": Right.LOOK,  # see check_message
         **dict.fromkeys(("OPEN_FOR_WRITING", "DATA_REFRESHED", "DATA_CHANGED"), Right.CONTROL),
     },
-    "fawkes-plugins": {
-        **dict.fromkeys(("LIST_AVAIL", "LIST_LOADED", "SUBSCRIBE_WATCH", "UNSUBSCRIBE_WATCH"), Right.LOOK),
-        **dict.fromkeys(("LOAD", "UNLOAD"), Right.CONTROL),
-    },
-    "fawkes-configuration": {
-        **dict.fromkeys(("GET_FLOAT", "GET_UINT", "GET_INT", "GET_BOOL", "GET_STRING"), Right.LOOK),
-        **dict.fromkeys(("GET_VALUE", "SUBSCRIBE", "UNSUBSCRIBE"), Right.LOOK),
-        # values name programs, Python classes and files, which are loaded at the next reset
-        **dict.fromkeys(("SET_FLOAT", "SET_UINT", "SET_INT", "SET_BOOL", "SET_STRING"), Right.PROGRAMS),
-        **dict.fromkeys(("SET_DEFAULT_FLOAT", "SET_DEFAULT_UINT", "SET_DEFAULT_INT"), Right.PROGRAMS),
-        **dict.fromkeys(("SET_DEFAULT_BOOL", "SET_DEFAULT_STRING", "ERASE_VALUE"), Right.PROGRAMS),
-    },
+    "fawkes-plugins": dict.fromkeys(("LIST_AVAIL", "LIST_LOADED"), Right.LOOK),
+    "fawkes-configuration": dict.fromkeys(("GET", "SUBSCRIBE", "UNSUBSCRIBE"), Right.LOOK),
     "fawkes-logger": dict.fromkeys(("SUBSCRIBE", "UNSUBSCRIBE"), Right.LOOK),
     "ros2-lifecycle": {
         **dict.fromkeys(("get_state", "get_available_states"), Right.LOOK),

@@ -114,24 +114,6 @@ def test_a_conversion_replaces_a_file_and_keeps_its_rights(to: str, tmp_path: Pa
     assert tree(tmp_path).keys() == first.keys()
 
 
-def test_files_are_named_by_the_scenario(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    run = MemoryRun(events("Position3DInterface::a", "Position3DInterface::b"))
-    deep = "/".join(["", *["a folder with a long name"] * 12])
-    for text, spec, name in (
-        (f"{deep}/courier/scenario.yaml", "other", "courier"),
-        (f"{deep}/cfg/config.yaml", "test", "test"),
-        (f"{deep}/cfg/config.yaml", "", "config"),
-        ("two words", "", "two%20words"),
-        ("ä" * 200, "", "%C3%A4" * 15),
-        ("", "test", "test"),
-        ("", "", "run"),
-    ):
-        monkeypatch.setattr(run, "metadata", lambda known={"scenario": text, "spec": spec}: known)
-        output = tmp_path / name
-        convert(run, output, "csv")
-        assert {file.name.split("-Position3D")[0] for file in output.iterdir()} == {name}
-
-
 def test_a_recording_that_is_being_written_is_not_replaced(tmp_path: Path):
     output = tmp_path / "out.mcap"
     with open_exclusively(output) as file:

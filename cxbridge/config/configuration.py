@@ -49,7 +49,6 @@ class Configuration:
     def __init__(self) -> None:
         self._root = ConfigNode(NodeKind.MAP, Mark())
         # the nodes of files that values of this run replace, for `erase`; None where the files have no value
-        self._replaced_nodes: dict[tuple[str, ...], ConfigNode | None] = {}
         self._host_includes: tuple[Path, ...] = ()  # the files of other hosts, for hints
         self.files: tuple[Path, ...] = ()
         """The files in the order in which they are laid over each other."""
@@ -329,40 +328,11 @@ class Configuration:
             node = node.children.setdefault(element, ConfigNode(NodeKind.NULL, Mark()))
         if node.children or not elements:
             raise node.mark.error(f"cannot set {path}: it holds {node.kind.value}", "set the values below it")
-        # only the first value of this run: a second one replaces no value of a file
-        self._replaced_nodes.setdefault(tuple(elements), node.copy() if node.mark.file else None)
         node.mark = Mark()
         if isinstance(value, bool | int | float | str):
             node.kind, node.text, node.items = NodeKind.SCALAR, _to_text(value), ()
         else:
             node.kind, node.text, node.items = NodeKind.LIST, "", tuple(_to_text(item) for item in value)
-
-    def erase(self, path: str) -> None:
-        """Remove a value that was set in this run, so that the value of the files is valid again.
-
-        :raises ConfigError: if the value was not set in this run.
-        """
-        elements = tuple(split_path(path))
-        if elements not in self._replaced_nodes:
-            raise ConfigError(
-                f"cannot erase {path}: it was not set in this run",
-                hint="to remove a value of a file, edit the file",
-            )
-        nodes = [self._root]  # from the root to the value
-        for element in elements:
-            nodes.append(nodes[-1].children[element])
-        replaced_node = self._replaced_nodes.pop(elements)
-        if replaced_node is not None:
-            nodes[-2].children[elements[-1]] = replaced_node
-            return
-        # the maps that `set` has made for the value go with it
-        for node, element in zip(reversed(nodes[:-1]), reversed(elements), strict=True):
-            del node.children[element]
-            if node.children or node is self._root:
-                return
-            if node.mark.file:  # the file has this map without values, which is null
-                node.kind = NodeKind.NULL
-                return
 
     def overlay_files(self, files: Path | Sequence[Path] | None) -> None:
         """Lay configuration files over this one, in order.

@@ -224,22 +224,6 @@ def test_whole_fawkes_configuration_loads() -> None:
     assert config.get_str("/clips-executive/spec") == "test"
 
 
-def test_what_was_set_can_be_erased():
-    config = Configuration.from_text("a: {b: 1, n: }\nl: [1, 2]\n")
-    before = [(value.path, value.text, value.items) for value in config.search()]
-    for path, value in (("/a/b", 2), ("/a/n/x/y", 3), ("/l", [3]), ("/new/path", "x"), ("/new/other", "y")):
-        config.set(path, 0 if path == "/l" else value)
-        config.set(path, value)
-        assert config.get(path).mark.file == ""
-    for path in ("a/b", "/a/n/x/y", "/l", "//new/path", "/new/other"):
-        config.erase(path)
-        with pytest.raises(ConfigError, match="it was not set in this run"):
-            config.erase(path)
-    assert [(value.path, value.text, value.items) for value in config.search()] == before
-    assert config.get("/a/b").mark.line == 1
-    assert config.keys("/") == ["a", "l"]
-
-
 def test_a_missing_value_of_other_hosts(tmp_path):
     (tmp_path / "config.yaml").write_text(
         "%TAG ! tag:fawkesrobotics.org,cfg/\n---\n"

@@ -19,7 +19,6 @@ from cxbridge.interfaces.known_hashes import accepts_hash
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.interfaces.schema import InterfaceSchema
 from cxbridge.trace.formats.blocks import decode_padded_text
-from cxbridge_fawkes.folders import files_with_start
 
 MAGIC: Final = b"\xff\xbb\xff\xbb"
 """The first bytes of all files."""
@@ -102,8 +101,16 @@ def is_bblogger_start(head: bytes) -> bool:
 
 
 def log_files(folder: Path) -> list[Path]:
-    """Return the bblogger files in a folder, by name."""
-    return files_with_start(folder, "*.log", HEADER_SIZE, is_bblogger_start)
+    """Return the bblogger files in a folder, by name; empty if there is no folder."""
+    return [path for path in sorted(folder.glob("*.log")) if folder.is_dir() and _is_log_file(path)]
+
+
+def _is_log_file(path: Path) -> bool:
+    try:
+        with path.open("rb") as file:
+            return is_bblogger_start(file.read(HEADER_SIZE))
+    except OSError:
+        return False  # a folder, or an unreadable file, which is not part of the recording
 
 
 def read_header(head: bytes, path: Path, registry: InterfaceRegistry) -> Header:

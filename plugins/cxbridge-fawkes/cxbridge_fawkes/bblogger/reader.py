@@ -19,7 +19,6 @@ from typing import Any, NamedTuple
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError, TraceError
 from cxbridge.events import Event, InterfaceWrite
-from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.blocks import STAMP_SIZE, BlockDecoder, write_events
 from cxbridge.trace.formats.files import reading
@@ -57,10 +56,7 @@ class Entry(NamedTuple):
 
 
 class BBLoggerFile(Run):
-    """A bblogger file: interface writes, and the states of a Skiller for a SkillerInterface.
-
-    An interface definition in the same folder takes precedence over the registry.
-    """
+    """A bblogger file: interface writes, and the states of a Skiller for a SkillerInterface."""
 
     format = "bblogger"
 
@@ -75,13 +71,7 @@ class BBLoggerFile(Run):
     def _read_header_and_size(self) -> tuple[Header, int]:
         with reading(self.path), self.path.open("rb") as file:
             size = self.path.stat().st_size
-            return read_header(file.read(HEADER_SIZE), self.path, self._definitions), size
-
-    @cached_property
-    def _definitions(self) -> InterfaceRegistry:
-        if next(self.path.parent.glob("*Interface.xml"), None) is None:
-            return self.registry
-        return InterfaceRegistry([self.path.parent, *self.registry.dirs], shipped=False)
+            return read_header(file.read(HEADER_SIZE), self.path, self.registry), size
 
     def entries(self) -> Iterator[Entry]:
         """Yield the entries; a truncated entry is left out with a note.

@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from contextlib import closing
-from pathlib import Path, PurePath
+from pathlib import Path
 from typing import IO, Any, Final
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import InterfaceError, TraceError
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, InterfaceWrite
-from cxbridge.interfaces.accessors import fit_text
 from cxbridge.interfaces.fieldtypes import TYPES
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.interfaces.schema import InterfaceSchema
@@ -21,15 +20,13 @@ from cxbridge.trace.formats.blocks import BlockDecoder
 from cxbridge.trace.formats.files import writing
 from cxbridge_fawkes.bblogger.header import file_name
 from cxbridge_fawkes.bblogger.reader import BBLoggerFile, BBLoggerFolder
-from cxbridge_fawkes.csv import TITLE
+
+_TITLE: Final = "# Time relative to beginning (in sec)"  # of the first column
 
 # As in ffbblog, this text stands for a number that is not an item of an enum.
 _UNKNOWN_ITEM: Final = "UNKNOWN"
 
 _SUFFIX = ".csv"
-_SCENARIO_FILE = "scenario.yaml"
-# The maximum number of bytes of a scenario's name in names of files, as in the header of a bblogger file.
-_NAME_SIZE = 31
 
 
 def convert_bblogger(run: Run, path: Path) -> list[str] | None:
@@ -70,7 +67,6 @@ class CsvWriter(RunWriter):
         self._path = path
         self._registry = registry
         self._is_single_file = path.suffix == _SUFFIX
-        self._scenario = "run"
         self._start_us: int | None = None
         self._files: dict[str, _CsvFile] = {}
         self._reasons_by_uid: dict[str, str] = {}
@@ -86,10 +82,6 @@ class CsvWriter(RunWriter):
 
     def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:  # noqa: ARG002 - CSV has only interface writes at any level
         return frozenset({InterfaceWrite})
-
-    def describe(self, metadata: Mapping[str, str]) -> None:
-        """Set the name of the run for file names."""
-        self._scenario = _find_scenario_name(metadata) or self._scenario
 
     def write(self, event: Event) -> None:
         """Write a row; the first write of an interface creates its file."""
@@ -114,7 +106,7 @@ class CsvWriter(RunWriter):
             if self._files:
                 raise _make_several_interfaces_error(self._path)
             return _CsvFile(self._path, schema)
-        name = Path(file_name(self._scenario, uid, self._start_us or 0)).with_suffix(_SUFFIX)
+        name = Path(file_name("run", uid, self._start_us or 0)).with_suffix(_SUFFIX)
         return _CsvFile(self._path / name, schema)
 
     def flush(self) -> None:
@@ -214,15 +206,6 @@ def _make_folder(path: Path) -> None:
         path.mkdir(exist_ok=True)
 
 
-def _find_scenario_name(metadata: Mapping[str, str]) -> str:
-    """Return the name of a run's scenario: the folder of its configuration file, or the spec."""
-    text = metadata.get("scenario", "")
-    if len(file := PurePath(text).parts) > 1:
-        text = file[-2] if file[-1] == _SCENARIO_FILE else metadata.get("spec") or PurePath(text).stem
-    name = text or metadata.get("spec", "")
-    return fit_text(name, _NAME_SIZE).decode("utf-8", "surrogateescape")
-
-
 def _make_several_interfaces_error(path: Path) -> TraceError:
     return TraceError(
         "the run has several interfaces, or none",
@@ -234,7 +217,7 @@ def _make_several_interfaces_error(path: Path) -> TraceError:
 def format_heading(schema: InterfaceSchema) -> str:
     """Return the first line of a file without line feed."""
     columns = (f";{field.name} ({field.type}[{field.runtime_length}])" for field in schema.fields)
-    return "".join([TITLE, *columns])
+    return "".join([_TITLE, *columns])
 
 
 def make_formatter(type_name: str) -> Callable[[Any], str]:

@@ -21,7 +21,7 @@ from cxbridge.blackboard.patterns import Pattern
 from cxbridge.closing import Closing
 from cxbridge.errors import BlackBoardError, CxbridgeError
 from cxbridge.events import EventBus, Logger
-from cxbridge_fawkes.gateway.mirror import MAX_PROXIES, InterfaceMirror, MirrorHooks
+from cxbridge_fawkes.gateway.mirror import MAX_PROXIES, InterfaceMirror
 
 COMPONENT: Final = "Gateway"
 """The gateway's log component."""
@@ -46,14 +46,10 @@ class MirrorInfo:
 
     :param uid: ``Type::id``.
     :param source: ``left`` or ``right``, the writer's board.
-    :param writes: the number of mirrored blocks.
-    :param messages: the number of messages sent to the writer.
     """
 
     uid: str
     source: str
-    writes: int
-    messages: int
 
 
 class Gateway(Observer, Closing):
@@ -145,9 +141,7 @@ class Gateway(Observer, Closing):
     def mirrors(self) -> Sequence[MirrorInfo]:
         """Return the present mirrors in order of their start."""
         return [
-            MirrorInfo(
-                "::".join(key), ("left", "right")[mirror.side], mirror.write_count, mirror.message_count
-            )
+            MirrorInfo("::".join(key), ("left", "right")[mirror.side])
             for key, mirror in tuple(self._mirrors.items())
         ]
 
@@ -242,10 +236,16 @@ class Gateway(Observer, Closing):
         self._rival_times_s.pop(key, None)
         side = writers[0]
         try:
-            hooks = MirrorHooks(self._has_work.set, self.request_sweep, partial(self._warn_once, key))
-            source, target = self._boards[side], self._boards[1 - side]
             self._mirrors[key] = InterfaceMirror(
-                source, target, *key, side, hooks, self._orphans[key], hide_past=self._hide_past
+                self._boards[side],
+                self._boards[1 - side],
+                *key,
+                side,
+                self._orphans[key],
+                wake=self._has_work.set,
+                request_sweep=self.request_sweep,
+                warn=partial(self._warn_once, key),
+                hide_past=self._hide_past,
             )
         except CxbridgeError as error:
             self._warn_once(key, f"cannot be mirrored: {error}")

@@ -11,7 +11,6 @@ import threading
 from collections import OrderedDict, deque
 from collections.abc import Callable
 from contextlib import ExitStack, suppress
-from dataclasses import dataclass
 from typing import Final
 from uuid import UUID
 
@@ -40,20 +39,6 @@ MAX_MESSAGES: Final = 1000
 # each proxy is an open instance on the source, and a robot has few agents and operators
 MAX_PROXIES: Final = 64
 """The maximum number of proxies; a further sender replaces the sender that was silent for longest."""
-
-
-@dataclass(frozen=True, slots=True)
-class MirrorHooks:
-    """Callbacks of a mirror, called in any thread.
-
-    :param wake: called when data are queued.
-    :param sweep: called when the mirror must end.
-    :param warn: called with warnings.
-    """
-
-    wake: Callable[[], None]
-    sweep: Callable[[], None]
-    warn: Callable[[str], None]
 
 
 class SenderProxy:
@@ -108,32 +93,34 @@ class InterfaceMirror(Listener):
     gateway's thread.
 
     :param side: the index of the source among the gateway's boards.
-    :param hooks: the callbacks to the gateway.
+    :param wake: called in any thread when data are queued.
+    :param request_sweep: called in any thread when the mirror must end.
+    :param warn: called with warnings.
     :param orphans: serials of closed proxies of earlier mirrors. A writer that was disconnected may have
         missed their end, and show an orphan as its controller.
     :param hide_past: see :class:`~cxbridge_fawkes.gateway.gateway.Gateway`.
     :raises CxbridgeError: if the interface cannot be opened on both boards, or its layouts differ.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 - all further arguments are passed by name
         self,
         source: BlackBoard,
         target: BlackBoard,
         interface_type: str,
         interface_id: str,
         side: int,
-        hooks: MirrorHooks,
         orphans: deque[str],
         *,
-        hide_past: bool = False,
+        wake: Callable[[], None],
+        request_sweep: Callable[[], None],
+        warn: Callable[[str], None],
+        hide_past: bool,
     ) -> None:
         self.side: Final = side
         self.end_reason = ""
         """The reason why the mirror must end; empty if it can continue."""
-        self.write_count = 0
-        self.message_count = 0
         self._source = source
-        self._hooks = hooks
+        self._wake, self._request_sweep, self._warn = wake, request_sweep, warn
         self._lock = threading.Lock()  # guards the reader
         self._blocks: deque[bytes] = deque(maxlen=MAX_BLOCKS)
         self._requests: deque[Message | UUID] = deque()
@@ -185,20 +172,20 @@ class InterfaceMirror(Listener):
             block = interface.to_bytes()
             if not self._blocks or self._blocks[-1] != block:
                 self._blocks.append(block)
-        self._hooks.wake()
+        self._wake()
 
     def message_received(self, interface: Interface, message: Message) -> bool:  # noqa: ARG002 - a listener's signature
         """Queue a message for the writer."""
         if len(self._requests) >= MAX_MESSAGES:
             return True  # to the target's queue, which refuses the message by its limit of 0
         self._requests.append(message.copy())
-        self._hooks.wake()
+        self._wake()
         return False
 
     def reader_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
         """Queue the end of a sender behind its messages."""
         self._requests.append(serial)
-        self._hooks.wake()
+        self._wake()
 
     def writer_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
         self._request_end("its writer is gone")
@@ -207,7 +194,7 @@ class InterfaceMirror(Listener):
         """Request the end of the mirror."""
         if not self.end_reason:
             self.end_reason = reason
-        self._hooks.sweep()
+        self._request_sweep()
 
     def transfer(self) -> None:
         """Process all queued blocks and messages, oldest first."""
@@ -225,7 +212,7 @@ class InterfaceMirror(Listener):
                 try:
                     self._forward_message(request)
                 except BlackBoardError as error:
-                    self._hooks.warn(f"{request.type} cannot be delivered: {error.message}")
+                    self._warn(f"{request.type} cannot be delivered: {error.message}")
             elif (proxy := self._proxies.pop(request, None)) is not None:
                 proxy.close(self._read_controller())
 
@@ -246,7 +233,6 @@ class InterfaceMirror(Listener):
         if changed:
             self._writer.mark_data_changed()
         self._writer.write()
-        self.write_count += 1
 
     def _forward_message(self, message: Message) -> None:
         """Send a message to the writer on behalf of its original sender."""
@@ -262,7 +248,6 @@ class InterfaceMirror(Listener):
         if message.type == ACQUIRE_MESSAGE and not message.get("steal_control"):
             self._warn_of_foreign_controller(self._read_controller())
         writer_id = proxy.send(message)
-        self.message_count += 1
         self._translator.record_ids(message.type, writer_id, message.id)
 
     def _release_orphan(self, controller: str) -> None:
@@ -276,7 +261,7 @@ class InterfaceMirror(Listener):
     def _warn_of_foreign_controller(self, controller: str) -> None:
         """Warn of a controller that is not a proxy of this mirror."""
         if controller and self._find_sender(controller) is None:
-            self._hooks.warn(f"{describe_controller(self._reader, controller)} has control")
+            self._warn(f"{describe_controller(self._reader, controller)} has control")
 
     def _read_controller(self) -> str:
         """Return the serial of the writer's controller; empty without a controller."""

@@ -8,7 +8,6 @@ the hashes of all known definitions with the same layout, and a server shows the
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Final
 
 from cxbridge.blackboard.base import Registry
 from cxbridge.errors import InterfaceError
@@ -16,28 +15,13 @@ from cxbridge.interfaces.known_hashes import accepts_hash, hash_for_wire, known_
 from cxbridge.interfaces.schema import InterfaceSchema
 
 
-class RemoteHashes:
-    """The hashes that one server accepts. Thread-safe, because entries are only added."""
+def candidate_hashes(schema: InterfaceSchema, listed_hashes: Iterable[bytes] = ()) -> list[bytes]:
+    """Return the hashes to offer to a server, most likely first.
 
-    def __init__(self) -> None:
-        self._accepted_hashes: Final[dict[str, bytes]] = {}
-
-    def candidates(self, schema: InterfaceSchema, listed_hashes: Iterable[bytes] = ()) -> list[bytes]:
-        """Return the hashes to offer, most likely first.
-
-        :param listed_hashes: the hashes in the server's list of the type's interfaces.
-        """
-        accepted_hash = self._accepted_hashes.get(schema.name)
-        candidates = (
-            [] if accepted_hash is None or not accepts_hash(schema, accepted_hash) else [accepted_hash]
-        )
-        candidates += [hash_ for hash_ in listed_hashes if accepts_hash(schema, hash_)]
-        candidates += known_hashes(schema) or (schema.hash,)
-        return list(dict.fromkeys(candidates))
-
-    def record_accepted(self, schema: InterfaceSchema, accepted: bytes) -> None:
-        """Remember a hash that the server accepted."""
-        self._accepted_hashes[schema.name] = accepted
+    :param listed_hashes: the hashes in the server's list of the type's interfaces.
+    """
+    candidates = [hash_ for hash_ in listed_hashes if accepts_hash(schema, hash_)]
+    return list(dict.fromkeys([*candidates, *(known_hashes(schema) or (schema.hash,))]))
 
 
 def local_hash(registry: Registry, interface_type: str, remote_hash: bytes) -> bytes:

@@ -41,7 +41,7 @@ HANDLER_COMPONENT: Final = "BlackBoardNetworkHandler"
 _READ_BYTES: Final = 64 * 1024  # the maximal size of one read
 _MAX_BACKLOG: Final = 512  # clients that connect at once, and connections accepted in a row
 _STOP_TIMEOUT_S: Final = 5.0  # a handler that does not return must not block the end of the process
-_ACCEPT_PAUSE_S: Final = 0.5  # the pause of accepting while the process has no free file descriptor
+_ACCEPT_PAUSE_S: Final = 0.02  # the pause of each round while the process has no free file descriptor
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,11 +69,10 @@ class FawkesServer(BoardServer):
     :param bus: gets log lines, by default the board's bus.
     :param components: further components: network logger, plugin manager, configuration.
     :param allow: addresses and networks that may connect, in addition to the loopback.
-    :param echo: whether clients receive their own writes, as from Fawkes.
     :raises BlackBoardError: if the address cannot be used.
     """
 
-    def __init__(  # noqa: PLR0913 - all settings are passed by name
+    def __init__(
         self,
         board: BlackBoard,
         host: str = "127.0.0.1",
@@ -82,7 +81,6 @@ class FawkesServer(BoardServer):
         bus: EventBus | None = None,
         components: Iterable[NetworkHandler] = (),
         allow: Iterable[str] = (),
-        echo: bool = True,
         limits: ServerLimits = DEFAULT_LIMITS,
         rights: Rights = ALL_RIGHTS,
     ) -> None:
@@ -91,9 +89,7 @@ class FawkesServer(BoardServer):
         self._allowed: Final = AllowedPeers(allow)
         self._limits: Final = limits
         logger = bus.logger(HANDLER_COMPONENT)
-        blackboard = BlackBoardNetworkHandler(
-            board, logger, Complaints(logger.warn), echo=echo, rights=rights
-        )
+        blackboard = BlackBoardNetworkHandler(board, logger, Complaints(logger.warn), rights)
         self._components: Final = {
             int(component.COMPONENT): component for component in (blackboard, *components)
         }
@@ -102,7 +98,6 @@ class FawkesServer(BoardServer):
         self._sessions_to_flush: set[FawkesSession] = set()  # includes sessions to drop
         self._active_sessions: set[FawkesSession] = set()  # sessions that sent data in this round
         self._in_round = False  # a round flushes all sessions at its end
-        self._resume_accepting_s = 0.0  # the monotonic time of the end of a pause; 0 without a pause
         self._listener = self._listen(host, port)
         self.host, self.port = self._listener.getsockname()[:2]
         self._selector = selectors.DefaultSelector()
@@ -177,8 +172,6 @@ class FawkesServer(BoardServer):
 
     def _poll_timeout_s(self) -> float | None:
         """Return the seconds until the next check; None to wait for events only."""
-        if self._resume_accepting_s:
-            return max(self._resume_accepting_s - time.monotonic(), 0.0)
         has_slow_client = any(session.awaits_writable for session in self._sessions.values())
         return min(self._limits.stall_s / 4, 1.0) if has_slow_client else None
 
@@ -202,12 +195,10 @@ class FawkesServer(BoardServer):
             except (BlockingIOError, ConnectionAbortedError):
                 return
             except OSError as error:  # no free file descriptor: the connection waits in the kernel's queue
-                # the listener stays readable during the pause, which would keep the thread busy
                 self._complaints.add(
                     "accept", f"cannot accept connections: {error.strerror}; new clients must wait"
                 )
-                self._selector.unregister(self._listener)
-                self._resume_accepting_s = time.monotonic() + _ACCEPT_PAUSE_S
+                time.sleep(_ACCEPT_PAUSE_S)  # the listener stays readable, which would keep the thread busy
                 return
             self._add_client(sock, str(address[0]), f"{address[0]}:{address[1]}")
 
@@ -271,9 +262,6 @@ class FawkesServer(BoardServer):
 
     def _finish_round(self) -> None:
         """Flush sessions with queued frames, and drop sessions with a reason to drop."""
-        if self._resume_accepting_s and time.monotonic() >= self._resume_accepting_s:
-            self._resume_accepting_s = 0.0
-            self._selector.register(self._listener, selectors.EVENT_READ)
         deferred = list[FawkesSession]()
         while self._sessions_to_flush or deferred:
             if self._sessions_to_flush:

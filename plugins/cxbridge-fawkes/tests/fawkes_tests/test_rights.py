@@ -9,12 +9,12 @@ import pytest
 from cxbridge.daemon.board import COMMANDS
 from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.rights import FRAME_RIGHTS
+from cxbridge_fawkes.network.components.plugins import PluginKind
 from cxbridge_fawkes.network.messages import blackboard as bb
-from cxbridge_fawkes.network.messages import configuration as config_messages
-from cxbridge_fawkes.network.messages import logger as log_messages
-from cxbridge_fawkes.network.messages import plugins as plugin_messages
 from cxbridge_fawkes.network.messages.blackboard import BoardKind
-from fawkes_tests.network.raw import raw_client
+from cxbridge_fawkes.network.messages.configuration import CHANGING_KINDS, ConfigKind
+from cxbridge_fawkes.network.messages.frames import ComponentId, FawkesFrame
+from fawkes_tests.network.raw import RawClient, raw_client
 from tests.daemon.test_daemon import settings
 from tests.daemon.test_rights import served
 
@@ -24,16 +24,6 @@ def test_every_frame_of_a_client_is_in_the_table():
         kind.name for kind in BoardKind if BoardKind.READER_ADDED <= kind <= BoardKind.INTERFACE_DESTROYED
     }
     assert {kind.name for kind in BoardKind} - of_server == set(FRAME_RIGHTS["fawkes-blackboard"])
-    answers = ("LOADED", "FAILED", "UNLOADED")
-    plugins = {
-        kind.name
-        for kind in plugin_messages.PluginKind
-        if not kind.name.endswith((*answers, "AVAIL_LIST", "LOADED_LIST"))
-    } | {"LIST_LOADED"}
-    assert plugins == set(FRAME_RIGHTS["fawkes-plugins"])
-    config = {kind.name for kind in config_messages.ConfigKind if kind < 30 or kind >= 50}
-    assert config == set(FRAME_RIGHTS["fawkes-configuration"])
-    assert {kind.name for kind in log_messages.LogKind} - {"LOGMESSAGE"} == set(FRAME_RIGHTS["fawkes-logger"])
 
 
 @pytest.mark.parametrize(
@@ -76,34 +66,20 @@ def test_without_control_a_frame_of_fawkes_protocol_changes_nothing(tmp_path):
                     ).to_bytes()
                 )
             client.send(bb.Data(opened.serial, opened.block, changed=True).to_bytes())
-            set_ = config_messages.ConfigMessage(
-                config_messages.ConfigKind.SET_STRING, "/clips-executive/spec", ("evil",)
-            )
-            client.send(set_.to_bytes())
-            assert next_of(client, config_messages.ConfigMessage).kind == config_messages.ConfigKind.INV_VALUE
-            unload = plugin_messages.PluginMessage(plugin_messages.PluginKind.UNLOAD, "executive")
-            client.send(unload.to_bytes())
-            refused = next_of(client, plugin_messages.PluginMessage)
-            assert refused.kind is plugin_messages.PluginKind.UNLOAD_FAILED
+            path = b"/clips-executive/spec".ljust(132, b"\0")
+            for change in CHANGING_KINDS:
+                client.send(FawkesFrame(ComponentId.CONFIGURATION, change, path + b"\4\0\0\0evil"))
+                assert next_of(client, ComponentId.CONFIGURATION).kind == ConfigKind.INV_VALUE
+            plugin = b"executive".ljust(32, b"\0")
+            client.send(FawkesFrame(ComponentId.PLUGIN_MANAGER, PluginKind.UNLOAD, plugin))
+            assert next_of(client, ComponentId.PLUGIN_MANAGER).kind == PluginKind.UNLOAD_FAILED
         assert daemon.state == "RUNNING"
         assert daemon.config.get_str("/clips-executive/spec") == "mini"
         assert [info.id for info in daemon.board.list("DaemonInterface", "*")] == ["cxbridge"]
 
 
-def next_of(client: Any, kind: type) -> Any:
-    """The next message of a type."""
-    while not isinstance(message := client.message(), kind):
+def next_of(client: RawClient, component: ComponentId) -> FawkesFrame:
+    """The next frame of a component."""
+    while (frame := client.take()).component != component:
         pass
-    return message
-
-
-def test_without_programs_the_configuration_does_not_change(tmp_path):
-    with (
-        served(tmp_path, remote_programs=False) as (daemon, _lines, marker),
-        raw_client(port_of(daemon)) as client,
-    ):
-        path = "/clips-executive/specs/mini/init/stage-3/0/files"
-        kind = config_messages.ConfigKind.SET_STRING
-        client.send(config_messages.ConfigMessage(kind, path, (str(marker),)).to_bytes())
-        assert next_of(client, config_messages.ConfigMessage).kind == config_messages.ConfigKind.INV_VALUE
-        assert not marker.exists()
+    return frame

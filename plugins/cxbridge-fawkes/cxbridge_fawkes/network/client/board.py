@@ -6,7 +6,6 @@ import contextlib
 import itertools
 import threading
 from collections.abc import Sequence
-from functools import partial
 from typing import Final
 
 from cxbridge.blackboard.base import OpenRequest, Registry
@@ -23,7 +22,6 @@ from cxbridge.clock import Clock
 from cxbridge.events import EventBus
 from cxbridge.interfaces.instance import Interface
 from cxbridge_fawkes.network.client.connection import FawkesConnection
-from cxbridge_fawkes.network.client.endings import InterfaceEndings
 from cxbridge_fawkes.network.client.opener import Opener
 from cxbridge_fawkes.network.client.port import UNKNOWN_SERIAL, PublicationEmitter, RemotePort
 from cxbridge_fawkes.network.client.receiver import FrameReceiver
@@ -86,7 +84,6 @@ class FawkesBlackBoard(RemoteBlackBoard):
         self._requests = RequestSender(name, timeout)
         self._opener = Opener(self._requests, name)
         self._dispatcher = Dispatcher("FawkesNetEvents", self.report_fault)
-        self._endings = InterfaceEndings(self._dispatcher.put)
         self._receiver = FrameReceiver(
             self._ports_by_serial,
             self._requests,
@@ -139,12 +136,12 @@ class FawkesBlackBoard(RemoteBlackBoard):
             if serial is not None:
                 self._ports_by_serial.pop(serial.bytes, None)
         instance.invalidate()
-        with self._endings.delay_events(port.type, port.id):
-            if serial is not None:
-                with contextlib.suppress(BlackBoardError):  # a lost connection has closed the instance
-                    self._requests.send(Close(serial).to_bytes())
-            port.listeners.notify(membership_kind(writer=instance.is_writer, added=False), instance.serial)
-            port.listeners.unregister(None, instance)
+        # first, because the server may destroy the interface: observers learn of its end after the listeners
+        port.listeners.notify(membership_kind(writer=instance.is_writer, added=False), instance.serial)
+        port.listeners.unregister(None, instance)
+        if serial is not None:
+            with contextlib.suppress(BlackBoardError):  # a lost connection has closed the instance
+                self._requests.send(Close(serial).to_bytes())
 
     def _shut_down(self) -> None:
         with self._lock:
@@ -205,7 +202,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
     def _notify_observers(self, event: InterfaceEvent) -> None:
         created = event.kind == BoardKind.INTERFACE_CREATED
         notify = self._observers.notify_created if created else self._observers.notify_destroyed
-        self._endings.deliver(event.type, event.id, partial(notify, event.type, event.id))
+        self._dispatcher.put(notify, event.type, event.id)
 
     def _connect(self) -> FawkesConnection:
         return FawkesConnection(

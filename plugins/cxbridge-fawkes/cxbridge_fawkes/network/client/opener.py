@@ -22,7 +22,7 @@ from cxbridge.blackboard.names import matches
 from cxbridge.interfaces.schema import InterfaceSchema
 from cxbridge_fawkes.network.client.port import anonymous_owners
 from cxbridge_fawkes.network.client.requests import Reply, RequestSender
-from cxbridge_fawkes.network.hashes import RemoteHashes, local_hash
+from cxbridge_fawkes.network.hashes import candidate_hashes, local_hash
 from cxbridge_fawkes.network.messages.blackboard import Close, Open, OpenError, OpenFailure, OpenSuccess
 
 
@@ -35,7 +35,6 @@ class Opener:
     def __init__(self, requests: RequestSender, server_name: str) -> None:
         self._requests: Final = requests
         self._server_name: Final = server_name
-        self._hashes: Final = RemoteHashes()
 
     def open(self, request: OpenRequest, on_opened: Callable[[OpenSuccess], None]) -> OpenSuccess:
         """Offer hashes until the server accepts one.
@@ -49,8 +48,8 @@ class Opener:
             if isinstance(reply, OpenSuccess) and len(reply.block) == schema.datasize:
                 on_opened(reply)
 
-        candidates, listed_hashes, refused_hashes = self._hashes.candidates(schema), None, list[bytes]()
-        # usually one round: the first candidate is the hash that the server accepted before, or Fawkes' own
+        candidates, listed_hashes, refused_hashes = candidate_hashes(schema), None, list[bytes]()
+        # usually one round: the first candidate is Fawkes' own hash
         while True:
             offered_hash = candidates[0]
             reply = self._requests.request(
@@ -58,7 +57,6 @@ class Opener:
             )
             if isinstance(reply, OpenSuccess):
                 self._check_size(schema, reply)
-                self._hashes.record_accepted(schema, offered_hash)
                 return reply
             assert isinstance(reply, OpenFailure)
             if reply.error != OpenError.HASH_MISMATCH:
@@ -67,7 +65,7 @@ class Opener:
             # the server's list shows the server's hash if an interface of the type is open already
             if listed_hashes is None:
                 listed_hashes = [info.hash for info in self._requests.list(schema.name, "*").interfaces]
-                candidates = self._hashes.candidates(schema, listed_hashes)
+                candidates = candidate_hashes(schema, listed_hashes)
             candidates = [candidate for candidate in candidates if candidate not in refused_hashes]
             if not candidates:
                 raise VersionMismatchError(request.uid, next(iter(listed_hashes), b""), refused_hashes[0])

@@ -18,6 +18,7 @@ from cxbridge_fawkes.network.client.port import DataEvents, PublicationEmitter, 
 from cxbridge_fawkes.network.client.requests import RequestSender
 from cxbridge_fawkes.network.messages import codec
 from cxbridge_fawkes.network.messages.blackboard import (
+    BlackBoardMessage,
     BoardKind,
     InstanceEvent,
     InterfaceEvent,
@@ -93,7 +94,7 @@ class FrameReceiver:
             port.waiting_event_count += 1
             self._dispatcher.put(_notify_data, port, events)
 
-    def _handle_message(self, message: codec.Message) -> None:
+    def _handle_message(self, message: BlackBoardMessage) -> None:
         match message:
             case InterfaceList() | OpenSuccess() | OpenFailure():
                 if not self._requests.handle_reply(message):

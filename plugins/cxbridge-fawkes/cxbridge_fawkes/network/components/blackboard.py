@@ -17,19 +17,13 @@ from cxbridge.blackboard.errors import (
 )
 from cxbridge.blackboard.kit.complaints import Complaints
 from cxbridge.blackboard.kit.server import check_client_limits
-from cxbridge.blackboard.listeners import (
-    MEMBERSHIP_KINDS,
-    EventKind,
-    ListenerTable,
-    Observer,
-    listening,
-)
+from cxbridge.blackboard.listeners import ListenerTable, Observer, listening
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import InterfaceError
 from cxbridge.events import Logger
 from cxbridge.interfaces.instance import STAMP, Interface
 from cxbridge.interfaces.known_hashes import accepts_hash
-from cxbridge.rights import ALL_RIGHTS, RefusedError, Rights
+from cxbridge.rights import RefusedError, Rights
 from cxbridge_fawkes.network.components.opened import OpenedInstance
 from cxbridge_fawkes.network.errors import MalformedMessageError
 from cxbridge_fawkes.network.hashes import fawkes_hash
@@ -60,7 +54,6 @@ class BlackBoardNetworkHandler(NetworkHandler, Observer):
 
     :param logger: logs the actions of clients.
     :param complaints: logs the mistakes of clients.
-    :param echo: whether clients receive their own writes, as from Fawkes.
     """
 
     COMPONENT: ClassVar[ComponentId] = ComponentId.BLACKBOARD
@@ -70,15 +63,12 @@ class BlackBoardNetworkHandler(NetworkHandler, Observer):
         board: BlackBoard,
         logger: Logger,
         complaints: Complaints,
-        *,
-        echo: bool,
-        rights: Rights = ALL_RIGHTS,
+        rights: Rights,
     ) -> None:
         self._rights: Final = rights
         self._board: Final = board
         self._log: Final = logger
         self._complaints: Final = complaints
-        self._echo: Final = echo
         # the instances of each client by serial
         self._instances_by_session: defaultdict[FawkesSession, dict[bytes, OpenedInstance]] = defaultdict(
             dict
@@ -164,13 +154,10 @@ class BlackBoardNetworkHandler(NetworkHandler, Observer):
         self, session: FawkesSession, interface_class: type[Interface], request: bb.Open
     ) -> OpenedInstance:
         opened_instances: list[OpenedInstance] = []
-        kinds: tuple[EventKind, ...] = ()
-        if request.writing and not self._echo:
-            kinds = (*MEMBERSHIP_KINDS, EventKind.MESSAGE_RECEIVED)  # without the events of writes
 
         def listen(instance: Interface, listeners: ListenerTable) -> None:
             opened_instances.append(OpenedInstance(instance, session, self._board.clock.now_us))
-            listening(opened_instances[0], *kinds)(instance, listeners)
+            listening(opened_instances[0])(instance, listeners)
 
         open_interface = self._board.open_for_writing if request.writing else self._board.open_for_reading
         open_interface(interface_class, request.id, owner=OWNER, listen=listen)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import ClassVar, Final
 
-from cxbridge.errors import BlackBoardError
 from cxbridge.events import Event, EventBus, LogLine
 from cxbridge.printing import indent_lines, one_line
+from cxbridge_fawkes.network.errors import MalformedMessageError
 from cxbridge_fawkes.network.messages.frames import ComponentId, FawkesFrame
-from cxbridge_fawkes.network.messages.logger import LogMessage, LogSubscription, unpack_log
+from cxbridge_fawkes.network.messages.logger import LogKind, LogMessage
 from cxbridge_fawkes.network.session import FawkesSession, NetworkHandler
 
 
@@ -26,13 +26,13 @@ class NetworkLogger(NetworkHandler):
 
     def handle(self, session: FawkesSession, frame: FawkesFrame) -> None:
         """Subscribe or unsubscribe a client."""
-        message = unpack_log(frame.kind, frame.payload)
-        if not isinstance(message, LogSubscription):
-            raise BlackBoardError("a client sent a log line, which only servers do")
-        if message.subscribe:
-            self._set_subscribers(self._subscribers | {session})
-        else:
-            self._set_subscribers(self._subscribers - {session})
+        match frame.kind:
+            case LogKind.SUBSCRIBE:
+                self._set_subscribers(self._subscribers | {session})
+            case LogKind.UNSUBSCRIBE:
+                self._set_subscribers(self._subscribers - {session})
+            case _:
+                raise MalformedMessageError(f"the network logger has no requests of kind {frame.kind}")
 
     def disconnected(self, session: FawkesSession) -> None:
         self._set_subscribers(self._subscribers - {session})

@@ -1,4 +1,4 @@
-"""Conversion of frames to typed messages for all components, without I/O, and the size limits of messages.
+"""Conversion of frames to messages of the blackboard component, without I/O, and the size limits of messages.
 
 ::
 
@@ -15,24 +15,12 @@ from typing import Final
 
 from cxbridge_fawkes.network.errors import MalformedMessageError
 from cxbridge_fawkes.network.messages import blackboard as bb
-from cxbridge_fawkes.network.messages import configuration as config
-from cxbridge_fawkes.network.messages import logger as log
-from cxbridge_fawkes.network.messages import plugins as plugin
 from cxbridge_fawkes.network.messages.frames import ComponentId, FawkesFrame
-
-Message = (
-    bb.BlackBoardMessage
-    | config.ConfigMessage
-    | config.ConfigList
-    | log.LogSubscription
-    | log.LogMessage
-    | plugin.PluginMessage
-)
 
 UNKNOWN_LIMIT: Final = 64 * 1024
 """The maximum size of a message of unknown kind."""
 CONFIG_LIMIT: Final = 256 * 1024
-"""The maximum size of a message that sets a configuration value."""
+"""The maximum size of a request of the configuration, which may have a value."""
 LIST_LIMIT: Final = 16 * 1024 * 1024
 """The maximum size of a list or other message from a server."""
 
@@ -52,21 +40,14 @@ ALWAYS_ALLOWED: Final = 1024
 """The size permitted for every message to a server, and for the excess of a message over its known size."""
 
 
-def decode(frame: FawkesFrame) -> Message:
-    """Return the message in a frame.
+def decode(frame: FawkesFrame) -> bb.BlackBoardMessage:
+    """Return the message in a frame of the blackboard component.
 
     :raises MalformedMessageError: if the component or the kind is unknown, or the bytes are invalid.
     """
-    match frame.component:
-        case ComponentId.BLACKBOARD:
-            return bb.unpack_blackboard(frame.kind, frame.payload)
-        case ComponentId.CONFIGURATION:
-            return config.unpack_config(frame.kind, frame.payload)
-        case ComponentId.NETWORK_LOGGER:
-            return log.unpack_log(frame.kind, frame.payload)
-        case ComponentId.PLUGIN_MANAGER:
-            return plugin.PluginMessage.unpack(frame.kind, frame.payload)
-    raise MalformedMessageError(f"there is no component {frame.component}")
+    if frame.component != ComponentId.BLACKBOARD:
+        raise MalformedMessageError(f"component {frame.component} is not the blackboard")
+    return bb.unpack_blackboard(frame.kind, frame.payload)
 
 
 def limit_to_server(component: int, kind: int, max_block_size: int) -> int:

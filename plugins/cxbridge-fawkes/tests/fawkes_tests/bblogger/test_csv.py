@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from cxbridge.cli.main import invoke
 from cxbridge.errors import TraceError
 from cxbridge.events import InterfaceWrite
 from cxbridge.interfaces.registry import default_registry
@@ -16,7 +15,7 @@ from cxbridge.trace.convert import convert
 from cxbridge.trace.formats.registry import open_run
 from cxbridge_fawkes.csv.writer import format_heading, make_formatter
 from fawkes_tests.bblogger.bblog_files import KIND, START_S, make
-from tests.support import needs_plugin, needs_shared
+from tests.support import needs_shared
 from tests.trace.runs import NAMES, RECORDINGS, MemoryRun
 
 NAME = f"test-{KIND}-Flite-2014-05-13-16-53-20.csv"
@@ -97,20 +96,3 @@ def test_bytes_stay_as_they_are(tmp_path: Path) -> None:
     assert (tmp_path / "a.csv").read_bytes() == f"{HEADING}\n".encode() + b"1.000000;\xff;\n;0;false;-nan\n"
     assert make_formatter("SomeEnum")(7) == "UNKNOWN"
     assert make_formatter("double")(math.inf) == "inf"
-
-
-@pytest.mark.parametrize(
-    "command", [["info"], ["diff"], ["transitions"], pytest.param(["repair"], marks=needs_plugin("studio"))]
-)
-@pytest.mark.parametrize("rows", ["", "1.000000;a;1;true;0.500000\n"])
-def test_reading_it_is_refused_with_what_to_give_instead(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], command: list[str], rows: str
-) -> None:
-    path = tmp_path / NAME
-    path.write_text(f"{HEADING}\n{rows}")
-    for given in (path, tmp_path):
-        with pytest.raises(TraceError, match=r"(?s)written, but not read.*the bblogger file \(\.log\)"):
-            open_run(given)
-    arguments = [str(path)] * (2 if command == ["diff"] else 1)
-    assert invoke(["trace", *command, *arguments]) == 2
-    assert "CSV can be written, but not read" in capsys.readouterr().err

@@ -24,31 +24,19 @@ def ours(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def both(ours: Path, run: str, kind: str, *fields: str) -> tuple[list[bytes], list[bytes]]:
-    """Our blocks and the recorded ones of an interface, without times and these fields."""
+@pytest.mark.parametrize(
+    ("kind", "fields", "greetings"),
+    [(SKILLER, ("exclusive_controller",), 0), (DEBUG, (), 0), (SPEECH, ("duration",), 2)],
+)
+@pytest.mark.parametrize("run", RUNS)
+def test_the_recorded_blocks_are_written(
+    ours: Path, run: str, kind: str, fields: tuple[str, ...], greetings: int
+) -> None:
+    """The recorded speech synthesis wrote a greeting first."""
     interface = kind.partition("-")[0]
     mine, theirs = (
         [without(interface, block, *fields) for block in blocks(path)]
         for path in (ours / f"test-{kind}-{STAMP}.log", recorded(run, kind))
     )
-    return mine, theirs
-
-
-@pytest.mark.parametrize("run", RUNS)
-def test_the_skiller_writes_the_recorded_blocks(ours: Path, run: str) -> None:
-    mine, theirs = both(ours, run, SKILLER, "exclusive_controller")
     assert len(mine) > 5
-    assert mine == theirs
-
-
-@pytest.mark.parametrize("run", RUNS)
-def test_the_graphs_are_the_recorded_blocks(ours: Path, run: str) -> None:
-    mine, theirs = both(ours, run, DEBUG)
-    assert len(mine) > 5
-    assert mine == theirs
-
-
-@pytest.mark.parametrize("run", RUNS)
-def test_the_speech_synthesis_writes_the_recorded_blocks_after_its_greeting(ours: Path, run: str) -> None:
-    mine, theirs = both(ours, run, SPEECH, "duration")
-    assert mine == theirs[2:]
+    assert mine == theirs[greetings:]

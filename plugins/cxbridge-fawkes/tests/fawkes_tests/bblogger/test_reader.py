@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 from random import Random
+from typing import Any
 
 import pytest
 
@@ -72,36 +73,28 @@ def test_cut_off_and_wrong_counts_are_told(tmp_path: Path) -> None:
     assert notes == ["the file ends within an entry", "the header counts 7 entries, the file has 1"]
 
 
-def test_of_another_size_of_block_the_bytes_are_left(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("options", "block", "reason"),
+    [
+        (
+            {"size": 20},
+            "00000000",
+            "its blocks of SpeechSynthInterface have 20 bytes, those of our definition 1056",
+        ),
+        ({"kind": "OtherInterface"}, "00" * 1040, "Interface of type 'OtherInterface' not found"),
+    ],
+)
+def test_blocks_without_a_definition_are_left_as_bytes(
+    tmp_path: Path, options: dict[str, Any], block: str, reason: str
+) -> None:
     path = tmp_path / "a.log"
-    path.write_bytes(make([(1, START_S + 3)], size=20))
-    events, notes = writes(path)
-    assert dict(events[0].values) == {RAW_FIELD: "00000000"}
-    assert events[0].time_us == (START_S + 3) * 10**6
-    (note,) = notes
-    assert note.startswith("its blocks of SpeechSynthInterface have 20 bytes, those of our definition 1056")
+    path.write_bytes(make([(1, START_S + 3)], fill=lambda _: {}, **options))
+    ((event,), (note,)) = writes(path)
+    assert event.uid == f"{options.get('kind', KIND)}::Flite"
+    assert dict(event.values) == {RAW_FIELD: block}
+    assert event.time_us == (START_S + 3) * 10**6
+    assert note.startswith(reason)
     assert note.endswith("values are left as bytes (other definitions: --interface-dir)")
-
-
-def test_of_an_unknown_type_the_bytes_are_left(tmp_path: Path) -> None:
-    path = tmp_path / "a.log"
-    path.write_bytes(make([(1, 0), (2, 0)], kind="OtherInterface"))
-    events, notes = writes(path)
-    assert [event.uid for event in events] == ["OtherInterface::Flite"] * 2
-    (note,) = notes
-    assert note.startswith("Interface of type 'OtherInterface' not found; values are left as bytes")
-
-
-def test_a_definition_that_lies_beside_is_used(tmp_path: Path) -> None:
-    definition = default_registry().path(KIND)
-    assert definition is not None
-    text = definition.read_text().replace(KIND, "OtherInterface")
-    path = tmp_path / "a.log"
-    path.write_bytes(make([(1, 0)], kind="OtherInterface", version=b"x" * 16))
-    (tmp_path / "OtherInterface.xml").write_text(text)
-    events, notes = writes(path)
-    assert events[0].values["final"] is True
-    assert notes == ["written with another version of OtherInterface of the same size: values may be wrong"]
 
 
 def test_definitions_of_an_interface_dir_are_used(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -177,17 +177,6 @@ def test_with_a_fawkes_checkout_the_hashes_are_those_of_its_files(tmp_path: Path
         assert hash_in(tmp_path / f"test-{interface}-{STAMP}.log") == md5_of(xml)
 
 
-def test_a_definition_of_somebody_else_keeps_its_hash_even_when_the_layout_is_known(tmp_path: Path) -> None:
-    theirs = tmp_path / "interfaces" / "SpeechSynthInterface.xml"
-    theirs.parent.mkdir()
-    theirs.write_bytes((ROOT / "interfaces" / theirs.name).read_bytes() + b"<!-- theirs -->\n")
-    options = RunOptions(
-        scenario=TEST_SCENARIO, interface_dirs=(theirs.parent,), bblog=tmp_path / "bb", timeout=3
-    )
-    run_scenario(options)
-    assert hash_in(tmp_path / "bb" / f"test-{SPEECH}-{STAMP}.log") == md5_of(theirs)
-
-
 def hash_in(path: Path) -> bytes:
     return path.read_bytes()[160:176]
 
@@ -272,14 +261,3 @@ def test_an_interrupted_run_is_counted(tmp_path: Path) -> None:
         process.send_signal(signal.SIGINT)
         assert process.wait(timeout=20) == 130
     check_as_fawkes_does(path)
-
-
-def test_a_folder_that_cannot_be_made_is_one_message_and_status_2(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    scenario = write_scenario(tmp_path / "s")
-    (tmp_path / "f").write_text("")
-    assert invoke(["run", str(scenario), "--bblog", str(tmp_path / "f")]) == 2
-    captured = capsys.readouterr()
-    assert captured.err.startswith(f"cxbridge: error: {tmp_path / 'f'}: this is not a folder")
-    assert "Traceback" not in captured.err

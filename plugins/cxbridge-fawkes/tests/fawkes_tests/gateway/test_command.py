@@ -21,8 +21,3 @@ def test_bad_input_is_one_message_and_status_2(arguments, message, capsys):
     captured = capsys.readouterr()
     assert message in captured.err
     assert "Traceback" not in captured.err
-
-
-def test_help(capsys):
-    assert invoke(["gateway", "--help"]) == 0
-    assert "--interface" in capsys.readouterr().out

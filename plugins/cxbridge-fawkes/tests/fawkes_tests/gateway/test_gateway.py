@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import threading
-
 import pytest
 
 from cxbridge.blackboard import EventKind, Listener, LocalBlackBoard
-from cxbridge.blackboard.errors import InvalidNameError, NoWriterError, QueueFullError, WriterActiveError
+from cxbridge.blackboard.errors import NoWriterError, QueueFullError
 from cxbridge.clock import VirtualClock
 from cxbridge.events import EventBus, LogLine
 from cxbridge.interfaces import InterfaceRegistry, SkillerInterface
@@ -135,19 +133,6 @@ def test_every_write_is_mirrored_in_order_and_changes_are_told_as_such(rig):
     ]
 
 
-def test_nothing_is_carried_back_and_forth(rig):
-    skiller = rig.skiller(rig.left)
-    for _ in range(5):
-        skiller.msgid += 1
-        skiller.write()
-        rig.gateway.loop()
-    mirrors = rig.gateway.mirrors()
-    assert [(mirror.uid, mirror.source) for mirror in mirrors] == [("SkillerInterface::Skiller", "left")]
-    assert mirrors[0].writes == 5
-    info = rig.left.list_all()[0]
-    assert (info.writer, info.readers) == ("skiller", ("gateway",))
-
-
 def test_only_what_is_chosen_is_mirrored():
     with Rig("SkillerInterface::Sk*", "Position3DInterface") as rig:
         for type_, id_ in (
@@ -162,11 +147,6 @@ def test_only_what_is_chosen_is_mirrored():
             "SkillerInterface::Skiller",
             "Position3DInterface::Pose",
         ]
-
-
-def test_an_empty_pattern_is_refused():
-    with pytest.raises(InvalidNameError):
-        Rig("::x")
 
 
 # -- messages
@@ -397,12 +377,6 @@ def test_an_interface_that_nobody_has_open_vanishes_on_both_sides(rig):
     assert [*rig.left.list_all(), *rig.right.list_all()] == []
 
 
-def test_the_mirrored_writer_is_a_writer(rig):
-    rig.mirrored()
-    with pytest.raises(WriterActiveError):
-        rig.skiller(rig.right)
-
-
 def test_two_writers_are_told_once_and_left_alone(rig, monkeypatch):
     rig.skiller(rig.left)
     second = rig.skiller(rig.right)
@@ -416,7 +390,9 @@ def test_two_writers_are_told_once_and_left_alone(rig, monkeypatch):
     assert [mirror.source for mirror in rig.gateway.mirrors()] == ["left"]
 
 
-def test_two_gateways_in_a_row_do_not_answer_each_other(rig):
+def test_two_gateways_in_a_row_carry_nothing_back_and_forth(rig):
+    agent, notes = rig.agent(rig.right), Notes()
+    rig.right.register_listener(notes, agent, EventKind.DATA_REFRESHED)
     with Gateway(rig.left, rig.right, [SKILLER], sweep_period_s=3600) as second:
         skiller = rig.skiller(rig.left)
         for _ in range(3):
@@ -425,7 +401,10 @@ def test_two_gateways_in_a_row_do_not_answer_each_other(rig):
             for gateway in (rig.gateway, second):
                 gateway.request_sweep()
                 gateway.loop()
-        assert sum(mirror.writes for mirror in (*rig.gateway.mirrors(), *second.mirrors())) == 3
+        assert notes.heard == [("refreshed", number) for number in (1, 2, 3)]
+        assert [mirror.source for mirror in (*rig.gateway.mirrors(), *second.mirrors())] == ["left"]
+        (info,) = rig.left.list_all()
+        assert (info.writer, info.readers) == ("skiller", ("gateway",))
 
 
 def test_gateways_in_a_ring_leave_a_free_writers_place_free(rig, monkeypatch):
@@ -469,39 +448,6 @@ def test_a_board_that_is_gone_is_told_once(rig):
 
 
 # -- the thread
-
-
-def test_with_a_thread_everything_goes_by_itself():
-    with Rig() as rig:
-        before = set(threading.enumerate())
-        rig.gateway.start()
-        agent = rig.agent(rig.right)
-        heard = threading.Event()
-
-        class Hear(Listener):
-            def data_refreshed(self, interface):
-                interface.read()
-                if interface.msgid == 100:
-                    heard.set()
-
-        rig.right.register_listener(Hear(), agent)
-        skiller = rig.skiller(rig.left)
-        for number in range(1, 101):
-            skiller.msgid = number
-            skiller.write()
-        assert heard.wait(WAIT_S)
-        got = threading.Event()
-
-        class Got(Listener):
-            def message_received(self, interface, message):
-                got.set()
-                return True
-
-        rig.left.register_listener(Got(), skiller)
-        agent.msgq_enqueue(SkillerInterface.StopExecMessage())
-        assert got.wait(WAIT_S)
-        rig.gateway.close()
-        assert not set(threading.enumerate()) - before
 
 
 # -- messages while a mirror begins

@@ -83,42 +83,6 @@ def gateway(side, here):
         yield made
 
 
-def test_the_writer_there_dies_and_comes_again(side, here, gateway):
-    reader = here.open_for_reading(SkillerInterface, "Skiller", owner="test")
-    side.board.open_for_writing(SkillerInterface, "Skiller", owner="skiller")
-    until(lambda: reader.has_writer)
-    side.down()
-    until(lambda: not reader.has_writer)
-    side.up()
-    skiller = side.board.open_for_writing(SkillerInterface, "Skiller", owner="skiller")
-    skiller.skill_string = "again"
-    skiller.write()
-    until(lambda: reader.has_writer and reader.read() and reader.skill_string == "again")
-    asked = reader.msgq_enqueue(SkillerInterface.ExecSkillMessage(skill_string="x"))
-    until(lambda: not skiller.msgq_empty())
-    message = skiller.msgq_pop()
-    assert message.skill_string == "x"
-    skiller.msgid = message.id
-    skiller.write()
-    until(lambda: reader.read() and reader.msgid == asked)
-
-
-def test_the_readers_there_get_the_data_again(side, here, gateway):
-    skiller = here.open_for_writing(SkillerInterface, "Skiller", owner="skiller")
-    skiller.skill_string = "kept"
-    skiller.write()
-
-    def arrived():
-        with side.board.open_for_reading(SkillerInterface, "Skiller", owner="test") as reader:
-            reader.read()
-            return reader.has_writer and reader.skill_string == "kept"
-
-    until(arrived)
-    side.down()
-    side.up()
-    until(arrived)
-
-
 def test_what_appeared_while_the_connection_was_away_is_mirrored(side, here, gateway):
     """On both sides: a client is not notified of interfaces that were made during its absence."""
     side.board.open_for_writing(SkillerInterface, "old", owner="skiller")

@@ -4,25 +4,13 @@ from __future__ import annotations
 
 import signal
 
-import pytest
-
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.blackboard.zmq.server import ZmqBlackBoardServer
 from cxbridge.clock import RealClock
-from cxbridge.errors import CxbridgeError
 from cxbridge.interfaces import InterfaceRegistry, SkillerInterface
-from cxbridge_fawkes.gateway.service import run_gateway
 from tests.programs import Started
 
 WAIT_S = 20
-
-
-@pytest.mark.parametrize(
-    ("urls", "pattern"), [(("ipc:///x", "ipc:///x"), "*"), (("ipc:///x", "ipc:///y"), "::z")]
-)
-def test_what_makes_no_sense(urls, pattern):
-    with pytest.raises(CxbridgeError):
-        run_gateway(urls, [pattern])
 
 
 def test_signals_stop_it_and_the_mirrored_writer_goes(tmp_path):

@@ -8,7 +8,8 @@ from collections import deque
 from collections.abc import Iterator
 
 from cxbridge_fawkes.network.messages import codec
-from cxbridge_fawkes.network.messages.codec import Message, limit_to_client
+from cxbridge_fawkes.network.messages.blackboard import BlackBoardMessage
+from cxbridge_fawkes.network.messages.codec import limit_to_client
 from cxbridge_fawkes.network.messages.frames import FawkesFrame, FrameDecoder
 
 TIMEOUT = 20.0
@@ -37,11 +38,11 @@ class RawClient:
             self._frames.extend(self._decoder.feed(data))
         return self._frames.popleft()
 
-    def message(self) -> Message:
+    def message(self) -> BlackBoardMessage:
         """Return the next message."""
         return codec.decode(self.take())
 
-    def ask(self, question: Message) -> Message:
+    def ask(self, question: BlackBoardMessage) -> BlackBoardMessage:
         """Send a message and return the next one that comes."""
         self.send(question.to_bytes())
         return self.message()

@@ -10,14 +10,13 @@ from uuid import UUID
 from cxbridge.events import Level
 from cxbridge_fawkes.network.messages import blackboard as bb
 from cxbridge_fawkes.network.messages import configuration as config
-from cxbridge_fawkes.network.messages import plugins as plugin
-from cxbridge_fawkes.network.messages.codec import Message
-from cxbridge_fawkes.network.messages.logger import LogMessage, LogSubscription
+from cxbridge_fawkes.network.messages.fields import WireValue
+from cxbridge_fawkes.network.messages.logger import LogMessage
 
 ONE, TWO = UUID(int=0x0102030405060708090A0B0C0D0E0F10), UUID(int=2)
 HASH = bytes(range(16))
 
-SAMPLES: dict[str, Message] = {
+SAMPLES: dict[str, WireValue] = {
     "bb-list-all": bb.ListAll(),
     "bb-list": bb.ListMatching("Test*", "[ab]?"),
     "bb-interface-list": bb.InterfaceList(
@@ -39,30 +38,13 @@ SAMPLES: dict[str, Message] = {
     "bb-writer-removed": bb.InstanceEvent(bb.BoardKind.WRITER_REMOVED, ONE, TWO),
     "bb-interface-created": bb.InterfaceEvent(bb.BoardKind.INTERFACE_CREATED, "TestInterface", "a"),
     "bb-interface-destroyed": bb.InterfaceEvent(bb.BoardKind.INTERFACE_DESTROYED, "TestInterface", "ä"),
-    "plugin-load": plugin.PluginMessage(plugin.PluginKind.LOAD, "skiller"),
-    "plugin-list-loaded": plugin.PluginMessage(plugin.PluginKind.LIST_LOADED),
-    "plugin-avail-list": plugin.PluginMessage(plugin.PluginKind.AVAIL_LIST, items=("skiller", "runs skills")),
-    "config-get-value": config.ConfigMessage(config.ConfigKind.GET_VALUE, "/a/b"),
-    "config-subscribe": config.ConfigMessage(config.ConfigKind.SUBSCRIBE),
-    "config-set-uint": config.ConfigMessage(config.ConfigKind.SET_UINT, "/a/b", (42,)),
-    "config-set-string": config.ConfigMessage(config.ConfigKind.SET_STRING, "/a/b", ("hello",)),
-    "config-set-strings": config.ConfigMessage(
-        config.ConfigKind.SET_STRING, "/a", ("x", "", "z"), is_list=True
-    ),
     "config-bool-value": config.ConfigMessage(config.ConfigKind.BOOL_VALUE, "/a/b", (True,)),
     "config-float-values": config.ConfigMessage(
         config.ConfigKind.FLOAT_VALUE, "/a", (0.5, -2.0), is_list=True
     ),
     "config-string-value": config.ConfigMessage(config.ConfigKind.STRING_VALUE, "/a/b", ("test",)),
     "config-inv-value": config.ConfigMessage(config.ConfigKind.INV_VALUE, "/a/b"),
-    "config-list": config.ConfigList(
-        (
-            config.ConfigMessage(config.ConfigKind.INT_VALUE, "/a", (-1,), is_default=True),
-            config.ConfigMessage(config.ConfigKind.STRING_VALUE, "/b", ("x",)),
-        )
-    ),
-    "log-subscribe": LogSubscription(True),
-    "log-message": LogMessage(1_500_000_000_250_000, Level.WARN, "Skiller", "late", exception=True),
+    "log-message": LogMessage(1_500_000_000_250_000, Level.WARN, "Skiller", "late"),
 }
 
 

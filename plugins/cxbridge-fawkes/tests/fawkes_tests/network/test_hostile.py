@@ -18,7 +18,6 @@ from cxbridge.clock import RealClock
 from cxbridge.events import EventBus, LogLine
 from cxbridge.interfaces import default_registry
 from cxbridge.interfaces.known_hashes import hash_for_wire
-from cxbridge_fawkes.gateway import Gateway
 from cxbridge_fawkes.network.client import FawkesBlackBoard
 from cxbridge_fawkes.network.errors import ConnectionLostError
 from cxbridge_fawkes.network.messages import blackboard as bb
@@ -176,22 +175,6 @@ def test_a_stopped_server_is_gone_until_it_goes_on(server):
         eventually(lambda: reader.read() and reader.test_int == 5)
     told = [line.partition(f":{server.port}")[2] for line in lines if "connection" in line]
     assert told[:2] == [": no reply within 1 s", " is back"]  # more, if it stood still again by itself
-
-
-def test_a_gateway_goes_on_when_a_stopped_server_does(server):
-    here = LocalBlackBoard(default_registry(), RealClock())
-    with (
-        connect(server.port, timeout=1.0, silence=0.2) as there,
-        Gateway(there, here, ["TestInterface"], sweep_period_s=0.05) as gateway,
-    ):
-        gateway.start()
-        reader: Any = here.open_for_reading("TestInterface", "served")
-        eventually(lambda: reader.has_writer)
-        server.stop()
-        eventually(lambda: not reader.has_writer)
-        server.go_on()
-        assert server.ask("write 8") == 8
-        eventually(lambda: reader.read() and reader.test_int == 8)
 
 
 # -- machines that vanish
