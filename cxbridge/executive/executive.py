@@ -156,8 +156,6 @@ class Executive:
         self.skills = SkillWatch(self.env)
         self.known_skills: Callable[[], Collection[str] | None] = lambda: None
         """Returns the existing skills; None if the skills are unknown."""
-        self.core_files: frozenset[Path] = frozenset()
-        """The files that were loaded before the agent."""
         self.control: RuleControl | None = None
         """The debugger of the rules, if any."""
         self.place_of_action: Callable[[str], str] = lambda _action: ""
@@ -198,7 +196,6 @@ class Executive:
             path = self._files.core_dir / file
             if not env.batch(path):
                 raise ExecutiveError(f"Failed to initialize CLIPS environment, batch file '{path}' failed.")
-        self.core_files = frozenset(env.loader.files)
 
     def _check_init_stages(self) -> None:
         """Raise if the initialisation has failed."""

@@ -29,7 +29,7 @@ NO_NAMES = {
 
 NEW_NAMES = {
     ("new", "folder"), ("trace record", "scenario"), ("env create", "env"), ("keys", "name"),
-    ("env add-logger", "logger"), ("env add-logger", "component"), ("skill executor", "name"),
+    ("skill executor", "name"),
     ("env create", "log_as"), ("explore", "out"),
 }  # fmt: skip
 """Names that one makes oneself, or that nothing need have."""
@@ -70,9 +70,8 @@ CASES = {
     ("interface hash", "names"): ("interface hash Skilr", "did you mean Skiller"),
     ("interface compile", "names"): ("interface compile Skilr -o OWN/out", "did you mean Skiller"),
     ("ros2 package", "names"): ("ros2 package Skilr -o OWN/out", "did you mean Skiller"),
-    ("skill graph", "skill"): ("skill graph sya -o OWN/x.dot", "its skills are"),
-    ("skill graph", "space"): ("skill graph say --space tst -o OWN/x.dot", "cannot load skill space 'tst'"),
-    ("skill graph", "direction"): ("skill graph say --direction XY -o OWN/x.dot", "TB"),
+    ("skill graph", "skill"): ("skill graph sya", "its skills are"),
+    ("skill graph", "space"): ("skill graph say --space tst", "cannot load skill space 'tst'"),
     # -- a daemon
     ("daemon step", "unit"): ("daemon step ruel", "use one of: rule"),
     ("daemon component", "name"): ("daemon component executve", "executive"),
@@ -80,11 +79,6 @@ CASES = {
     ("daemon break add", "specs"): ("daemon break add rule:mini-begn", "did you mean mini-begin?"),
     ("env offer", "features"): ("env offer blakboard", "there are: blackboard"),
     ("env withdraw", "features"): ("env withdraw blakboard", "there are: blackboard"),
-    ("env loggers", "env"): ("env loggers executve", "there are: executive"),
-    ("env add-logger", "env"): ("env add-logger executve x", "there are: executive"),
-    ("env add-logger", "level"): ("env add-logger executive x --level inf", "use one of: debug"),
-    ("env remove-logger", "env"): ("env remove-logger executve log", "there are: executive"),
-    ("env remove-logger", "logger"): ("env remove-logger executive lgo", "there are: log"),
     ("env destroy", "env"): ("env destroy executve", "there are: executive"),
     ("env load", "env"): ("env load executve OWN/mini.clp", "there are: executive"),
     ("env feature", "env"): ("env feature executve config", "there are: executive"),
@@ -106,8 +100,6 @@ CASES = {
     ("env modify", "slots"): ("env modify executive GOAL mood=FINISHED", "did you mean mode?"),
     ("bb list", "glob"): ("bb list Skilr*", "did you mean Skiller"),
     ("bb show", "uid"): ("bb show SkillerInterface::Skilr", "did you mean SkillerInterface::Skiller?"),
-    ("bb plot", "uid"): ("bb plot SkilrInterface::Skiller status", "did you mean SkillerInterface"),
-    ("bb plot", "fields"): ("bb plot SkillerInterface::Skiller stats", "did you mean status?"),
     ("bb set", "uid"): ("bb set TestInterfac::x test_int=1", "did you mean TestInterface?"),
     ("bb set", "assignments"): ("bb set TestInterface::x tst_int=1", "test_int"),
     ("bb send", "uid"): ("bb send SkillerInterface::Skilr ExecSkill", "mean SkillerInterface::Skiller"),
@@ -117,7 +109,7 @@ CASES = {
     ),
     ("skill exec", "skiller"): ("skill exec say{} --skiller Skilr", "no Skiller writes SkillerInterface"),
     ("skill graph", "skiller"): (
-        "skill graph say --connect BOARD --skiller Skilr -o OWN/x.dot", "no Skiller writes",
+        "skill graph say --connect BOARD --skiller Skilr", "no Skiller writes",
     ),
 }  # fmt: skip
 """By command and parameter: what somebody types who misspells it, and what the error says, among others.
@@ -128,7 +120,6 @@ OWN is a scenario, RECORDED a recording of it, BOARD the address of its daemon, 
 WAITING = {
     ("bb watch", "globs"): "bb watch Skilr* --timeout 0.1 --count 1",
     ("bb hz", "globs"): "bb hz Skilr* --timeout 0.1 --count 9",
-    ("bb bw", "globs"): "bb bw Skilr* --timeout 0.1 --count 9",
     ("skill monitor", "skiller"): "skill monitor --skiller Skilr --timeout 0.1 --count 2",
 }
 """What waits for something that may come yet says so on stderr."""

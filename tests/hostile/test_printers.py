@@ -302,9 +302,6 @@ DRIVEN: dict[tuple[str, ...], list[tuple[str, ...]]] = {
     ("env", "features"): [DAEMON, ("--json", *DAEMON)],
     ("env", "offer"): [("{text}", *DAEMON)],
     ("env", "withdraw"): [("{text}", *DAEMON)],
-    ("env", "loggers"): [("executive", *DAEMON), ("{text}", "--json", *DAEMON)],
-    ("env", "add-logger"): [("executive", "{text}", "--contains", "{text}", "--as", "{text}", *DAEMON)],
-    ("env", "remove-logger"): [("executive", "{text}", *DAEMON)],
     ("env", "watch"): [("executive", "facts", "{text}", *DAEMON)],
     ("env", "log"): [("executive", "{text}", *DAEMON)],
     ("env", "facts"): [("executive", *DAEMON), ("executive", "--json", *DAEMON)],
@@ -324,8 +321,6 @@ DRIVEN: dict[tuple[str, ...], list[tuple[str, ...]]] = {
     ],
     ("bb", "set"): [("{uid}", "error={text}", *BOARD)],
     ("bb", "hz"): [("*", "--timeout", "0.2", *BOARD), ("{text}", "--timeout", "0.2", *BOARD)],
-    ("bb", "bw"): [("*", "--timeout", "0.2", *BOARD)],
-    ("bb", "plot"): [("{uid}", "{text}", "--timeout", "0.2", *BOARD)],
     ("bb", "send"): [("{uid}", "{text}", *BOARD)],
     ("skill", "exec"): [
         ("{text}", "--timeout", "1", *DAEMON),

@@ -127,12 +127,11 @@ class Route(Generic[_Parameters]):
 class Operation(Generic[_Parameters]):
     """An operation that clients can request.
 
-    :param name: the verb of RequestInterface, and the command at a prompt.
+    :param name: the verb of RequestInterface.
     :param right: the right that clients need.
     :param carry_out: the function of the operation.
     :param routes: the requests over HTTP.
     :param is_verb: whether RequestInterface offers the operation.
-    :param at_prompt: whether the prompt of a run's debugger offers it.
     """
 
     name: str
@@ -141,7 +140,6 @@ class Operation(Generic[_Parameters]):
     carry_out: Handler[_Parameters]
     routes: tuple[Route[_Parameters], ...]
     is_verb: bool
-    at_prompt: bool
 
     def parse(self, values: Mapping[str, Any], *, strict: bool = False) -> _Parameters:
         """Return the parameters of a request.
@@ -158,14 +156,6 @@ class Operation(Generic[_Parameters]):
                 raise ParameterError(match[2], f"'{match[2]}' is missing") from None
             raise ParameterError(match[1] if match else "", str(error)) from None
 
-    def parse_words(self, line: str) -> dict[str, str]:
-        """Parse the parameters in a line of a prompt: one word each, the rest of the line for the last one.
-
-        The environment is not typed, because a prompt belongs to one environment.
-        """
-        names = [name for name in self.parameters.__struct_fields__ if name != "env"]
-        return dict(zip(names, line.split(maxsplit=max(len(names) - 1, 0)), strict=False))
-
 
 class Operations(list[Operation[Any]]):
     """The operations of a module, as ``OPERATIONS``."""
@@ -177,12 +167,11 @@ class Operations(list[Operation[Any]]):
         parameters: type[_Parameters],
         *routes: Route[_Parameters],
         is_verb: bool = True,
-        at_prompt: bool = False,
     ) -> Callable[[_Function[_Parameters, _Result]], _Function[_Parameters, _Result]]:
         """Return a decorator that adds a function as an operation; see :class:`Operation`."""
 
         def decorate(carry_out: _Function[_Parameters, _Result]) -> _Function[_Parameters, _Result]:
-            self.append(Operation(name, right, parameters, carry_out, routes, is_verb, at_prompt))
+            self.append(Operation(name, right, parameters, carry_out, routes, is_verb))
             return carry_out
 
         return decorate

@@ -21,13 +21,10 @@ OPERATIONS = (
     Row("environments", "cxbridge_studio.operations.environments"),
     Row("facts", "cxbridge_studio.operations.facts"),
     Row("features", "cxbridge_studio.operations.features"),
-    Row("loggers", "cxbridge_studio.operations.loggers"),
     Row("state", "cxbridge_studio.operations.state"),
 )
 COMMANDS = (
-    Row("bb bw", "cxbridge_studio.cli.bb_rates:bw"),
     Row("bb hz", "cxbridge_studio.cli.bb_rates:hz"),
-    Row("bb plot", "cxbridge_studio.cli.bb_plot:plot"),
     Row("check", "cxbridge_studio.cli.check", section="Run"),
     Row("coverage", "cxbridge_studio.cli.coverage", section="Record and compare"),
     Row("dap", "cxbridge_studio.cli.dap", section="Look"),

@@ -61,7 +61,7 @@ def _search(_context: OperationContext, _parameters: _Search) -> None:
     """Find nothing."""
 
 
-SEARCH = Operation("search", Right.LOOK, _Search, _search, (), is_verb=True, at_prompt=True)
+SEARCH = Operation("search", Right.LOOK, _Search, _search, (), is_verb=True)
 
 
 @pytest.mark.parametrize(
@@ -83,12 +83,6 @@ def test_a_number_may_be_a_text_where_nobody_is_strict() -> None:
     assert SEARCH.parse(values).after == 12
     with pytest.raises(ParameterError):
         SEARCH.parse(values, strict=True)
-
-
-def test_words_at_a_prompt_are_parameters_in_their_order() -> None:
-    assert SEARCH.parse_words("battery 3 {}") == {"words": "battery", "after": "3", "slots": "{}"}
-    assert SEARCH.parse_words("battery") == {"words": "battery"}
-    assert operations()["where"].parse_words("") == {}
 
 
 def test_without_an_executive_each_operation_on_it_says_so() -> None:

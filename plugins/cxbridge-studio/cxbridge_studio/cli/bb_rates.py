@@ -1,9 +1,9 @@
-"""``cxbridge bb hz`` and ``bb bw``: measure the writes to interfaces, and the written bytes, per second."""
+"""``cxbridge bb hz``: measures the writes to interfaces per second."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -21,11 +21,9 @@ from cxbridge.cli.connect import (
 )
 from cxbridge.cli.console import say, say_json
 from cxbridge.cli.option_groups import option_groups
-from cxbridge_studio.terminal.metering import OWNER, WINDOW, Rate, RateMeter, format_bytes
+from cxbridge_studio.terminal.metering import OWNER, WINDOW, Rate, RateMeter
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from cxbridge.blackboard import BlackBoard
 
 NO_RATE = "fewer than two writes yet"
@@ -59,45 +57,6 @@ def hz(
 
     Example: cxbridge bb hz SkillerInterface
     """
-    return _print_reports(globs, options, url, interface_dir, _format_rate)
-
-
-@option_groups
-def bw(
-    globs: Globs, options: MeterOptions, url: Connect = DEFAULT_URL, interface_dir: InterfaceDirs = None
-) -> int:
-    """Measure how many bytes per second are written to interfaces, as `ros2 topic bw` does. Ends with Ctrl-C.
-
-    A write is a whole block of the interface: its fields and its time stamp. The exit status is that of hz.
-
-    Example: cxbridge bb bw 'Transform*' --every 5
-    """
-    return _print_reports(globs, options, url, interface_dir, _format_bandwidth)
-
-
-def _format_rate(rate: Rate, _size: int) -> str:
-    return (
-        f"{rate.hz:9.3f} Hz  min {rate.shortest_s:.4f} s  max {rate.longest_s:.4f} s  "
-        f"std dev {rate.deviation_s:.5f} s  window {rate.window}"
-    )
-
-
-def _format_bandwidth(rate: Rate, size: int) -> str:
-    bandwidth, block = format_bytes(rate.hz * size), format_bytes(size)
-    return f"{bandwidth:>10}/s  {rate.hz:9.3f} Hz  block {block}  window {rate.window}"
-
-
-def _print_reports(
-    globs: list[str],
-    options: MeterOptions,
-    url: str,
-    interface_dir: list[Path] | None,
-    format_line: Callable[[Rate, int], str],
-) -> int:
-    """Print reports until the end of the measurement, and return the exit status.
-
-    :param format_line: returns the text of a rate, given the size of the interface's block.
-    """
     from cxbridge.blackboard.following import Deadline
 
     deadline, report_count = Deadline(options.timeout), 0
@@ -107,12 +66,12 @@ def _print_reports(
             width = max(map(len, meters), default=0)
             for uid, meter in sorted(meters.items()):
                 rate, new_writes = meter.rate(), meter.new_writes()
-                size = board.registry.get(uid.partition("::")[0]).SCHEMA.datasize
                 if options.as_json:
+                    size = board.registry.get(uid.partition("::")[0]).SCHEMA.datasize
                     say_json(_make_json_row(uid, rate, size) | {"new_writes": new_writes}, flush=True)
                 else:
                     # not the rate of earlier writes, which would look like the current rate
-                    current = format_line(rate, size) if rate is not None and new_writes else NO_NEW_WRITES
+                    current = _format_rate(rate) if rate is not None and new_writes else NO_NEW_WRITES
                     say(f"{uid.ljust(width)}  {NO_RATE if rate is None else current}", flush=True)
             if not meters and not options.as_json:
                 say("no such interface yet", flush=True)
@@ -120,6 +79,13 @@ def _print_reports(
             if report_count == options.count:
                 return 0
     return 0 if options.count is None else TIMED_OUT
+
+
+def _format_rate(rate: Rate) -> str:
+    return (
+        f"{rate.hz:9.3f} Hz  min {rate.shortest_s:.4f} s  max {rate.longest_s:.4f} s  "
+        f"std dev {rate.deviation_s:.5f} s  window {rate.window}"
+    )
 
 
 def _make_json_row(uid: str, rate: Rate | None, size: int) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""``cxbridge env``: the CLIPS environments of a daemon, their features and loggers."""
+"""``cxbridge env``: the CLIPS environments of a daemon, and their features."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ import typer
 
 from cxbridge.cli.connect import DEFAULT_URL, AsJson, Connect, ask_daemon
 from cxbridge.cli.console import say, say_json, say_text
-from cxbridge.executive.host.loggers import ADDED_LOGGER_PRIORITY
 from cxbridge.printing import format_count, indent_lines
 from cxbridge_studio.debugger.fact_words import parse_number
 
@@ -18,7 +17,6 @@ app = typer.Typer(name="env", help="The CLIPS environments of a daemon.", no_arg
 
 _Env = Annotated[str, typer.Argument(metavar="ENV", help="the environment, e.g. executive")]
 _Features = Annotated[list[str], typer.Argument(metavar="FEATURE...", help="names of features")]
-_Logger = Annotated[str, typer.Argument(metavar="LOGGER", help="the name of the logger")]
 
 
 def _say_rows(
@@ -73,69 +71,6 @@ def withdraw(features: _Features, url: Connect = DEFAULT_URL) -> None:
         ask_daemon(url, "feature-withdraw", feature=name)
 
 
-@app.command("loggers")
-def list_loggers(env: _Env, url: Connect = DEFAULT_URL, as_json: AsJson = False) -> None:
-    """List the loggers of an environment, in the order in which they receive lines.
-
-    Example: cxbridge env loggers executive
-    """
-
-    def format_line(info: dict[str, Any]) -> str:
-        notes = [f"{info['level']} and above"]
-        notes += [f"with '{info['contains']}'"] if info["contains"] else []
-        notes += ["replaces"] if info["replaces"] else []
-        return f"{info['priority']:5}  {info['name']}  as {info['component']}: {', '.join(notes)}"
-
-    _say_rows(ask_daemon(url, "env-loggers", env=env), format_line, as_json=as_json)
-
-
-@app.command("add-logger")
-def add_logger(
-    env: _Env,
-    logger: _Logger,
-    priority: Annotated[
-        int,
-        typer.Option(
-            metavar="N", help="a logger with a higher priority receives lines first; the first logger has 30"
-        ),
-    ] = ADDED_LOGGER_PRIORITY,
-    level: Annotated[str, typer.Option(metavar="LEVEL", help="minimum level of the lines")] = "debug",
-    contains: Annotated[str, typer.Option(metavar="TEXT", help="only lines that contain this text")] = "",
-    replace: Annotated[
-        bool,
-        typer.Option("--replace", help="lines that this logger takes do not reach the loggers below"),
-    ] = False,
-    component: Annotated[
-        str, typer.Option("--as", metavar="COMPONENT", help="component of the log; by default, LOGGER|ENV")
-    ] = "",
-    url: Connect = DEFAULT_URL,
-) -> None:
-    """Add a logger to an environment, above or below its other loggers.
-
-    Example: cxbridge env add-logger executive alarms --level error
-    """
-    ask_daemon(
-        url,
-        "env-logger-add",
-        env=env,
-        logger=logger,
-        priority=priority,
-        level=level,
-        contains=contains,
-        replaces=replace,
-        component=component,
-    )
-
-
-@app.command("remove-logger")
-def remove_logger(env: _Env, logger: _Logger, url: Connect = DEFAULT_URL) -> None:
-    """Remove a logger from an environment.
-
-    Example: cxbridge env remove-logger executive alarms
-    """
-    ask_daemon(url, "env-logger-remove", env=env, logger=logger)
-
-
 @app.command("list")
 def list_environments(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> None:
     """List the environments.
@@ -156,19 +91,12 @@ def list_environments(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> No
 
 
 @app.command()
-def create(
-    env: _Env,
-    log_as: Annotated[
-        str,
-        typer.Option("--log", metavar="COMPONENT", help="component of its log; by default, 'CLIPS (ENV)'"),
-    ] = "",
-    url: Connect = DEFAULT_URL,
-) -> None:
+def create(env: _Env, url: Connect = DEFAULT_URL) -> None:
     """Create an environment; its rules run in each loop, after the executive's.
 
     Example: cxbridge env create scratch
     """
-    ask_daemon(url, "env-create", env=env, log=log_as)
+    ask_daemon(url, "env-create", env=env)
 
 
 @app.command()

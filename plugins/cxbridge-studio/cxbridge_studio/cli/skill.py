@@ -1,9 +1,8 @@
-"""``cxbridge skill monitor`` and ``skill graph``: follow a Skiller in the terminal, and draw its skills."""
+"""``cxbridge skill monitor`` and ``skill graph``: print states of a Skiller, and graphs of its skills."""
 
 from __future__ import annotations
 
 import json
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -14,7 +13,6 @@ from cxbridge.cli.commands.skill import Skiller
 from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, Connect, InterfaceDirs, connect, say_unmatched
 from cxbridge.cli.console import say, say_text
 from cxbridge.cli.option_groups import INTERFACE_DIR_OPTION, option_groups
-from cxbridge.file_access import write_file
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
@@ -26,31 +24,21 @@ def monitor(
     skiller: Skiller = "Skiller",
     count: Annotated[int | None, typer.Option(min=1, help="end after N changes")] = None,
     timeout: Annotated[float | None, typer.Option(min=0, help="end after SECONDS")] = None,
-    lines: Annotated[bool, typer.Option("--lines", help="print lines on a terminal, too")] = False,
     interface_dir: InterfaceDirs = None,
     as_json: Annotated[bool, typer.Option("--json", help="print a JSON object per line")] = False,
 ) -> int:
-    """Follow the states of a Skiller.
-
-    A terminal shows the skill string and the status, and the state machine of the running skill with its
-    current and past states. Without a terminal: a line when the skill string, status, error or controller
-    changes.
+    """Follow the states of a Skiller: a line when the skill string, status, error or controller changes.
 
     Exit status: 0 after --count changes or without --count; 3 when --timeout came first; 130 after Ctrl-C.
 
-    Example: cxbridge skill monitor --lines
+    Example: cxbridge skill monitor --timeout 60
     """
     from cxbridge.blackboard.following import Deadline
 
     deadline = Deadline(timeout)
     with connect(url, interface_dir) as board:
         say_unmatched(board, [f"SkillerInterface::{skiller}"])
-        if sys.stdout.isatty() and not lines and not as_json:
-            from cxbridge_studio.terminal.live import show_skiller
-
-            is_done = show_skiller(board, skiller, count, deadline)
-        else:
-            is_done = _print_lines(board, skiller, count, deadline, as_json=as_json)
+        is_done = _print_lines(board, skiller, count, deadline, as_json=as_json)
     return 0 if count is None or is_done else TIMED_OUT
 
 
@@ -106,63 +94,28 @@ def graph(
             help="the name of a skill; SKILL_DEP for the dependencies of skills; with --connect also ACTIVE",
         ),
     ],
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "--output", "-o", metavar="FILE", help="FILE.svg, .png, .pdf or .dot; by default, dot on stdout"
-        ),
-    ] = None,
     url: Annotated[
         str | None,
         typer.Option("--connect", metavar="URL", help="ask the Skiller of this daemon or Fawkes server"),
     ] = None,
     skiller: Skiller = "Skiller",
-    direction: Annotated[
-        str | None,
-        typer.Option(metavar="TB|BT|LR|RL", help="direction of the graph: TB is from top to bottom"),
-    ] = None,
-    colour: Annotated[bool | None, typer.Option("--color/--no-color", show_default=False)] = None,
     *,
     files: _SkillFiles,
 ) -> None:
-    """Draw the state machine of a skill, from the skill files or from a running Skiller.
+    """Print the state machine of a skill for Graphviz, from the skill files or from a running Skiller.
 
-    Exit status: 0 done; 2 bad usage, no such skill, no server, or no graphviz.
+    Exit status: 0 done; 2 bad usage, no such skill, or no server.
 
-    Example: cxbridge skill graph goto -o goto.svg --skill-dir skills
+    Example: cxbridge skill graph goto --skill-dir skills | dot -Tsvg > goto.svg
     """
-    from cxbridge.errors import CxbridgeError
-    from cxbridge_studio.terminal.graphs import (
-        DIRECTIONS,
-        PICTURE_SUFFIXES,
-        fetch_graph,
-        make_graph,
-        render_graph,
-    )
+    from cxbridge_studio.terminal.graphs import fetch_graph, make_graph
 
-    if direction not in (None, *DIRECTIONS):
-        raise CxbridgeError(
-            f"--direction cannot be '{direction}'", hint=f"use one of: {', '.join(DIRECTIONS)}"
-        )
-    if output is not None and output.suffix not in (*PICTURE_SUFFIXES, ".dot"):
-        raise CxbridgeError(
-            "the suffix is not that of a supported format", file=output, hint="use .svg, .png, .pdf or .dot"
-        )
     if url is None:
-        text = make_graph(
-            skill,
-            *files.find_folders(),
-            space=files.space,
-            direction=direction or "TB",
-            coloured=colour is not False,
-        )
+        text = make_graph(skill, *files.find_folders(), space=files.space)
     else:
         with connect(url, files.interface_dirs) as board:
-            text = fetch_graph(board, skiller, skill, direction=direction, coloured=colour)
-    if output is None:
-        say_text(text, end="" if text.endswith("\n") else "\n")
-    else:
-        write_file(output, text if output.suffix == ".dot" else render_graph(text, output.suffix))
+            text = fetch_graph(board, skiller, skill)
+    say_text(text, end="" if text.endswith("\n") else "\n")
 
 
 def _format_state(change: InterfaceChange, *, as_json: bool) -> str:

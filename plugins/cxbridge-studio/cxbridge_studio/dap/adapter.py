@@ -19,10 +19,10 @@ import msgspec
 from cxbridge.errors import CxbridgeError
 from cxbridge_studio.dap import phases, protocol
 from cxbridge_studio.dap.breakpoints import FILTERS, Breakpoints
-from cxbridge_studio.dap.launching import make_target
+from cxbridge_studio.dap.launching import make_run
+from cxbridge_studio.dap.live import LiveRun, RunStop
 from cxbridge_studio.dap.phases import SessionPhase, check_phase
-from cxbridge_studio.dap.stops import SourceNames, StopView
-from cxbridge_studio.dap.target import FileLine, Target, TargetStop
+from cxbridge_studio.dap.stops import StopView
 from cxbridge_studio.dap.wire import Wire, WireError
 
 CAPABILITIES: Final = {
@@ -31,13 +31,10 @@ CAPABILITIES: Final = {
     "supportsConditionalBreakpoints": True,
     "supportsHitConditionalBreakpoints": True,
     "supportsLogPoints": True,
-    "supportsBreakpointLocationsRequest": True,
     "supportsEvaluateForHovers": True,
     "supportsSetVariable": True,
     "supportsStepInTargetsRequest": True,
-    "supportsLoadedSourcesRequest": True,
     "supportsTerminateRequest": True,
-    "supportsDelayedStackTraceLoading": True,
     "exceptionBreakpointFilters": [{"filter": name, "label": title} for name, (title, _) in FILTERS.items()],
 }
 
@@ -59,9 +56,8 @@ class Adapter:
     def __init__(self, wire: Wire) -> None:
         self._wire = wire
         self._requests: queue.SimpleQueue[protocol.Request | None] = queue.SimpleQueue()
-        self._sources = SourceNames()
-        self._breakpoints = Breakpoints(self._sources)
-        self._target: Target | None = None
+        self._breakpoints = Breakpoints()
+        self._run: LiveRun | None = None
         self._stop_view: StopView | None = None
         self._run_phase = SessionPhase.LAUNCHED
         self._is_initialized = self._is_over = self._are_breakpoints_verified = False
@@ -97,26 +93,17 @@ class Adapter:
                 self._set_exception_filters,
                 after_initialize,
             ),
-            "breakpointLocations": (
-                protocol.BreakpointLocationsArguments,
-                self._list_breakpoint_lines,
-                after_initialize,
-            ),
             "threads": (no_arguments, self._list_threads, after_launch),
-            "stackTrace": (protocol.StackTraceArguments, self._get_stack_trace, stopped),
+            "stackTrace": (thread_arguments, self._get_stack_trace, stopped),
             "scopes": (frame_arguments, self._list_scopes, stopped),
             "variables": (protocol.VariablesArguments, self._list_variables, stopped),
             "setVariable": (protocol.SetVariableArguments, self._set_variable, stopped),
             "evaluate": (protocol.EvaluateArguments, self._evaluate, stopped),
-            "source": (protocol.SourceArguments, self._get_source, after_initialize),
-            "loadedSources": (no_arguments, self._list_loaded_sources, after_launch),
             "stepInTargets": (frame_arguments, self._list_step_targets, stopped),
             "continue": (thread_arguments, self._continue, stopped),
             "stepIn": (protocol.StepInArguments, self._step_in, stopped),
             "next": (thread_arguments, lambda arguments: self._step(arguments, "transition"), stopped),
             "stepOut": (thread_arguments, lambda arguments: self._step(arguments, "loop"), stopped),
-            "stepBack": (thread_arguments, lambda arguments: self._go_back(arguments, "rule"), stopped),
-            "reverseContinue": (thread_arguments, lambda arguments: self._go_back(arguments, ""), stopped),
             "pause": (thread_arguments, self._pause, SessionPhase.RUNNING),
             "terminate": (no_arguments, self._terminate, after_launch),
             "disconnect": (no_arguments, self._disconnect, phases.ANY_PHASE),
@@ -126,7 +113,7 @@ class Adapter:
     def _phase(self) -> SessionPhase:
         if self._stop_view is not None:
             return SessionPhase.STOPPED
-        if self._target is not None:
+        if self._run is not None:
             return self._run_phase
         return SessionPhase.READY if self._is_initialized else SessionPhase.NEW
 
@@ -136,15 +123,15 @@ class Adapter:
         while not self._is_over:
             self._handle_request(self._requests.get())
             if self._phase is SessionPhase.RUNNING:
-                self._run_target()
+                self._execute_run()
 
     def _read_requests(self) -> None:
         """Read the client's messages, in a separate thread."""
         try:
             while (request := self._wire.read()) is not None:
-                if request.command in _ENDING_REQUESTS and self._target is not None:
+                if request.command in _ENDING_REQUESTS and self._run is not None:
                     # at once, not from the queue: the main thread may run rules that never stop firing
-                    self._target.interrupt()
+                    self._run.interrupt()
                 self._requests.put(request)
         except (WireError, OSError) as error:
             self.problem = str(error)
@@ -154,14 +141,14 @@ class Adapter:
     def end(self) -> None:
         """End the session as soon as possible. Any thread may call this."""
         self._requests.put(None)
-        if self._target is not None:
-            self._target.interrupt()
+        if self._run is not None:
+            self._run.interrupt()
 
-    def _run_target(self) -> None:
-        """Run the target to its end and send its exit status."""
+    def _execute_run(self) -> None:
+        """Execute the run to its end and send its exit status."""
         status = 0
         try:
-            status = self._current_target.run(self)
+            status = self._current_run.run(self)
         except CxbridgeError as error:
             self.send_event("output", {"category": "stderr", "output": f"cxbridge: error: {error}\n"})
             status = error.exit_status
@@ -191,7 +178,7 @@ class Adapter:
         if not response.success:
             response.body = {"error": {"id": 1, "format": response.message, "showUser": True}}
         self._wire.write(response)
-        # The client sends its breakpoints after this event, and only a launched target can verify them.
+        # The client sends its breakpoints after this event, and only a launched run can verify them.
         if response.success and request.command == "launch":
             self.send_event("initialized")
 
@@ -204,35 +191,33 @@ class Adapter:
         check_phase(request.command, allowed_phases, self._phase)
         return handler(arguments)
 
-    # -- callbacks of targets
+    # -- callbacks of the run
 
     def handle_queued_requests(self) -> None:
         """Execute the queued requests, and report breakpoints whose state has changed."""
         while not self._requests.empty():
             self._handle_request(self._requests.get())
-        if not self._are_breakpoints_verified and self._current_target.is_loaded:
+        if not self._are_breakpoints_verified and self._current_run.is_loaded:
             self._are_breakpoints_verified = True
             for state in self._breakpoints.update_states():
                 self.send_event("breakpoint", {"reason": "changed", "breakpoint": state})
 
-    def serve_stop(self, target_stop: TargetStop, is_over: Callable[[], bool]) -> None:
+    def serve_stop(self, run_stop: RunStop, is_over: Callable[[], bool]) -> None:
         """Execute requests until a request resumes the run."""
-        self._stop_view = StopView(target_stop, self._sources.make_source)
+        self._stop_view = StopView(run_stop)
         reason = (
-            "exception"
-            if self._breakpoints.is_exception_filter(target_stop.breakpoint)
-            else target_stop.reason
+            "exception" if self._breakpoints.is_exception_filter(run_stop.breakpoint) else run_stop.reason
         )
-        numbers = [target_stop.breakpoint] if target_stop.breakpoint else []
+        numbers = [run_stop.breakpoint] if run_stop.breakpoint else []
         self.send_event(
             "stopped",
             protocol.StoppedBody(
                 reason,
-                target_stop.description,
-                target_stop.agent,
+                run_stop.description,
+                run_stop.agent,
                 all_threads_stopped=True,
                 hit_breakpoint_ids=numbers,
-                text=target_stop.description if reason == "exception" else "",
+                text=run_stop.description if reason == "exception" else "",
             ),
         )
         try:
@@ -250,9 +235,9 @@ class Adapter:
     # -- start and end
 
     @property
-    def _current_target(self) -> Target:
-        assert self._target is not None, "the handlers that need a target are valid after `launch`"
-        return self._target
+    def _current_run(self) -> LiveRun:
+        assert self._run is not None, "the handlers that need a run are valid after `launch`"
+        return self._run
 
     @property
     def _current_stop(self) -> StopView:
@@ -269,11 +254,9 @@ class Adapter:
         return CAPABILITIES
 
     def _launch(self, arguments: dict[str, Any]) -> None:
-        self._target = make_target(arguments)
+        self._run = make_run(arguments)
         if not arguments.get("noDebug"):
-            self._breakpoints.attach(self._target)
-        if self._target.can_go_back:
-            self.send_event("capabilities", {"capabilities": {"supportsStepBack": True}})
+            self._breakpoints.attach(self._run)
 
     def _configuration_done(self, _arguments: protocol.NoArguments) -> None:
         self._run_phase = SessionPhase.RUNNING
@@ -297,37 +280,30 @@ class Adapter:
         return {"breakpoints": self._breakpoints.set_function_breakpoints(arguments.breakpoints)}
 
     def _set_exception_filters(self, arguments: protocol.ExceptionBreakpointsArguments) -> Mapping[str, Any]:
-        return {"breakpoints": self._breakpoints.set_exception_filters(arguments)}
-
-    def _list_breakpoint_lines(self, arguments: protocol.BreakpointLocationsArguments) -> Mapping[str, Any]:
-        return {"breakpoints": [{"line": line} for line in self._breakpoints.find_lines_between(arguments)]}
+        return {"breakpoints": self._breakpoints.set_exception_filters(arguments.filters)}
 
     # -- inspection
 
     def _check_thread(self, number: int) -> None:
-        agents = self._current_target.agents
+        agents = self._current_run.agents
         if not 0 < number <= len(agents):
             threads = ", ".join(f"{thread} ({name})" for thread, name in enumerate(agents, start=1))
             raise CxbridgeError(f"there is no thread {number}", hint=f"the threads are {threads or 'none'}")
 
     def _list_threads(self, _arguments: protocol.NoArguments) -> Mapping[str, Any]:
-        agents = () if self._phase is SessionPhase.OVER else self._current_target.agents
+        agents = () if self._phase is SessionPhase.OVER else self._current_run.agents
         return {"threads": [{"id": number, "name": name} for number, name in enumerate(agents, start=1)]}
 
-    def _get_stack_trace(self, arguments: protocol.StackTraceArguments) -> Mapping[str, Any]:
+    def _get_stack_trace(self, arguments: protocol.ThreadArguments) -> Mapping[str, Any]:
         self._check_thread(arguments.thread_id)
-        if arguments.thread_id != self._current_stop.target_stop.agent:
-            return {"stackFrames": [], "totalFrames": 0}
-        return self._current_stop.list_frames(arguments.start_frame, arguments.levels)
+        is_stopped_agent = arguments.thread_id == self._current_stop.run_stop.agent
+        return {"stackFrames": self._current_stop.list_frames() if is_stopped_agent else []}
 
     def _list_scopes(self, arguments: protocol.FrameArguments) -> Mapping[str, Any]:
         return {"scopes": self._current_stop.list_scopes(arguments.frame_id)}
 
     def _list_variables(self, arguments: protocol.VariablesArguments) -> Mapping[str, Any]:
-        reference, start, count = arguments.variables_reference, arguments.start, arguments.count
-        variables = self._current_stop.list_variables(reference, start, count)
-        # all variables here have names: a request for indexed variables gets none
-        return {"variables": [] if arguments.filter == "indexed" else variables}
+        return {"variables": self._current_stop.list_variables(arguments.variables_reference)}
 
     def _set_variable(self, arguments: protocol.SetVariableArguments) -> Mapping[str, Any]:
         value = self._current_stop.set_value(arguments.variables_reference, arguments.name, arguments.value)
@@ -348,18 +324,6 @@ class Adapter:
         if self._sends_invalidated:
             self.send_event("invalidated", {"areas": ["stacks", "variables"]})
 
-    def _get_source(self, arguments: protocol.SourceArguments) -> Mapping[str, Any]:
-        source = arguments.source or protocol.Source(source_reference=arguments.source_reference)
-        _, text = self._sources.find_text(source)
-        return {"content": text, "mimeType": "text/x-clips"}
-
-    def _list_loaded_sources(self, _arguments: protocol.NoArguments) -> Mapping[str, Any]:
-        return {
-            "sources": [
-                self._sources.make_source(FileLine(file, 1)) for file in self._current_target.list_files()
-            ]
-        }
-
     # -- stepping
 
     def _list_step_targets(self, arguments: protocol.FrameArguments) -> Mapping[str, Any]:
@@ -371,8 +335,8 @@ class Adapter:
         }
 
     def _find_possible_steps(self) -> dict[int, tuple[str, str]]:
-        """Return the targets of `stepIn` that the debugged target supports."""
-        has_lines = self._current_target.can_stop_at_actions
+        """Return the targets of `stepIn` that the run supports."""
+        has_lines = self._current_run.can_stop_at_actions
         return {
             number: (unit, title)
             for number, (unit, title) in _STEP_TARGETS.items()
@@ -381,7 +345,7 @@ class Adapter:
 
     def _continue(self, arguments: protocol.ThreadArguments) -> Mapping[str, Any]:
         self._check_thread(arguments.thread_id)
-        self._current_target.go_on()
+        self._current_run.go_on()
         return {"allThreadsContinued": True}
 
     def _step_in(self, arguments: protocol.StepInArguments) -> None:
@@ -394,12 +358,8 @@ class Adapter:
 
     def _step(self, arguments: protocol.ThreadArguments, unit: str) -> None:
         self._check_thread(arguments.thread_id)
-        self._current_target.step(unit)
-
-    def _go_back(self, arguments: protocol.ThreadArguments, unit: str) -> None:
-        self._check_thread(arguments.thread_id)
-        self._current_target.go_back(unit)
+        self._current_run.step(unit)
 
     def _pause(self, arguments: protocol.ThreadArguments) -> None:
         self._check_thread(arguments.thread_id)
-        self._current_target.pause()
+        self._current_run.pause()

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from clips._clips import lib
@@ -16,9 +18,7 @@ from cxbridge.events import Event, FactChange, RuleFired
 from cxbridge.executive.host.capi import EXTRA_FUNCTIONS, NULL, decode, encode
 from cxbridge.executive.host.facts.copying import FactTemplate, template_of
 from cxbridge.rights import ALL_RIGHTS
-from cxbridge_studio.dap.expressions import expand_known_variables
 from cxbridge_studio.dap.probes import Probes
-from cxbridge_studio.dap.target import FileLine, Firing, StoppedEnvironment
 from cxbridge_studio.debugger.agenda import read_activations
 from cxbridge_studio.debugger.debugger import debugger_of
 from cxbridge_studio.debugger.environments import EnvironmentService
@@ -33,6 +33,30 @@ if TYPE_CHECKING:
     from cxbridge_studio.explain.rules.snapshot import Snapshot
 
 
+@dataclass(frozen=True, slots=True)
+class FileLine:
+    """A line of a file.
+
+    :param line: the number of the line, from 1.
+    """
+
+    file: Path
+    line: int
+
+
+@dataclass(frozen=True, slots=True)
+class Firing:
+    """A rule that fires next, fires now, or has fired last.
+
+    :param basis: the facts that match the rule's condition, in the notation of the agenda: ``f-1,*``.
+    :param line: the line of the next action; 0 outside of the right-hand side.
+    """
+
+    rule: str
+    basis: str
+    line: int = 0
+
+
 class DebuggedAgent:
     """An agent of the run.
 
@@ -45,7 +69,6 @@ class DebuggedAgent:
         self.service = EnvironmentService(run.manager)
         self.env: ClipsEnvironment = run.executive.env
         self.probes = Probes(self.env, self.debugger) if stops_at_actions else None
-        self.debugger.expand = self._expand_variables
         # the client's numbers of breakpoints, by the debugger's numbers
         self.client_numbers: dict[int, int] = {}
         self._breakpoint_groups: dict[str, list[int]] = {}
@@ -98,9 +121,6 @@ class DebuggedAgent:
         """Execute an operation on the executive's environment."""
         return carry_out(self._context, name, env=self.env.name, **arguments)
 
-    def _expand_variables(self, text: str, stop: Stop) -> str:
-        return expand_known_variables(text, LiveStoppedEnvironment(self, stop)) if "?" in text else text
-
     def find_rule_position(self, rule: str) -> FileLine | None:
         """Return the position of a rule, in the last loaded file that defines it."""
         # reads only the files that have been loaded since the last call
@@ -113,32 +133,46 @@ class DebuggedAgent:
         return self._positions.get(rule)
 
 
-class LiveStoppedEnvironment(StoppedEnvironment):
-    """The environment of an agent whose rules are stopped."""
+class StoppedEnvironment:
+    """The environment of an agent whose rules are stopped.
+
+    :ivar agent: the name of the agent.
+    :ivar firing: the current rule; None between two loops.
+    :ivar event: the transition that caused the stop; None if the stop has another cause.
+    :ivar changed_indices: the new indices of the facts that the client has changed during the stop, by their
+        previous indices.
+    """
 
     def __init__(self, agent: DebuggedAgent, stop: Stop) -> None:
         last_firing, next_activation = agent.last_firing, next(read_activations(agent.env), None)
         # a stop before a rule is about the next rule, any other stop about the rule that has fired
         if stop.line or stop.kind in ("transition", "after") or next_activation is None:
-            firing = None if last_firing is None else Firing(last_firing.rule, last_firing.basis, stop.line)
+            self.firing = (
+                None if last_firing is None else Firing(last_firing.rule, last_firing.basis, stop.line)
+            )
         else:
             _, rule, basis = next_activation
-            firing = Firing(rule, basis)
-        super().__init__(agent.run.name, firing, stop.event)
+            self.firing = Firing(rule, basis)
+        self.agent = agent.run.name
+        self.event = stop.event
+        self.changed_indices: dict[int, int] = {}
         self._agent = agent
         self._env = agent.env
         self._is_within_rule = bool(stop.line)
 
     def find_rule_position(self, rule: str) -> FileLine | None:
+        """Return the position of a rule in a file; None if the position is unknown."""
         return self._agent.find_rule_position(rule)
 
     def take_rule_snapshot(self, rule: str) -> Snapshot:
         return take_snapshot(self._env, rule, max_facts=0)
 
     def count_facts(self) -> Mapping[str, int]:
+        """Return the number of facts by deftemplate."""
         return Counter(name for _, name, _ in self._env.facts())
 
     def find_template(self, name: str) -> FactTemplate | None:
+        """Return a deftemplate; None if there is none of this name."""
         pointer = lib.FindDeftemplate(self._env.c_env, encode(name))
         return None if pointer == NULL else template_of(pointer)
 
@@ -149,6 +183,7 @@ class LiveStoppedEnvironment(StoppedEnvironment):
         return [fact for fact in map(self.find_fact, indices) if fact is not None]
 
     def find_fact(self, index: int) -> FactChange | None:
+        """Return the fact with an index, even if the current rule has retracted it, or None."""
         pointer = self._env.maker.find_fact(index)
         if pointer == NULL:
             return self._agent.retracted_facts.get(index)
@@ -156,13 +191,15 @@ class LiveStoppedEnvironment(StoppedEnvironment):
         text = self._env.watcher.fact_text(pointer)
         return FactChange(0, self._env.name, asserted=True, index=index, template=template, text=text)
 
-    def read_agenda(self) -> Sequence[tuple[int, str, str]] | None:
+    def read_agenda(self) -> Sequence[tuple[int, str, str]]:
+        """Return the salience, rule and facts of each activation, in order."""
         return [
             (int(salience), str(rule), str(basis))
             for salience, rule, basis in self._agent.carry_out_operation("agenda")
         ]
 
     def read_local_variables(self) -> Mapping[str, Value] | None:
+        """Return the variables of the stopped right-hand side; None outside of right-hand sides."""
         probes = self._agent.probes
         return None if probes is None or not self._is_within_rule else probes.values()
 
@@ -174,4 +211,8 @@ class LiveStoppedEnvironment(StoppedEnvironment):
         return self._agent.service.evaluate(self._env.name, expression)
 
     def modify(self, index: int, slot: str, text: str) -> int:
+        """Set a slot of a fact and return the index of the new fact.
+
+        :raises CxbridgeError: if the value is invalid.
+        """
         return int(self._agent.carry_out_operation("modify", index=index, slots={slot: text}))

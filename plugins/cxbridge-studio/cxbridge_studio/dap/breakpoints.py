@@ -14,9 +14,9 @@ from typing import Final
 
 from cxbridge.errors import CxbridgeError
 from cxbridge_studio.dap import protocol
+from cxbridge_studio.dap.live import LiveRun
 from cxbridge_studio.dap.rule_lines import BreakpointLines, RulePosition
-from cxbridge_studio.dap.stops import SourceNames
-from cxbridge_studio.dap.target import Target
+from cxbridge_studio.dap.stops import read_source
 from cxbridge_studio.debugger.breakpoints import Breakpoint, check_hit_count, parse_breakpoint
 
 # the exception filters that editors show to the user, each with its title and its breakpoint
@@ -40,46 +40,40 @@ class _LineBreakpoint:
 
 
 class Breakpoints:
-    """The breakpoints of a client. They may change while the target runs."""
+    """The breakpoints of a client. They may change during the run."""
 
-    def __init__(self, sources: SourceNames) -> None:
-        self._sources = sources
+    def __init__(self) -> None:
         self._last_number = 0
         self._breakpoint_groups: dict[str, dict[int, Breakpoint]] = {}
         self._line_breakpoints: dict[str, list[_LineBreakpoint]] = {}
         self._function_states: dict[int, protocol.Breakpoint] = {}
-        self._target: Target | None = None
+        self._run: LiveRun | None = None
 
-    def attach(self, target: Target) -> None:
-        """Set all breakpoints on a target, and from now on each change of breakpoints."""
-        self._target = target
+    def attach(self, run: LiveRun) -> None:
+        """Set all breakpoints on a run, and from now on each change of breakpoints."""
+        self._run = run
         for group, breakpoints in self._breakpoint_groups.items():
-            target.set_breakpoints(group, breakpoints)
+            run.set_breakpoints(group, breakpoints)
 
     def _replace(self, group: str, breakpoints: dict[int, Breakpoint]) -> None:
         self._breakpoint_groups[group] = breakpoints
-        if self._target is not None:
-            self._target.set_breakpoints(group, breakpoints)
+        if self._run is not None:
+            self._run.set_breakpoints(group, breakpoints)
 
     def _take_number(self) -> int:
         self._last_number += 1
         return self._last_number
 
-    def _open_source(self, source: protocol.Source) -> tuple[Path, BreakpointLines]:
-        file, text = self._sources.find_text(source)
-        return file, BreakpointLines(
-            text, includes_actions=self._target is None or self._target.can_stop_at_actions
-        )
-
     # -- breakpoints on lines
 
     def set_line_breakpoints(self, arguments: protocol.SetBreakpointsArguments) -> list[protocol.Breakpoint]:
         """Replace the breakpoints of a file and return their states."""
-        file, lines = self._open_source(arguments.source)
+        file, text = read_source(arguments.source)
+        lines = BreakpointLines(text, includes_actions=self._run is None or self._run.can_stop_at_actions)
         breakpoints: dict[int, Breakpoint] = {}
         states: list[protocol.Breakpoint] = []
         line_breakpoints: list[_LineBreakpoint] = []
-        for request in arguments.requested_breakpoints:
+        for request in arguments.breakpoints:
             number = self._take_number()
             position = lines.find_position(request.line) if request.line > 0 else None
             problem = _find_problem(request, position)
@@ -105,12 +99,9 @@ class Breakpoints:
 
     def _verify_line(self, line_breakpoint: _LineBreakpoint) -> protocol.Breakpoint:
         """Return the state of a breakpoint; before rules are loaded, the text of its file decides."""
-        is_loaded = self._target is not None and self._target.is_loaded
-        reason = (
-            self._target.explain_no_stop(line_breakpoint.rule, line_breakpoint.file)
-            if self._target and is_loaded
-            else ""
-        )
+        if self._run is None or not self._run.is_loaded:
+            return line_breakpoint.state
+        reason = self._run.explain_no_stop(line_breakpoint.rule, line_breakpoint.file)
         if not reason:
             return line_breakpoint.state
         return protocol.Breakpoint(
@@ -129,11 +120,6 @@ class Breakpoints:
             for number, tested_breakpoint in self._breakpoint_groups.get(_FUNCTIONS_GROUP, {}).items()
         ]
         return [state for state, previous in pairs if state.verified != previous.verified]
-
-    def find_lines_between(self, arguments: protocol.BreakpointLocationsArguments) -> list[int]:
-        """Return the lines of a range where a breakpoint is possible."""
-        _, lines = self._open_source(arguments.source)
-        return lines.find_possible_lines(arguments.line, arguments.end_line or arguments.line)
 
     # -- breakpoints on names
 
@@ -163,17 +149,12 @@ class Breakpoints:
 
     def _verify_name(self, number: int, tested_breakpoint: Breakpoint) -> protocol.Breakpoint:
         """Return the state of a breakpoint on a name, which is verified until the rules are loaded."""
-        is_loaded = self._target is not None and self._target.is_loaded
-        reason = self._target.explain_unreachable(tested_breakpoint) if self._target and is_loaded else ""
+        is_loaded = self._run is not None and self._run.is_loaded
+        reason = self._run.explain_unreachable(tested_breakpoint) if self._run and is_loaded else ""
         return protocol.Breakpoint(number, verified=not reason, message=reason)
 
-    def set_exception_filters(
-        self, arguments: protocol.ExceptionBreakpointsArguments
-    ) -> list[protocol.Breakpoint]:
+    def set_exception_filters(self, names: Sequence[str]) -> list[protocol.Breakpoint]:
         """Replace the breakpoints on failures and return their states."""
-        if arguments.exception_options or any(option.condition for option in arguments.filter_options):
-            raise CxbridgeError("exception filters cannot have conditions or options")
-        names = [*arguments.filters, *(option.filter_id for option in arguments.filter_options)]
         unknown_names = [name for name in names if name not in FILTERS]
         if unknown_names:
             raise CxbridgeError(

@@ -1,4 +1,4 @@
-"""Evaluates expressions and patterns while a target is stopped.
+"""Evaluates expressions and patterns while a run is stopped.
 
 CLIPS cannot evaluate an expression that has variables of a rule. Therefore the values of the variables
 replace the variables in the text.
@@ -6,15 +6,15 @@ replace the variables in the text.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from cxbridge.clipstext.syntax import SyntaxNode, read
 from cxbridge.clipstext.values import FactRef, Value, quoted, show, show_alone
 from cxbridge.errors import ClipsError, CxbridgeError
 from cxbridge.events import FactChange
+from cxbridge_studio.dap.agent import StoppedEnvironment
 from cxbridge_studio.dap.bindings import find_bindings, match_pattern
-from cxbridge_studio.dap.target import StoppedEnvironment
 from cxbridge_studio.explain.rules.snapshot import Snapshot
 
 _BINDERS = ("bind", "foreach")  # the functions whose first argument is a variable that they bind
@@ -87,19 +87,16 @@ def expand_known_variables(text: str, stopped_env: StoppedEnvironment) -> str:
     if "?" not in text:
         return text
     try:
-        return expand_variables(text, find_variables(stopped_env), stopped_env.fact_expression)
+        return expand_variables(text, find_variables(stopped_env))
     except CxbridgeError:
         return text
 
 
-def expand_variables(
-    text: str, variables: Mapping[str, Value], fact_expression: Callable[[int], str] = str
-) -> str:
+def expand_variables(text: str, variables: Mapping[str, Value]) -> str:
     """Replace variables by their values, except the variables that the expression itself binds.
 
-    ``?fact:slot`` becomes an expression for the value of the slot.
-
-    :param fact_expression: returns the expression for a fact by its index.
+    ``?fact:slot`` becomes an expression for the value of the slot. CLIPS accepts the index of a fact as the
+    fact.
     """
     nodes = read(text)
     bound_names = {name for node in nodes for name in _find_bound_names(node)}
@@ -111,7 +108,7 @@ def expand_variables(
                 continue
             name, _, slot = node.text.lstrip("$?").partition(":")
             if name in variables and name not in bound_names:
-                value = _format_value(variables[name], slot, fact_expression)
+                value = _format_value(variables[name], slot)
                 pieces += (text[position : node.start], value)
                 position = node.end
     return "".join((*pieces, text[position:]))
@@ -128,12 +125,11 @@ def _find_bound_names(root: SyntaxNode) -> set[str]:
     return names
 
 
-def _format_value(value: Value, slot: str, fact_expression: Callable[[int], str]) -> str:
+def _format_value(value: Value, slot: str = "") -> str:
     """Return a value in CLIPS syntax."""
     if isinstance(value, FactRef):
-        fact = fact_expression(value.index)
-        return f"(fact-slot-value {fact} {slot})" if slot else fact
+        return f"(fact-slot-value {value.index} {slot})" if slot else str(value.index)
     if isinstance(value, tuple):
-        return f"(create$ {' '.join(_format_value(field, '', fact_expression) for field in value)})"
+        return f"(create$ {' '.join(_format_value(field) for field in value)})"
     # not isinstance(): a symbol is a subclass of str
     return quoted(value) if type(value) is str else show(value)

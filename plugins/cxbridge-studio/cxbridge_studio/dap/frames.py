@@ -11,8 +11,8 @@ from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
 from cxbridge.events import FactChange, GoalTransition, PlanActionTransition
 from cxbridge.history.forest import Forest, parent_id
 from cxbridge.history.tree import goal_title
+from cxbridge_studio.dap.agent import FileLine, StoppedEnvironment
 from cxbridge_studio.dap.bindings import parse_basis
-from cxbridge_studio.dap.target import FileLine, StoppedEnvironment
 from cxbridge_studio.debugger.breakpoints import describe_transition
 
 GOAL: Final = "goal"
@@ -56,7 +56,7 @@ def _make_rule_frame(stopped_env: StoppedEnvironment) -> Iterator[CallFrame]:
         return
     position = stopped_env.find_rule_position(firing.rule)
     if position is not None and firing.line:
-        position = FileLine(position.file, firing.line, position.text)
+        position = FileLine(position.file, firing.line)
     yield CallFrame("rule", firing.rule, position)
 
 

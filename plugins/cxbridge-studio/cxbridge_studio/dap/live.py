@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Protocol
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, Level, LogLine
 from cxbridge.mainloop import Hook
 from cxbridge.run.run import run_scenario
-from cxbridge_studio.dap.agent import DebuggedAgent, LiveStoppedEnvironment
-from cxbridge_studio.dap.target import DebugClient, Target, TargetStop
+from cxbridge_studio.dap.agent import DebuggedAgent, StoppedEnvironment
+from cxbridge_studio.dap.expressions import expand_known_variables
 from cxbridge_studio.explain.rules.environment import read_rulebook
 from cxbridge_studio.explain.rules.missing import explain_missing_rule
 
 if TYPE_CHECKING:
     from cxbridge.run.agent import Run
     from cxbridge.run.options import RunOptions
+    from cxbridge_studio.dap.protocol import ProtocolObject
     from cxbridge_studio.debugger.breakpoints import Breakpoint, Stop
 
 _STOP_REASONS: Final = {"step": "step", "asked": "pause", "transition": "function breakpoint"}
@@ -25,9 +27,42 @@ _INTERRUPTED_STATUS: Final = 130  # the exit status of shells for SIGINT: 128 + 
 _OUTPUT_CATEGORIES: Final = {Level.ERROR: "stderr", Level.WARN: "stderr"}
 
 
-class LiveRun(Target):
-    """A debugged run.
+@dataclass(frozen=True, slots=True)
+class RunStop:
+    """A stop of a run.
 
+    :param agent: the number of the agent, from 1.
+    :param reason: the protocol's name of the reason.
+    :param stopped_env: the state of the agent.
+    :param breakpoint: the client's number of the breakpoint; 0 without a breakpoint.
+    """
+
+    agent: int
+    reason: str
+    description: str
+    stopped_env: StoppedEnvironment
+    breakpoint: int = 0
+
+
+class DebugClient(Protocol):
+    """The interface of a client that a run uses."""
+
+    def handle_queued_requests(self) -> None:
+        """Execute the queued requests."""
+
+    def serve_stop(self, run_stop: RunStop, is_over: Callable[[], bool]) -> None:
+        """Execute requests until a request resumes the run.
+
+        :param is_over: returns whether the stop is over.
+        """
+
+    def send_event(self, name: str, body: Mapping[str, object] | ProtocolObject | None = None) -> None: ...
+
+
+class LiveRun:
+    """A debugged run. The serving thread calls all methods except :meth:`interrupt`.
+
+    :ivar can_stop_at_actions: whether the run can stop within right-hand sides.
     :param stop_on_entry: whether to stop before the first rule.
     :param stops_at_actions: whether the run can stop within right-hand sides.
     """
@@ -46,6 +81,7 @@ class LiveRun(Target):
 
     @property
     def agents(self) -> Sequence[str]:
+        """The names of the agents. Each agent is a thread of the protocol."""
         return [agent.run.name for agent in self._agents]
 
     def run(self, client: DebugClient) -> int:
@@ -75,6 +111,9 @@ class LiveRun(Target):
         for group, breakpoints in self._breakpoint_groups.items():
             agent.set_breakpoints(group, breakpoints)
         agent.debugger.on_stop = lambda stop: self._serve_stop(client, thread_id, stop)
+        agent.debugger.expand = lambda text, stop: expand_known_variables(
+            text, StoppedEnvironment(agent, stop)
+        )
 
         def handle_queued_requests() -> None:
             agent.renew_watch()
@@ -96,15 +135,14 @@ class LiveRun(Target):
         if reason == "pause" and self._stop_on_entry and stop.loop == 1 and stop.fired == 0:
             reason = "entry"
         self._end_steps()
-        stopped_env = LiveStoppedEnvironment(agent, stop)
-        target_stop = TargetStop(
+        run_stop = RunStop(
             thread_id,
             reason,
             f"Stopped {stop.reason}",
-            stopped_env,
+            StoppedEnvironment(agent, stop),
             agent.client_numbers.get(stop.breakpoint, 0),
         )
-        client.serve_stop(target_stop, lambda: agent.debugger.stopped is None or agent.env.is_ended)
+        client.serve_stop(run_stop, lambda: agent.debugger.stopped is None or agent.env.is_ended)
         if agent.debugger.stopped is not None:
             agent.debugger.go_on()
 
@@ -117,17 +155,20 @@ class LiveRun(Target):
         self._step_unit = ""
 
     def interrupt(self) -> None:
+        """End the run as soon as possible. Any thread may call this."""
         self._is_interrupted = True
         for agent in self._agents:
             agent.run.loop.stop()
             agent.run.interrupt()
 
     def set_breakpoints(self, group: str, breakpoints: Mapping[int, Breakpoint]) -> None:
+        """Replace the breakpoints of a group, given by number."""
         self._breakpoint_groups[group] = breakpoints  # for agents that start later
         for agent in self._agents:
             agent.set_breakpoints(group, breakpoints)
 
     def go_on(self) -> None:
+        """Resume until the next breakpoint."""
         for agent in self._agents:
             agent.debugger.go_on()
 
@@ -138,11 +179,13 @@ class LiveRun(Target):
             agent.debugger.step(unit)
 
     def pause(self) -> None:
+        """Stop as soon as possible."""
         for agent in self._agents:
             agent.debugger.stop()
 
     @property
     def is_loaded(self) -> bool:
+        """Whether the rules of all agents are known."""
         return bool(self._agents) and all(agent.run.executive.initialized for agent in self._agents)
 
     def explain_no_stop(self, rule: str, file: Path) -> str:
@@ -161,11 +204,9 @@ class LiveRun(Target):
         return explain_missing_rule(rule, book) or f"the spec does not load {file.name}"
 
     def explain_unreachable(self, tested_breakpoint: Breakpoint) -> str:
+        """Return why no loaded rule can reach a breakpoint; empty if a rule can."""
         reasons = [_explain_unreachable(agent, tested_breakpoint) for agent in self._agents]
         return reasons[0] if all(reasons) else ""
-
-    def list_files(self) -> Iterator[Path]:
-        yield from dict.fromkeys(file.resolve() for agent in self._agents for file in agent.env.loader.files)
 
 
 def _explain_unreachable(agent: DebuggedAgent, tested_breakpoint: Breakpoint) -> str:

@@ -13,9 +13,9 @@ from typing import Final
 from cxbridge.clipstext.values import FactRef, Symbol, Value, show, show_alone
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import FactChange
+from cxbridge_studio.dap.agent import StoppedEnvironment
 from cxbridge_studio.dap.expressions import find_variables
 from cxbridge_studio.dap.frames import ACTION, GOAL, CallFrame, find_goals, read_slots
-from cxbridge_studio.dap.target import StoppedEnvironment
 
 # The limit of shown activations, and of shown facts of a deftemplate: a client requests all of them at once.
 MAX_ROWS: Final = 1000
@@ -97,8 +97,7 @@ def make_scopes(stopped_env: StoppedEnvironment, frame: CallFrame) -> list[Varia
                 )
             )
     scopes.append(VariableScope("Goals", lambda: _make_goal_nodes(stopped_env)))
-    if stopped_env.read_agenda() is not None:
-        scopes.append(VariableScope("Agenda", lambda: _make_activation_nodes(stopped_env)))
+    scopes.append(VariableScope("Agenda", lambda: _make_activation_nodes(stopped_env)))
     scopes.append(VariableScope("Facts", lambda: _make_template_nodes(stopped_env), expensive=True))
     return scopes
 
@@ -157,10 +156,10 @@ def _make_plan_nodes(stopped_env: StoppedEnvironment, goal: str) -> list[Variabl
 
 
 def _make_activation_nodes(stopped_env: StoppedEnvironment) -> list[VariableNode]:
-    rows = stopped_env.read_agenda() or ()
+    rows = stopped_env.read_agenda()[:MAX_ROWS]
     return [
         VariableNode(f"{number}", f"{salience} {rule}: {basis}", "activation")
-        for number, (salience, rule, basis) in enumerate(rows[:MAX_ROWS], start=1)
+        for number, (salience, rule, basis) in enumerate(rows, start=1)
     ]
 
 

@@ -6,14 +6,11 @@ here, so msgspec ignores them.
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Final, Literal, TypeVar
+from typing import Any, Final, TypeVar
 
 import msgspec
 
 EMPTY_ARGUMENTS: Final = msgspec.Raw(b"{}")
-
-Count = Annotated[int, msgspec.Meta(ge=0)]
-LineNumber = Annotated[int, msgspec.Meta(ge=1)]
 
 _T = TypeVar("_T")
 
@@ -71,11 +68,10 @@ class InitializeArguments(ProtocolObject):
 
 
 class Source(ProtocolObject):
-    """A file, named by its path or by a reference number of the adapter."""
+    """A file."""
 
     name: str = ""
     path: str = ""
-    source_reference: Count = 0
 
 
 class SourceBreakpoint(ProtocolObject):
@@ -89,15 +85,7 @@ class SourceBreakpoint(ProtocolObject):
 
 class SetBreakpointsArguments(ProtocolObject):
     source: Source
-    breakpoints: list[SourceBreakpoint] | None = None
-    lines: list[int] = []
-
-    @property
-    def requested_breakpoints(self) -> list[SourceBreakpoint]:
-        """The requested breakpoints; clients of early versions of the protocol send only line numbers."""
-        return (
-            [SourceBreakpoint(line) for line in self.lines] if self.breakpoints is None else self.breakpoints
-        )
+    breakpoints: list[SourceBreakpoint] = []
 
 
 class FunctionBreakpoint(ProtocolObject):
@@ -110,37 +98,18 @@ class FunctionBreakpointsArguments(ProtocolObject):
     breakpoints: list[FunctionBreakpoint]
 
 
-class ExceptionFilterOptions(ProtocolObject):
-    filter_id: str
-    condition: str = ""
-
-
 class ExceptionBreakpointsArguments(ProtocolObject):
     filters: list[str]
-    filter_options: list[ExceptionFilterOptions] = []
-    exception_options: list[Any] = []  # rejected by the adapter, which has no exceptions
-
-
-class BreakpointLocationsArguments(ProtocolObject):
-    source: Source
-    line: LineNumber
-    end_line: LineNumber | None = None
 
 
 class ThreadArguments(ProtocolObject):
-    """Arguments of the requests that pause or resume the run."""
+    """Arguments of ``stackTrace``, and of the requests that pause or resume the run."""
 
     thread_id: int
 
 
 class StepInArguments(ThreadArguments):
     target_id: int | None = None
-
-
-class StackTraceArguments(ProtocolObject):
-    thread_id: int
-    start_frame: Count = 0
-    levels: Count = 0
 
 
 class FrameArguments(ProtocolObject):
@@ -151,9 +120,6 @@ class FrameArguments(ProtocolObject):
 
 class VariablesArguments(ProtocolObject):
     variables_reference: int
-    filter: Literal["", "indexed", "named"] = ""
-    start: Count = 0
-    count: Count = 0
 
 
 class SetVariableArguments(ProtocolObject):
@@ -166,11 +132,6 @@ class EvaluateArguments(ProtocolObject):
     expression: str
     frame_id: int | None = None
     context: str = ""
-
-
-class SourceArguments(ProtocolObject):
-    source_reference: Count
-    source: Source | None = None
 
 
 class Breakpoint(ProtocolObject):
@@ -207,7 +168,6 @@ class Variable(ProtocolObject):
     variables_reference: int
     type: str = ""
     evaluate_name: str = ""
-    named_variables: int = 0
     presentation_hint: dict[str, Any] = {}
 
 

@@ -174,10 +174,3 @@ class BreakpointLines:
             action_line = max(candidate for candidate in action_lines if candidate <= line)
             return RulePosition(rule.name, action_line, is_at_action=True)
         return RulePosition(rule.name, rule.first_line, is_at_action=False)
-
-    def find_possible_lines(self, first: int, last: int) -> list[int]:
-        """Return the possible lines in a range."""
-        lines = set(self._first_lines)
-        if self._includes_actions:
-            lines |= {action.line for rule in self._rules for action in rule.actions}
-        return sorted(line for line in lines if first <= line <= last)

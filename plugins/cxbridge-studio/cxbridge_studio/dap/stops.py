@@ -1,6 +1,6 @@
 """The client's view of a stop: frames, scopes and variables, each with a number.
 
-The numbers are valid until the target resumes.
+The numbers are valid until the run resumes.
 """
 
 from __future__ import annotations
@@ -12,20 +12,15 @@ from cxbridge.errors import CxbridgeError
 from cxbridge_studio.dap import protocol
 from cxbridge_studio.dap.expressions import evaluate
 from cxbridge_studio.dap.frames import CallFrame, make_frames
+from cxbridge_studio.dap.live import RunStop
 from cxbridge_studio.dap.nodes import VariableNode, make_fact_node, make_scopes
-from cxbridge_studio.dap.target import FileLine, TargetStop
 
 
 class StopView:
-    """A stop as the client sees it.
+    """A stop as the client sees it."""
 
-    :param target_stop: the stop of the target.
-    :param make_source: returns the client's name for the file of a position.
-    """
-
-    def __init__(self, target_stop: TargetStop, make_source: Callable[[FileLine], protocol.Source]) -> None:
-        self.target_stop = target_stop
-        self._make_source = make_source
+    def __init__(self, run_stop: RunStop) -> None:
+        self.run_stop = run_stop
         self._frames: list[CallFrame] | None = None
         # The functions that make the children of a variable. A reference is an index of this list, from 1.
         # The list only grows, so references stay valid after a change.
@@ -40,22 +35,12 @@ class StopView:
     @property
     def _stack(self) -> list[CallFrame]:
         if self._frames is None:
-            self._frames = make_frames(self.target_stop.stopped_env)
+            self._frames = make_frames(self.run_stop.stopped_env)
         return self._frames
 
-    def list_frames(self, start: int, levels: int) -> dict[str, object]:
-        """Return a part of the stack."""
-        frames = [self._make_frame(number, frame) for number, frame in enumerate(self._stack, start=1)]
-        end = start + levels if levels else None
-        return {"stackFrames": frames[start:end], "totalFrames": len(frames)}
-
-    def _make_frame(self, number: int, frame: CallFrame) -> protocol.StackFrame:
-        if frame.position is None:
-            # in the protocol, a frame without a source has the line 0
-            return protocol.StackFrame(number, frame.name, 0, 0, None, "subtle")
-        return protocol.StackFrame(
-            number, frame.name, frame.position.line, 1, self._make_source(frame.position)
-        )
+    def list_frames(self) -> list[protocol.StackFrame]:
+        """Return the stack."""
+        return [_make_frame(number, frame) for number, frame in enumerate(self._stack, start=1)]
 
     def check_frame(self, number: int) -> None:
         """Check a frame number.
@@ -71,7 +56,7 @@ class StopView:
         :raises CxbridgeError: if there is no such frame.
         """
         self.check_frame(number)
-        scopes = make_scopes(self.target_stop.stopped_env, self._stack[number - 1])
+        scopes = make_scopes(self.run_stop.stopped_env, self._stack[number - 1])
         return [
             protocol.Scope(scope.name, self._add_reference(scope.children), scope.expensive, scope.hint)
             for scope in scopes
@@ -89,13 +74,12 @@ class StopView:
             self._nodes_by_reference[reference] = list(self._child_makers[reference - 1]())
         return self._nodes_by_reference[reference]
 
-    def list_variables(self, reference: int, start: int, count: int) -> list[protocol.Variable]:
+    def list_variables(self, reference: int) -> list[protocol.Variable]:
         """Return the child variables of a reference.
 
         :raises CxbridgeError: if there is no such reference.
         """
-        nodes = self._open_nodes(reference)[start:]
-        return [self._make_variable(node) for node in (nodes[:count] if count else nodes)]
+        return [self._make_variable(node) for node in self._open_nodes(reference)]
 
     def _make_variable(self, node: VariableNode) -> protocol.Variable:
         reference = 0 if node.children is None else self._add_reference(node.children)
@@ -124,7 +108,7 @@ class StopView:
 
     def evaluate(self, expression: str) -> tuple[protocol.EvaluateBody, tuple[str, ...]]:
         """Evaluate an expression or a pattern; return the result and the printed lines."""
-        stopped_env = self.target_stop.stopped_env
+        stopped_env = self.run_stop.stopped_env
         result = evaluate(stopped_env, expression)
         self.discard_cache()
         reference = 0
@@ -135,34 +119,21 @@ class StopView:
         return protocol.EvaluateBody(result.text, reference), result.output
 
 
-class SourceNames:
-    """The names of sources for the client: the path of a file, or a number for text in a recording."""
+def _make_frame(number: int, frame: CallFrame) -> protocol.StackFrame:
+    if frame.position is None:
+        # in the protocol, a frame without a source has the line 0
+        return protocol.StackFrame(number, frame.name, 0, 0, None, "subtle")
+    source = protocol.Source(frame.position.file.name, str(frame.position.file))
+    return protocol.StackFrame(number, frame.name, frame.position.line, 1, source)
 
-    def __init__(self) -> None:
-        self._texts: list[tuple[Path, str]] = []
 
-    def make_source(self, place: FileLine) -> protocol.Source:
-        """Return the name for the file of a position."""
-        if place.text is None:
-            return protocol.Source(place.file.name, str(place.file))
-        source = (place.file, place.text)
-        if source not in self._texts:
-            self._texts.append(source)
-        return protocol.Source(place.file.name, source_reference=self._texts.index(source) + 1)
+def read_source(source: protocol.Source) -> tuple[Path, str]:
+    """Return the path and the text of a file that the client names.
 
-    def find_text(self, source: protocol.Source) -> tuple[Path, str]:
-        """Return the path and the text of a source that the client names.
-
-        :raises CxbridgeError: if the reference is unknown, or the file cannot be read.
-        """
-        if source.source_reference:
-            if source.source_reference > len(self._texts):
-                raise CxbridgeError(f"there is no source {source.source_reference}")
-            return self._texts[source.source_reference - 1]
-        if not source.path:
-            raise CxbridgeError("the source has neither a path nor a reference")
-        path = Path(source.path).resolve()
-        try:
-            return path, path.read_bytes().decode("utf-8", "surrogateescape")
-        except OSError as error:
-            raise CxbridgeError(f"cannot read it: {error.strerror}", file=path) from error
+    :raises CxbridgeError: if the file cannot be read.
+    """
+    path = Path(source.path).resolve()
+    try:
+        return path, path.read_bytes().decode("utf-8", "surrogateescape")
+    except OSError as error:
+        raise CxbridgeError(f"cannot read it: {error.strerror}", file=path) from error

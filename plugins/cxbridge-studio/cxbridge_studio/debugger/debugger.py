@@ -38,9 +38,7 @@ def debugger_of(executive: Executive) -> Debugger:
     """Return the debugger of an executive, made on the first call."""
     with executive.env.lock:
         if executive.control is None:
-            names = AgentNames(
-                executive.env, executive.known_skills, lambda file: file in executive.core_files
-            )
+            names = AgentNames(executive.env, executive.known_skills)
             executive.control = Debugger(executive.env, names)
     control = executive.control
     if not isinstance(control, Debugger):
@@ -131,9 +129,9 @@ class Debugger:
             self._breakpoints.clear()
             self._update_subscription()
 
-    def counts(self, number: int) -> tuple[int, int]:
-        """Return the number of hits of a breakpoint, and of hits with a true condition."""
-        return self._hit_counts[number], self._true_hit_counts[number]
+    def count_hits(self, number: int) -> int:
+        """Return how often the rules have reached a breakpoint."""
+        return self._hit_counts[number]
 
     def move_to(self, executive: Executive) -> None:
         """Set the same breakpoints in the executive that follows this one after a reset."""

@@ -1,4 +1,4 @@
-"""Manages the CLIPS environments of a running daemon, their features and loggers; see docs/debugging.md.
+"""Manages the CLIPS environments of a running daemon, and their features; see docs/debugging.md.
 
 Clients may create environments besides the executive's, for example to try rules.
 """
@@ -8,17 +8,13 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
 from cxbridge.errors import ClipsError
 from cxbridge.executive.host.constructs import construct_names
-from cxbridge.executive.host.loggers import (
-    ADDED_LOGGER_PRIORITY,
-    DEFAULT_LOGGER,
-    ClipsLogger,
-)
+from cxbridge.executive.host.loggers import DEFAULT_LOGGER
 from cxbridge.executive.host.values import FALSE
 from cxbridge.file_access import why_unreadable
 from cxbridge.suggestions import did_you_mean
@@ -31,7 +27,6 @@ if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.executive.manager import EnvironmentManager, FeatureInfo
 
-_MAX_COMPONENT_LENGTH: Final = 64  # limit of the name of a log component
 _NAME = re.compile(r"[A-Za-z0-9_.-]{1,64}")
 
 
@@ -55,17 +50,6 @@ class EnvironmentInfo(Struct, frozen=True):
     watch: tuple[str, ...]
     log_level: LevelName
     ended: bool
-
-
-class LoggerInfo(Struct, frozen=True):
-    """The settings of a logger, see :class:`ClipsLogger`."""
-
-    name: str
-    priority: int
-    level: LevelName
-    contains: str
-    replaces: bool
-    component: str
 
 
 class EnvironmentService:
@@ -103,14 +87,17 @@ class EnvironmentService:
                 ended=env.is_ended,
             )
 
-    def create(self, name: str, log_component: str = "") -> ClipsEnvironment:
+    def create(self, name: str) -> ClipsEnvironment:
         """Create an environment with the CLIPS library (utils, time, path), which may request features.
 
-        :param log_component: the component of its log lines, by default ``CLIPS (NAME)``.
         :raises ClipsError: if the name exists, or has characters other than letters, digits and ``_.-``.
         """
-        _check_name(name, "an environment")
-        env = self._manager.create(name, _check_component(log_component) or None)
+        if not _NAME.fullmatch(name):
+            raise ClipsError(
+                f"'{name}' is not a valid name for an environment",
+                hint="use up to 64 letters, digits, _, . and -",
+            )
+        env = self._manager.create(name)
         self._manager.client_environments.append(name)
         return env
 
@@ -224,77 +211,3 @@ class EnvironmentService:
         """
         self._manager.find(name)
         self._manager.destroy_context(name, feature)
-
-    def loggers(self, name: str) -> Sequence[LoggerInfo]:
-        """Return the loggers of an environment, in the order in which they get a line.
-
-        :raises ClipsError: if the environment is unknown.
-        """
-        return [
-            LoggerInfo(
-                logger.name,
-                logger.priority,
-                logger.level.name.lower(),
-                logger.contains,
-                logger.replaces,
-                logger.component,
-            )
-            for logger in self._manager.find(name).loggers.loggers
-        ]
-
-    def add_logger(
-        self,
-        name: str,
-        logger: str,
-        *,
-        priority: int = ADDED_LOGGER_PRIORITY,
-        level: str = "debug",
-        contains: str = "",
-        replaces: bool = False,
-        component: str = "",
-    ) -> None:
-        """Add a logger to an environment.
-
-        :param logger: the name, unique in the environment.
-        :param component: the component of its log lines, by default ``LOGGER|ENVIRONMENT``.
-        :raises ClipsError: if the environment or level is unknown, or the logger cannot be added.
-        """
-        env = self._manager.find(name)
-        _check_name(logger, "a logger")
-        component = _check_component(component) or f"{logger}|{name}"
-        sink = env.bus.logger(component).log
-        new_logger = ClipsLogger(logger, sink, priority, find_level(level), contains, replaces, component)
-        with env.lock:
-            env.loggers.add(new_logger)
-
-    def remove_logger(self, name: str, logger: str) -> None:
-        """Remove a logger from an environment.
-
-        :raises ClipsError: if the environment or logger is unknown, or the logger is the environment's first.
-        """
-        env = self._manager.find(name)
-        with env.lock:
-            env.loggers.remove(logger)
-
-
-def _check_name(name: str, subject: str) -> None:
-    """Check the name of an environment or a logger.
-
-    :param subject: the named object, for the error: ``an environment``.
-    :raises ClipsError: if the name has other characters, or too many.
-    """
-    if not _NAME.fullmatch(name):
-        raise ClipsError(
-            f"'{name}' is not a valid name for {subject}", hint="use up to 64 letters, digits, _, . and -"
-        )
-
-
-def _check_component(text: str) -> str:
-    """Return the name of a log component, after a check.
-
-    :raises ClipsError: if the name is too long or has unprintable characters.
-    """
-    if len(text) > _MAX_COMPONENT_LENGTH or not text.isprintable():
-        hint = f"use up to {_MAX_COMPONENT_LENGTH} printable characters"
-        raise ClipsError("this is not a valid name of a log component", hint=hint)
-    return text

@@ -1,7 +1,7 @@
 """Detects unreachable breakpoints: unknown rules, modes, states and skills.
 
 A name counts as a mistake only if it cannot occur in the loaded agent. Rules create the names of goals and
-plan-actions at run time, so :class:`OccurredNames` checks those after the run.
+plan-actions at run time, so any of these names passes.
 """
 
 from __future__ import annotations
@@ -9,31 +9,21 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Collection, Iterable, Sequence
 from fnmatch import fnmatchcase
-from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from cxbridge.clipstext.syntax import TOKEN
 from cxbridge.errors import ExecutiveError
-from cxbridge.events import Event, GoalTransition, PlanActionTransition, SkillStatus
 from cxbridge.executive.host.constructs import construct_names
 from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.suggestions import did_you_mean, or_similar
+from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.constructs import read_allowed_values
-from cxbridge_studio.debugger.breakpoints import ANY_NAME, Breakpoint, read_skill_name
+from cxbridge_studio.debugger.breakpoints import ANY_NAME, Breakpoint
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
 
-# The functions that define constructs from a file or a text.
-_LOADING_FUNCTIONS: Final = frozenset(
-    {"load", "load*", "batch", "batch*", "path-load", "path-load*", "path-batch", "path-batch*"}
-    | {"bload", "build"}
-)
-
 _STATUS_SUFFIX: Final = re.compile(r".*:(\w+)", re.DOTALL)
 _LITERAL_START: Final = re.compile(r"[^*?\[{(]*")
 _WILDCARDS: Final = "*?["
-_MAX_NAMES: Final = 10_000  # the limit of the kept names of a kind, which serve suggestions
 
 # Unreachable breakpoints, each with the reason as an error.
 BreakpointMistakes = Sequence[tuple[Breakpoint, ExecutiveError]]
@@ -44,19 +34,15 @@ class AgentNames:
 
     :param env: the agent's environment.
     :param skills: returns the existing skills; None if they are unknown.
-    :param is_core_file: returns whether a file belongs to the core, which loads files only during the
-        initialisation.
     """
 
     def __init__(
         self,
         env: ClipsEnvironment,
         skills: Callable[[], Collection[str] | None] = lambda: None,
-        is_core_file: Callable[[Path], bool] = lambda _file: False,
     ) -> None:
         self._env = env
         self._skills = skills
-        self._is_core_file = is_core_file
         self._log = env.bus.logger("Debugger")
         self._is_checked = False
         # The callback for the unreachable breakpoints, called once after the agent's initialisation.
@@ -102,11 +88,7 @@ class AgentNames:
         if mistake is None:
             return
         problem, hint = mistake
-        message = f"breakpoint {tested_breakpoint}: {problem}"
-        if not (tested_breakpoint.is_rule_breakpoint and self._may_load_files):
-            raise ExecutiveError(message, hint=hint)
-        # A file that the agent may load later may define the rule.
-        self._log.warn(f"{message} yet{f': {hint}' if hint else ''}")
+        raise ExecutiveError(f"breakpoint {tested_breakpoint}: {problem}", hint=hint)
 
     def _find_mistake(self, tested_breakpoint: Breakpoint) -> tuple[str, str] | None:
         """Return the problem of a breakpoint and a hint; None if the breakpoint is reachable."""
@@ -161,54 +143,6 @@ class AgentNames:
             name, skills, all_skills
         )
 
-    @property
-    def _may_load_files(self) -> bool:
-        """Whether the agent calls a loading function with a computed name, or with an unloaded file."""
-        files = self._env.loader.files
-        texts = (_read_text(file) for file in dict.fromkeys(files) if not self._is_core_file(file))
-        return any(_loads_further_file(text, files) for text in texts)
-
-
-class OccurredNames:
-    """The names of goals, plan-actions and skills that occurred in a run."""
-
-    def __init__(self) -> None:
-        self._names: dict[str, set[str]] = {"goal": set(), "action": set(), "skill": set()}
-        self._goal_ids: set[str] = set()
-
-    def add_event(self, event: Event) -> None:
-        """Add the names of a transition."""
-        if isinstance(event, GoalTransition):
-            self._add("goal", event.goal_class)
-            if len(self._goal_ids) < _MAX_NAMES:
-                self._goal_ids.add(event.goal)
-        elif isinstance(event, PlanActionTransition):
-            self._add("action", event.action)
-        elif isinstance(event, SkillStatus):
-            self._add("skill", read_skill_name(event.skill_string))
-
-    def _add(self, kind: str, name: str) -> None:
-        if name and len(self._names[kind]) < _MAX_NAMES:
-            self._names[kind].add(name)
-
-    def describe_missing_name(self, tested_breakpoint: Breakpoint) -> str:
-        """Return a message if the name of a breakpoint has not occurred; empty if it has."""
-        names = self._names.get(tested_breakpoint.kind)
-        if names is None:
-            return ""
-        pattern = (
-            read_skill_name(tested_breakpoint.name)
-            if tested_breakpoint.kind == "skill"
-            else tested_breakpoint.name
-        )
-        all_names = names | self._goal_ids if tested_breakpoint.kind == "goal" else names
-        # With as many names as the limit, the name may be among those that were not kept.
-        if len(all_names) >= _MAX_NAMES or any(fnmatchcase(name, pattern) for name in all_names):
-            return ""
-        return (
-            f"there was no {tested_breakpoint.kind} '{pattern}'{or_similar(_strip_wildcards(pattern), names)}"
-        )
-
 
 def read_skill_statuses() -> tuple[str, ...]:
     """Return the statuses of skills, as defined by SkillerInterface."""
@@ -232,22 +166,3 @@ def _find_name_mistake(
 
 def _strip_wildcards(pattern: str) -> str:
     return pattern.translate(dict.fromkeys(map(ord, "*?[]")))
-
-
-def _read_text(file: Path) -> str:
-    try:
-        return file.read_text("utf-8", "surrogateescape")
-    except OSError:
-        return ""
-
-
-def _loads_further_file(text: str, loaded_files: Iterable[Path]) -> bool:
-    """Return whether a CLIPS text loads a file that is not loaded yet, or a file with a computed name."""
-    tokens = (match[0] for match in TOKEN.finditer(text) if match.lastgroup != "blank")
-    for token in tokens:
-        if token in _LOADING_FUNCTIONS:
-            argument = next(tokens, "")
-            name = argument.strip('"') if argument.startswith('"') else ""
-            if not name or not any(f"/{file}".endswith(f"/{name}") for file in loaded_files):
-                return True
-    return False

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
-from itertools import takewhile
 from pathlib import PurePath
 from typing import Any, Final
 
@@ -23,7 +22,7 @@ from cxbridge_studio.lsp.completion import complete
 from cxbridge_studio.lsp.describe import describe_name
 from cxbridge_studio.lsp.positions import path_to_uri
 from cxbridge_studio.lsp.server import AgentServer
-from cxbridge_studio.lsp.symbols import OutlineSymbol, find_folding_ranges, find_symbols, make_outline
+from cxbridge_studio.lsp.symbols import OutlineSymbol, find_symbols, make_outline
 
 _TRIGGER_CHARACTERS: Final = ["(", "?", "*", ":", "{", '"']
 # patterns of the word before the cursor, which a completion replaces, by the suffix of the file
@@ -243,15 +242,6 @@ def _handle_workspace_symbols(
     ]
 
 
-def _handle_folding(ls: AgentServer, params: lsp.FoldingRangeParams) -> list[lsp.FoldingRange]:
-    file = ls.find_file(params.text_document.uri)
-    return (
-        []
-        if file is None
-        else [lsp.FoldingRange(first - 1, last - 1) for first, last in find_folding_ranges(file)]
-    )
-
-
 def _handle_code_lens(ls: AgentServer, params: lsp.CodeLensParams) -> list[lsp.CodeLens]:
     """Return a text about the firings of each rule in the last recording."""
     file = ls.find_file(params.text_document.uri)
@@ -269,33 +259,11 @@ def _handle_code_lens(ls: AgentServer, params: lsp.CodeLensParams) -> list[lsp.C
 
 
 def _handle_formatting(ls: AgentServer, params: lsp.DocumentFormattingParams) -> list[lsp.TextEdit]:
-    """Return one edit from the first to the last changed line."""
     file = ls.find_file(params.text_document.uri)
     if file is None or not file.path.endswith(".clp"):
         return []
-    # one edit of the changed lines: a new text would make editors lose the cursor and the folded regions
-    previous_lines = file.text.splitlines(keepends=True)
-    indented_lines = indent_clips(file.text).splitlines(keepends=True)
-    if previous_lines == indented_lines:
-        return []
-    first_changed = _count_common_lines(previous_lines, indented_lines)
-    # the number of equal lines at the end
-    tail_count = _count_common_lines(
-        reversed(previous_lines[first_changed:]), reversed(indented_lines[first_changed:])
-    )
-    start = len("".join(previous_lines[:first_changed]))
-    end = len("".join(previous_lines[: len(previous_lines) - tail_count]))
-    return [
-        lsp.TextEdit(
-            ls.positions.to_range(file, start, end),
-            "".join(indented_lines[first_changed : len(indented_lines) - tail_count]),
-        )
-    ]
-
-
-def _count_common_lines(first: Iterable[str], second: Iterable[str]) -> int:
-    """Return the number of equal lines at the start of two sequences."""
-    return sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], zip(first, second, strict=False)))
+    whole_file = ls.positions.to_range(file, 0, len(file.text))
+    return [lsp.TextEdit(whole_file, indent_clips(file.text))]
 
 
 _HANDLERS: Final[Mapping[str, Any]] = {
@@ -315,7 +283,6 @@ _HANDLERS: Final[Mapping[str, Any]] = {
     lsp.TEXT_DOCUMENT_RENAME: _handle_rename,
     lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL: _handle_document_symbols,
     lsp.WORKSPACE_SYMBOL: _handle_workspace_symbols,
-    lsp.TEXT_DOCUMENT_FOLDING_RANGE: _handle_folding,
     lsp.TEXT_DOCUMENT_CODE_LENS: _handle_code_lens,
     lsp.TEXT_DOCUMENT_FORMATTING: _handle_formatting,
 }

@@ -41,10 +41,7 @@ KEYS: Final = (
     KeyBinding("l", "do('step loop')", "Loop", "step a loop", "l", "live"),
     KeyBinding("t", "do('step transition')", "Transition", "step a transition", "t", "live"),
     KeyBinding("b", "breakpoint", "Break", "set a breakpoint at the selection", "b", "live"),
-    KeyBinding("d", "delete", "", "remove the selected breakpoint, retract the selected fact", "d", "live"),
-    KeyBinding("a", "ask(':assert (')", "", "assert a fact", "a", "live"),
-    KeyBinding("e", "edit", "", "modify the selected fact", "e", "live"),
-    KeyBinding("m", "ask(':send ')", "", "send a message to the selected interface", "m", "live"),
+    KeyBinding("d", "delete", "", "remove the selected breakpoint", "d", "live"),
     KeyBinding("left", "do('event -1')", "", "one event back, forward", "← →", "recorded"),
     KeyBinding("right", "do('event 1')", "", "", "", "recorded"),
     KeyBinding(
@@ -59,13 +56,10 @@ KEYS: Final = (
     KeyBinding("home", "do('begin')", "", "to the beginning, to the end", "Home End", "recorded"),
     KeyBinding("end", "do('end')", "", "", "", "recorded"),
     KeyBinding("j", "ask(':jump ')", "Jump", "to a time, in seconds since the beginning", "j", "recorded"),
-    KeyBinding("space", "do('play')", "Play", "play, and stop playing", "Space", "recorded"),
-    KeyBinding("plus", "do('speed +')", "", "play twice as fast, half as fast", "+ -", "recorded"),
-    KeyBinding("minus", "do('speed -')", "", "", "", "recorded"),
 )
 
 # the keys that scrub a recording, whichever widget has the focus
-SCRUBBING_KEYS: Final = frozenset({"left", "right", "shift+left", "shift+right", "home", "end", "space"})
+SCRUBBING_KEYS: Final = frozenset({"left", "right", "shift+left", "shift+right", "home", "end"})
 
 
 def make_help_text(source: str, panes: str, commands: str) -> str:

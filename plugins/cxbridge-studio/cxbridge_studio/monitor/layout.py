@@ -14,10 +14,6 @@ from cxbridge_studio.monitor.keys import KEYS, SCRUBBING_KEYS
 
 NARROW_COLUMNS: Final = 118  # below this number of columns, the goals are above the panes
 
-WIDE_COLUMNS: Final = 180  # from this number of columns, skills and the log have separate panes
-
-LOW_ROWS: Final = 30  # below this number of rows, the legend has one line
-
 # the titles of the columns, by pane
 COLUMNS: Final = {
     "actions": ("goal", "id", "action", "arguments", "state"),
@@ -46,12 +42,6 @@ STYLE: Final = """
 #goals { height: 1fr; overflow-x: hidden; }
 #panes { width: 1fr; }
 #legend { height: auto; max-height: 2; padding: 0 1; color: $text-muted; }
-#aside { display: none; width: 30%; border-left: solid $primary; }
-#aside-skills { height: 30%; }
-#aside-log { border-top: solid $primary; }
-.wide #left { width: 38%; }
-.wide #aside { display: block; }
-.low #legend { max-height: 1; }
 #prompt { display: none; }
 #prompt.shown { display: block; }
 .note { height: auto; max-height: 6; padding: 0 1; color: $text-muted; }

@@ -6,7 +6,6 @@ pieces, and with pauses.
 
 from __future__ import annotations
 
-import shlex
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -18,8 +17,8 @@ from cxbridge.blackboard.errors import UnknownTypeError, VersionMismatchError
 from cxbridge.clock import MICROSECONDS
 from cxbridge.daemon.client import NoAnswerError, ask_why, read_status, request, send_command
 from cxbridge.errors import BlackBoardError, CxbridgeError, InterfaceError
-from cxbridge.interfaces.assignments import assign, field_text
-from cxbridge_studio.debugger.fact_words import parse_fact_change, parse_number
+from cxbridge.interfaces.assignments import field_text
+from cxbridge_studio.debugger.fact_words import parse_number
 from cxbridge_studio.monitor.filtering import format_duration, make_page
 from cxbridge_studio.monitor.snapshot import (
     MAX_LINES,
@@ -60,10 +59,7 @@ _EMPTY_STATE: Final[Mapping[str, Any]] = {
     "environments": [],
 }
 
-COMMANDS_HELP: Final = (
-    "pause, resume, reset, step rule|loop|transition, break SPEC, delete NUMBER..., assert (FACT), "
-    "retract INDEX..., modify INDEX (SLOT VALUE)..., eval EXPRESSION, send MESSAGE NAME=VALUE..."
-)
+COMMANDS_HELP: Final = "pause, resume, reset, step rule|loop|transition, break SPEC, delete NUMBER..."
 
 
 class DaemonSource:
@@ -89,18 +85,13 @@ class DaemonSource:
         self._last_story: Sequence[str] = ()
         self._next_story_s = 0.0
         self._loop_counts: deque[tuple[float, int]] = deque(maxlen=_RATE_SNAPSHOTS)
-        self._commands: dict[str, Callable[[str, ViewQuery], str]] = {
-            **dict.fromkeys(("pause", "resume", "reset"), self._send_command),
-            "step": lambda unit, _query: self._request("step", what=unit or "rule") or "",
-            "break": lambda spec, _query: self._add_breakpoint(spec),
-            "delete": lambda numbers, _query: (
-                self._request("break-remove", numbers=_parse_numbers(numbers)) or ""
-            ),
-            "assert": lambda fact, query: f"f-{self._request('assert', env=query.env, fact=fact)}",
-            "retract": self._retract,
-            "modify": self._modify,
-            "eval": self._evaluate,
-            "send": self._send_message,
+        self._commands: dict[str, Callable[[str], str]] = {
+            "pause": lambda _: self._send_command("Pause"),
+            "resume": lambda _: self._send_command("Resume"),
+            "reset": lambda _: self._send_command("Reset"),
+            "step": lambda unit: self._request("step", what=unit or "rule") or "",
+            "break": self._add_breakpoint,
+            "delete": lambda numbers: self._request("break-remove", numbers=_parse_numbers(numbers)) or "",
         }
 
     def close(self) -> None:
@@ -262,7 +253,7 @@ class DaemonSource:
 
     # -- commands
 
-    def execute_command(self, command: str, query: ViewQuery) -> str:
+    def execute_command(self, command: str) -> str:
         """Execute a command of :data:`COMMANDS_HELP`.
 
         :raises CxbridgeError: if the command is unknown or fails, or the daemon rejects it.
@@ -271,14 +262,11 @@ class DaemonSource:
         action = self._commands.get(word)
         if action is None:
             raise CxbridgeError(f"there is no command '{word}'", hint=COMMANDS_HELP)
-        message = action(word if word in {"pause", "resume", "reset"} else argument.strip(), query)
-        if word in {"assert", "retract", "modify"}:
-            self._search = _FactSearch()  # a new search, without a pause, shows the changed facts
-        return message
+        return action(argument.strip())
 
-    def _send_command(self, verb: str, _query: ViewQuery) -> str:
-        if not send_command(self._connect_board(), verb.capitalize(), REPLY_TIMEOUT_S):
-            raise CxbridgeError(f"the daemon did not {verb} within {REPLY_TIMEOUT_S:g} s")
+    def _send_command(self, verb: str) -> str:
+        if not send_command(self._connect_board(), verb, REPLY_TIMEOUT_S):
+            raise CxbridgeError(f"the daemon did not {verb.lower()} within {REPLY_TIMEOUT_S:g} s")
         return ""
 
     def _add_breakpoint(self, spec: str) -> str:
@@ -288,33 +276,6 @@ class DaemonSource:
                 hint="break rule:NAME, goal:NAME:MODE, action:NAME:STATE, skill:TEXT",
             )
         return ", ".join(f"breakpoint {row['number']}" for row in self._request("break-add", specs=[spec]))
-
-    def _retract(self, indices: str, query: ViewQuery) -> str:
-        for index in _parse_numbers(indices):
-            self._request("retract", env=query.env, index=index)
-        return ""
-
-    def _modify(self, arguments: str, query: ViewQuery) -> str:
-        index, slots = parse_fact_change(arguments)
-        return f"f-{self._request('modify', env=query.env, index=index, slots=dict(slots))}"
-
-    def _evaluate(self, expression: str, query: ViewQuery) -> str:
-        value = self._request("env-eval", env=query.env, expression=expression)
-        return "; ".join(filter(None, (*value["output"], value["text"]))) or "the expression has no value"
-
-    def _send_message(self, text: str, query: ViewQuery) -> str:
-        """Send a message to the shown interface, whichever program writes it."""
-        if not query.interface:
-            raise CxbridgeError("no interface is selected", hint="select one in the pane of the blackboard")
-        try:
-            name, *arguments = shlex.split(text)
-        except ValueError as error:
-            raise CxbridgeError(f"the message cannot be sent: {error or 'its name is missing'}") from None
-        with self._connect_board().open_for_reading(*parse_uid(query.interface), owner=OWNER) as interface:
-            is_full_name = name in interface.MESSAGES or name.endswith("Message")
-            message = interface.create_message(name if is_full_name else f"{name}Message")
-            assign(message, arguments)
-            return f"sent, message {interface.msgq_enqueue(message)}"
 
 
 class _FactSearch:

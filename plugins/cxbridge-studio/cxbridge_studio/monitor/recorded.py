@@ -6,7 +6,6 @@ once.
 
 from __future__ import annotations
 
-import time
 from bisect import bisect_left
 from collections.abc import Callable, Iterator, Sequence
 from math import isfinite
@@ -15,12 +14,14 @@ from typing import Final
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError, TraceError
-from cxbridge.events import Event, GoalTransition, LogLine, PlanActionTransition, SkillStatus
+from cxbridge.events import Event, LogLine
 from cxbridge.history.transitions import TRANSITION_TYPES
+from cxbridge.interfaces.assignments import field_text
 from cxbridge.trace.codec import values_with_enum_names
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.listing import event_line
+from cxbridge_studio.debugger.breakpoints import describe_transition
 from cxbridge_studio.monitor.filtering import filter_goals, format_duration, make_page
 from cxbridge_studio.monitor.scrubbing import Scrubber
 from cxbridge_studio.monitor.snapshot import (
@@ -37,15 +38,13 @@ _FIRST_LOAD_S: Final = 0.5  # the time for reading before the first screen
 _LOAD_SLICE_S: Final = (
     0.15  # the time for reading before a snapshot, short so that the screen stays responsive
 )
-_MAX_SPEED: Final = 1024.0  # the speed limits are multiples of the recorded speed
-_MIN_SPEED: Final = 1 / 16
-_IDLE_PERIOD_S: Final = 0.3  # the time between two snapshots while the recording neither plays nor loads
-_BUSY_PERIOD_S: Final = 0.05  # the time between two snapshots while the recording plays or loads
+_IDLE_PERIOD_S: Final = 0.3  # the time between two snapshots after the recording is loaded
+_BUSY_PERIOD_S: Final = 0.05  # the time between two snapshots while the recording loads
 _EVENTS_EACH_SIDE: Final = (
     MAX_ROWS // 4
 )  # limit of the shown events before the current position, and after it
 
-COMMANDS_HELP: Final = "event N, transition N, begin, end, jump SECONDS, play, speed N"
+COMMANDS_HELP: Final = "event N, transition N, begin, end, jump SECONDS"
 
 
 class RecordedSource:
@@ -53,15 +52,13 @@ class RecordedSource:
 
     The first position is the last transition, since an agent may retract its goals afterwards.
 
-    :param now: returns the real time in seconds, by which the recording is played.
     :raises TraceError: if the file is not a recording or has no events.
     """
 
     is_live = False
 
-    def __init__(self, path: Path, now: Callable[[], float] = time.monotonic) -> None:
+    def __init__(self, path: Path) -> None:
         self.name = path.name or str(path)
-        self._now = now
         self._scrubber = Scrubber(open_run(path))
         self._scrubber.load(_FIRST_LOAD_S)
         if not self._scrubber.events:
@@ -71,9 +68,6 @@ class RecordedSource:
                 hint="'cxbridge trace info' lists its contents",
             )
         self._follows_end = True  # until the user moves: new events of the file are shown
-        self._speed = 1.0
-        # while the recording plays: the real time at which playing began, and the time of the run then
-        self._play_start: tuple[float, int] | None = None
         # the position up to which the last explanation of the run goes, and its lines
         self._last_story: tuple[int, Sequence[str]] = (-1, ())
         self._commands: dict[str, Callable[[str], str]] = {
@@ -86,20 +80,18 @@ class RecordedSource:
             "begin": lambda _: self._move(lambda scrubber: scrubber.go_to(0)),
             "end": lambda _: self._move(lambda scrubber: scrubber.go_to(len(scrubber.events))),
             "jump": self._jump,
-            "play": lambda _: self._play(),
-            "speed": self._set_speed,
         }
 
     @property
     def period_s(self) -> float:
-        return _BUSY_PERIOD_S if self._play_start is not None or self._scrubber.is_loading else _IDLE_PERIOD_S
+        return _BUSY_PERIOD_S if self._scrubber.is_loading else _IDLE_PERIOD_S
 
     def close(self) -> None:
         """Do nothing: the readers of recordings close their files."""
 
     # -- commands
 
-    def execute_command(self, command: str, query: ViewQuery) -> str:  # noqa: ARG002 - the protocol's signature
+    def execute_command(self, command: str) -> str:
         """Execute a command of :data:`COMMANDS_HELP`."""
         word, _, argument = command.strip().partition(" ")
         action = self._commands.get(word)
@@ -108,28 +100,13 @@ class RecordedSource:
         return action(argument.strip())
 
     def _move(self, move: Callable[[Scrubber], None]) -> str:
-        self._play_start, self._follows_end = None, False
+        self._follows_end = False
         move(self._scrubber)
         return ""
 
     def _jump(self, text: str) -> str:
         seconds = _parse_number(text.removesuffix("s").strip())
         return self._move(lambda scrubber: scrubber.go_to_time(round(seconds * MICROSECONDS)))
-
-    def _play(self) -> str:
-        """Play from the current position, at the end from the start; stop a playing recording."""
-        if self._play_start is None and self._scrubber.position >= len(self._scrubber.events):
-            self._scrubber.go_to(0)
-        is_playing, self._follows_end = self._play_start is not None, False
-        self._play_start = None if is_playing else (self._now(), self._scrubber.now_us)
-        return ""
-
-    def _set_speed(self, text: str) -> str:
-        speed = {"+": self._speed * 2, "-": self._speed / 2}.get(text)
-        self._speed = min(max(_parse_number(text) if speed is None else speed, _MIN_SPEED), _MAX_SPEED)
-        if self._play_start is not None:  # the new speed counts from the current position
-            self._play_start = self._now(), self._scrubber.now_us
-        return f"speed {self._speed:g}"
 
     # -- reading
 
@@ -138,12 +115,7 @@ class RecordedSource:
         scrubber = self._scrubber
         if scrubber.is_loading:
             scrubber.load(_LOAD_SLICE_S)
-        if self._play_start is not None:
-            start_s, start_us = self._play_start
-            scrubber.go_to_time(start_us + round((self._now() - start_s) * self._speed * MICROSECONDS))
-            if scrubber.position >= len(scrubber.events) and not scrubber.is_loading:
-                self._play_start = None
-        elif self._follows_end:
+        if self._follows_end:
             scrubber.go_to(scrubber.transitions[-1] if scrubber.transitions else len(scrubber.events))
         return MonitorSnapshot(
             head=self._describe_position(),
@@ -166,10 +138,10 @@ class RecordedSource:
         )
 
     def _refresh_story(self) -> Sequence[str]:
-        """Return the explanation of the run up to the position; while playing, the last explanation."""
+        """Return the explanation of the run up to the position."""
         scrubber = self._scrubber
         position, story = self._last_story
-        if position != scrubber.position and (self._play_start is None or not story):
+        if position != scrubber.position:
             is_at_end = scrubber.position == len(scrubber.events) and not scrubber.is_loading
             at_s = None if is_at_end else scrubber.now_us / MICROSECONDS
             story = _explain_run(LoadedRun(scrubber.run, scrubber.events), at_s)
@@ -185,8 +157,6 @@ class RecordedSource:
         ]
         if scrubber.is_loading:
             parts.append("reading")
-        if self._play_start is not None:
-            parts.append(f"playing x{self._speed:g}")
         return " · ".join(parts)
 
     def _describe_last_event(self) -> str:
@@ -199,7 +169,7 @@ class RecordedSource:
             (event for event in reversed(recent_events) if isinstance(event, TRANSITION_TYPES)),
             recent_events[-1],
         )
-        return f"{last.KIND.name} {describe_event(last)}"
+        return describe_transition(last) if isinstance(last, TRANSITION_TYPES) else event_line(last)
 
     def _make_goal_rows(self) -> list[GoalRow]:
         state = self._scrubber.state
@@ -246,7 +216,7 @@ class RecordedSource:
         if write is None:
             return Table(note="it has not been written yet" if uid else "")
         return Table(
-            [(name, format_value(value)) for name, value in values_with_enum_names(write.values).items()]
+            [(name, field_text(value)) for name, value in values_with_enum_names(write.values).items()]
         )
 
     def _make_fact_table(self, query: ViewQuery) -> Table:
@@ -261,7 +231,7 @@ class RecordedSource:
         scrubber = self._scrubber
         first = max(0, scrubber.position - _EVENTS_EACH_SIDE)
         rows = [
-            (f"{scrubber.times[number] / MICROSECONDS:.3f}", event.KIND.name, describe_event(event))
+            (f"{scrubber.times[number] / MICROSECONDS:.3f}", event.KIND.name, event_line(event))
             for number, event in enumerate(
                 scrubber.events[first : scrubber.position + _EVENTS_EACH_SIDE], first
             )
@@ -307,27 +277,6 @@ def _explain_run(run: Run, at_s: float | None) -> Sequence[str]:
         return explain(RecordedEvidence(run, at_s, None), "", "run").lines
     except CxbridgeError as error:
         return (error.message, error.hint or "")
-
-
-def describe_event(event: Event) -> str:
-    """Return a short text for the content of an event, without its kind."""
-    if isinstance(event, GoalTransition):
-        outcome = "" if event.outcome in {"", "UNKNOWN"} else f" {event.outcome}"
-        error = f": {event.error}" if _remove_nil(event.error) else ""
-        return f"{event.goal} ({event.goal_class}) {event.mode}{outcome}{error}"
-    if isinstance(event, PlanActionTransition):
-        return f"{event.action} {event.state} ({event.action_id} of {event.goal})"
-    if isinstance(event, SkillStatus):
-        return f"{event.skiller}: {event.skill_string or 'no skill'} {event.status}"
-    return event_line(event)
-
-
-def format_value(value: object) -> str:
-    if isinstance(value, list | tuple):
-        return ",".join(format_value(item) for item in value)
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    return f'"{value}"' if isinstance(value, str) else str(value)
 
 
 def _remove_nil(error: str) -> str:

@@ -20,7 +20,7 @@ from textual.binding import BindingType
 from textual.containers import Container, Vertical, VerticalScroll
 from textual.css.query import NoMatches
 from textual.widget import Widget
-from textual.widgets import Input, Static, TabbedContent, TabPane
+from textual.widgets import Footer, Input, Static, TabbedContent, TabPane
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.history.outcome import LEGEND
@@ -33,22 +33,18 @@ from cxbridge_studio.monitor.layout import (
     BREAKPOINT_SPECS,
     COLUMNS,
     LIVE_PANES,
-    LOW_ROWS,
     NARROW_COLUMNS,
     PANE_TITLES,
     RECORDED_PANES,
     STYLE,
-    WIDE_COLUMNS,
     HelpScreen,
     make_key_bindings,
 )
 from cxbridge_studio.monitor.snapshot import MonitorSnapshot, MonitorSource, ViewQuery
 from cxbridge_studio.monitor.widgets import (
     GoalTree,
-    KeyLine,
     LogLines,
     RowTable,
-    SidePanes,
     make_progress_bar,
 )
 
@@ -69,6 +65,8 @@ class MonitorApp(App[None]):
     CSS = STYLE
     TITLE = "cxbridge monitor"
     ENABLE_COMMAND_PALETTE = False
+    # the classes of the screen by the width of the terminal, from the given number of columns
+    HORIZONTAL_BREAKPOINTS: ClassVar[list[tuple[int, str]] | None] = [(0, "narrow"), (NARROW_COLUMNS, "wide")]
 
     def __init__(self, source: MonitorSource) -> None:
         super().__init__()
@@ -101,9 +99,8 @@ class MonitorApp(App[None]):
                 for number, name in enumerate(self._panes, 1):
                     with TabPane(f"{number} {PANE_TITLES.get(name, name.capitalize())}", id=f"pane-{name}"):
                         yield from self._make_pane_widgets(name)
-            yield SidePanes()
         yield Input(id="prompt")
-        yield KeyLine()
+        yield Footer()
 
     def _make_pane_widgets(self, name: str) -> ComposeResult:
         if name == "log":
@@ -128,12 +125,6 @@ class MonitorApp(App[None]):
         self._find_widget("#goals", GoalTree).focus()
         self.set_interval(_DELIVERY_PERIOD_S, self._deliver_results)
         self._thread.start()
-
-    def on_resize(self, event: events.Resize) -> None:
-        """Arrange goals and panes for the width and height of the terminal."""
-        self.screen.set_class(event.size.width < NARROW_COLUMNS, "narrow")
-        self.screen.set_class(event.size.width >= WIDE_COLUMNS, "wide")
-        self.screen.set_class(event.size.height < LOW_ROWS, "low")
 
     def on_unmount(self) -> None:
         """Stop the second thread, but do not wait long for a source that is slow to reply."""
@@ -160,7 +151,7 @@ class MonitorApp(App[None]):
 
     def _execute_command(self, command: str) -> str:
         try:
-            return self._source.execute_command(command, self._view_query)
+            return self._source.execute_command(command)
         except CxbridgeError as error:
             return f"{error.message}: {error.hint}" if error.hint else error.message
 
@@ -203,7 +194,6 @@ class MonitorApp(App[None]):
         self._show_head(" · ".join(parts))
         self._show_message()
         self._find_widget("#goals", GoalTree).show(snapshot.goals)
-        self._find_widget("#aside", SidePanes).show(snapshot)
         pane = self._shown_pane
         if pane == "log":
             self._find_widget("#log", LogLines).show(snapshot.log)
@@ -336,18 +326,10 @@ class MonitorApp(App[None]):
         self.action_ask(f":break {spec}")
 
     def action_delete(self) -> None:
-        """Remove the selected breakpoint, or open the prompt to retract the selected fact."""
-        if self._shown_pane == "breakpoints" and (
-            row := self._find_widget("#breakpoints", RowTable).item_at_cursor
-        ):
+        """Remove the selected breakpoint."""
+        row = self._find_widget("#breakpoints", RowTable).item_at_cursor
+        if self._shown_pane == "breakpoints" and row is not None:
             self.action_do(f"delete {row[0]}")
-        elif self._shown_pane == "facts" and (row := self._find_widget("#facts", RowTable).item_at_cursor):
-            self.action_ask(f":retract {row[0]}")
-
-    def action_edit(self) -> None:
-        """Open the prompt to modify the selected fact."""
-        if self._shown_pane == "facts" and (row := self._find_widget("#facts", RowTable).item_at_cursor):
-            self.action_ask(f":modify {row[0]} (")
 
     # -- prompt
 

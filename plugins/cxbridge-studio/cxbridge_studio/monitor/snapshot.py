@@ -120,7 +120,7 @@ class MonitorSource(Protocol):
         :raises CxbridgeError: if the source cannot be reached.
         """
 
-    def execute_command(self, command: str, query: ViewQuery) -> str:
+    def execute_command(self, command: str) -> str:
         """Execute a command, and return a message for the user; empty if the screen shows the result.
 
         :raises CxbridgeError: if the command is invalid or fails, or the source rejects it.

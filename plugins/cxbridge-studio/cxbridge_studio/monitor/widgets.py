@@ -6,24 +6,18 @@ previous snapshot, so that the cursor and the scroll position stay, and the term
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, Final
+from collections.abc import Sequence
+from typing import Final
 
 from rich.text import Text
-from textual import events
-from textual.app import ComposeResult
-from textual.binding import Binding
-from textual.containers import Vertical
-from textual.coordinate import Coordinate
-from textual.screen import Screen
-from textual.widgets import DataTable, Footer, RichLog, Tree
+from textual.widgets import DataTable, RichLog, Tree
 from textual.widgets.tree import TreeNode
 
 from cxbridge.history.outcome import OutcomeKind, action_outcome, skill_outcome
-from cxbridge.history.tree import goal_line, goal_title
+from cxbridge.history.tree import goal_line
 from cxbridge.printing import indent_lines, one_line
 from cxbridge_studio.monitor.filtering import make_goal_forest
-from cxbridge_studio.monitor.snapshot import GoalRow, LogRow, MonitorSnapshot, Table
+from cxbridge_studio.monitor.snapshot import GoalRow, LogRow, Table
 
 _COLOURS: Final = {
     **{outcome.name: outcome.colour for outcome in OutcomeKind},
@@ -31,10 +25,7 @@ _COLOURS: Final = {
     **{status: skill_outcome(status).colour for status in ("S_RUNNING", "S_FINAL", "S_FAILED")},
 }
 _GUIDE_WIDTH: Final = 2  # the columns per level of the tree
-_ARROW_WIDTH: Final = 2  # the columns of the tree's arrow
-_ICON_WIDTH: Final = 2  # the columns of the outcome's icon
-_STATE_WIDTH: Final = 12  # the columns of the state
-_MIN_TITLE_WIDTH: Final = 8  # the minimum columns of a title, at any level
+_STATE_WIDTH: Final = 10  # the columns of the state
 _MAX_LENGTH: Final = 200  # the limit of the characters of a cell
 _LEVEL_STYLES: Final = {"D": "dim", "I": "", "W": "yellow", "E": "red"}
 
@@ -47,7 +38,6 @@ class GoalTree(Tree[GoalKey]):
     def __init__(self) -> None:
         super().__init__("goals", id="goals")
         self.guide_depth = _GUIDE_WIDTH
-        self._widths: dict[GoalKey, int] = {}
         self._goals: dict[GoalKey, GoalRow] = {}
         self._goal_nodes: dict[GoalKey, TreeNode[GoalKey]] = {}
         self._goal_structure: list[tuple[GoalKey, str, str]] | None = None
@@ -68,7 +58,7 @@ class GoalTree(Tree[GoalKey]):
             return
         for key, row in rows.items():
             if previous_rows[key] != row:
-                self._goal_nodes[key].set_label(self._make_goal_label(key, row))
+                self._goal_nodes[key].set_label(self._make_goal_label(row))
 
     def _build_goals(self, rows: dict[GoalKey, GoalRow]) -> None:
         cursor_key = self.cursor_node.data if self.cursor_node is not None else None
@@ -77,7 +67,6 @@ class GoalTree(Tree[GoalKey]):
         self._goal_nodes = {}
         forest = make_goal_forest(rows.values())
         envs = list(dict.fromkeys(env for env, _ in rows))
-        self._compute_widths(rows)
         for env in envs:
             env_node = (
                 self.root
@@ -87,47 +76,24 @@ class GoalTree(Tree[GoalKey]):
             for key, _ in forest.walk(key for key in forest.roots if key[0] == env):
                 parent, is_leaf = forest.parents[key], key not in forest.children
                 parent_node = env_node if parent is None else self._goal_nodes[parent]
-                label = self._make_goal_label(key, rows[key])
+                label = self._make_goal_label(rows[key])
                 node = parent_node.add(label, data=key, expand=not is_leaf, allow_expand=not is_leaf)
                 self._goal_nodes[key] = node
         self.root.expand()
         if cursor_key in self._goal_nodes:
             self.call_after_refresh(self._restore_cursor, cursor_key, scroll_position)
 
-    def on_resize(self, _event: events.Resize) -> None:
-        """Fit the column of states into the new width."""
-        self._compute_widths(self._goals)
-        for key, node in self._goal_nodes.items():
-            node.set_label(self._make_goal_label(key, self._goals[key]))
-
-    def _compute_widths(self, rows: Mapping[GoalKey, GoalRow]) -> None:
-        """Compute the width of titles, so that all states are in one visible column."""
-        forest = make_goal_forest(rows.values())
-        env_levels = 1 if len({env for env, _ in rows}) > 1 else 0  # the environments are nodes, too
-        indents = {key: (depth + env_levels + 1) * _GUIDE_WIDTH for key, depth in forest.walk()}
-        titles = {key: len(one_line(goal_title(goal.id, goal.goal_class))) for key, goal in rows.items()}
-        column = max((indents[key] + titles[key] for key in rows), default=0)
-        available_width = self.size.width - _ARROW_WIDTH - _ICON_WIDTH - _STATE_WIDTH
-        column = min(column, available_width) if available_width > 0 else column
-        widths = {key: max(_MIN_TITLE_WIDTH, column - indents[key]) for key in rows}
-        # A negative width marks a leaf, which has no arrow: its label begins with blanks instead.
-        self._widths = {key: width if key in forest.children else -width for key, width in widths.items()}
-
-    def _make_goal_label(self, key: GoalKey, goal: GoalRow) -> Text:
+    @staticmethod
+    def _make_goal_label(goal: GoalRow) -> Text:
+        """Return the label; the state precedes the title, so that a narrow tree shows all states."""
         line = goal_line("", goal.id, goal)
-        width = self._widths[key]
-        title = one_line(line.title)
-        if len(title) > abs(width):
-            title = title[: abs(width) - 1] + "…"
-        label = Text(" " * _ARROW_WIDTH if width < 0 else "")
-        label.append(f"{line.outcome.icon} ", line.outcome.colour)
-        label.append(f"{title:{abs(width)}} ")
-        label.append(one_line(f"{line.state:{_STATE_WIDTH - 1}}"), line.outcome.colour)
+        label = Text(f"{line.outcome.icon} ", line.outcome.colour)
+        label.append(one_line(f"{line.state:{_STATE_WIDTH}} "), line.outcome.colour)
+        label.append(one_line(line.title))
         if line.state != goal.mode:
             label.append(one_line(f" {goal.mode}"), "dim")
         if goal.error:
             label.append(one_line(f"  {goal.error}"), "red")
-        label.rstrip()
         return label
 
     def _restore_cursor(self, key: GoalKey, scroll_position: float) -> None:
@@ -140,14 +106,14 @@ class GoalTree(Tree[GoalKey]):
 
 
 class RowTable(DataTable[Text]):
-    """A table that updates only changed cells if the number of rows is the same.
+    """A table that is rebuilt only if rows have changed.
 
     :param name: the id of the table.
-    :param columns: the titles of the columns; an empty first title hides all titles.
+    :param columns: the titles of the columns.
     """
 
     def __init__(self, name: str, columns: Sequence[str]) -> None:
-        super().__init__(id=name, cursor_type="row", show_header=bool(columns[0]))
+        super().__init__(id=name, cursor_type="row")
         self._titles = columns
         self._shown_rows: list[tuple[str, ...]] = []
 
@@ -160,27 +126,21 @@ class RowTable(DataTable[Text]):
         return self._shown_rows[self.cursor_row] if 0 <= self.cursor_row < len(self._shown_rows) else None
 
     def show(self, table: Table) -> None:
-        rows, previous_rows = list(table.rows), self._shown_rows
-        if rows == previous_rows:
+        rows = list(table.rows)
+        if rows == self._shown_rows:
             self._select(table.selected)
             return
-        selected_row, scroll_position = self.item_at_cursor, self.scroll_y
+        selected_row, cursor, scroll_position = self.item_at_cursor, self.cursor_row, self.scroll_y
         self._shown_rows = rows
-        if len(rows) == len(previous_rows):
-            for number, (row, previous_row) in enumerate(zip(rows, previous_rows, strict=True)):
-                for column, (cell, previous_cell) in enumerate(zip(row, previous_row, strict=True)):
-                    if cell != previous_cell:
-                        self.update_cell_at(Coordinate(number, column), _make_cell(cell), update_width=True)
-        else:
-            self.clear()
-            self.add_rows([_make_cell(cell) for cell in row] for row in rows)
-            self.scroll_to(y=scroll_position, animate=False, immediate=True)
+        self.clear()
+        self.add_rows([_make_cell(cell) for cell in row] for row in rows)
+        self.scroll_to(y=scroll_position, animate=False, immediate=True)
         if table.selected is not None:
             self._select(table.selected)
         elif selected_row is not None and rows:
             # The cursor follows the row with the same first cell. If several rows have that cell, and the
             # cursor is at one of them, the cursor stays.
-            cursor = min(self.cursor_row, len(rows) - 1)
+            cursor = min(cursor, len(rows) - 1)
             indices = [index for index, row in enumerate(rows) if row[0] == selected_row[0]]
             self.move_cursor(row=cursor if cursor in indices or not indices else indices[0], scroll=False)
 
@@ -197,8 +157,8 @@ class RowTable(DataTable[Text]):
 class LogLines(RichLog):
     """The log of a daemon, or of a recording up to the current position."""
 
-    def __init__(self, name: str = "log") -> None:
-        super().__init__(id=name, wrap=True, max_lines=2000)
+    def __init__(self) -> None:
+        super().__init__(id="log", wrap=True, max_lines=2000)
         self._last_row: LogRow | None = None
 
     def show(self, rows: Sequence[LogRow]) -> None:
@@ -212,40 +172,6 @@ class LogLines(RichLog):
         self._last_row = last
         for row in rows[last_index + 1 :]:
             self.write(Text(indent_lines(row.text), style=_LEVEL_STYLES.get(row.level, "")))
-
-
-class KeyLine(Footer):
-    """The line with the active keys, rebuilt only when the keys change: the focus changes more often."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._shown_keys: list[tuple[Binding, bool]] = []
-
-    def bindings_changed(self, screen: Screen[Any]) -> None:
-        """Show the active keys; as in the base class, do nothing while the terminal has no focus."""
-        keys = [(key.binding, key.enabled) for key in screen.active_bindings.values() if key.binding.show]
-        if keys != self._shown_keys and screen.app.app_focus:
-            self._shown_keys = keys
-            super().bindings_changed(screen)
-
-
-class SidePanes(Vertical):
-    """The panes that only a wide screen shows: skills and the log."""
-
-    def __init__(self) -> None:
-        super().__init__(id="aside")
-        self._skills = RowTable("aside-skills", ("skiller", "skill", "status"))
-        self._log = LogLines("aside-log")
-
-    def compose(self) -> ComposeResult:
-        yield self._skills
-        yield self._log
-
-    def show(self, snapshot: MonitorSnapshot) -> None:
-        """Show a snapshot if the widget is visible."""
-        if self.display:
-            self._skills.show(snapshot.skills)
-            self._log.show(snapshot.log)
 
 
 def _make_cell(text: str) -> Text:

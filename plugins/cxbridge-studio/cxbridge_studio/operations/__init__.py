@@ -1,1 +1,1 @@
-"""The operations of the studio: the debugger, CLIPS environments, their facts, features and loggers."""
+"""The operations of the studio: the debugger, CLIPS environments, their facts and features."""

@@ -1,7 +1,7 @@
 """The operations of the debugger on breakpoints, steps and the current stop; see docs/debugging.md.
 
-Each operation is a request of a daemon's clients, a command of the debugger's prompt, and a route of the REST
-API. The name of its parameters' class does not appear in any of them.
+Each operation is a request of a daemon's clients, and a route of the REST API. The name of its parameters'
+class does not appear in them.
 """
 
 from __future__ import annotations

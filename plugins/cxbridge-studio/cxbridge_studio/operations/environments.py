@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 OPERATIONS: Final = Operations()
 PATH: Final = "/cxbridge/environments"
 
-# The name of an environment or a logger that a client creates.
+# The name of an environment that a client creates.
 Identifier = Annotated[str, Meta(extra_json_schema={"pattern": "^[A-Za-z0-9_.-]{1,64}$"})]
 _WatchedItem = Annotated[str, Meta(extra_json_schema={"enum": ["facts", "rules", "all"]})]
 
@@ -63,7 +63,6 @@ class Loaded(Struct):
 
 class _NewEnvironment(Struct):
     env: Identifier
-    log: str = ""
 
 
 class _FileToLoad(NamedEnvironment):
@@ -154,7 +153,7 @@ def _list_environments(context: OperationContext, _parameters: NoParameters) -> 
     ),
 )
 def _create_environment(context: OperationContext, parameters: _NewEnvironment) -> None:
-    make_service(context).create(parameters.env, parameters.log)
+    make_service(context).create(parameters.env)
 
 
 def _destroy_and_return_environment(

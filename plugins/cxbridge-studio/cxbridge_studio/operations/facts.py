@@ -138,14 +138,14 @@ def _make_fact_route(method: str, summary: str, bad_request: str, **fields: Any)
     return Route(method, f"{_PATH}/{{index}}", summary, FactIndex, errors=errors, **fields)
 
 
-@OPERATIONS.add("facts", Right.LOOK, _FactsQuery, at_prompt=True)
+@OPERATIONS.add("facts", Right.LOOK, _FactsQuery)
 def _list_facts(context: OperationContext, parameters: _FactsQuery) -> list[tuple[int, str]]:
     env = find_environment(context, parameters.env)
     with env.lock:
         return list(islice(read_fact_texts(env, parameters.template), min(parameters.limit, MAX_ROWS)))
 
 
-@OPERATIONS.add("find-facts", Right.LOOK, _FactSearch, at_prompt=True)
+@OPERATIONS.add("find-facts", Right.LOOK, _FactSearch)
 def _search_facts(context: OperationContext, parameters: _FactSearch) -> dict[str, Any]:
     env = find_environment(context, parameters.env)
     with env.lock:
@@ -155,7 +155,7 @@ def _search_facts(context: OperationContext, parameters: _FactSearch) -> dict[st
     return {"facts": rows, "after": last_index}
 
 
-@OPERATIONS.add("agenda", Right.LOOK, _AgendaQuery, at_prompt=True)
+@OPERATIONS.add("agenda", Right.LOOK, _AgendaQuery)
 def _list_activations(context: OperationContext, parameters: _AgendaQuery) -> list[tuple[int, str, str]]:
     env = find_environment(context, parameters.env)
     with env.lock:
@@ -176,7 +176,6 @@ def _list_activations(context: OperationContext, parameters: _AgendaQuery) -> li
         defaults=_HTTP_DEFAULTS,
         errors={400: "CLIPS rejects the fact", 404: "There is no such environment"},
     ),
-    at_prompt=True,
 )
 def _assert_fact(context: OperationContext, parameters: _FactText) -> int:
     env = find_environment(context, parameters.env)
@@ -191,7 +190,6 @@ def _assert_fact(context: OperationContext, parameters: _FactText) -> int:
     _make_fact_route(
         "DELETE", "Retract a fact.", "The index is not a number", http_function=_retract_over_http
     ),
-    at_prompt=True,
 )
 def _retract_fact(context: OperationContext, parameters: _FactReference) -> None:
     env = find_environment(context, parameters.env)
@@ -210,7 +208,6 @@ def _retract_fact(context: OperationContext, parameters: _FactReference) -> None
         http_function=_modify_over_http,
         body="SlotTexts",
     ),
-    at_prompt=True,
 )
 def _modify_fact(context: OperationContext, parameters: _SlotChanges) -> int:
     env = find_environment(context, parameters.env)

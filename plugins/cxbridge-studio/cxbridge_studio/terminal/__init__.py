@@ -1,1 +1,1 @@
-"""Drawings in the terminal: rates and plots of interfaces, graphs of skills, the states of a Skiller."""
+"""Rates of writes to interfaces, and graphs of skills."""

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import os
-from pathlib import Path
 
 import pytest
 
 from cxbridge.cli.command_lines import CommandLines
 from cxbridge.cli.main import invoke
-from tests.run.mini import AGENT, write_scenario
+from tests.run.mini import write_scenario
 
 
 @pytest.fixture(name="folder", scope="module")
@@ -35,14 +34,12 @@ def _run(folder, monkeypatch, capsys):
 
 
 def test_it_stops_answers_and_goes_on(run):
-    status, out, _ = run(
-        ["goal:MINI:DISPATCHED", "rule:mini-evaluate"], "goals", "b", "c", "w", "agenda", "c"
-    )
+    status, out, _ = run(["goal:MINI:DISPATCHED", "rule:mini-evaluate"], "goals", "b", "c", "agenda", "c")
     assert status == 0
     assert "stopped at goal G (MINI) is DISPATCHED (breakpoint 1)\n  fired last: mini-dispatch; next: " in out
     assert "\nG (MINI): DISPATCHED\n" in out
     assert "\n1  goal:MINI:DISPATCHED\n2  rule:mini-evaluate\n" in out
-    assert out.count("stopped before rule mini-evaluate (breakpoint 2)") == 2
+    assert out.count("stopped before rule mini-evaluate (breakpoint 2)") == 1
     assert "     0 mini-evaluate: f-" in out
 
 
@@ -74,14 +71,6 @@ def test_stepping(run):
     assert len(reasons) == 5
 
 
-def test_why(run):
-    status, out, _ = run(["goal:MINI:SELECTED"], "why mini-retract", "why goal G", "c")
-    assert status == 0
-    assert "rule mini-retract (" in out
-    assert "mode is SELECTED, wanted EVALUATED" in out
-    assert "goal G (MINI#1)" in out
-
-
 def test_mistakes_are_told_and_it_waits_for_the_next_command(run):
     status, out, _ = run(
         ["goal:MINI:SELECTED"],
@@ -95,13 +84,11 @@ def test_mistakes_are_told_and_it_waits_for_the_next_command(run):
         "modify x (a b)",
         "retract 99999",
         "assert nothing",
-        "why",
-        "why a b c",
         "h",
         "c",
     )
     assert status == 0
-    assert out.count("\nerror: ") == 12
+    assert out.count("\nerror: ") == 10
     assert "modify INDEX (SLOT VALUE)..." in out
 
 
@@ -149,13 +136,8 @@ def test_lines_come_whole_and_end_when_it_is_enough():
     ("spec", "message", "hint"),
     [
         ("rule:mini-begn", "there is no rule 'mini-begn'", "did you mean mini-begin?"),
-        ("after:mini-x*", "no rule matches 'mini-x*'", "did you mean mini-"),
         ("goal:MINI:FINISHD", "goals have no mode 'FINISHD'", "did you mean FINISHED?"),
-        ("goal:MINI:FINISHED:FAILD", "goals have no outcome 'FAILD'", "did you mean FAILED?"),
-        ("goal:MINI:FAILED", "goals have no mode 'FAILED'", "FAILED is an outcome: use goal:MINI:*:FAILED"),
-        ("action:act:RUNING", "plan-actions have no state 'RUNING'", "did you mean RUNNING?"),
         ("skill:sya", "there is no skill 'sya'", "did you mean say?"),
-        ("skill:say:FAILED", "skills have no status 'FAILED'", "did you mean S_FAILED?"),
     ],
 )
 def test_a_breakpoint_that_nothing_can_reach_is_an_error_at_once(run, spec, message, hint):
@@ -165,63 +147,11 @@ def test_a_breakpoint_that_nothing_can_reach_is_an_error_at_once(run, spec, mess
     assert "every root goal" not in out
 
 
-def test_a_rule_of_a_file_that_is_not_loaded(run, folder):
-    (folder / "spare.clp").write_text("(defrule spare-rule (x) =>)")
-    status, _, error = run(["rule:spare-rule"])
-    assert status == 2
-    assert "spare.clp:1 defines it, but the spec does not load that file" in error
-
-
-@pytest.mark.parametrize(
-    ("spec", "line"),
-    [
-        ("goal:MIMI", "was never reached: there was no goal 'MIMI' (did you mean MINI?)"),
-        ("action:atc", "was never reached: there was no action 'atc' (did you mean act?)"),
-        ("goal:MINI:FINISHED:FAILED", "was never reached"),
-        ('skill:say{text="x*', "was never reached"),
-        ("goal:MINI if (> 1 2)", "was reached 8 times, but its condition was never true"),
-        ("goal:MINI hit 9", "was reached 8 times, which does not meet its hit count"),
-    ],
-)
-def test_a_breakpoint_that_was_not_reached_is_reported_at_the_end(run, spec, line):
-    status, out, _ = run([spec])
+def test_a_breakpoint_that_was_not_reached_is_reported_at_the_end(run):
+    status, out, _ = run(["goal:MIMI", "goal:MINI:SELECTED", "goal:MUMU"], "d 3", "c")
     assert status == 0
-    assert f"\nbreakpoint 1 ({spec}) {line}\n" in out
-
-
-def test_what_was_reached_or_removed_is_not_reported(run):
-    status, out, _ = run(["goal:MINI:SELECTED", "goal:MIMI"], "d 2", "c")
-    assert status == 0
-    assert "never" not in out
-    assert "(goal:MIMI)" not in run(["goal:MINI:SELECTED", "goal:MIMI"], "q")[1]
-
-
-def test_a_wrong_name_at_the_prompt(run):
-    status, out, _ = run(["goal:MINI:EXPANDED"], "b rule:mini-retrct", "b", "b rule:mini-retract", "c", "c")
-    assert status == 0
-    assert "error: breakpoint rule:mini-retrct: there is no rule 'mini-retrct'\n" in out
-    assert "did you mean mini-retract?" in out
-    assert "\n1  goal:MINI:EXPANDED\n2  rule:mini-retract\n" in out
-    assert "stopped before rule mini-retract (breakpoint 2)" in out
-
-
-@pytest.mark.parametrize(
-    ("spec", "found"),
-    [
-        ("rule:later", "stopped before rule later (breakpoint 1)"),
-        ("rule:latr", "breakpoint 1 (rule:latr) was never reached"),
-    ],
-)
-def test_a_rule_of_a_file_that_the_agent_loads_later(tmp_path, monkeypatch, capsys, spec, found):
-    more = "(defrule more (declare (salience 10)) (goal (mode FINISHED)) => (path-load later.clp))"
-    folder = write_scenario(tmp_path, agent=AGENT + more)
-    (folder / "later.clp").write_text("(defrule later (executive-initialized) => (assert (later)))")
-    with Path(os.devnull).open() as nothing:
-        monkeypatch.setattr("sys.stdin", nothing)
-        assert invoke(["run", str(folder), "--break", spec]) == 0
-    out, error = capsys.readouterr()
-    assert found in out
-    assert f"breakpoint {spec}: there is no rule '{spec[5:]}' yet" in out + error
+    assert out.count("never") == out.count("\nbreakpoint 1 (goal:MIMI) was never reached\n") == 1
+    assert "never" not in run(["goal:MINI:SELECTED", "goal:MIMI"], "q")[1]
 
 
 def test_without_stdin_it_goes_on(folder, monkeypatch, capsys):

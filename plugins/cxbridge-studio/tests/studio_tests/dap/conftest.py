@@ -1,4 +1,4 @@
-"""The debug adapter in a process, and a recording to look into."""
+"""The debug adapter in a process."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import pytest
 
 from cxbridge.resources import shipped_dir
 from studio_tests.dap.client import Client
-from tests.forked import nursery
 from tests.support import ROOT
 
 SCENARIO = shipped_dir("scenarios") / "test-scenario"
@@ -18,14 +17,6 @@ LEAVES = SCENARIO / "talk-leaves.clp"
 def client():
     with Client(ROOT) as made:
         yield made
-
-
-@pytest.fixture(scope="session")
-def recording(tmp_path_factory):
-    file = tmp_path_factory.mktemp("dap") / "run.mcap"
-    command = ["run", "-q", str(SCENARIO), "--trace", str(file), "--trace-level", "facts"]
-    nursery().run(command).check_returncode()
-    return file
 
 
 def line_of(file, text):

@@ -12,7 +12,7 @@ from tests.support import ROOT
 
 FOLDER = ROOT / "editors" / "vscode"
 MANIFEST = json.loads((FOLDER / "package.json").read_text())
-OF_ADAPTER = {"recording", "env", "stopOnEntry", "stopInRules", "cwd"}
+OF_ADAPTER = {"stopOnEntry", "stopInRules", "cwd"}
 
 
 def test_its_version_and_licence_are_ours():

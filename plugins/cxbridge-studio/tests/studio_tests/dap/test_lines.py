@@ -78,11 +78,6 @@ def test_without_actions_a_line_is_its_rule():
     assert (rule_position.rule, rule_position.line, rule_position.is_at_action) == ("first", 4, False)
 
 
-def test_the_lines_to_stop_at():
-    assert lines().find_possible_lines(1, 100) == [4, 8, 9, 11, 13, 14, 15, 19]
-    assert BreakpointLines(TEXT, includes_actions=False).find_possible_lines(1, 100) == [4, 19]
-
-
 def test_only_variables_that_have_a_value_for_sure():
     first = next(find_rules(TEXT))
     names = {action.line: action.names for action in first.actions}

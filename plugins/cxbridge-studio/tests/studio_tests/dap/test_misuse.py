@@ -27,15 +27,6 @@ def test_breakpoints_in_files_without_rules(client, name):
     assert client.stopped()["description"] == "Stopped before rule talk-root-goes-on"
 
 
-def test_backwards_at_the_beginning_of_a_recording(client, recording):
-    client.launch(recording=str(recording), stopOnEntry=True)
-    client.begin()
-    first = client.stopped()
-    for command in ("reverseContinue", "stepBack", "reverseContinue"):
-        assert client.go(command)["threadId"] == first["threadId"]
-    client.go("stepIn")
-
-
 @pytest.mark.parametrize("when", ["before launch", "before it begins", "stopped", "running"])
 def test_a_client_that_disconnects(client, when):
     if when == "before launch":

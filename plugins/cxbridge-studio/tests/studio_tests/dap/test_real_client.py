@@ -75,26 +75,9 @@ async function live() {
   await Promise.all([client.continueRequest({ threadId: 1 }), client.waitForEvent("terminated")]);
 }
 
-async function recorded() {
-  const entry = client.waitForEvent("stopped");
-  await Promise.all([client.configurationSequence(), client.launch({ recording: given.recording }), entry]);
-  const go = async (request) => {
-    const stopped = client.waitForEvent("stopped");
-    await request;
-    return (await stopped).body.description;
-  };
-  const thread = { threadId: 1 };
-  told.places = [
-    await go(client.stepInRequest(thread)),
-    await go(client.stepInRequest(thread)),
-    await go(client.stepBackRequest(thread)),
-    await go(client.reverseContinueRequest(thread)),
-  ];
-}
-
 client
   .start()
-  .then(given.recording ? recorded : live)
+  .then(live)
   .then(() => client.stop())
   .then(() => console.log(JSON.stringify(told)))
   .catch((error) => {
@@ -138,10 +121,3 @@ def test_it_debugs_a_run(starter):
     page = (ROOT / "docs" / "evidence" / "editors.md").read_text().partition("## The debug adapter")[2]
     shown = page.partition("```text\n")[2].partition("```")[0]
     assert shown.splitlines() == told["log"]
-
-
-def test_it_goes_through_a_recording(starter, recording):
-    told = session(starter=starter, recording=str(recording))
-    one, two, back, first = told["places"]
-    assert back == one != two
-    assert first != one

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import shutil
-import subprocess
-import sys
 
 import pytest
 
@@ -12,7 +10,7 @@ from cxbridge.events import GoalTransition, PlanActionTransition
 from cxbridge.trace.formats.registry import open_run
 from studio_tests.dap.conftest import GOALS, SCENARIO, line_of
 from tests.forked import nursery
-from tests.support import ROOT, needs_plugin
+from tests.support import needs_plugin
 
 GOES_ON = line_of(GOALS, "(defrule talk-root-goes-on")
 BIND = line_of(GOALS, "(bind ?modes")
@@ -22,7 +20,6 @@ MODIFY = line_of(GOALS, "(modify ?root")
 def test_a_breakpoint_in_a_rule(client):
     known = client.launch(scenario="test-scenario")
     assert known["supportsLogPoints"]
-    assert "supportsStepBack" not in known
     moved, at, past = client.break_at(GOALS, GOES_ON - 1, GOES_ON, 400)
     assert (moved["verified"], moved["line"]) == (True, GOES_ON)
     assert at["line"] == GOES_ON
@@ -147,13 +144,6 @@ def test_conditions_hits_and_log_points(client):
     assert client.evaluate("?mode") == "FINISHED"
 
 
-def test_a_condition_that_fails_stops_and_says_so(client):
-    client.launch(scenario="test-scenario")
-    client.break_at(GOALS, GOES_ON, condition="(eq ?nobody 3)")
-    client.begin()
-    assert "has a condition that fails" in client.stopped()["description"]
-
-
 def test_kinds_of_failures(client):
     known = client.launch(scenario="test-scenario")
     names = [each["filter"] for each in known["exceptionBreakpointFilters"]]
@@ -195,7 +185,7 @@ def test_evaluate(client):
     client.launch(scenario="test-scenario")
     client.break_at(GOALS, GOES_ON)
     client.begin()
-    assert "nothing is stopped" in client.evaluate("?mode")
+    assert "is invalid now" in client.evaluate("?mode")
     client.stopped()
     assert client.evaluate("(+ 1 2)") == "3"
     assert client.evaluate("?mode", "hover") == "FORMULATED"
@@ -256,8 +246,7 @@ def test_no_message_of_the_protocol(client):
         ({}, "no scenario given"),
         ({"scenario": "nowhere"}, "nowhere"),
         ({"scenario": "test-scenario", "skilldirs": []}, "a run has no option 'skilldirs'"),
-        ({"scenario": "test-scenario", "recording": "x.mcap"}, "cannot be used with a recording"),
-        ({"recording": "x.mcap"}, "x.mcap"),
+        ({"scenario": "test-scenario", "recording": "x.mcap"}, "a run has no option 'recording'"),
         ({"scenario": "test-scenario", "replay": "x.mcap"}, "a replay cannot be debugged"),
         ({"scenario": 3}, "scenario"),
         ({"scenario": "test-scenario", "timeout": "long"}, "timeout"),
@@ -278,16 +267,15 @@ def test_a_launch_that_makes_no_sense(client, arguments, message):
 
 
 def test_requests_out_of_place(client):
-    assert "nothing has been launched" in client.answer("configurationDone")["message"]
+    assert "is invalid now" in client.answer("configurationDone")["message"]
     assert "there is no request 'fly'" in client.answer("fly")["message"]
     assert "are invalid" in client.answer("setBreakpoints", source=3)["message"]
     client.launch(scenario="test-scenario", stopOnEntry=True)
-    assert "launched already" in client.answer("launch", scenario="test-scenario")["message"]
+    assert "'launch' is invalid now" in client.answer("launch", scenario="test-scenario")["message"]
     client.begin()
     client.stopped()
     assert "there is no frame 99" in client.answer("scopes", frameId=99)["message"]
     assert "no variables 99" in client.answer("variables", variablesReference=99)["message"]
-    assert "a run cannot go back" in client.answer("stepBack", threadId=1)["message"]
 
 
 def test_a_rule_that_was_not_loaded(client, tmp_path):
@@ -302,20 +290,6 @@ def test_a_rule_that_was_not_loaded(client, tmp_path):
     assert [(each["id"], each["verified"]) for each in changes] == [(each["id"], False) for each in made]
     assert changes[0]["message"] == "the spec does not load other.clp"
     assert "the rule talk-begin that was loaded is the one in" in changes[1]["message"]
-
-
-def test_the_lines_and_files_to_stop_at(client):
-    client.launch(scenario="test-scenario", stopOnEntry=True)
-    found = client.ask("breakpointLocations", source={"path": str(GOALS)}, line=GOES_ON, endLine=MODIFY)
-    assert [each["line"] for each in found["breakpoints"]] == [GOES_ON, BIND, MODIFY]
-    client.break_at(GOALS, GOES_ON)
-    client.begin()
-    client.stopped()
-    client.go()
-    paths = {source["path"] for source in client.ask("loadedSources")["sources"]}
-    assert str(GOALS) in paths
-    text = client.ask("source", source={"path": str(GOALS)}, sourceReference=0)["content"]
-    assert text == GOALS.read_text()
 
 
 def test_without_debugging(client):
@@ -366,15 +340,3 @@ def test_a_debugged_run_decides_the_same(client, tmp_path):
     assert stops > 15
     assert event["body"]["exitCode"] == 0
     assert transitions(debugged) == transitions(plain)
-
-
-def test_a_run_imports_nothing_of_it():
-    program = (
-        "import sys; from cxbridge.run import run_scenario, RunOptions; from pathlib import Path;"
-        f"run_scenario(RunOptions(scenario=Path({str(SCENARIO)!r})));"
-        "print([name for name in sys.modules if name.startswith('cxbridge_studio.dap')])"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, check=True, cwd=ROOT
-    )
-    assert done.stdout.strip() == "[]"

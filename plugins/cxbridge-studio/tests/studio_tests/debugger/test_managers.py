@@ -19,15 +19,6 @@ from tests.daemon.test_rights import rest
 from tests.run.mini import write_scenario
 from tests.support import needs_plugin
 
-FIRST = {
-    "name": "log",
-    "priority": 30,
-    "level": "debug",
-    "contains": "",
-    "replaces": False,
-    "component": "CLIPS (lab)",
-}
-
 
 class RefusedError(Exception):
     """An operation was refused."""
@@ -74,16 +65,8 @@ def over_cli(daemon: Any, capsys: pytest.CaptureFixture[str]) -> Way:
     return Way(ask)
 
 
-def _add_logger(given: dict[str, Any]) -> list[str]:
-    words = ["env", "add-logger", given["env"], given["logger"]]
-    for name in ("priority", "level", "contains"):
-        words += [f"--{name}", str(given[name])] if name in given else []
-    words += ["--as", given["component"]] if "component" in given else []
-    return [*words, "--replace"] if given.get("replaces") else words
-
-
 COMMANDS: dict[str, Callable[[dict[str, Any]], tuple[list[str], bool]]] = {
-    "env-create": lambda given: (["env", "create", given["env"], "--log", given.get("log", "")], False),
+    "env-create": lambda given: (["env", "create", given["env"]], False),
     "env-destroy": lambda given: (["env", "destroy", given["env"]], False),
     "env-list": lambda _given: (["env", "list"], True),
     "env-eval": lambda given: (["env", "eval", given["env"], given["expression"]], True),
@@ -92,9 +75,6 @@ COMMANDS: dict[str, Callable[[dict[str, Any]], tuple[list[str], bool]]] = {
         ["env", "feature", given["env"], given["feature"], "--remove"],
         False,
     ),
-    "env-loggers": lambda given: (["env", "loggers", given["env"]], True),
-    "env-logger-add": lambda given: (_add_logger(given), False),
-    "env-logger-remove": lambda given: (["env", "remove-logger", given["env"], given["logger"]], False),
     "feature-list": lambda _given: (["env", "features"], True),
     "feature-offer": lambda given: (["env", "offer", given["feature"]], False),
     "feature-withdraw": lambda given: (["env", "withdraw", given["feature"]], False),
@@ -121,11 +101,7 @@ def over_rest(daemon: Any) -> Way:
 
 
 REQUESTS: dict[str, Callable[[dict[str, Any]], tuple[str, str, Any]]] = {
-    "env-create": lambda given: (
-        "POST",
-        "/environments",
-        {"name": given["env"], "log": given.get("log", "")},
-    ),
+    "env-create": lambda given: ("POST", "/environments", {"name": given["env"]}),
     "env-destroy": lambda given: ("DELETE", f"/environments/{given['env']}", None),
     "env-list": lambda _given: ("GET", "/environments", None),
     "env-eval": lambda given: (
@@ -141,17 +117,6 @@ REQUESTS: dict[str, Callable[[dict[str, Any]], tuple[str, str, Any]]] = {
     "env-feature-remove": lambda given: (
         "DELETE",
         f"/environments/{given['env']}/features/{given['feature']}",
-        None,
-    ),
-    "env-loggers": lambda given: ("GET", f"/environments/{given['env']}/loggers", None),
-    "env-logger-add": lambda given: (
-        "POST",
-        f"/environments/{given['env']}/loggers",
-        {"name": given["logger"]} | {key: given[key] for key in given if key not in ("env", "logger")},
-    ),
-    "env-logger-remove": lambda given: (
-        "DELETE",
-        f"/environments/{given['env']}/loggers/{given['logger']}",
         None,
     ),
     "feature-list": lambda _given: ("GET", "/features", None),
@@ -199,16 +164,11 @@ def _lab(way: Way) -> Iterator[Way]:
         way.ask("env-destroy", env="lab")
 
 
-def test_environments_are_created_and_destroyed(way: Way, served: tuple[Any, list[str]]) -> None:
-    way.ask("env-create", env="other", log="MyLog")
-    assert [logger["component"] for logger in way.ask("env-loggers", env="other")] == ["MyLog"]
+def test_environments_are_created_and_destroyed(way: Way) -> None:
+    way.ask("env-create", env="other")
     with pytest.raises(RefusedError, match="already exists"):
         way.ask("env-create", env="other")
-    with pytest.raises(RefusedError, match="name of a log component"):
-        way.ask("env-create", env="more", log="x\ny")
     way.ask("env-destroy", env="other")
-    with pytest.raises(RefusedError, match="other"):
-        way.ask("env-loggers", env="other")
     with pytest.raises(RefusedError, match="other"):
         way.ask("env-destroy", env="other")
     assert [info["name"] for info in way.ask("env-list")] == ["executive"]
@@ -289,51 +249,6 @@ def test_every_feature_can_be_taken_away_and_given_again(served: tuple[Any, list
         way.ask("env-destroy", env="lab")
 
 
-def test_loggers_stack_by_priority(lab: Way, served: tuple[Any, list[str]]) -> None:
-    """The original's logging component: replaced, or accompanied by another one."""
-    _, lines = served
-    assert lab.ask("env-loggers", env="lab") == [FIRST]
-    lab.ask("env-logger-add", env="lab", logger="beside", contains="door")
-    lab.ask(
-        "env-logger-add",
-        env="lab",
-        logger="instead",
-        priority=50,
-        level="warn",
-        replaces=True,
-        component="Mine",
-    )
-    found = lab.ask("env-loggers", env="lab")
-    assert [each["name"] for each in found] == ["instead", "beside", "log"]
-    assert found[0] == {
-        "name": "instead",
-        "priority": 50,
-        "level": "warn",
-        "contains": "",
-        "replaces": True,
-        "component": "Mine",
-    }
-    assert found[1]["component"] == "beside|lab"
-    for arguments, what in (
-        ({"logger": "beside"}, "a logger 'beside' already"),
-        ({"logger": "log"}, "a logger 'log' already"),
-        ({"logger": "a b"}, "is not a valid name for a logger"),
-        ({"logger": "x", "level": "loud"}, "no log level 'loud'"),
-        ({"logger": "x", "priority": 9999}, "priority 9999"),
-        ({"logger": "x", "component": "a\nb"}, "name of a log component"),
-    ):
-        with pytest.raises(RefusedError, match=what):
-            lab.ask("env-logger-add", env="lab", **arguments)
-    assert lab.ask("env-eval", env="lab", expression='(printout t "hi" crlf)')["output"] == ["hi"]
-    lab.ask("env-logger-remove", env="lab", logger="instead")
-    for name, what in (("instead", "no logger 'instead'"), ("log", "cannot be removed")):
-        with pytest.raises(RefusedError, match=what):
-            lab.ask("env-logger-remove", env="lab", logger=name)
-    lab.ask("env-logger-remove", env="lab", logger="beside")
-    assert lab.ask("env-loggers", env="lab") == [FIRST]
-    assert lines
-
-
 def test_a_component_is_taken_through_its_life(way: Way) -> None:
     """The original's change_state and get_state of each node."""
     assert way.state("executive") == ("ACTIVE", "")
@@ -359,7 +274,7 @@ def test_a_component_is_taken_through_its_life(way: Way) -> None:
 
 
 def test_every_operation_has_all_ways() -> None:
-    beginnings = ("env-feature", "env-logger", "feature-", "component-")
+    beginnings = ("env-feature", "feature-", "component-")
     assert {verb for verb in verbs() if verb.startswith(beginnings)} <= set(COMMANDS)
     assert set(REQUESTS) == set(COMMANDS)
 

@@ -57,7 +57,7 @@ class Scripted:
             raise ZeroDivisionError
         return self.snapshot
 
-    def execute_command(self, command, query):
+    def execute_command(self, command):
         self.done.append(command)
         if self.error:
             raise CxbridgeError(self.error, hint="try again")
