@@ -30,7 +30,7 @@ NO_NAMES = {
 NEW_NAMES = {
     ("new", "folder"), ("trace record", "scenario"), ("env create", "env"), ("keys", "name"),
     ("skill executor", "name"),
-    ("env create", "log_as"), ("explore", "out"),
+    ("explore", "out"),
 }  # fmt: skip
 """Names that one makes oneself, or that nothing need have."""
 

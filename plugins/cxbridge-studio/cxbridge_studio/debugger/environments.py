@@ -25,7 +25,7 @@ from cxbridge_studio.debugger.levels import LevelName, find_level
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
-    from cxbridge.executive.manager import EnvironmentManager, FeatureInfo
+    from cxbridge.executive.manager import EnvironmentManager
 
 _NAME = re.compile(r"[A-Za-z0-9_.-]{1,64}")
 
@@ -174,40 +174,3 @@ class EnvironmentService:
         env, log_level = self._manager.find(name), find_level(level)
         with env.lock:
             env.loggers.set_level(DEFAULT_LOGGER, log_level)
-
-    def features(self) -> Sequence[FeatureInfo]:
-        """Describe all features, including withdrawn features."""
-        return self._manager.catalogue
-
-    def feature(self, feature: str) -> FeatureInfo:
-        """Describe a feature.
-
-        :raises ClipsError: if the name is unknown.
-        """
-        features = {info.name: info for info in self._manager.catalogue}
-        if feature not in features:
-            hint = f"there are: {', '.join(features)}"
-            raise ClipsError(f"there is no CLIPS feature '{feature}'", hint=hint)
-        return features[feature]
-
-    def offer_feature(self, feature: str) -> None:
-        """Offer a withdrawn feature again; do nothing if it is offered.
-
-        :raises ClipsError: if the feature is unknown.
-        """
-        self._manager.offer(feature)
-
-    def withdraw_feature(self, feature: str) -> None:
-        """Withdraw a feature, so that environments can no longer request it; do nothing if it is withdrawn.
-
-        :raises ClipsError: if the feature is unknown or in use.
-        """
-        self._manager.withdraw(feature)
-
-    def remove_feature(self, name: str, feature: str) -> None:
-        """Remove a feature from an environment.
-
-        :raises ClipsError: if the environment is unknown or lacks the feature.
-        """
-        self._manager.find(name)
-        self._manager.destroy_context(name, feature)

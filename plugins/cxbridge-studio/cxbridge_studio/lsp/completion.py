@@ -51,8 +51,6 @@ def complete(session: Session, file: SourceFile, offset: int) -> list[Proposal]:
         proposals = _complete_yaml(session, file, offset)
     elif file.path.endswith(".pddl"):
         proposals = _complete_pddl(session, file, offset)
-    elif file.path.endswith(".lua"):
-        proposals = _complete_lua(session, file, offset)
     else:
         proposals = ()
     return sorted({proposal.text: proposal for proposal in proposals if proposal.text}.values())
@@ -212,7 +210,7 @@ def _list_clips_files(session: Session) -> Iterator[str]:
             yield "/".join(parts[-2:])
 
 
-# ---- PDDL and Lua
+# ---- PDDL
 
 
 def _complete_pddl(session: Session, file: SourceFile, offset: int) -> Iterator[Proposal]:
@@ -230,11 +228,3 @@ def _complete_pddl(session: Session, file: SourceFile, offset: int) -> Iterator[
         yield from (Proposal(word, None) for word in _PDDL_KEYS)
     else:
         yield from _propose_defined(session, file, NameKind.CONSTANT)
-
-
-def _complete_lua(session: Session, file: SourceFile, offset: int) -> Iterator[Proposal]:
-    line = file.text[file.text.rfind("\n", 0, offset) + 1 : offset]
-    if "depends_skills" in line or re.search(r"\bskills\s*=\s*\{\{", line):
-        yield from _propose_defined(session, file, NameKind.SKILL)
-    elif re.search(r"""\btype\s*=\s*["']\w*\Z""", line):
-        yield from _propose_defined(session, file, NameKind.INTERFACE)

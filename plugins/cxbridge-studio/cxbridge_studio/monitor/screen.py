@@ -66,7 +66,7 @@ class MonitorApp(App[None]):
     TITLE = "cxbridge monitor"
     ENABLE_COMMAND_PALETTE = False
     # the classes of the screen by the width of the terminal, from the given number of columns
-    HORIZONTAL_BREAKPOINTS: ClassVar[list[tuple[int, str]] | None] = [(0, "narrow"), (NARROW_COLUMNS, "wide")]
+    HORIZONTAL_BREAKPOINTS = [(0, "narrow"), (NARROW_COLUMNS, "wide")]  # noqa: RUF012 - as in the base class
 
     def __init__(self, source: MonitorSource) -> None:
         super().__init__()

@@ -236,7 +236,7 @@ def _request_feature(context: OperationContext, parameters: _EnvironmentFeature)
     ),
 )
 def _remove_feature(context: OperationContext, parameters: _EnvironmentFeature) -> None:
-    make_service(context).remove_feature(parameters.env, parameters.feature)
+    context.executive.manager.destroy_context(parameters.env, parameters.feature)
 
 
 @OPERATIONS.add(

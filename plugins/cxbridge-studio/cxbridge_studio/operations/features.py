@@ -16,7 +16,6 @@ from cxbridge.daemon.operations.operation import (
 )
 from cxbridge.executive.manager import FeatureInfo
 from cxbridge.rights import Right
-from cxbridge_studio.operations.environments import make_service
 
 OPERATIONS: Final = Operations()
 _PATH: Final = "/cxbridge/features"
@@ -31,12 +30,12 @@ def _check_feature_exists(context: OperationContext, path: Mapping[str, str]) ->
 
     :raises NotFoundError: if there is no such feature.
     """
-    if all(info.name != path["feature"] for info in make_service(context).features()):
+    if all(info.name != path["feature"] for info in context.executive.manager.catalogue):
         raise NotFoundError(f"Feature '{path['feature']}' is unknown")
 
 
 def _describe_feature(context: OperationContext, parameters: _Feature) -> FeatureInfo:
-    return make_service(context).feature(parameters.feature)
+    return next(info for info in context.executive.manager.catalogue if info.name == parameters.feature)
 
 
 def _make_feature_route(method: str, summary: str, refusal: str = "") -> Route[Any]:
@@ -65,7 +64,7 @@ def _make_feature_route(method: str, summary: str, refusal: str = "") -> Route[A
     Route("GET", _PATH, "Return all features of CLIPS.", list[FeatureInfo], "Feature"),
 )
 def _list_features(context: OperationContext, _parameters: NoParameters) -> Sequence[FeatureInfo]:
-    return make_service(context).features()
+    return context.executive.manager.catalogue
 
 
 OPERATIONS.add(
@@ -84,7 +83,7 @@ OPERATIONS.add(
     _make_feature_route("PUT", "Offer a feature to environments again."),
 )
 def _offer_feature(context: OperationContext, parameters: _Feature) -> None:
-    make_service(context).offer_feature(parameters.feature)
+    context.executive.manager.offer(parameters.feature)
 
 
 @OPERATIONS.add(
@@ -96,4 +95,4 @@ def _offer_feature(context: OperationContext, parameters: _Feature) -> None:
     ),
 )
 def _withdraw_feature(context: OperationContext, parameters: _Feature) -> None:
-    make_service(context).withdraw_feature(parameters.feature)
+    context.executive.manager.withdraw(parameters.feature)

@@ -83,21 +83,6 @@ def test_a_recording_of_too_low_a_level(mini, tmp_path, capsys):
     assert ask(capsys, "G", "--run", recording)[0] == 0
 
 
-def test_a_recording_that_was_cut_off(mini, tmp_path, capsys):
-    recording = tmp_path / "run.log"
-    assert invoke(["run", mini, "--log", str(recording), "--trace-level", "facts"]) == 0
-    data = recording.read_bytes()
-    recording.write_bytes(data[: len(data) * 2 // 3])
-    capsys.readouterr()
-    status, out, _ = ask(capsys, "mini-retract", mini, "--run", str(recording))
-    assert status == 0
-    assert "note: " in out
-    recording.write_bytes(b"")
-    status, _, err = ask(capsys, "mini-retract", mini, "--run", str(recording))
-    assert status == 2
-    assert "the file is empty" in err
-
-
 def test_a_recording_that_ends_or_is_damaged_anywhere(mini, tmp_path, capsys):
     recording = tmp_path / "run.mcap"
     assert invoke(["run", mini, "--trace", str(recording), "--trace-level", "facts"]) == 0

@@ -266,18 +266,6 @@ def test_a_launch_that_makes_no_sense(client, arguments, message):
     assert "fault" not in told
 
 
-def test_requests_out_of_place(client):
-    assert "is invalid now" in client.answer("configurationDone")["message"]
-    assert "there is no request 'fly'" in client.answer("fly")["message"]
-    assert "are invalid" in client.answer("setBreakpoints", source=3)["message"]
-    client.launch(scenario="test-scenario", stopOnEntry=True)
-    assert "'launch' is invalid now" in client.answer("launch", scenario="test-scenario")["message"]
-    client.begin()
-    client.stopped()
-    assert "there is no frame 99" in client.answer("scopes", frameId=99)["message"]
-    assert "no variables 99" in client.answer("variables", variablesReference=99)["message"]
-
-
 def test_a_rule_that_was_not_loaded(client, tmp_path):
     other = tmp_path / "other.clp"
     other.write_text("(defrule of-nobody (a) => (assert (b)))\n(defrule talk-begin (a) => )\n")

@@ -63,14 +63,6 @@ def test_transitions_forth_and_back():
     assert list(it.log_lines) == [1, 5]
 
 
-def test_without_transitions_events_are_stepped():
-    it = loaded([LogLine(0, Level.INFO, "x", "y")] * 3)
-    it.step_transitions(2)
-    assert it.position == 2
-    it.step_transitions(-1)
-    assert it.position == 1
-
-
 def test_times():
     events = [
         goal("a", mode, time_us=5_000_000 + time)
@@ -108,11 +100,3 @@ def test_the_first_events_of_a_very_long_run(monkeypatch):
     it.load(10)
     assert len(it.events) == 500
     assert "only the first 500 events" in it.notes[0]
-
-
-def test_it_is_read_in_slices_of_time():
-    clock = iter(range(100))
-    it = Scrubber(MemoryRun([LogLine(0, Level.INFO, "x", "y")] * 1200))
-    it.load(1.5, lambda: next(clock))
-    assert it.is_loading
-    assert len(it.events) == 500
