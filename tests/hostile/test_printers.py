@@ -278,7 +278,6 @@ DRIVEN: dict[tuple[str, ...], list[tuple[str, ...]]] = {
     ("trace", "transitions"): [("{run}",), ("{broken}",)],
     ("trace", "rules"): [("{run}",)],
     ("trace", "exchange"): [("{run}",), ("{run}", "--json"), ("{broken}",)],
-    ("trace", "planning"): [("{run}",), ("{run}", "{text}"), ("{run}", "--of", "{text}")],
     ("trace", "info"): [("{run}",), ("{run}", "--json")],
     ("trace", "cat"): [("{run}",), ("{run}", "--json"), ("{run}", "--match", "{text}")],
     ("trace", "convert"): [("{run}", "{tmp}/converted.csv", "--to", "csv"), ("{run}", "x", "--to", "{text}")],
