@@ -300,6 +300,10 @@ def test_several_agents_are_threads(client):
     assert client.ask("stackTrace", threadId=stopped["threadId"])["stackFrames"]
     other = next(each["id"] for each in threads if each["id"] != stopped["threadId"])
     assert client.ask("stackTrace", threadId=other)["stackFrames"] == []
+    client.break_on()
+    client.go("next")
+    client.ask("continue", threadId=1)  # ends the step of the other agent, too
+    assert client.event_of("stopped", "exited")["event"] == "exited"
 
 
 def transitions(file):
