@@ -16,7 +16,7 @@ from uuid import UUID
 
 from msgspec import Struct
 
-from cxbridge.blackboard.errors import BlackBoardError, NoWriterError, UnknownTypeError
+from cxbridge.blackboard.errors import NoWriterError, UnknownTypeError
 from cxbridge.blackboard.info import InterfaceInfo
 from cxbridge.blackboard.listeners import (
     EventKind,
@@ -210,24 +210,6 @@ class BlackBoard(ABC):
         """
         interface_class = self._find_class(interface, interface_id)
         return self._open(OpenRequest(interface_class, interface_id, owner, True, queue_limit, listen))
-
-    def open_multiple_for_reading(
-        self, type_glob: str, id_glob: str = "*", *, owner: str = ""
-    ) -> Sequence[Interface]:
-        """Open all existing interfaces that match the patterns, see :meth:`list`.
-
-        :raises BlackBoardError: if an interface cannot be opened; the instances opened so far are closed.
-        """
-        opened: list[Interface] = []
-        # an interface may vanish or change its version between the list and its opening
-        try:
-            for info in self.list(type_glob, id_glob):
-                opened.append(self.open_for_reading(info.type, info.id, owner=owner))  # noqa: PERF401 - see except
-        except BlackBoardError:
-            for instance in opened:
-                self.close(instance)
-            raise
-        return opened
 
     def _find_class(self, interface: type[Interface] | str, interface_id: str) -> type[Interface]:
         """Check the names and return the class."""

@@ -77,17 +77,16 @@ class ObserverTable:
                 registration for registration in self._registrations if registration.active
             )
 
-    def notify_created(self, interface_type: str, interface_id: str) -> None:
-        """Notify the observers of a new interface."""
+    def notify(self, interface_type: str, interface_id: str, *, created: bool) -> None:
+        """Notify the observers of a created or destroyed interface."""
         for registration in self._find_registrations(interface_type, interface_id):
-            self._notify(registration, registration.observer.interface_created, interface_type, interface_id)
-
-    def notify_destroyed(self, interface_type: str, interface_id: str) -> None:
-        """Notify the observers of a destroyed interface."""
-        for registration in self._find_registrations(interface_type, interface_id):
-            self._notify(
-                registration, registration.observer.interface_destroyed, interface_type, interface_id
-            )
+            if registration.active:
+                observer = registration.observer
+                method = observer.interface_created if created else observer.interface_destroyed
+                try:
+                    method(interface_type, interface_id)
+                except Exception as error:  # noqa: BLE001 - an observer's fault is not the caller's
+                    self._report(f"{method.__name__} of {interface_type}::{interface_id}", error)
 
     def _find_registrations(self, interface_type: str, interface_id: str) -> list[_ObserverRegistration]:
         """Return the first matching registration of each observer, even if several of its patterns match."""
@@ -96,15 +95,6 @@ class ObserverTable:
             if matches(interface_type, interface_id, registration.type_glob, registration.id_glob):
                 selected.setdefault(id(registration.observer), registration)
         return list(selected.values())
-
-    def _notify(
-        self, registration: _ObserverRegistration, method: Callable[[str, str], None], *names: str
-    ) -> None:
-        if registration.active:
-            try:
-                method(*names)
-            except Exception as error:  # noqa: BLE001 - an observer's fault is not the caller's
-                self._report(f"{method.__name__} of {'::'.join(names)}", error)
 
 
 class EventKind(StrEnum):
@@ -223,13 +213,12 @@ class ListenerTable:
     :param report: called with the operation and error of a failed listener.
     """
 
-    __slots__ = ("_keys", "_lock", "_registrations", "_report", "data_audience")
+    __slots__ = ("_lock", "_registrations", "_report", "data_audience")
 
     def __init__(self, report: FaultReporter) -> None:
         self._report: Final = report
         self._lock = threading.Lock()
         self._registrations: dict[str, tuple[_Registration, ...]] = {}
-        self._keys: set[tuple[str, int, int]] = set()  # kind, listener and instance of each registration
         # computed at registration, because each write reads it
         self.data_audience: DataAudience | None = None
         """The registrations for writes; None without any."""
@@ -238,11 +227,10 @@ class ListenerTable:
         """Register a listener of an instance; a repeated registration has no effect."""
         with self._lock:
             for kind in kinds:
-                key = (kind, id(listener), id(instance))  # listeners need not be hashable
-                if key not in self._keys:
-                    self._keys.add(key)
+                present = self._registrations.get(kind, ())
+                if not any(each.listener is listener and each.instance is instance for each in present):
                     registration = _Registration(listener, instance, getattr(listener, kind))
-                    self._registrations[kind] = (*self._registrations.get(kind, ()), registration)
+                    self._registrations[kind] = (*present, registration)
             self._update_data_audience()
 
     def unregister(self, listener: Listener | None, instance: Interface) -> None:
@@ -253,7 +241,6 @@ class ListenerTable:
                 for registration in registrations:
                     if instance is registration.instance and listener in (None, registration.listener):
                         registration.active = False  # a notification in another thread may still hold it
-                        self._keys.discard((kind, id(registration.listener), id(instance)))
                     else:
                         remaining.append(registration)
                 self._registrations[kind] = tuple(remaining)

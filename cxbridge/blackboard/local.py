@@ -25,7 +25,7 @@ from cxbridge.blackboard.exclusive_control import write_final_block
 from cxbridge.blackboard.info import InterfaceInfo
 from cxbridge.blackboard.kit.transport import BadUrlError, Transport
 from cxbridge.blackboard.listeners import ListenerTable, membership_kind
-from cxbridge.blackboard.names import is_literal, matches
+from cxbridge.blackboard.names import matches
 from cxbridge.blackboard.port import BoardPort
 from cxbridge.blackboard.publications import REFUSED, emit_message, emit_write
 from cxbridge.clock import Clock, join_us
@@ -213,7 +213,7 @@ class LocalBlackBoard(BlackBoard):
             self._memories[key] = memory  # only now: a refused opening creates no interface
         # observers and listeners are called without the lock, because they may use the blackboard
         if existing is None:
-            self._observers.notify_created(*key)
+            self._observers.notify(*key, created=True)
         memory.listeners.notify(membership_kind(writer=request.writer, added=True), instance.serial)
         return instance
 
@@ -233,7 +233,7 @@ class LocalBlackBoard(BlackBoard):
         memory.listeners.notify(membership_kind(writer=instance.is_writer, added=False), instance.serial)
         memory.listeners.unregister(None, instance)
         if destroyed:
-            self._observers.notify_destroyed(*key)
+            self._observers.notify(*key, created=False)
 
     def _write_final_block(self, writer: Interface) -> None:
         """Write the final block of a writer that is being closed.
@@ -254,12 +254,7 @@ class LocalBlackBoard(BlackBoard):
 
     def list(self, type_glob: str = "*", id_glob: str = "*") -> Sequence[InterfaceInfo]:
         with self._lock:
-            if is_literal(type_glob) and is_literal(id_glob):
-                # the usual request, for a single interface among perhaps thousands
-                memory = self._memories.get((type_glob, id_glob))
-                memories: tuple[InterfaceMemory, ...] = () if memory is None else (memory,)
-            else:
-                memories = tuple(self._memories.values())
+            memories = tuple(self._memories.values())
         return [memory.info() for memory in memories if matches(memory.type, memory.id, type_glob, id_glob)]
 
     def memories(self) -> tuple[InterfaceMemory, ...]:

@@ -58,11 +58,7 @@ def matches(interface_type: str, interface_id: str, type_glob: str, id_glob: str
     return _matches_glob(interface_type, type_glob) and _matches_glob(interface_id, id_glob)
 
 
-def is_literal(glob: str) -> bool:
-    """Return whether a shell pattern has no wildcards."""
-    return not any(wildcard in glob for wildcard in _WILDCARDS)
-
-
 def _matches_glob(name: str, glob: str) -> bool:
     # most patterns are literal names, and fnmatch compiles each new pattern
-    return name == glob if is_literal(glob) else fnmatchcase(name, glob)
+    is_literal = not any(wildcard in glob for wildcard in _WILDCARDS)
+    return name == glob if is_literal else fnmatchcase(name, glob)

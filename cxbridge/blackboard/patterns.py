@@ -11,7 +11,6 @@ from cxbridge.blackboard.names import check_names, matches
 
 _HINT: Final = "write TYPE or TYPE::ID, with *, ?, [ab], [!ab]; e.g. 'SkillerInterface::*'"
 _TYPE_GLOB: Final = re.compile(r"[A-Za-z0-9_*?\[\]!-]+")
-_OPEN_BRACKET: Final = re.compile(r"\[[^\]]*$")
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,9 +35,6 @@ class Pattern:
             raise InvalidNameError(
                 f"'{text}' selects no interface: '{type_glob}' cannot match a type's name", hint=_HINT
             )
-        # fnmatch takes an unclosed bracket literally, and no type has a bracket in its name
-        if _OPEN_BRACKET.search(type_glob):
-            raise InvalidNameError(f"'{text}' selects no interface: a '[' is not closed", hint=_HINT)
         return cls(type_glob, id_glob if separator else "*")
 
     def matches(self, key: tuple[str, str]) -> bool:

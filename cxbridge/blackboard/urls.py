@@ -29,7 +29,6 @@ TRANSPORTS: Final[Table[type[Transport]]] = Table(
     Row("local", "cxbridge.blackboard.local:LocalTransport"),
     Row("tcp", _ZMQ),
     Row("ipc", _ZMQ),
-    Row("inproc", _ZMQ),
 )
 """The transports by URL scheme."""
 
@@ -56,7 +55,7 @@ def open_blackboard(
 ) -> BlackBoard:
     """Return the blackboard at ``url``, connected.
 
-    :param url: ``local:``, ``tcp://host:port``, ``ipc://path``, ``inproc://name``, or a URL of a plug-in,
+    :param url: ``local:``, ``tcp://host:port``, ``ipc://path``, or a URL of a plug-in,
         optionally with the query that the transport's ``read_query`` defines.
     :param registry: returns the classes of types that are named by a string.
     :param bus: gets log lines.

@@ -6,7 +6,7 @@ import pytest
 
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.clock import VirtualClock
-from cxbridge.events import BlockWrite, Event, EventBus, InterfaceWrite, Publication
+from cxbridge.events import BlockWrite, Event, EventBus, InterfaceWrite
 from cxbridge.interfaces.registry import InterfaceRegistry
 
 START_US = 1_000_000_123_456_789
@@ -48,16 +48,3 @@ def test_values_and_bytes_are_told_of_each_write_to_those_who_want_them(bus, wri
     writer.write()
     assert [type(event) for event in both] == [InterfaceWrite, BlockWrite]
     assert values == both[:1]
-
-
-def test_who_wants_one_form_wants_publications(bus):
-    assert not bus.wants(Publication)
-    for kind in (InterfaceWrite, BlockWrite):
-        sink: list[Event] = []
-        take = sink.append
-        bus.subscribe(take, kind)
-        assert bus.wants(Publication)
-        assert bus.wants(kind)
-        assert not bus.wants({InterfaceWrite: BlockWrite, BlockWrite: InterfaceWrite}[kind])
-        bus.unsubscribe(take)
-        assert not bus.wants(Publication)

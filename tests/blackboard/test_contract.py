@@ -40,7 +40,6 @@ def zmq_pairs(transport: str) -> Callable[[Path], AbstractContextManager[BoardPa
 
 ENTRIES = (
     ContractEntry("Local", local_pair, (*CONTRACTS, CallersThreadContract)),
-    ContractEntry("ZmqInproc", zmq_pairs("inproc")),
     ContractEntry("ZmqIpc", zmq_pairs("ipc")),
     ContractEntry("ZmqTcp", zmq_pairs("tcp")),
 )

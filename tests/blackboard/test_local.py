@@ -35,13 +35,6 @@ def test_an_instance_of_another_board_is_refused(board):
     assert stranger.valid
 
 
-def test_a_board_in_a_with_statement_is_shut_down():
-    with LocalBlackBoard(SampleRegistry(), VirtualClock()) as board:
-        reader = board.open_for_reading(SampleInterface, "a")
-    assert not reader.valid
-    board.shutdown()
-
-
 def test_without_a_bus_failing_observers_are_told_to_logging(board, caplog):
     class Fails(Observer):
         def interface_created(self, interface_type, interface_id):
@@ -51,23 +44,6 @@ def test_without_a_bus_failing_observers_are_told_to_logging(board, caplog):
     with caplog.at_level(logging.ERROR):
         board.open_for_reading(SampleInterface, "a")
     assert "interface_created of SampleInterface::a failed" in caplog.text
-
-
-def test_opening_many_is_all_or_none(board, monkeypatch):
-    for interface_id in ("a", "b"):
-        board.open_for_writing(SampleInterface, interface_id)
-    attempts = itertools.count()
-    really_open = board._open
-
-    def fails_at_second(*args, **kwargs):
-        if next(attempts) == 1:
-            raise errors.BlackBoardError("no more")
-        return really_open(*args, **kwargs)
-
-    monkeypatch.setattr(board, "_open", fails_at_second)
-    with pytest.raises(errors.BlackBoardError, match="no more"):
-        board.open_multiple_for_reading("*")
-    assert [info.num_readers for info in board.list_all()] == [0, 0]
 
 
 def test_a_wrong_definition_is_not_taken_for_a_missing_one(tmp_path):

@@ -127,11 +127,6 @@ def test_a_plug_in_adds_a_transport(package):
     assert "shelf://" in str(caught.value.hint)
 
 
-def test_without_the_plug_in_the_transport_is_gone():
-    with pytest.raises(BadUrlError, match="is not a blackboard's URL"):
-        open_blackboard("shelf://one", SampleRegistry(), VirtualClock())
-
-
 def test_an_entry_holds_it_to_the_contract(package):
     test = package / "test_shelf.py"
     test.write_text(CONTRACT)
@@ -143,8 +138,3 @@ def test_an_entry_holds_it_to_the_contract(package):
     assert done.returncode == 0, out[-3000:]
     assert int(out.rpartition(" passed")[0].split()[-1]) > 30
     assert "failed" not in out
-
-
-def test_a_query_is_refused_unless_the_transport_reads_it(package):
-    with pytest.raises(Exception, match=r"does not support the query '\?key=a'"):
-        open_blackboard("shelf://one?key=a", SampleRegistry(), VirtualClock())

@@ -13,8 +13,6 @@ from cxbridge.clock import RealClock
 from cxbridge.events import BlockWrite, EventBus
 from tests.blackboard.samples import SampleInterface, SampleRegistry
 
-WRITES = 10_000
-
 
 @pytest.fixture(autouse=True)
 def fine_switching() -> Iterator[None]:
@@ -48,55 +46,6 @@ def run_together(*jobs: Callable[[], None]) -> None:
     assert not any(thread.is_alive() for thread in threads)
     if faults:
         raise faults[0]
-
-
-def test_reads_are_whole_and_never_go_back(board):
-    writer = board.open_for_writing(SampleInterface, "a")
-    done = threading.Event()
-    reads = []
-
-    def write() -> None:
-        for seq in range(1, WRITES + 1):
-            writer.numbers = (seq,) * 64
-            writer.text = str(seq)
-            writer.count = seq
-            writer.write()
-        done.set()
-
-    def read() -> None:
-        reader = board.open_for_reading(SampleInterface, "a")
-        last = fresh = 0
-        while last < WRITES:
-            finished = done.is_set()
-            refreshed = reader.read()
-            seq = reader.count
-            assert reader.numbers == (seq,) * 64
-            assert reader.text == (str(seq) if seq else "")
-            assert refreshed == (seq > last)
-            assert seq == WRITES or not finished
-            last = seq
-            fresh += refreshed
-        reads.append(fresh)
-
-    run_together(write, read, read, read)
-    assert len(reads) == 3
-    assert all(1 <= fresh <= WRITES for fresh in reads)
-
-
-def test_a_write_waits_for_one_that_is_under_way(board):
-    writer = board.open_for_writing(SampleInterface, "a")
-    copied = threading.Event()
-
-    def copy() -> None:
-        writer.write()
-        copied.set()
-
-    thread = threading.Thread(target=copy)
-    with writer._port._lock:
-        thread.start()
-        assert not copied.wait(timeout=0.05)
-    thread.join(timeout=10)
-    assert copied.is_set()
 
 
 def test_a_write_that_is_late_does_not_disturb_the_next_writer(board):
@@ -179,27 +128,3 @@ def test_who_listens_from_now_on_does_not_hear_of_a_write_that_it_could_read(boa
     writer.count = 1
     writer.write()
     assert heard == []
-
-
-def test_opening_and_closing_while_others_write_and_list(board):
-    writer = board.open_for_writing(SampleInterface, "a")
-
-    def come_and_go() -> None:
-        for _ in range(200):
-            with board.open_for_reading(SampleInterface, "a") as reader:
-                reader.read()
-                assert reader.numbers in ((0,) * 64, (7,) * 64)
-
-    def write() -> None:
-        for _ in range(500):
-            writer.numbers = (7,) * 64
-            writer.write()
-
-    def look() -> None:
-        for _ in range(200):
-            (info,) = board.list_all()
-            assert 0 <= info.num_readers <= 2
-            assert info.has_writer
-
-    run_together(come_and_go, come_and_go, write, look)
-    assert writer.num_readers == 0

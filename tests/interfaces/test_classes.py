@@ -8,9 +8,8 @@ import pytest
 
 from cxbridge.errors import InterfaceError
 from cxbridge.interfaces import InterfaceRegistry, default_registry
-from cxbridge.interfaces.classes import make_enum, make_interface_class, make_view
+from cxbridge.interfaces.classes import make_interface_class, make_view
 from cxbridge.interfaces.instance import Interface, Message
-from cxbridge.interfaces.schema import EnumItem, EnumSchema
 from cxbridge.interfaces.xml.parser import parse_bytes
 from tests.interfaces.samples import DATA, bare, definition
 
@@ -37,13 +36,6 @@ def test_messages_take_fields_by_position_and_keyword() -> None:
         Navigator.PlaceGotoMessage(3)  # type: ignore[arg-type]
 
 
-def test_a_float_constant_equals_what_a_field_returns_for_it() -> None:
-    from cxbridge.interfaces import TestInterface
-
-    assert TestInterface.TEST_FLOAT_CONSTANT != 1.2
-    assert f"{TestInterface.TEST_FLOAT_CONSTANT:.7g}" == "1.2"
-
-
 def test_a_name_never_hides_what_an_interface_needs() -> None:
     constants = (
         "<constants>"
@@ -54,11 +46,6 @@ def test_a_name_never_hides_what_an_interface_needs() -> None:
     interface: Any = make_interface_class(parse_bytes(definition(constants, DATA)))
     assert bare(interface).get("number") == 0
     assert (interface.set_, interface.get_, interface.E.mro_) == (1, interface.E.get, 1)
-
-
-def test_equal_enums_are_one_class() -> None:
-    schema = EnumSchema("E", (EnumItem("A", 1),))
-    assert make_enum(schema) is make_enum(EnumSchema("E", (EnumItem("A", 1),)))
 
 
 def test_the_layout_is_that_of_a_c_struct() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import struct
 import sys
 from typing import Any
 from uuid import UUID
@@ -11,7 +10,7 @@ import pytest
 
 from cxbridge.interfaces import instance_errors
 from cxbridge.interfaces.classes import make_interface_class
-from cxbridge.interfaces.instance import Interface, Message, MessageQueue, Port
+from cxbridge.interfaces.instance import Interface, Message, Port
 from cxbridge.interfaces.layout import make_field, place_fields
 from cxbridge.interfaces.message_ids import next_id
 from cxbridge.interfaces.schema import InterfaceSchema, MessageSchema
@@ -106,15 +105,6 @@ def test_reading_copies_only_what_is_new(port):
     assert port.fetches == 2
 
 
-def test_a_reader_that_set_something_copies_once(port):
-    reader = open_on(port)
-    reader.read()
-    reader.count = 5
-    reader.read()
-    reader.read()
-    assert (port.fetches, reader.count) == (2, 0)
-
-
 def test_a_writer_need_not_read_what_it_wrote(port):
     writer = open_on(port, writer=True)
     writer.count = 5
@@ -135,44 +125,6 @@ def test_flags_of_a_write_are_those_since_the_write_before(port):
     assert port.published == [(None, False), (True, True), (True, False), (False, True)]
 
 
-def test_a_write_is_stamped_when_something_was_set(port):
-    writer = open_on(port, writer=True)
-    writer.write()
-    assert writer.timestamp_us == 0
-    writer.count = 1
-    assert writer.timestamp_us == 0
-    writer.write()
-    assert writer.timestamp_us == 1_500_000
-    assert writer.to_bytes()[:16] == struct.pack("=qq", 1, 500_000)
-
-
-def test_times_before_the_epoch_survive(port):
-    writer = open_on(port, writer=True)
-    writer.auto_timestamping = False
-    writer.set_timestamp(-1)
-    writer.write()
-    assert writer.timestamp_us == -1
-
-
-def test_turning_automatic_time_stamps_off_keeps_the_last_one(port):
-    writer = open_on(port, writer=True)
-    writer.count = 1
-    writer.write()
-    writer.auto_timestamping = False
-    port.time_us += 1000
-    writer.count = 2
-    writer.write()
-    assert writer.timestamp_us == 1_500_000
-
-
-def test_a_message_gets_its_envelope_from_the_sender(port):
-    reader = open_on(port)
-    message = CountInterface.SetCountMessage(4)
-    assert reader.msgq_enqueue(message) == 1
-    assert port.sent == [message]
-    assert (message.id, message.recipient, message.sender_id, message.source_id) == (1, 3, SERIAL, SERIAL)
-
-
 def test_a_copy_of_a_queued_message_is_in_no_queue(port):
     writer = open_on(port, writer=True)
     message = CountInterface.SetCountMessage(4)
@@ -182,18 +134,6 @@ def test_a_copy_of_a_queued_message_is_in_no_queue(port):
     assert (twin.enqueued, twin.time_enqueued_us, twin.count) == (False, 0, 4)
     writer.msgq_append(twin)
     assert writer.msgq_size() == 2
-
-
-def test_a_message_that_a_bounded_queue_refuses_can_be_sent_later():
-    queue = MessageQueue("CountInterface::a", limit=1)
-    first, second = CountInterface.SetCountMessage(1), CountInterface.SetCountMessage(2)
-    queue.enqueue(first, 5)
-    with pytest.raises(instance_errors.QueueFullError):
-        queue.enqueue(second, 6)
-    assert not second.enqueued
-    queue.pop()
-    queue.enqueue(second, 7)
-    assert [message.time_enqueued_us for message in queue] == [7]
 
 
 def test_a_closed_instance_refuses_everything_but_its_names(port):

@@ -36,14 +36,6 @@ def test_every_shipped_type_has_a_hash_that_fawkes_knows(name: str) -> None:
     assert not accepts_hash(schema, bytes(16))
 
 
-@pytest.mark.parametrize("name", sorted(OWN))
-def test_types_that_fawkes_does_not_have_go_by_their_own_hash(name: str) -> None:
-    schema = default_registry().schema(name)
-    assert known_hashes(schema) == ()
-    assert hash_for_wire(schema) == schema.hash
-    assert accepts_hash(schema, schema.hash)
-
-
 @pytest.mark.parametrize("name", sorted(set(default_registry().names()) - OWN))
 def test_who_uses_fawkes_definitions_takes_ours_of_equal_layout(name: str) -> None:
     ours = default_registry().schema(name)

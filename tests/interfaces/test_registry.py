@@ -56,23 +56,9 @@ def test_only_what_is_asked_for_is_read(tmp_path: Path) -> None:
         registry.get("OtherInterface")
 
 
-def test_without_the_shipped_folder_there_is_nothing() -> None:
-    registry = InterfaceRegistry(shipped=False)
-    assert registry.names() == []
-    with pytest.raises(InterfaceError, match="not found"):
-        registry.get("SkillerInterface")
-
-
 def test_a_class_made_elsewhere_can_be_added() -> None:
     registry = InterfaceRegistry(shipped=False)
     interface = make_interface_class(parse_bytes(definition(DATA)))
     registry.add(interface)
     assert registry.get("SampleInterface") is interface
     assert registry.schema("SampleInterface") is interface.SCHEMA
-
-
-def test_a_folder_that_is_given_twice_is_searched_and_named_once(tmp_path):
-    registry = InterfaceRegistry([tmp_path, tmp_path / ".", tmp_path], shipped=False)
-    with pytest.raises(InterfaceError) as error:
-        registry.schema("LampInterface")
-    assert error.value.message.count(str(tmp_path)) == 1

@@ -14,7 +14,6 @@ from cxbridge.space.tf.geometry import (
     normalize,
     quaternion_from_yaw,
     quaternion_yaw,
-    rotate,
     slerp,
 )
 
@@ -39,16 +38,6 @@ rotations = st.builds(quaternion_from_rpy, angles, st.floats(-1.5, 1.5), angles)
 transforms = st.builds(Transform, st.tuples(metres, metres, metres), rotations)
 
 
-def test_a_quarter_turn_about_z():
-    assert rotate(quaternion_from_yaw(math.pi / 2), (1.0, 0.0, 5.0)) == pytest.approx((0.0, 1.0, 5.0))
-
-
-def test_roll_then_pitch_then_yaw():
-    q = quaternion_from_rpy(math.pi / 2, 0.0, math.pi / 2)
-    assert rotate(q, (0.0, 1.0, 0.0)) == pytest.approx((0.0, 0.0, 1.0))
-    assert rotate(q, (0.0, 0.0, 1.0)) == pytest.approx((1.0, 0.0, 0.0))
-
-
 @given(angles)
 def test_the_yaw_comes_back(yaw: float):
     assert quaternion_yaw(quaternion_from_yaw(yaw)) == pytest.approx(yaw)
@@ -62,11 +51,6 @@ def test_there_and_back(transform: Transform, point: tuple[float, float, float])
 @given(transforms, transforms, st.tuples(metres, metres, metres))
 def test_one_after_the_other(a: Transform, b: Transform, point: tuple[float, float, float]):
     assert (a * b).apply(point) == pytest.approx(a.apply(b.apply(point)), abs=1e-9)
-
-
-@given(rotations, rotations, st.floats(0, 1))
-def test_between_two_rotations_is_a_rotation(a, b, ratio: float):
-    assert math.hypot(*slerp(a, b, ratio)) == pytest.approx(1)
 
 
 def test_halfway_is_half_the_angle():

@@ -15,7 +15,7 @@ from cxbridge.events import EventBus
 from cxbridge.interfaces import InterfaceRegistry
 from tests.fawkes import TRANSPORT, fawkes_server
 
-REMOTE = ("inproc", "ipc", "tcp", *TRANSPORT)
+REMOTE = ("ipc", "tcp", *TRANSPORT)
 TRANSPORTS = ("local", *REMOTE)
 WAIT_S = 20
 
@@ -26,9 +26,7 @@ class Site:
     def __init__(self, transport: str, folder: Path, *interface_dirs: Path) -> None:
         self.transport = transport
         self.registry = InterfaceRegistry(interface_dirs)
-        self.url = {"inproc": f"inproc://{folder}", "ipc": f"ipc://{folder}/bb"}.get(
-            transport, "tcp://127.0.0.1:*"
-        )
+        self.url = f"ipc://{folder}/bb" if transport == "ipc" else "tcp://127.0.0.1:*"
         self._port = 0
         self.up()
 

@@ -162,7 +162,7 @@ def test_at_the_end_nothing_stays_open(site):
     assert made.forwarder.counts == {}
 
 
-@pytest.mark.parametrize("transport", ["inproc", "ipc", "tcp"])
+@pytest.mark.parametrize("transport", ["ipc", "tcp"])
 def test_what_arrived_before_the_end_is_told(transport, tmp_path):
     with Site(transport, tmp_path) as site:
         writer = site.board.open_for_writing(SwitchInterface, "s")

@@ -15,7 +15,7 @@ import zmq
 from cxbridge.blackboard.kit.errors import EndpointError, InsecureEndpointError
 from cxbridge.listening import check_server_address, is_abstract_socket, is_private_endpoint
 
-SCHEMES: Final = ("tcp", "ipc", "inproc")
+SCHEMES: Final = ("tcp", "ipc")
 """The ZeroMQ transports that the blackboard uses."""
 
 
@@ -87,9 +87,7 @@ def check_endpoint(endpoint: str, *, keys: bool, insecure: bool) -> None:
     """
     scheme, separator, address = endpoint.partition("://")
     if not separator or scheme not in SCHEMES or not address:
-        raise EndpointError(
-            f"'{endpoint}' is not an endpoint", hint="write tcp://host:port, ipc://path or inproc://name"
-        )
+        raise EndpointError(f"'{endpoint}' is not an endpoint", hint="write tcp://host:port or ipc://path")
     check_server_address(
         "a blackboard",
         endpoint,
@@ -103,5 +101,5 @@ def check_endpoint(endpoint: str, *, keys: bool, insecure: bool) -> None:
 
 def uses_curve(endpoint: str) -> bool:
     """Return whether CURVE keys apply to an endpoint."""
-    # file permissions protect an ipc endpoint, and the process an inproc endpoint
+    # file permissions protect an ipc endpoint
     return endpoint.startswith("tcp:") or is_abstract_socket(endpoint)

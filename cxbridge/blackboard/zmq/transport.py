@@ -1,4 +1,4 @@
-"""URLs of the ZeroMQ transport: ``tcp://``, ``ipc://`` and ``inproc://``, with keys in the query."""
+"""URLs of the ZeroMQ transport: ``tcp://`` and ``ipc://``, with keys in the query."""
 
 from __future__ import annotations
 

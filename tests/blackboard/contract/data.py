@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from typing import Any
-from uuid import UUID
 
 import pytest
 
@@ -27,12 +26,6 @@ class DataContract(Contract):
         assert (reader.count, reader.text) == (0, "")
         assert reader.read() is True
         assert (reader.count, reader.text) == (3, "three")
-
-    def test_values_that_are_not_written_stay_private(self, pair, reader, writer):
-        writer.count = 3
-        pair.settle()
-        reader.read()
-        assert reader.count == 0
 
     def test_write_on_a_reader_is_refused(self, reader):
         with pytest.raises(errors.WriteDeniedError) as caught:
@@ -67,13 +60,6 @@ class DataContract(Contract):
         assert reader.read() is False
         assert (reader.refreshed, reader.changed) == (False, False)
 
-    def test_setting_the_same_value_refreshes_and_does_not_change(self, pair, reader, writer):
-        pair.publish(writer, count=1)
-        reader.read()
-        pair.publish(writer, count=1)
-        assert reader.read() is True
-        assert (reader.refreshed, reader.changed) == (True, False)
-
     def test_refreshed_needs_no_progress_of_the_clock(self, pair, reader, writer):
         stamps = []
         for count in (1, 2):
@@ -90,12 +76,6 @@ class DataContract(Contract):
         pair.publish(writer)
         assert reader.read() is False
         assert (reader.timestamp_us, reader.changed) == (before, False)
-
-    def test_marking_refreshed_stamps_the_next_write(self, pair, reader, writer):
-        writer.mark_data_refreshed()
-        pair.publish(writer)
-        assert reader.read() is True
-        assert (reader.timestamp_us, reader.changed) == (pair.clock.now_us(), False)
 
     def test_writes_between_two_reads_add_up(self, pair, reader, writer):
         writer.count = 1
@@ -132,11 +112,6 @@ class DataContract(Contract):
         assert reader.read() is True
         assert (reader.count, reader.changed) == (9, True)
 
-    def test_the_whole_block_arrives(self, pair, reader, writer):
-        pair.publish(writer, numbers=range(64))
-        reader.read()
-        assert reader.to_bytes() == writer.to_bytes()
-
     # -- time stamps
 
     def test_writes_are_stamped_by_the_clock_of_the_board(self, pair, reader, writer):
@@ -160,13 +135,6 @@ class DataContract(Contract):
         pair.publish(writer, count=1)
         reader.read()
         assert reader.timestamp_us == pair.clock.now_us()
-
-    def test_time_stamp_by_hand_is_now_unless_told(self, pair, writer):
-        writer.auto_timestamping = False
-        writer.set_timestamp()
-        pair.clock.sleep_until(pair.clock.now_us() + 5)
-        writer.write()
-        assert writer.timestamp_us == pair.clock.now_us() - 5
 
     def test_explicit_time_stamps_are_refused_in_automatic_mode_and_on_readers(self, reader, writer):
         assert writer.auto_timestamping is True
@@ -228,8 +196,3 @@ class DataContract(Contract):
         ]
         assert events[0].values == {"count": 2, "text": "two", "numbers": (0,) * 64}
         assert list(events[0].values) == ["count", "text", "numbers"]
-
-    def test_serials_are_unique(self, pair):
-        serials = {pair.near.open_for_reading(SampleInterface, "a").serial for _ in range(5)}
-        assert len(serials) == 5
-        assert all(isinstance(serial, UUID) for serial in serials)

@@ -47,11 +47,6 @@ class MessagesContract(Contract):
         assert got.enqueued
         assert got.time_enqueued_us == got.timestamp_us == pair.clock.now_us()
 
-    def test_ids_count_from_one_for_each_sender(self, pair, reader, writer):
-        other = pair.near.open_for_reading(SampleInterface, "a")
-        assert [reader.msgq_enqueue(Reset()) for _ in range(3)] == [1, 2, 3]
-        assert other.msgq_enqueue(Reset()) == 1
-
     def test_no_message_has_the_id_0(self, pair, reader, writer):
         """It came after 65535, and callers took the message for one that could not be sent."""
         reader._last_message_id = 65534
@@ -101,14 +96,6 @@ class MessagesContract(Contract):
         writer.msgq_flush()
         assert writer.msgq_empty()
 
-    def test_iterating_allows_popping(self, pair, reader, writer):
-        for _ in range(3):
-            reader.msgq_enqueue(Reset())
-        pair.settle()
-        for _ in writer.msgq_iter():
-            writer.msgq_pop()
-        assert writer.msgq_empty()
-
     def test_removing_the_tail_keeps_the_queue_whole_bug_of_fawkes(self, pair, reader, writer):
         # Fawkes forgets to move its tail pointer; what is appended next is lost.
         ids = [reader.msgq_enqueue(Reset()) for _ in range(3)]
@@ -119,15 +106,6 @@ class MessagesContract(Contract):
         pair.settle()
         assert writer.msgq_remove(writer.msgq_first()) is True
         assert [message.id for message in writer.msgq_iter()] == [ids[1], 4]
-
-    def test_appending_to_the_own_queue(self, pair, writer):
-        message = Reset()
-        writer.msgq_append(message)
-        assert writer.msgq_first() is message
-        assert message.time_enqueued_us == pair.clock.now_us()
-        with pytest.raises(errors.MessageAlreadyQueuedError):
-            writer.msgq_append(message)
-        assert writer.msgq_size() == 1
 
     def test_making_messages_by_name(self, reader):
         assert isinstance(reader.create_message("AddMessage"), Add)
@@ -228,13 +206,6 @@ class MessagesContract(Contract):
             (Level.WARN, "BlackBoard", text),
         ]
 
-    def test_messages_die_with_their_writer(self, pair, reader, writer):
-        reader.msgq_enqueue(Reset())
-        pair.settle()
-        writer.close()
-        pair.settle()
-        assert pair.far.open_for_writing(SampleInterface, "a").msgq_empty()
-
     def test_a_bounded_queue_refuses_what_is_too_much(self, pair):
         reader = pair.near.open_for_reading(SampleInterface, "bounded")
         writer = pair.far.open_for_writing(SampleInterface, "bounded", queue_limit=2)
@@ -268,12 +239,6 @@ class MessagesContract(Contract):
         thread.join()
         pair.settle()
         assert writer.msgq_first().sender_thread_name == "SenderThread"
-
-    def test_messages_from_a_network_name_no_thread(self):
-        message = Reset()
-        message.mark_foreign(hops=2)
-        assert (message.sender_thread_name, message.hops) == ("Unknown", 2)
-        assert message.copy().hops == 2
 
     # -- recording
 

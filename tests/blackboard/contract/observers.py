@@ -7,7 +7,6 @@ from typing import Any
 import pytest
 
 from cxbridge.blackboard import Observer
-from cxbridge.events import LogLine
 from tests.blackboard.contract import BoardPair, Contract
 from tests.blackboard.contract.recorder import Recorder
 from tests.blackboard.samples import SampleInterface
@@ -69,17 +68,3 @@ class ObserversContract(Contract):
         pair.far.open_for_reading(SampleInterface, "a")
         pair.settle()
         assert victim.log == []
-
-    def test_an_observer_that_fails_is_logged(self, pair):
-        lines = pair.collect(LogLine)
-
-        class Fails(Observer):
-            def interface_created(self, interface_type, interface_id):
-                raise ValueError("broken")
-
-        pair.near.register_observer(Fails())
-        assert pair.near.open_for_reading(SampleInterface, "a").valid
-        pair.settle()
-        assert [line.text for line in lines] == [
-            "interface_created of SampleInterface::a failed: ValueError: broken"
-        ]

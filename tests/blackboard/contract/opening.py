@@ -6,7 +6,7 @@ import pytest
 
 from cxbridge.blackboard import errors
 from tests.blackboard.contract import BoardPair, Contract
-from tests.blackboard.samples import NewerSampleInterface, OtherInterface, SampleInterface
+from tests.blackboard.samples import NewerSampleInterface, SampleInterface
 
 SAMPLE = "SampleInterface"
 
@@ -23,10 +23,6 @@ class OpeningContract(Contract):
         assert reader.mem_serial == writer.mem_serial
         assert repr(reader) == "<SampleInterface::a opened for reading by me>"
 
-    def test_a_class_gives_instances_of_the_class(self, pair: BoardPair):
-        assert isinstance(pair.near.open_for_reading(SampleInterface, "a"), SampleInterface)
-        assert isinstance(pair.near.open_for_reading(SAMPLE, "a"), SampleInterface)
-
     def test_a_reader_opened_first_sees_zeros_and_no_writer(self, pair: BoardPair):
         reader = pair.near.open_for_reading(SAMPLE, "a")
         assert reader.read() is False
@@ -39,16 +35,6 @@ class OpeningContract(Contract):
             pair.near.open_for_writing(SAMPLE, "a")
         assert caught.value.message == "There is already a writer on interface 'a' of type 'SampleInterface'"
         assert "the first" in str(caught.value)
-
-    def test_writers_of_other_ids_and_types_are_no_hindrance(self, pair: BoardPair):
-        pair.far.open_for_writing(SAMPLE, "a")
-        assert pair.near.open_for_writing(SAMPLE, "b").is_writer
-        assert pair.near.open_for_writing(OtherInterface, "a").is_writer
-
-    def test_a_writer_can_be_opened_after_the_first_was_closed(self, pair: BoardPair):
-        pair.far.open_for_writing(SAMPLE, "a").close()
-        pair.settle()
-        assert pair.near.open_for_writing(SAMPLE, "a").is_writer
 
     @pytest.mark.parametrize("mode", ["open_for_reading", "open_for_writing"])
     def test_another_version_of_the_type_is_refused(self, pair: BoardPair, mode: str):
@@ -134,16 +120,6 @@ class OpeningContract(Contract):
         assert uids("*Interface", "[!b]*") == ["SampleInterface::a2"]
         assert uids("sample*") == []
 
-    def test_opening_many_by_patterns(self, pair: BoardPair):
-        for interface_id in ("x1", "x2", "y1"):
-            pair.far.open_for_writing(SAMPLE, interface_id)
-        readers = pair.near.open_multiple_for_reading("Sample*", "x*", owner="many")
-        assert [(reader.id, reader.is_writer, reader.owner) for reader in readers] == [
-            ("x1", False, "many"),
-            ("x2", False, "many"),
-        ]
-        assert list(pair.near.open_multiple_for_reading("Nothing*")) == []
-
     def test_closing(self, pair: BoardPair):
         reader = pair.near.open_for_reading(SAMPLE, "a")
         writer = pair.far.open_for_writing(SAMPLE, "a")
@@ -153,17 +129,6 @@ class OpeningContract(Contract):
         reader.close()
         pair.settle()
         assert list(pair.far.list_all()) == []
-
-    def test_closing_twice_is_no_error(self, pair: BoardPair):
-        reader = pair.near.open_for_reading(SAMPLE, "a")
-        reader.close()
-        reader.close()
-        pair.near.close(reader)
-
-    def test_a_with_statement_closes(self, pair: BoardPair):
-        with pair.near.open_for_writing(SAMPLE, "a") as writer:
-            assert writer.valid
-        assert not writer.valid
 
     def test_a_closed_instance_refuses_but_still_tells_its_name(self, pair: BoardPair):
         writer = pair.near.open_for_writing(SAMPLE, "a")

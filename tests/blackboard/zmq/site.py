@@ -18,7 +18,7 @@ from tests.blackboard.zmq.support import Bench, eventually
 class ZmqSite(Site):
     """A server of ZeroMQ.
 
-    :param transport: ``inproc``, ``ipc`` or ``tcp``.
+    :param transport: ``ipc`` or ``tcp``.
     """
 
     def __init__(self, transport: str, folder: Path, window: int) -> None:
@@ -67,16 +67,13 @@ class ZmqSite(Site):
     def start(self) -> None:
         bench = self.bench
         self.board = bench.board = LocalBlackBoard(SampleRegistry(), self.clock, bench.bus)
-        self.server = bench.server = type(self.server)(
-            self.board, self.server.endpoints, context=bench.context, window=self.window
-        )
+        self.server = bench.server = type(self.server)(self.board, self.server.endpoints, window=self.window)
         self.server.start()
         eventually(lambda: all(client.connected for client in self.clients))
 
     def close(self) -> None:
         self.bench.shut_down_clients()
         self.server.stop()
-        self.bench.context.term()
 
     @contextmanager
     def not_reading(self, client: Any) -> Iterator[None]:

@@ -8,8 +8,6 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
-import zmq
-
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.blackboard.zmq import ZmqBlackBoard, ZmqBlackBoardServer
 from cxbridge.clock import VirtualClock
@@ -22,7 +20,7 @@ LONG = 20.0
 
 def endpoint_of(transport: str, folder: Path) -> str:
     """Return an endpoint that nobody else uses."""
-    return {"inproc": "inproc://board", "ipc": f"ipc://{folder}/board", "tcp": "tcp://127.0.0.1:*"}[transport]
+    return {"ipc": f"ipc://{folder}/board", "tcp": "tcp://127.0.0.1:*"}[transport]
 
 
 def eventually(condition: Callable[[], object], timeout: float = LONG) -> None:
@@ -37,13 +35,10 @@ class Bench:
     """A server with its local blackboard, and as many clients as a test wants."""
 
     def __init__(self, transport: str, folder: Path, **options: Any) -> None:
-        self.context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
         self.clock = VirtualClock()
         self.bus = EventBus(self.clock)
         self.board = LocalBlackBoard(SampleRegistry(), self.clock, self.bus)
-        self.server = ZmqBlackBoardServer(
-            self.board, [endpoint_of(transport, folder)], context=self.context, **options
-        )
+        self.server = ZmqBlackBoardServer(self.board, [endpoint_of(transport, folder)], **options)
         self.clients: list[ZmqBlackBoard] = []
 
     @property
@@ -51,11 +46,7 @@ class Bench:
         return self.server.endpoints[0]
 
     def client(self, **options: Any) -> ZmqBlackBoard:
-        settings: dict[str, Any] = {
-            "timeout": LONG,
-            "connect_timeout": LONG,
-            "context": self.context,
-        } | options
+        settings: dict[str, Any] = {"timeout": LONG, "connect_timeout": LONG} | options
         board = ZmqBlackBoard(self.url, SampleRegistry(), self.clock, self.bus, **settings)
         self.clients.append(board)
         return board
@@ -82,7 +73,6 @@ def bench(transport: str, folder: Path, **options: Any) -> Iterator[Bench]:
     """Start a server; close everything at the end."""
     made = Bench(transport, folder, **options)
     with ExitStack() as stack:
-        stack.callback(made.context.term)
         made.server.start()
         stack.callback(lambda: made.server.stop())  # noqa: PLW0108 - tests replace it
         stack.callback(made.shut_down_clients)

@@ -8,8 +8,7 @@ import signal
 import socket
 import subprocess
 import sys
-import threading
-from contextlib import ExitStack, closing, suppress
+from contextlib import ExitStack, suppress
 from urllib.parse import urlsplit
 
 import pytest
@@ -128,58 +127,6 @@ def test_what_a_stopped_process_had_is_free_and_stays_so_when_it_goes_on(made, l
             assert (reader.count, reader.writer) == (70_000, "heir")
         finally:
             victim.kill()
-
-
-class Wire:
-    """A TCP connection's way to the server, which can be cut without either end being told."""
-
-    def __init__(self, port: int) -> None:
-        self.cut = threading.Event()
-        self._port = port
-        self._listener = socket.create_server(("127.0.0.1", 0))
-        self.url = f"tcp://127.0.0.1:{self._listener.getsockname()[1]}"
-        self._open: list[socket.socket] = []
-        threading.Thread(target=self._accept, daemon=True).start()
-
-    def _accept(self) -> None:
-        with suppress(OSError):
-            while True:
-                near, _ = self._listener.accept()
-                far = socket.create_connection(("127.0.0.1", self._port))
-                self._open += [near, far]
-                for one, other in ((near, far), (far, near)):
-                    threading.Thread(target=self._carry, args=(one, other), daemon=True).start()
-
-    def _carry(self, source: socket.socket, target: socket.socket) -> None:
-        with suppress(OSError):
-            while data := source.recv(65536):
-                if not self.cut.is_set():
-                    target.sendall(data)
-
-    def close(self) -> None:
-        for one in (self._listener, *self._open):
-            with suppress(OSError):
-                one.shutdown(socket.SHUT_RDWR)
-            one.close()
-
-
-def test_a_connection_that_is_half_open_is_noticed_at_both_ends(made):
-    from cxbridge.blackboard.zmq import ZmqBlackBoard
-    from tests.blackboard.samples import SampleRegistry
-
-    wire = Wire(urlsplit(made.url).port or 0)
-    with closing(wire), ZmqBlackBoard(wire.url, SampleRegistry(), made.clock, timeout=LONG) as client:
-        client.open_for_writing(SampleInterface, "a", owner="far away")
-        reader = client.open_for_reading(SampleInterface, "b")
-        near = made.board.open_for_reading(SampleInterface, "a")
-        made.board.open_for_writing(SampleInterface, "b")
-        eventually(lambda: reader.has_writer)
-        wire.cut.set()
-        eventually(lambda: not near.has_writer)
-        eventually(lambda: not client.connected)
-        assert made.server.session_count == 0
-        assert not reader.has_writer
-        assert made.client().open_for_writing(SampleInterface, "a").is_writer
 
 
 # -- who announces too much

@@ -23,10 +23,6 @@ class ZmqMachine(Machine):
         self.folder.cleanup()
 
 
-class InprocMachine(ZmqMachine):
-    transport = "inproc"
-
-
 class IpcMachine(ZmqMachine):
     transport = "ipc"
 
@@ -35,7 +31,7 @@ class TcpMachine(ZmqMachine):
     transport = "tcp"
 
 
-TestInproc, TestIpc, TestTcp = InprocMachine.TestCase, IpcMachine.TestCase, TcpMachine.TestCase
-for case in (TestInproc, TestIpc, TestTcp):
+TestIpc, TestTcp = IpcMachine.TestCase, TcpMachine.TestCase
+for case in (TestIpc, TestTcp):
     case.settings = SETTINGS
 del case  # else it would be run once more

@@ -82,24 +82,6 @@ def test_the_session_receives_while_a_listener_takes_its_time_and_gives_the_turn
         eventually(lambda: not client._dispatcher.session_has_turn)
 
 
-def test_a_listener_that_waits_for_an_answer_gets_it_and_its_board_goes_on(made):
-    client, other = made.client(), made.client()
-    reader = client.open_for_reading(SampleInterface, "a")
-    writer = other.open_for_writing(SampleInterface, "a")
-    numbers = []
-
-    class Asks(Listener):
-        def data_changed(self, interface):
-            numbers.append(interface.msgq_enqueue(Reset()))
-
-    client.register_listener(Asks(), reader)
-    write(writer, range(1, 51))
-    made.settle()
-    assert numbers == list(range(1, 51))
-    assert writer.msgq_size() == 50
-    eventually(lambda: not client._dispatcher.session_has_turn)
-
-
 def test_a_board_can_be_shut_down_by_its_listener_and_while_one_is_called(made):
     other = made.client()
     writer = other.open_for_writing(SampleInterface, "a")

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import gc
 import os
 import sys
-import warnings
 from pathlib import Path
 
 import pytest
@@ -27,7 +25,6 @@ LOCAL = [
     "tcp://localhost:1",
     "tcp://[::1]:1",
     "ipc:///x",
-    "inproc://x",
 ]
 BEYOND = [
     "tcp://*:1",
@@ -59,14 +56,6 @@ def test_what_is_no_endpoint(endpoint):
         check_endpoint(endpoint, keys=False, insecure=False)
 
 
-def test_server_and_client_refuse_insecure_endpoints():
-    board = LocalBlackBoard(SampleRegistry(), VirtualClock())
-    with pytest.raises(InsecureEndpointError):
-        ZmqBlackBoardServer(board, ["tcp://0.0.0.0:*"])
-    with pytest.raises(InsecureEndpointError):
-        ZmqBlackBoard("tcp://192.0.2.1:1", SampleRegistry(), VirtualClock())
-
-
 NAMES = ("friend", "stranger")
 
 
@@ -82,21 +71,16 @@ def keys(tmp_path: Path) -> Path:
 def test_only_known_keys_get_in(keys):
     server_keys = CurveServer(keys / "server.key_secret", keys / "clients")
     with bench("tcp", keys, keys=server_keys) as made:
-        for owner, patience, in_ in (("stranger", 0.7, False), ("friend", LONG, True), (None, 0.7, False)):
-            client = None if owner is None else CurveClient(keys / f"{owner}.key_secret", keys / "server.key")
-            if in_:
-                assert list(made.client(keys=client).list_all()) == []
-            else:
-                with pytest.raises(DisconnectedError, match="no blackboard replies"):
-                    made.client(keys=client, connect_timeout=patience)
+        friend = keys / "friend.key_secret"
+        assert list(made.client(keys=CurveClient(friend, keys / "server.key")).list_all()) == []
+        for wrong in (
+            CurveClient(keys / "stranger.key_secret", keys / "server.key"),
+            CurveClient(friend, keys / "stranger.key"),  # that of another server
+            None,
+        ):
+            with pytest.raises(DisconnectedError, match="no blackboard replies"):
+                made.client(keys=wrong, connect_timeout=0.7)
         assert made.server.session_count == 1
-
-
-def test_a_client_does_not_speak_with_another_server(keys):
-    with bench("tcp", keys, keys=CurveServer(keys / "server.key_secret", keys / "clients")) as made:
-        wrong = CurveClient(keys / "friend.key_secret", keys / "stranger.key")
-        with pytest.raises(DisconnectedError):
-            made.client(keys=wrong, connect_timeout=0.7)
 
 
 def test_a_handshake_that_is_refused_before_hello_hangs_nobody(monkeypatch):
@@ -144,11 +128,3 @@ def test_an_abstract_socket_has_no_owner_and_takes_keys(keys):
 def test_an_ipc_endpoint_is_for_its_user_only(tmp_path):
     with bench("ipc", tmp_path):
         assert (tmp_path / "board").stat().st_mode & 0o777 == 0o600
-
-
-def test_a_server_that_was_never_started_leaves_nothing_open(tmp_path):
-    with warnings.catch_warnings(record=True) as told:
-        warnings.simplefilter("always", ResourceWarning)
-        ZmqBlackBoardServer(LocalBlackBoard(SampleRegistry(), VirtualClock()), [f"ipc://{tmp_path}/board"])
-        gc.collect()
-    assert [str(each.message) for each in told if "zmq" in str(each.message)] == []

@@ -39,27 +39,6 @@ def freeze(client) -> None:
 # -- the server's own process
 
 
-def test_local_writers_and_remote_readers(made):
-    writer = made.board.open_for_writing(SampleInterface, "a", owner="local")
-    client = made.client()
-    reader = client.open_for_reading(SampleInterface, "a")
-    seen = []
-
-    class Reads(Listener):
-        def data_changed(self, interface):
-            interface.read()
-            seen.append(interface.count)
-
-    client.register_listener(Reads(), reader)
-    for count in range(1, 200):
-        writer.count = count
-        writer.write()
-    eventually(lambda: seen and seen[-1] == 199)
-    assert seen == sorted(set(seen))
-    assert len(seen) + client.skipped == 199
-    assert reader.writer == "local"
-
-
 def test_what_the_servers_process_wrote_before_a_flush_is_there_after_it(made):
     writer = made.board.open_for_writing(SampleInterface, "a")
     client = made.client()
@@ -103,24 +82,6 @@ def test_messages_between_local_and_remote_instances(made):
             reader.msgq_enqueue(SetCount(8))
 
 
-def test_a_message_with_all_the_hops_there_can_be_is_passed_on_and_harms_nobodys_session(made):
-    near, far = made.client(), made.client()
-    reader = near.open_for_reading(SampleInterface, "a")
-    relay = made.board.open_for_writing(SampleInterface, "a")
-    writer = far.open_for_writing(SampleInterface, "b")
-    others = [board.open_for_reading(SampleInterface, "b") for board in (near, made.board)]
-    made.settle()
-    sessions = set(made.server._sessions)
-    message = Reset()
-    message.mark_foreign(0xFFFFFFFF)
-    reader.msgq_enqueue(message)
-    got = relay.msgq_pop()
-    for other in others:
-        other.msgq_enqueue(got.copy(), proxy=True)
-    assert [message.hops for message in writer.msgq_iter()] == [0xFFFFFFFF] * 2
-    assert set(made.server._sessions) == sessions
-
-
 def test_what_cannot_be_sent_takes_no_number(made):
     client = made.client()
     (session,) = made.server._sessions.values()
@@ -144,23 +105,6 @@ def test_a_remote_listener_may_decline_a_local_message(made):
     reader.msgq_enqueue(message)
     assert not message.enqueued
     assert writer.msgq_empty()
-
-
-def test_a_listener_may_send_to_its_own_board(made):
-    client = made.client()
-    writer = client.open_for_writing(SampleInterface, "target")
-    sender = client.open_for_reading(SampleInterface, "target")
-    trigger = client.open_for_reading(SampleInterface, "trigger")
-    sent = []
-
-    class Sends(Listener):
-        def data_refreshed(self, interface):
-            sent.append(sender.msgq_enqueue(Reset()))
-
-    client.register_listener(Sends(), trigger)
-    made.client().open_for_writing(SampleInterface, "trigger").write()
-    eventually(lambda: sent)
-    assert (sent, writer.msgq_size()) == ([1], 1)
 
 
 def test_what_a_silent_client_had_is_released_within_three_heartbeats(tmp_path):
@@ -213,11 +157,11 @@ def restart(made, **options) -> None:
     made.server.stop()
     made.board.shutdown()
     made.board = type(made.board)(made.board.registry, made.clock, made.bus)
-    made.server = ZmqBlackBoardServer(made.board, made.server.endpoints, context=made.context, **options)
+    made.server = ZmqBlackBoardServer(made.board, made.server.endpoints, **options)
     made.server.start()
 
 
-@pytest.fixture(params=["inproc", "ipc", "tcp"])
+@pytest.fixture(params=["ipc", "tcp"])
 def restartable(request, tmp_path):
     with bench(request.param, tmp_path) as made:
         yield made
@@ -264,20 +208,11 @@ def test_writes_without_a_server_are_kept_and_the_last_one_published(made):
         writer.write()
     with pytest.raises(DisconnectedError, match="no connection"):
         near._sender.request(Sync(), timeout=0.05)
-    made.server = ZmqBlackBoardServer(made.board, endpoints, context=made.context)
+    made.server = ZmqBlackBoardServer(made.board, endpoints)
     with made.server:
         eventually(reader.read)
         assert reader.count == 3
         made.shut_down_clients()
-
-
-def test_a_lost_session_and_its_return_are_told_once(made):
-    client = made.client()
-    told: list[bool] = []
-    client.add_connection_callback(told.append)
-    restart(made)
-    eventually(lambda: told == [False, True])
-    assert client.connected
 
 
 def test_listeners_and_observers_hear_of_the_loss_and_the_return(made):
@@ -293,7 +228,7 @@ def test_listeners_and_observers_hear_of_the_loss_and_the_return(made):
     eventually(lambda: log.log)
     assert log.take()[0][:2] == ("-writer", "SampleInterface::a")
     far.shutdown()
-    with ZmqBlackBoardServer(made.board, made.server.endpoints, context=made.context):
+    with ZmqBlackBoardServer(made.board, made.server.endpoints):
         eventually(lambda: log.log)
         near.flush()
         assert log.take() == [("destroyed", "SampleInterface::b")]
@@ -306,26 +241,13 @@ def test_the_writer_that_comes_too_late_becomes_invalid(made):
     lines = made.collect_lines()
     made.server.stop()
     made.board.open_for_writing(SampleInterface, "a", owner="second")
-    with ZmqBlackBoardServer(made.board, made.server.endpoints, context=made.context):
+    with ZmqBlackBoardServer(made.board, made.server.endpoints):
         eventually(lambda: not writer.valid)
         with pytest.raises(errors.InvalidInstanceError):
             writer.write()
         eventually(lambda: first.connected)
         assert first.list_all()[0].writer == "second"
         assert any("could not be opened again: WRITER_ACTIVE" in line.text for line in lines)
-        made.shut_down_clients()
-
-
-def test_closing_without_a_server(made):
-    client = made.client()
-    reader = client.open_for_reading(SampleInterface, "a")
-    made.server.stop()
-    eventually(lambda: not client.connected)
-    reader.close()
-    assert not reader.valid
-    with ZmqBlackBoardServer(made.board, made.server.endpoints, context=made.context):
-        eventually(lambda: client.connected)
-        assert list(client.list_all()) == []
         made.shut_down_clients()
 
 
@@ -340,16 +262,9 @@ def test_nobody_answers(tmp_path):
         assert "'cxbridge daemon' starts a daemon" in str(caught.value)
 
 
-def test_an_endpoint_that_is_taken(tmp_path):
-    with bench("tcp", tmp_path) as made:
-        server = ZmqBlackBoardServer(made.board, made.server.endpoints, context=made.context)
-        with pytest.raises(EndpointError, match="cannot listen on"):
-            server.start()
-
-
 def test_an_ipc_endpoint_that_somebody_serves_is_not_taken_over(made):
     """libzmq unlinks the socket of the server there, and binds."""
-    server = ZmqBlackBoardServer(made.board, made.server.endpoints, context=made.context)
+    server = ZmqBlackBoardServer(made.board, made.server.endpoints)
     with pytest.raises(EndpointError, match="another process serves ipc://"):
         server.start()
     assert made.client().connected
@@ -384,7 +299,6 @@ def test_a_stopped_reader_costs_a_window_and_gets_the_newest_value(tmp_path):
         go_on.set()
         eventually(lambda: slow_reader.read() and slow_reader.count == 500)
         assert slow.skipped >= 400
-        assert made.server.skipped == slow.skipped + quick.skipped
 
 
 def test_what_an_open_brings_up_to_date_counts_as_skipped_in_the_client_too(tmp_path):
@@ -400,48 +314,7 @@ def test_what_an_open_brings_up_to_date_counts_as_skipped_in_the_client_too(tmp_
         slow.open_for_reading(SampleInterface, "a")
         assert reader.read()
         assert reader.count == 50
-        assert slow.skipped == made.server.skipped == 41
-
-
-def test_a_write_that_overtakes_one_that_waits_counts_it_as_skipped(made, monkeypatch):
-    client, reader = made.client(), made.client().open_for_reading(SampleInterface, "a")
-    writer = client.open_for_writing(SampleInterface, "a")
-    monkeypatch.setattr(client._interfaces, "_wake_session", lambda: None)  # its thread does not come to it
-    send, room = client._sender.write, iter([True, False, True])
-    monkeypatch.setattr(
-        client._sender, "write", lambda *args, **options: next(room) and send(*args, **options)
-    )
-    for count in range(1, 4):
-        writer.count = count
-        writer.write()
-    client.flush()
-    assert client.skipped == 1
-    eventually(lambda: reader.read() or reader.count == 3)
-
-
-def test_a_slow_listener_is_told_of_the_newest_and_what_it_missed_is_counted(made):
-    client = made.client()
-    reader = client.open_for_reading(SampleInterface, "a")
-    writer = made.client().open_for_writing(SampleInterface, "a")
-    go_on, seen = threading.Event(), []
-
-    class Slow(Listener):
-        def data_changed(self, interface):
-            go_on.wait(LONG)
-            interface.read()
-            seen.append(interface.count)
-
-    client.register_listener(Slow(), reader)
-    for count in range(1, 3001):
-        writer.count = count
-        writer.write()
-    made.clients[1].flush()
-    client._sender.request(Sync(), timeout=LONG)
-    assert client._dispatcher._queue.qsize() <= 1025
-    go_on.set()
-    eventually(lambda: seen and seen[-1] == 3000)
-    assert seen == sorted(set(seen))
-    assert len(seen) + client.skipped + made.clients[1].skipped == 3000  # the writer's: the server was slow
+        assert slow.skipped == 41
 
 
 def test_a_listener_reads_each_write_though_newer_ones_are_there(made):
@@ -461,33 +334,6 @@ def test_a_listener_reads_each_write_though_newer_ones_are_there(made):
         writer.write()
     made.settle()
     assert seen == [(count, True) for count in range(1, 200)]
-
-
-def test_a_listener_never_reads_older_data_than_were_read_before(made):
-    client = made.client()
-    reader = client.open_for_reading(SampleInterface, "a")
-    writer = made.client().open_for_writing(SampleInterface, "a")
-    entered, go_on, seen = threading.Event(), threading.Event(), []
-
-    class Slow(Listener):
-        def data_changed(self, interface):
-            entered.set()
-            go_on.wait(LONG)
-            interface.read()
-            seen.append(interface.count)
-
-    client.register_listener(Slow(), reader)
-    for count in (1, 2, 3):
-        writer.count = count
-        writer.write()
-    made.clients[1].flush()
-    client._sender.request(Sync(), timeout=LONG)
-    assert entered.wait(LONG)
-    assert reader.read()
-    assert reader.count == 3
-    go_on.set()
-    client.flush()
-    assert seen == [3, 3, 3]
 
 
 def test_who_comes_later_does_not_hear_of_what_it_has_read_already(made):
@@ -515,40 +361,3 @@ def test_who_comes_later_does_not_hear_of_what_it_has_read_already(made):
     go_on.set()
     client.flush()
     assert log.log == []
-
-
-def test_joining_while_somebody_writes_leaves_no_gap_and_repeats_nothing(made):
-    client, other = made.client(), made.client()
-    writer = other.open_for_writing(SampleInterface, "a")
-    stop = threading.Event()
-
-    def write() -> None:
-        while not stop.is_set():
-            writer.count = writer.count + 1
-            writer.write()
-            time.sleep(0.0002)
-
-    class Reads(Listener):
-        def __init__(self) -> None:
-            self.seen: list[int] = []
-
-        def data_changed(self, interface):
-            interface.read()
-            self.seen.append(interface.count)
-
-        def enough(self) -> bool:
-            return len(self.seen) > 5
-
-    thread = threading.Thread(target=write)
-    thread.start()
-    try:
-        for _ in range(40):
-            reads = Reads()
-            seen = reads.seen
-            with client.open_for_reading(SampleInterface, "a") as reader:
-                client.register_listener(reads, reader)
-                eventually(reads.enough)
-            assert seen == list(range(seen[0], seen[0] + len(seen)))
-    finally:
-        stop.set()
-        thread.join()

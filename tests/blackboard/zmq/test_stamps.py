@@ -13,7 +13,7 @@ STAMPS = [(2**63 - 1, 2**63 - 1), (2**50, 0), (-1, -1), (-(2**63), -(2**63))]
 
 @pytest.mark.parametrize("stamp", STAMPS)
 def test_others_can_list_what_is_stamped_with_nonsense(stamp, tmp_path):
-    with bench("inproc", tmp_path) as made:
+    with bench("ipc", tmp_path) as made:
         writing, listing = made.client(), made.client()
         writer = writing.open_for_writing("SampleInterface", "x")
         size = len(writer.to_bytes())

@@ -87,11 +87,6 @@ def test_reads_what_fawkes_reads() -> None:
     assert [(field.name, field.offset) for field in schema.messages[0].fields] == [("b", 16), ("text", 17)]
 
 
-def test_a_message_without_fields_has_a_timestamp_alone() -> None:
-    schema = parse_bytes(definition(DATA, '<message name="DoMessageNow"><comment>c</comment></message>'))
-    assert (schema.messages[0].name, schema.messages[0].datasize) == ("DoMessageNow", 16)
-
-
 def test_warns_of_what_fawkes_ignores() -> None:
     result = check_bytes(
         definition(
@@ -135,12 +130,6 @@ def test_a_hostile_file_of_a_mebibyte_does_not_take_long() -> None:
         body = DATA.encode() + b'<message name="M"><comment>c</comment>' + part * (1_000_000 // len(part))
         check_bytes(b'<interface name="A">' + body + b"</message></interface>")
     assert time.monotonic() - started < 8
-
-
-def test_a_missing_file_is_told(tmp_path: Path) -> None:
-    with pytest.raises(InterfaceDefinitionError, match="No such file"):
-        parse_file(tmp_path / "no.xml")
-    assert "directory" in check_file(tmp_path).errors[0].message
 
 
 @given(schemas())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from cxbridge.blackboard.base import OpenRequest, Registry
 from cxbridge.blackboard.errors import ForeignInstanceError
@@ -19,14 +19,10 @@ from cxbridge.blackboard.zmq.client.sending import CommandSender
 from cxbridge.blackboard.zmq.client.session import NO_REPLY, SessionThread
 from cxbridge.blackboard.zmq.security import CurveClient, check_endpoint
 from cxbridge.blackboard.zmq.wire.frames import Close, List, Listed, Reply, Response, Sync, Watch
-from cxbridge.blackboard.zmq.wire.sockets import choose_context
+from cxbridge.blackboard.zmq.wire.sockets import make_context
 from cxbridge.clock import Clock
 from cxbridge.events import EventBus
 from cxbridge.interfaces.instance import Interface
-from cxbridge.listening import is_private_endpoint
-
-if TYPE_CHECKING:
-    import zmq
 
 
 class ZmqBlackBoard(RemoteBlackBoard):
@@ -36,7 +32,7 @@ class ZmqBlackBoard(RemoteBlackBoard):
     the writing thread calls the listeners, as on a local blackboard. A request takes at most ``timeout``. The
     client restores a lost connection, see docs/evidence/protocol-zmq.md.
 
-    :param url: ``tcp://host:port``, ``ipc://path`` or ``inproc://name``.
+    :param url: ``tcp://host:port`` or ``ipc://path``.
     :param registry: returns the classes of types that are named by a string.
     :param bus: gets log lines; the server's blackboard emits writes on its bus.
     :param name: identifies the client in log lines of the server.
@@ -45,7 +41,6 @@ class ZmqBlackBoard(RemoteBlackBoard):
     :param connect_timeout: the limit of the first connection, in seconds.
     :param keys: the CURVE keys, required for servers on other machines.
     :param insecure: whether servers on other machines are allowed without keys.
-    :param context: the ZeroMQ context; by default a new context, and for inproc the context of the process.
     :raises InsecureEndpointError: if the URL needs keys.
     :raises DisconnectedError: if no server replies.
     """
@@ -65,20 +60,17 @@ class ZmqBlackBoard(RemoteBlackBoard):
         connect_timeout: float = 5.0,
         keys: CurveClient | None = None,
         insecure: bool = False,
-        context: zmq.Context[zmq.Socket[bytes]] | None = None,
     ) -> None:
         check_endpoint(url, keys=keys is not None, insecure=insecure)
         super().__init__(registry, clock, bus)
         self._timeout: Final = timeout
-        self._context, self._owns_context = choose_context(context, [url])
+        self._context = make_context()
         wakeup = SocketWakeup()
         self._dispatcher: EventReceiver = EventReceiver(
             f"BlackBoard events {url}", self.report_fault, self._context, wakeup.set
         )
         self._sender = CommandSender(self._dispatcher)
-        self._interfaces = OpenInterfaces(
-            self, url, timeout, self._sender, self._dispatcher, self._observers, wakeup.set
-        )
+        self._interfaces = OpenInterfaces(self, url, timeout, self._sender, self._dispatcher, self._observers)
         self._session = SessionThread(
             url,
             self._interfaces,
@@ -93,8 +85,12 @@ class ZmqBlackBoard(RemoteBlackBoard):
         if not self._sender.wait_ready(time.monotonic() + connect_timeout):
             reason = self._interfaces.end_reason
             self.shutdown()
-            hint = _make_silence_hint(reason, url, keys)
-            raise DisconnectedError(f"no blackboard replies at {url}", hint=hint)
+            if reason in ("", NO_REPLY):
+                reason = (
+                    "'cxbridge daemon' starts a daemon; --connect URL names the address of a running daemon"
+                )
+            silence = "a server that requires CURVE keys stays silent if a key is missing or wrong"
+            raise DisconnectedError(f"no blackboard replies at {url}", hint=f"{reason}; {silence}")
 
     def _open(self, request: OpenRequest) -> Interface:
         self._check_open()
@@ -128,8 +124,7 @@ class ZmqBlackBoard(RemoteBlackBoard):
         self._sender.close()
         self._session.stop()
         self._dispatcher.stop()
-        if self._owns_context:
-            self._context.term()
+        self._context.term()
 
     def list(self, type_glob: str = "*", id_glob: str = "*") -> Sequence[InterfaceInfo]:
         self._check_open()
@@ -157,7 +152,6 @@ class ZmqBlackBoard(RemoteBlackBoard):
         """
         self._check_open()
         timeout_s = self._timeout if timeout is None else timeout
-        self._interfaces.wait_written(timeout_s)
         self._sender.request(Sync(), timeout=timeout_s)
         self._dispatcher.drain(timeout_s)
 
@@ -172,19 +166,3 @@ class ZmqBlackBoard(RemoteBlackBoard):
         super().register_observer(observer, type_glob, id_glob)
         if not self._interfaces.is_watching:
             self._sender.request(Watch(), timeout=self._timeout, on_reply=self._interfaces.handle_existing)
-
-
-def _make_silence_hint(reason: str, url: str, keys: CurveClient | None) -> str:
-    """Return the hint of the error for a server that does not reply.
-
-    :param reason: the reason for the end of the last session; empty without a session.
-    """
-    if reason in ("", NO_REPLY):
-        reason = "'cxbridge daemon' starts a daemon; --connect URL names the address of a running daemon"
-    # a server with CURVE keys ignores clients whose keys it does not know, without sending a reason
-    if keys is not None:
-        mismatch = f"our key is unknown to it, or its key is not {keys.server_key}"
-        return f"{reason}; it also stays silent if {mismatch}"
-    if not is_private_endpoint(url):
-        return f"{reason}; it also stays silent if it requires CURVE keys"
-    return reason

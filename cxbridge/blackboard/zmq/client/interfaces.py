@@ -1,20 +1,20 @@
 """The open interfaces of a client, and the effect of the server's frames on them.
 
 The receiving thread handles frames; any thread may write and send requests. The lock guards the tables; the
-sender's lock guards ``_unsent_blocks`` and ``needs_flush``.
+sender's lock guards ``_unsent``.
 """
 
 from __future__ import annotations
 
 import threading
-import time
 from collections.abc import Callable
+from functools import partial
 from typing import Final
 from uuid import UUID
 
 from cxbridge.blackboard.base import OpenRequest
 from cxbridge.blackboard.kit.board import RemoteBlackBoard
-from cxbridge.blackboard.kit.errors import ProtocolError, RequestTimeoutError
+from cxbridge.blackboard.kit.errors import ProtocolError
 from cxbridge.blackboard.listeners import ObserverTable
 from cxbridge.blackboard.zmq.client.port import InterfaceCopy
 from cxbridge.blackboard.zmq.client.receiving import EventReceiver
@@ -50,7 +50,6 @@ class OpenInterfaces:
     :param board: the blackboard of the client.
     :param url: the server's endpoint, for log lines.
     :param timeout: the limit of a request, in seconds.
-    :param wake_session: wakes the session's thread, which calls `flush` while `needs_flush` is set.
     """
 
     def __init__(
@@ -61,19 +60,17 @@ class OpenInterfaces:
         sender: CommandSender,
         receiver: EventReceiver,
         observers: ObserverTable,
-        wake_session: Callable[[], None],
     ) -> None:
         self._board: Final = board
         self._url: Final = url
         self._timeout: Final = timeout
         self._sender: Final = sender
         self._receiver: Final = receiver
-        self._wake_session: Final = wake_session
         self._lock: Final = threading.RLock()
         self._copies: dict[tuple[str, str], InterfaceCopy] = {}  # by type and id
         self._channels: dict[int, InterfaceCopy] = {}  # by the server's number, in this session
         self._instances: dict[bytes, Interface] = {}  # by serial
-        self._unsent_blocks: dict[InterfaceCopy, bytes] = {}  # the last block of writes that wait for room
+        self._unsent: set[InterfaceCopy] = set()  # copies with a write that waits for a session
         self._epoch = b""  # the id of the running server
         self._is_same_epoch = False  # whether the last two sessions were with the same run of the server
         self._missing_replies = 0  # the number of replies that must come before other threads may send
@@ -86,8 +83,6 @@ class OpenInterfaces:
         """The reason for the end of the last session."""
         self.skipped = 0
         """The number of conflated updates."""
-        self.needs_flush = False
-        """Whether the session's thread must call `flush`."""
 
     def open(self, request: OpenRequest) -> Interface:
         """Open an interface at the server.
@@ -158,7 +153,7 @@ class OpenInterfaces:
                 copy.instances.remove(instance)
             copy.seq = seq
             if instance.is_writer:
-                self._unsent_blocks.pop(copy, None)
+                self._unsent.discard(copy)
                 copy.has_own_data = False
             self._drop_if_unused(copy)
         copy.end_listening(instance)
@@ -182,38 +177,13 @@ class OpenInterfaces:
     def write(
         self, copy: InterfaceCopy, serial: UUID, stamped: bool | None, changed: bool, block: bytes
     ) -> None:
-        """Send a write; without room or session, keep the block for `flush`."""
+        """Send a write; without a session, the next session begins with the last write."""
         with self._sender.lock:
-            replaces_block = copy in self._unsent_blocks
-            was_sent = self._sender.write(
-                Write(serial.bytes, stamped, changed, block), wait=not replaces_block
-            )
-            self.skipped += replaces_block  # the client never sends the replaced block
-            if was_sent:
+            if self._sender.is_ready and self._sender.send(Write(serial.bytes, stamped, changed, block)):
                 copy.seq += 1
-                self._unsent_blocks.pop(copy, None)
-                return
-            self._unsent_blocks[copy] = block
-            if self.needs_flush:
-                return
-            self.needs_flush = True
-        self._wake_session()
-
-    def flush(self) -> None:
-        """Send the waiting blocks until the socket has no room."""
-        with self._sender.lock:
-            for copy, block in tuple(self._unsent_blocks.items()):
-                writers = (instance for instance in copy.instances if instance.is_writer and instance.valid)
-                writer = next(writers, None)
-                if writer is not None:
-                    # the frame replaces several writes, any of which may have changed the data
-                    frame = Write(writer.serial.bytes, stamped=True, changed=True, block=block)
-                    if not self._sender.write(frame, wait=False):
-                        self.needs_flush = True
-                        return
-                    copy.seq += 1
-                self._unsent_blocks.pop(copy, None)
-            self.needs_flush = False
+                self._unsent.discard(copy)
+            else:
+                self._unsent.add(copy)
 
     def count_skipped(self) -> None:
         """Count an update that a later update replaced because listeners are slow."""
@@ -247,17 +217,6 @@ class OpenInterfaces:
                 self._board.refuse_message(sender, message)
             case _:
                 raise_refusal(reply, uid=sender.uid, message_type=message.type, serial=sender.serial)
-
-    def wait_written(self, timeout: float) -> None:
-        """Wait until the client has sent all blocks.
-
-        :raises RequestTimeoutError: after the timeout.
-        """
-        deadline = time.monotonic() + timeout
-        while self._unsent_blocks:
-            if time.monotonic() > deadline:
-                raise RequestTimeoutError("the blackboard's server does not accept writes")
-            time.sleep(0.005)
 
     def handle_welcome(self, epoch: bytes) -> None:
         """Reopen all instances in a new session."""
@@ -309,7 +268,7 @@ class OpenInterfaces:
             if reply.block is not None:
                 self._update_reopened(copy, reply, reply.block)
             if instance.is_writer and copy.has_own_data and self._is_write_lost(copy, reply.seq):
-                self._unsent_blocks[copy] = copy.snapshot.block
+                self._unsent.add(copy)
             copy.seq = reply.seq
             copy.set_members(reply.members, quietly=False)
 
@@ -317,7 +276,7 @@ class OpenInterfaces:
         """Update a copy with the data of a new session, unless the copy is newer."""
         # a restarted server counts from 0, and has no data before the first write
         is_outdated = opened.seq <= copy.expected_seq if self._is_same_epoch else opened.seq == 0
-        if not is_outdated and copy not in self._unsent_blocks:
+        if not is_outdated and copy not in self._unsent:
             copy.update(opened.seq, block, opened.stamped, opened.changed)
 
     def _is_write_lost(self, copy: InterfaceCopy, seq: int) -> bool:
@@ -334,7 +293,7 @@ class OpenInterfaces:
             if instance in copy.instances:
                 copy.instances.remove(instance)
             copy.has_own_data = False
-            self._unsent_blocks.pop(copy, None)
+            self._unsent.discard(copy)
             copy.listeners.unregister(None, instance)
             self._drop_if_unused(copy)
 
@@ -350,7 +309,12 @@ class OpenInterfaces:
             return
         with self._sender.lock:
             self._sender.set_ready()
-            self.flush()
+            unsent, self._unsent = self._unsent, set()
+            for copy in unsent:
+                for instance in copy.instances:
+                    if instance.is_writer and instance.valid:
+                        # several writes, of which any may have changed the data
+                        self.write(copy, instance.serial, True, True, copy.snapshot.block)
         if self._is_loss_announced:
             self._is_loss_announced = False
             self._board.report_connection(True, f"connected to {self._url} again")
@@ -411,12 +375,9 @@ class OpenInterfaces:
             self._handle_existence(key, created=True)
 
     def _handle_existence(self, key: tuple[str, str], created: bool) -> None:
-        if created and key not in self._known_interfaces:
-            self._known_interfaces.add(key)
-            self._receiver.put(self._observers.notify_created, *key)
-        elif not created and key in self._known_interfaces:
-            self._known_interfaces.discard(key)
-            self._receiver.put(self._observers.notify_destroyed, *key)
+        if created is not (key in self._known_interfaces):
+            self._known_interfaces ^= {key}
+            self._receiver.put(partial(self._observers.notify, *key, created=created))
 
     def _deliver(self, frame: Deliver) -> None:
         """Queue a message for a writer and report the outcome; in the dispatcher's thread."""

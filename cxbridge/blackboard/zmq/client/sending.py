@@ -17,14 +17,10 @@ import zmq
 
 from cxbridge.blackboard.kit.errors import DisconnectedError, ProtocolError, RequestTimeoutError
 from cxbridge.blackboard.zmq.client.receiving import EventReceiver
-from cxbridge.blackboard.zmq.wire.frames import Credit, Frame, Request, Response, Write, encode
+from cxbridge.blackboard.zmq.wire.frames import Credit, Frame, Request, Response, encode
 from cxbridge.blackboard.zmq.wire.sockets import NOBLOCK, raw_send
 
-# long enough for a server that is busy, short enough for a writer in a main loop
-WRITE_WAIT_MS: Final = 100
-"""The milliseconds that a write waits for room in the socket before it is conflated."""
-
-_MAX_WAIT_MS: Final = 1000  # the wait of other frames for room, after which the server counts as dead
+_MAX_WAIT_MS: Final = 1000  # the wait of a frame for room, after which the server counts as dead
 
 
 def _make_locked() -> threading.Lock:
@@ -146,14 +142,6 @@ class CommandSender:
         """Report the number of handled updates; return whether the report was sent."""
         return self.send(Credit(updates), wait_ms=0)
 
-    def write(self, frame: Write, *, wait: bool) -> bool:
-        """Send a write if the session is ready and its socket has room; return whether the write was sent.
-
-        :param wait: whether to wait for room.
-        """
-        with self.lock:
-            return self.is_ready and self.send(frame, wait_ms=WRITE_WAIT_MS if wait else 0)
-
     def send(self, frame: Frame, *, wait_ms: int = _MAX_WAIT_MS) -> bool:
         """Send a frame with the next number; return whether the frame was sent.
 
@@ -171,8 +159,7 @@ class CommandSender:
                 if not wait_ms:
                     return False
                 if not self._socket.poll(wait_ms, zmq.POLLOUT):
-                    # the next write will replace an unsent write
-                    self.is_blocked = not isinstance(frame, Write)
+                    self.is_blocked = True
                     return False
                 return self.send(frame, wait_ms=0)
             except zmq.ZMQError:

@@ -50,8 +50,6 @@ MIN_PATIENCE_MS: Final = 5
 MAX_PATIENCE_MS: Final = 40
 """The longest patience, in milliseconds."""
 
-_FLUSH_PERIOD_S: Final = 0.02  # the seconds between attempts to send conflated writes
-
 
 class SessionThread:
     """Runs sessions with the server, one after the other.
@@ -120,7 +118,6 @@ class SessionThread:
     def _run_session(self) -> str:
         """Run one session; return the reason for its end."""
         session = os.urandom(SERIAL_SIZE)
-        self._interfaces.needs_flush = False
         events = connect(self._receiver.context, self._url, EVENTS_PREFIX + session, self._keys)
         try:
             commands = connect(self._receiver.context, self._url, COMMANDS_PREFIX + session, self._keys)
@@ -160,7 +157,7 @@ class SessionThread:
 
     def _keep_session(self, events: Socket, monitor: Socket) -> str:
         """Keep the session alive, and receive in this thread's turns; return the reason for the end."""
-        receiver, interfaces = self._receiver, self._interfaces
+        receiver = self._receiver
         dispatcher_poller, session_poller = zmq.Poller(), zmq.Poller()
         for poller in (dispatcher_poller, session_poller):
             poller.register(self._wakeup, zmq.POLLIN)
@@ -183,14 +180,9 @@ class SessionThread:
                 if receiver.welcome is not None:
                     receiver.fail("the connection was closed")
             now_s = time.monotonic()
-            if interfaces.needs_flush:
-                next_check_s = min(next_check_s, now_s + _FLUSH_PERIOD_S)
             if now_s >= next_check_s:
                 self._keep_alive(now_s, now_s - last_check_s)
-                last_check_s, next_check_s = (
-                    now_s,
-                    now_s + (_FLUSH_PERIOD_S if interfaces.needs_flush else self._heartbeat_s / 4),
-                )
+                last_check_s, next_check_s = now_s, now_s + self._heartbeat_s / 4
         return receiver.fault or "closed"
 
     def _wait_for_dispatcher(self, poller: zmq.Poller, next_check_s: float) -> dict[object, int]:
@@ -234,8 +226,6 @@ class SessionThread:
             receiver.fail("the server no longer accepts frames")
         elif now_s - self._sender.last_sent_s > BEAT_HEARTBEATS * self._heartbeat_s:
             self._sender.send(Beat(), wait_ms=0)
-        if self._sender.is_ready:
-            self._interfaces.flush()
 
 
 def _ms_until(next_check_s: float) -> int:

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import Any, Final, NamedTuple, Protocol
 from uuid import UUID
 
-from cxbridge.blackboard.base import BlackBoard
 from cxbridge.blackboard.listeners import MEMBERSHIP_KINDS, EventKind, MembershipListener
 from cxbridge.blackboard.local import InterfaceMemory
 from cxbridge.blackboard.port import Snapshot
@@ -47,36 +46,34 @@ class Channel(MembershipListener):
     """An interface of the local blackboard that clients have open.
 
     A listener needs an instance, but the channel must not count as a reader. So the channel registers its
-    listener for an instance of one of the clients, the *carrier*.
+    listener for an instance that is not attached to the memory.
 
     :param loop: the server's thread.
     """
 
-    def __init__(self, board: BlackBoard, loop: ServerLoop, memory: InterfaceMemory) -> None:
+    def __init__(self, loop: ServerLoop, memory: InterfaceMemory) -> None:
         self.memory: Final = memory
         self.writer: RemoteWriter | None = None
         """The writer if it belongs to a client; None for a local writer or without writer."""
         self.memberships: Final[dict[ZmqSession, Membership]] = {}
-        self._board = board
         self._loop = loop
-        self._carrier: Interface | None = None
         self._queued_count = 0
-        self._last_change: tuple[EventKind, UUID] | None = None
+        self._watcher = memory.interface_class(
+            memory, id=memory.id, owner="", serial=UUID(int=0), writer=False
+        )
+        memory.listeners.register(self, self._watcher, (EventKind.DATA_REFRESHED, *MEMBERSHIP_KINDS))
 
     def join(self, session: ZmqSession, instance: Interface) -> Snapshot | None:
         """Add an instance of a session.
 
         :returns: the present data; None if the session has the present data already.
         """
-        if self._carrier is None:
-            self._set_carrier(instance)
         membership = self.memberships.get(session)
         snapshot = None
         if membership is None or self in session.waiting_channels:
             session.waiting_channels.pop(self, None)  # the reply has the data of the waiting update
             snapshot = self.memory.snapshot
             membership = self.memberships.setdefault(session, Membership(snapshot.version))
-            session.skipped += max(0, snapshot.version - membership.sent_seq - 1)
             membership.sent_seq = snapshot.version
             session.memberships[self] = membership
         membership.instances.add(instance.serial.bytes)
@@ -84,31 +81,20 @@ class Channel(MembershipListener):
             self.writer = RemoteWriter(session, instance)
         return snapshot
 
-    def move_listener(self, closing_instance: Interface) -> None:
-        """Register the listener for another instance if the carrier will be closed."""
-        if self._carrier is closing_instance:
-            for session, membership in self.memberships.items():
-                for serial in membership.instances:
-                    if serial != closing_instance.serial.bytes:
-                        self._set_carrier(session.instances[serial])
-                        return
-
     def leave(self, session: ZmqSession, instance: Interface) -> int:
         """Remove a closed instance; return the sequence number of the client's copy."""
         membership = self.memberships[session]
         membership.instances.discard(instance.serial.bytes)
         if self.writer is not None and self.writer.instance is instance:
             self.writer = None
-        if self._carrier is instance:
-            self._carrier = None
         if not membership.instances:
             del self.memberships[session], session.memberships[self]
             session.waiting_channels.pop(self, None)
         return membership.sent_seq
 
-    def _set_carrier(self, instance: Interface) -> None:
-        self._carrier = instance
-        self._board.register_listener(self, instance, EventKind.DATA_REFRESHED, *MEMBERSHIP_KINDS)
+    def end(self) -> None:
+        """End listening, after the last client has closed its instances."""
+        self.memory.listeners.unregister(self, self._watcher)
 
     def data_refreshed(self, interface: Interface) -> None:  # noqa: ARG002 - a listener's signature
         if self._loop.is_current_thread():
@@ -155,7 +141,6 @@ class Channel(MembershipListener):
             self._send_update_to(session, membership, snapshot)
 
     def _send_update_to(self, session: ZmqSession, membership: Membership, snapshot: Snapshot) -> None:
-        session.skipped += snapshot.version - membership.sent_seq - 1
         session.credit -= 1
         frame = self._encode_update(snapshot, membership.sent_seq)
         membership.sent_seq = snapshot.version
@@ -176,9 +161,6 @@ class Channel(MembershipListener):
             self._loop.post(self._send_change, kind, serial)
 
     def _send_change(self, kind: EventKind, serial: UUID) -> None:
-        if self._last_change == (kind, serial):
-            return  # the listener has two registrations while the carrier changes, see `move_listener`
-        self._last_change = (kind, serial)
         owner = next((member.owner for member in self.memory.instances() if member.serial == serial), "")
         for session in tuple(self.memberships):
             session.send(Change(self.memory.mem_serial, kind, serial.bytes, owner))

@@ -68,7 +68,7 @@ class RequestHandler:
         self._loop = loop
         self._delivery_timeout = delivery_timeout
         self._log = log
-        self._channels: dict[int, Channel] = {}
+        self._channels: dict[str, Channel] = {}  # by uid
         self.deliveries: Final = Deliveries()
         self._handlers: Final[dict[type[Any], Callable[[ZmqSession, Any], None]]] = {
             Open: self._handle_open,
@@ -146,10 +146,9 @@ class RequestHandler:
             raise UnknownTypeError(interface_type, hint=error.hint) from error
 
     def _ensure_channel(self, instance: Interface) -> Channel:
-        memory = self._board.find_memory(instance)
-        channel = self._channels.get(memory.mem_serial)
+        channel = self._channels.get(instance.uid)
         if channel is None:
-            channel = self._channels[memory.mem_serial] = Channel(self._board, self._loop, memory)
+            channel = self._channels[instance.uid] = Channel(self._loop, self._board.find_memory(instance))
         return channel
 
     def _forward_messages(self, instance: Interface, listeners: ListenerTable) -> None:
@@ -167,27 +166,17 @@ class RequestHandler:
 
     def close(self, session: ZmqSession, instance: Interface) -> int:
         """Close an instance of a session; return the sequence number of the client's copy."""
-        channel = self._find_channel(instance)
+        serial = instance.serial.bytes
+        channel = self._channels[instance.uid]
         if instance.valid:
-            channel.move_listener(instance)  # first, because the channel reports the closing to the clients
             self._board.close(instance)
         sent_seq = channel.leave(session, instance)
-        del session.instances[instance.serial.bytes]
-        self.deliveries.fail_deliveries(session, instance.serial.bytes)
+        del session.instances[serial]
+        self.deliveries.fail_deliveries(session, serial)
         if not channel.memberships:
-            self._channels.pop(channel.memory.mem_serial, None)
+            channel.end()
+            del self._channels[instance.uid]
         return sent_seq
-
-    def _find_channel(self, instance: Interface) -> Channel:
-        """Return the channel of an instance, which may be invalid after a shutdown of the blackboard."""
-        if instance.valid:
-            return self._channels[instance.mem_serial]
-        serial = instance.serial.bytes
-        return next(
-            channel
-            for channel in self._channels.values()
-            if any(serial in membership.instances for membership in channel.memberships.values())
-        )
 
     def end_session(self, session: ZmqSession) -> None:
         """Close the instances of a session and fail its deliveries."""
@@ -225,7 +214,7 @@ class RequestHandler:
             hops=frame.hops + 1,
             thread=frame.thread,
         )
-        writer = self._channels[sender.mem_serial].writer
+        writer = self._channels[sender.uid].writer
         if writer is not None:
 
             def on_outcome(code: ResultCode, detail: int) -> None:
@@ -268,7 +257,7 @@ class RequestHandler:
 
     def _deliver_message(self, writer: Interface, message: Message, on_outcome: OutcomeCallback) -> None:
         """Send a message of this process to a writer in a client."""
-        channel = self._channels.get(writer.mem_serial)
+        channel = self._channels.get(writer.uid)
         # the writer may have been closed after the call of the listener
         if channel is None or channel.writer is None or channel.writer.instance is not writer:
             on_outcome(ResultCode.NO_WRITER, 0)

@@ -42,11 +42,11 @@ from cxbridge.blackboard.zmq.wire.frames import (
 from cxbridge.blackboard.zmq.wire.sockets import (
     LINGER_MS,
     NOBLOCK,
-    EndpointFile,
     bind,
-    choose_context,
     is_readable,
+    make_context,
     raw_receive,
+    remove_file,
     skip_parts,
 )
 from cxbridge.rights import ALL_RIGHTS, Rights
@@ -70,17 +70,15 @@ class ZmqBlackBoardServer(BoardServer, Observer):
     """Serves a local blackboard to clients in threads, processes and on other machines.
 
     :param board: the blackboard, which stays open.
-    :param endpoints: ``tcp://host:port`` (``*`` as the port: any free port), ``ipc://path`` or
-        ``inproc://name``.
+    :param endpoints: ``tcp://host:port`` (``*`` as the port: any free port) or ``ipc://path``.
     :param heartbeat: the seconds between signs of life; clients may demand a shorter time.
     :param keys: the CURVE keys, required for endpoints that other machines can reach.
     :param insecure: whether such endpoints are allowed without keys.
     :param window: the maximum number of unacknowledged updates per client.
-    :param context: the ZeroMQ context; by default a new context, and for inproc the context of the process.
     :raises InsecureEndpointError: if an endpoint needs keys.
     """
 
-    def __init__(  # noqa: PLR0913 - all settings are passed by name
+    def __init__(
         self,
         board: LocalBlackBoard,
         endpoints: Sequence[str],
@@ -91,7 +89,6 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         window: int = WINDOW,
         max_sessions: int = MAX_SESSIONS,
         rights: Rights = ALL_RIGHTS,
-        context: zmq.Context[zmq.Socket[bytes]] | None = None,
     ) -> None:
         for endpoint in endpoints:
             check_endpoint(endpoint, keys=keys is not None, insecure=insecure)
@@ -104,18 +101,14 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         self._keys = keys
         self._window = window
         self._max_sessions = max_sessions
-        self._given_context = context
         # the attributes from here on are set while the server runs
         self._context: zmq.Context[zmq.Socket[bytes]] | None = None
-        self._owns_context = False
         self._authenticator: Any = None
         self._epoch = b""
         self._sockets: list[zmq.Socket[bytes]] = []
-        self._endpoint_files: list[EndpointFile] = []
         self._sessions: dict[bytes, ZmqSession] = {}
         self._failed_sessions: deque[tuple[ZmqSession, ResultCode]] = deque()
         self._posted_calls: deque[tuple[Callable[..., None], tuple[Any, ...]]] = deque()
-        self._skipped = 0
         # three heartbeats, as for the death of a client; at least a second for the client's listeners
         delivery_timeout = max(3 * self.heartbeat, 1.0)
         self._requests: Final = RequestHandler(
@@ -125,12 +118,11 @@ class ZmqBlackBoardServer(BoardServer, Observer):
     def _prepare(self) -> None:
         """Bind the sockets."""
         self._epoch = os.urandom(SERIAL_SIZE)
-        self._context, self._owns_context = choose_context(self._given_context, self.endpoints)
+        self._context = make_context()
         self._authenticator = self._start_authenticator(self._context)
         for index, endpoint in enumerate(self.endpoints):
             socket, self.endpoints[index] = bind(self._context, endpoint, self._keys)
             self._sockets.append(socket)
-            self._endpoint_files.append(EndpointFile(endpoint))
         self.board.register_observer(self)
         if self._log is not None:
             self._log.info(f"serving at {', '.join(self.endpoints)}")
@@ -148,23 +140,17 @@ class ZmqBlackBoardServer(BoardServer, Observer):
 
     def _release(self) -> None:
         self.board.unregister_observer(self)
-        for file in self._endpoint_files:  # before the endpoints are unbound, see EndpointFile.remove
-            file.remove()
         # not strict: after a failed start, only the first endpoints have sockets
         for socket, endpoint in zip(self._sockets, self.endpoints, strict=False):
+            remove_file(endpoint)
             with contextlib.suppress(zmq.ZMQError):  # unbinding fails without the file of an ipc endpoint
                 socket.unbind(endpoint)  # releases the endpoint at once for another server
             socket.close(linger=LINGER_MS)
         self._sockets.clear()
         if self._authenticator is not None:
             self._authenticator.stop()
-        if self._context is not None and self._owns_context:
+        if self._context is not None:
             self._context.term()
-
-    @property
-    def skipped(self) -> int:
-        """The number of updates that were conflated for slow clients."""
-        return self._skipped + sum(session.skipped for session in tuple(self._sessions.values()))
 
     @property
     def session_count(self) -> int:
@@ -363,7 +349,6 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         """Close the instances of a session."""
         session.has_failed = True
         if self._sessions.pop(session.id, None) is not None:
-            self._skipped += session.skipped
             self._requests.end_session(session)
 
     def _dismiss_client(self, socket: zmq.Socket[bytes], route: bytes, code: ResultCode, text: str) -> None:

@@ -59,7 +59,6 @@ class ZmqSession:
     :param credit: the number of updates that the server may send before the next acknowledgement.
     :param is_watching: whether the client gets Existence frames.
     :param has_failed: whether the server will end the session, which receives and sends no frames any more.
-    :param skipped: the number of conflated updates.
     :param pending_count: the number of messages whose outcome the client has not reported.
     :param instances: the client's instances by serial.
     :param memberships: the state of the session in each channel.
@@ -80,7 +79,6 @@ class ZmqSession:
     last_sent_s: float = 0.0
     is_watching: bool = False
     has_failed: bool = False
-    skipped: int = 0
     pending_count: int = 0
     instances: dict[bytes, Interface] = field(default_factory=dict)
     memberships: dict[UpdateChannel, Membership] = field(default_factory=dict)

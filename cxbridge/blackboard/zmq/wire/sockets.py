@@ -20,7 +20,7 @@ from cxbridge.blackboard.zmq.security import CurveClient, CurveServer, uses_curv
 from cxbridge.blackboard.zmq.wire.frames import MAX_FRAME_BYTES, MAX_REPLY_BYTES
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable
 
 # above the window of 1024 updates, so that updates alone never fill the queue
 MAX_SERVER_QUEUE = 4096
@@ -52,8 +52,8 @@ SEND_MORE = int(zmq.NOBLOCK | zmq.SNDMORE)
 _POLLIN = int(zmq.POLLIN)
 
 
-def choose_context(context: Context | None, endpoints: Sequence[str]) -> tuple[Context, bool]:
-    """Return the context to use, and whether the caller must terminate it.
+def make_context() -> Context:
+    """Return a new context, which the caller must terminate.
 
     :raises EndpointError: on Windows, where sockets of ZeroMQ cannot be polled by descriptor.
     """
@@ -62,11 +62,7 @@ def choose_context(context: Context | None, endpoints: Sequence[str]) -> tuple[C
             "blackboards over ZeroMQ do not work on Windows, which cannot poll their descriptors",
             hint="use WSL, or fawkes:// URLs; zmq/endpoints: [] turns them off in a daemon",
         )
-    if context is not None:
-        return context, False
-    if any(endpoint.startswith("inproc:") for endpoint in endpoints):
-        return zmq.Context.instance(), False  # ZeroMQ connects inproc endpoints only within a context
-    return zmq.Context(), True
+    return zmq.Context()
 
 
 def bind(context: Context, endpoint: str, keys: CurveServer | None) -> tuple[Socket, str]:
@@ -132,35 +128,15 @@ def _ipc_path(endpoint: str) -> Path | None:
     return None if path == endpoint or path.startswith("@") else Path(path)
 
 
-class EndpointFile:
-    """The file of a bound ipc endpoint, which libzmq does not remove."""
+def remove_file(endpoint: str) -> None:
+    """Remove the file of a bound ipc endpoint, which libzmq does not remove.
 
-    def __init__(self, endpoint: str) -> None:
-        self._path = _ipc_path(endpoint)
-        self._initial_identity = self._read_file_identity()
-
-    def remove(self) -> None:
-        """Remove the file unless another process has replaced it.
-
-        The caller unbinds the endpoint afterwards: another daemon can replace the file only when no process
-        serves the endpoint.
-        """
-        if (
-            self._path is not None
-            and self._initial_identity is not None
-            and self._read_file_identity() == self._initial_identity
-        ):
-            with contextlib.suppress(OSError):  # the permissions may have changed
-                self._path.unlink()
-
-    def _read_file_identity(self) -> tuple[int, int] | None:
-        if self._path is None:
-            return None
-        try:
-            status = self._path.stat()
-        except OSError:
-            return None
-        return status.st_dev, status.st_ino
+    The caller unbinds the endpoint afterwards: another daemon can make a new file only when no process serves
+    the endpoint.
+    """
+    if path := _ipc_path(endpoint):
+        with contextlib.suppress(OSError):  # the permissions may have changed
+            path.unlink()
 
 
 def _is_served(path: str) -> bool:

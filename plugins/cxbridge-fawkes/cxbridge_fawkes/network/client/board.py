@@ -6,6 +6,7 @@ import contextlib
 import itertools
 import threading
 from collections.abc import Sequence
+from functools import partial
 from typing import Final
 
 from cxbridge.blackboard.base import OpenRequest, Registry
@@ -201,8 +202,8 @@ class FawkesBlackBoard(RemoteBlackBoard):
 
     def _notify_observers(self, event: InterfaceEvent) -> None:
         created = event.kind == BoardKind.INTERFACE_CREATED
-        notify = self._observers.notify_created if created else self._observers.notify_destroyed
-        self._dispatcher.put(notify, event.type, event.id)
+        notify = partial(self._observers.notify, event.type, event.id, created=created)
+        self._dispatcher.put(notify)
 
     def _connect(self) -> FawkesConnection:
         return FawkesConnection(
