@@ -72,9 +72,7 @@ def connect(url: str, name: str) -> ZmqBlackBoard:
     """Connect, however long the daemon is away."""
     while True:
         try:
-            return ZmqBlackBoard(
-                url, InterfaceRegistry(), RealClock(), name=name, heartbeat=HEARTBEAT, timeout=2.0
-            )
+            return ZmqBlackBoard(url, InterfaceRegistry(), RealClock(), name=name, timeout=2.0)
         except BlackBoardError:
             time.sleep(0.05)
 

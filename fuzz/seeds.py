@@ -19,7 +19,7 @@ _BLOCK: Final = bytes(24)
 _INFO: Final = InterfaceInfo("Type", "id", _SERIAL, 1, True, "writer", ("reader",), 7)
 
 ZMQ_FRAMES: Final[tuple[Frame, ...]] = (
-    frames.Hello(_SERIAL, name="client", heartbeat_ms=50),
+    frames.Hello(_SERIAL, name="client"),
     frames.Open("Type", "id", _SERIAL, 24, "owner", True, request=1, number=1),
     frames.Close(_SERIAL, request=1),
     frames.List("*", "[a"),

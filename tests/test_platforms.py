@@ -13,7 +13,7 @@ import sys
 import pytest
 
 from cxbridge.blackboard.kit.errors import EndpointError
-from cxbridge.blackboard.zmq.wire.sockets import choose_context
+from cxbridge.blackboard.zmq.wire.sockets import make_context
 from cxbridge.cli.command_lines import StepKeys
 from cxbridge.errors import CxbridgeError
 from tests.support import ROOT, needs_plugin, share
@@ -125,7 +125,7 @@ def test_windows_is_told_that_zmq_is_not_there(monkeypatch):
     with monkeypatch.context() as patch:
         patch.setattr(sys, "platform", "win32")
         with pytest.raises(EndpointError, match="Windows"):
-            choose_context(None, [])
+            make_context()
 
 
 def test_windows_is_told_that_keys_are_not_there(monkeypatch, tmp_path):

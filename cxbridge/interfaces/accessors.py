@@ -186,17 +186,14 @@ def fit_text(text: str, room: int) -> bytes:
     """
     text = text.partition("\0")[0]
     data = text.encode("utf-8", "surrogateescape")
-    if len(data) <= room:
-        return data
-    for cut in range(room, max(room - _MAX_CHARACTER_BYTES, -1), -1):
-        # a torn character decodes to surrogates, which differ from the text
-        if text.startswith(data[:cut].decode("utf-8", "surrogateescape")):
-            return data[:cut]
-    return data[:room]
+    cut = min(room, len(data))
+    # the further bytes of a character in UTF-8
+    while 0 < cut < len(data) and 0x80 <= data[cut] < 0xC0:  # noqa: PLR2004
+        cut -= 1
+    return data[:cut]
 
 
 _MAX_QUOTED_CHARACTERS = 60  # characters of a refused value in an error
-_MAX_CHARACTER_BYTES = 4  # of UTF-8
 _MAX_CACHED_TEMPLATES = 1024  # for each template and number of a field
 
 # A setter compares values only while the block is not marked as changed.

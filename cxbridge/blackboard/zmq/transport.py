@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, ClassVar, Final
+from typing import Any, ClassVar
 from urllib.parse import parse_qsl
 
 from cxbridge.blackboard.base import Registry
@@ -13,9 +13,6 @@ from cxbridge.blackboard.zmq.security import CurveClient, uses_curve
 from cxbridge.clock import Clock
 from cxbridge.errors import BlackBoardError
 from cxbridge.events import EventBus
-
-_KEY_PARAMETERS: Final = ("key", "server-key")
-_YES: Final = ("yes", "true", "1")
 
 
 class ZmqTransport(Transport):
@@ -39,10 +36,11 @@ class ZmqTransport(Transport):
         if not uses_curve(url):  # keys would have no effect, so the transport refuses the query
             return super().read_query(url, query)
         parameters = dict(parse_qsl(query, keep_blank_values=True))
-        insecure = parameters.pop("insecure", "no").lower() in _YES
-        if parameters and sorted(parameters) != sorted(_KEY_PARAMETERS):
-            raise BlackBoardError(f"'{url}' must have both keys and no other parameter", hint=self.QUERY_HINT)
-        if not parameters:
-            return {"insecure": insecure}
-        key, server_key = (Path(parameters[name]) for name in _KEY_PARAMETERS)
-        return {"keys": CurveClient(key, server_key), "insecure": insecure}
+        options: dict[str, Any] = {"insecure": parameters.pop("insecure", "no") == "yes"}
+        if parameters:
+            if parameters.keys() != {"key", "server-key"}:
+                raise BlackBoardError(
+                    f"'{url}' must have both keys and no other parameter", hint=self.QUERY_HINT
+                )
+            options["keys"] = CurveClient(Path(parameters["key"]), Path(parameters["server-key"]))
+        return options

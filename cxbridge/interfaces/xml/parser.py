@@ -52,7 +52,7 @@ class CheckResult(Struct, frozen=True):
 def parse_file(path: str | Path) -> InterfaceSchema:
     """Read a definition file.
 
-    :raises InterfaceDefinitionError: the first error of the file, with the number of further ones.
+    :raises InterfaceDefinitionError: the first error of the file.
     """
     return _parse(_read_bytes(path), str(path))
 
@@ -60,9 +60,12 @@ def parse_file(path: str | Path) -> InterfaceSchema:
 def parse_bytes(data: bytes, file: str | Path | None = None) -> InterfaceSchema:
     """Read a definition; its hash is the MD5 of the bytes.
 
-    :raises InterfaceDefinitionError: the first error, with the number of further ones.
+    :raises InterfaceDefinitionError: the first error.
     """
-    return _require_schema(check_bytes(data, file))
+    result = check_bytes(data, file)
+    if result.schema is None:
+        raise result.errors[0]
+    return result.schema
 
 
 @lru_cache(maxsize=128)  # enough for the definitions of cxbridge and of a Fawkes checkout
@@ -119,22 +122,6 @@ def check_bytes(data: bytes, file: str | Path | None = None) -> CheckResult:
     schema = _DefinitionReader(root, findings).read(digest, name or "")
     errors = tuple(sorted(findings.errors, key=lambda error: (error.line or 0, error.column or 0)))
     return CheckResult(None if errors else schema, errors, tuple(findings.warnings))
-
-
-def _require_schema(result: CheckResult) -> InterfaceSchema:
-    """Return the schema, or raise the first error."""
-    if result.schema is not None:
-        return result.schema
-    first_error, further_count = result.errors[0], len(result.errors) - 1
-    if further_count:
-        first_error = InterfaceDefinitionError(
-            f"{first_error.message} (and {further_count} more: see 'cxbridge interface check')",
-            file=first_error.file,
-            line=first_error.line,
-            column=first_error.column,
-            hint=first_error.hint,
-        )
-    raise first_error
 
 
 class _DefinitionReader:

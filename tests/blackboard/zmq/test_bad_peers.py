@@ -53,7 +53,7 @@ def test_who_never_reads_costs_little_and_is_given_up(transport, tmp_path):
             one.linger, one.rcvhwm, one.rcvbuf, one.routing_id = 0, 1, 4096, route + session
             one.connect(made.url)
         try:
-            events.send(encode(Hello(session, name="deaf", heartbeat_ms=3_600_000)))
+            events.send(encode(Hello(session, name="deaf")))
             eventually(lambda: made.server.session_count == 1)
             commands.send(open_sample(1))
             writer = made.board.open_for_writing(SampleInterface, "a")
@@ -84,7 +84,7 @@ import sys, time
 from cxbridge.blackboard.zmq import ZmqBlackBoard
 from cxbridge.clock import RealClock
 from tests.blackboard.samples import SampleInterface, SampleRegistry
-board = ZmqBlackBoard(sys.argv[1], SampleRegistry(), RealClock(), heartbeat=float(sys.argv[2]))
+board = ZmqBlackBoard(sys.argv[1], SampleRegistry(), RealClock())
 writer = board.open_for_writing(SampleInterface, "a", owner="victim")
 reader = board.open_for_reading(SampleInterface, "b")
 print("open", flush=True)
@@ -102,7 +102,7 @@ sys.stdin.readline()
 
 @pytest.mark.parametrize("last", [signal.SIGCONT, signal.SIGKILL])
 def test_what_a_stopped_process_had_is_free_and_stays_so_when_it_goes_on(made, last):
-    command = [sys.executable, "-c", CLIENT, made.url, str(HEARTBEAT)]
+    command = [sys.executable, "-c", CLIENT, made.url]
     pipe = subprocess.PIPE
     with subprocess.Popen(command, stdin=pipe, stdout=pipe, text=True) as victim:
         assert victim.stdin is not None

@@ -36,7 +36,6 @@ class ZmqBlackBoard(RemoteBlackBoard):
     :param registry: returns the classes of types that are named by a string.
     :param bus: gets log lines; the server's blackboard emits writes on its bus.
     :param name: identifies the client in log lines of the server.
-    :param heartbeat: the seconds between signs of life; the server may demand a shorter interval.
     :param timeout: the limit of a request, in seconds.
     :param connect_timeout: the limit of the first connection, in seconds.
     :param keys: the CURVE keys, required for servers on other machines.
@@ -55,7 +54,6 @@ class ZmqBlackBoard(RemoteBlackBoard):
         bus: EventBus | None = None,
         *,
         name: str = "",
-        heartbeat: float = 1.0,
         timeout: float = 5.0,
         connect_timeout: float = 5.0,
         keys: CurveClient | None = None,
@@ -77,7 +75,6 @@ class ZmqBlackBoard(RemoteBlackBoard):
             self._sender,
             self._dispatcher,
             wakeup,
-            heartbeat=heartbeat,
             name=name,
             keys=keys,
         )

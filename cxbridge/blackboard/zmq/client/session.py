@@ -57,7 +57,6 @@ class SessionThread:
     :param url: the server's endpoint.
     :param receiver: receives in turns with this thread.
     :param wakeup: wakes this thread.
-    :param heartbeat: the seconds between signs of life; the server may demand a shorter interval.
     :param name: identifies the client in the server's log.
     """
 
@@ -69,7 +68,6 @@ class SessionThread:
         receiver: EventReceiver,
         wakeup: SocketWakeup,
         *,
-        heartbeat: float,
         name: str,
         keys: CurveClient | None,
     ) -> None:
@@ -78,7 +76,6 @@ class SessionThread:
         self._sender: Final = sender
         self._receiver: Final = receiver
         self._wakeup: Final = wakeup
-        self._requested_heartbeat_s: Final = heartbeat
         self._name: Final = name
         self._keys: Final = keys
         self._stopping = False
@@ -131,7 +128,6 @@ class SessionThread:
                 hello = Hello(
                     session,
                     replaces=self._previous_session,
-                    heartbeat_ms=round(self._requested_heartbeat_s * 1000),
                     name=self._name,
                 )
                 # without blocking, because a refused handshake may have closed the connection
@@ -200,13 +196,9 @@ class SessionThread:
 
     @property
     def _heartbeat_s(self) -> float:
-        """The shorter of the peers' heartbeats."""
+        """The heartbeat of the server; before its Welcome, a short one."""
         welcome = self._receiver.welcome
-        return (
-            self._requested_heartbeat_s
-            if welcome is None
-            else min(self._requested_heartbeat_s, welcome.heartbeat_ms / 1000)
-        )
+        return 0.2 if welcome is None else welcome.heartbeat_ms / 1000
 
     def _keep_alive(self, now_s: float, gap_s: float) -> None:
         """Send a heartbeat if it is due, and detect a dead server.

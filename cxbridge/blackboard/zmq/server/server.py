@@ -51,9 +51,6 @@ from cxbridge.blackboard.zmq.wire.sockets import (
 )
 from cxbridge.rights import ALL_RIGHTS, Rights
 
-MIN_HEARTBEAT_S: Final = 0.05
-"""The shortest heartbeat in seconds."""
-
 MAX_SESSIONS: Final = 1024
 """The maximum number of clients."""
 
@@ -71,7 +68,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
 
     :param board: the blackboard, which stays open.
     :param endpoints: ``tcp://host:port`` (``*`` as the port: any free port) or ``ipc://path``.
-    :param heartbeat: the seconds between signs of life; clients may demand a shorter time.
+    :param heartbeat: the seconds between signs of life, of the server and of its clients.
     :param keys: the CURVE keys, required for endpoints that other machines can reach.
     :param insecure: whether such endpoints are allowed without keys.
     :param window: the maximum number of unacknowledged updates per client.
@@ -95,7 +92,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         name = f"{COMPONENT}Server"
         super().__init__(name, None if board.bus is None else board.bus.logger(name))
         self.board: Final = board
-        self.heartbeat: Final = max(heartbeat, MIN_HEARTBEAT_S)
+        self.heartbeat: Final = heartbeat
         self.endpoints: list[str] = list(endpoints)
         """The endpoints, with the actual ports after the start."""
         self._keys = keys
@@ -177,7 +174,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
     def _run(self) -> None:
         self._sockets_by_descriptor = {socket.fileno(): socket for socket in self._sockets}
         if sys.platform == "win32":
-            return  # unreachable, because `choose_context` refuses Windows, whose `select` has no `poll`
+            return  # unreachable, because `make_context` refuses Windows, whose `select` has no `poll`
         poll = select.poll()
         poll.register(self._wakeup, select.POLLIN)
         for descriptor in self._sockets_by_descriptor:
@@ -193,10 +190,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
             now_s = time.monotonic()
             if now_s >= next_check_s:
                 self._check_sessions(now_s, now_s - last_check_s)
-                min_heartbeat_s = min(
-                    (session.heartbeat for session in self._sessions.values()), default=self.heartbeat
-                )
-                last_check_s, next_check_s = now_s, now_s + min_heartbeat_s / _CHECKS_PER_HEARTBEAT
+                last_check_s, next_check_s = now_s, now_s + self.heartbeat / _CHECKS_PER_HEARTBEAT
             # a descriptor of ZeroMQ reports only events since the last query or send of its socket, so
             # nothing may be sent between the query in `_receive` and the poll
             if self._receive(batch, ready):
@@ -305,12 +299,11 @@ class ZmqBlackBoardServer(BoardServer, Observer):
                 socket, route, ResultCode.TOO_MANY, f"{self._max_sessions} clients are connected"
             )
             return
-        heartbeat = min(max(hello.heartbeat_ms / 1000 or self.heartbeat, MIN_HEARTBEAT_S), self.heartbeat)
         session = ZmqSession(
-            hello.session, socket, hello.name, heartbeat, self._window, self._mark_failed, time.monotonic
+            hello.session, socket, hello.name, self.heartbeat, self._window, self._mark_failed, time.monotonic
         )
         self._sessions[session.id] = session
-        session.send(Welcome(self._epoch, round(heartbeat * 1000), self._window))
+        session.send(Welcome(self._epoch, round(self.heartbeat * 1000), self._window))
 
     def _check_sessions(self, now_s: float, gap_s: float) -> None:
         """Send heartbeats, detect dead clients and expire deliveries.

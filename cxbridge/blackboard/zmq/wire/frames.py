@@ -113,13 +113,11 @@ class Hello(Frame):
     """The first frame of a client.
 
     :param replaces: the client's previous session, which the server ends; else empty.
-    :param heartbeat_ms: the demanded heartbeat; 0: the server's heartbeat.
     :param name: identifies the client in the server's log.
     """
 
     session: Serial
     replaces: bytes = b""
-    heartbeat_ms: Uint32 = 0
     name: Text = ""
 
 
