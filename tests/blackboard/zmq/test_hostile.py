@@ -65,7 +65,7 @@ class Stranger:
 
     def hear(self):
         while True:
-            assert self.events.poll(LONG * 1000), "no answer"
+            assert self.events.poll(int(LONG * 1000)), "no answer"
             frame = decode_server_frame(self.events.recv())
             if not isinstance(frame, Beat):
                 return frame
