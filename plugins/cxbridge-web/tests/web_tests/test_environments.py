@@ -27,16 +27,9 @@ def test_environments_are_created_listed_and_destroyed(there):
     assert [info["name"] for info in client.get(PATH).json] == ["executive", "lab", "other"]
     assert client.get(f"{PATH}/other").json["features"] == made["features"]
     assert client.ask("DELETE", f"{PATH}/other").json["name"] == "other"
-    for method, path, body, status, message in (
-        ("GET", "/other", None, 404, "is unknown"),
-        ("DELETE", "/other", None, 404, "is unknown"),
-        ("DELETE", "/executive", None, 400, "it is the executive's"),
-        ("POST", "", {"name": "lab"}, 400, "lab"),
-        ("POST", "", {"name": "a b"}, 400, "not a valid name for an environment"),
-        ("POST", "", {}, 400, "lacks 'name'"),
-    ):
-        answer = client.ask(method, PATH + path, body)
-        assert (answer.status, message in answer.text) == (status, True), answer.text
+    assert client.get(f"{PATH}/other").status == 404
+    answer = client.ask("DELETE", f"{PATH}/executive")
+    assert (answer.status, "it is the executive's" in answer.text) == (400, True)
 
 
 def test_files_are_loaded_and_what_is_wrong_is_told(there, tmp_path):
@@ -52,19 +45,8 @@ def test_files_are_loaded_and_what_is_wrong_is_told(there, tmp_path):
     assert all("bad.clp" in text for text in told)
     assert client.ask("POST", "/api/cxbridge/facts", {"fact": "(box (size 10))", "env": "lab"}).status == 200
     client.until("/api/clips/lab/facts?template=big", lambda facts: len(facts) == 1)
-    batch = tmp_path / "batch.clp"
-    batch.write_text("(assert (from-batch))\n")
-    assert client.ask("POST", f"{PATH}/lab/load", {"file": str(batch), "batch": True}).status == 200
-    client.until("/api/clips/lab/facts?template=from-batch", lambda facts: len(facts) == 1)
-    for body, message in (
-        ({"file": str(tmp_path / "nope.clp")}, "cannot read this file"),
-        ({"file": "relative.clp"}, "absolute path"),
-        ({"file": "/\0"}, "cannot read this file"),
-        ({"file": str(good), "batch": 1}, "'batch' must be"),
-        ({}, "lacks 'file'"),
-    ):
-        answer = client.ask("POST", f"{PATH}/lab/load", body)
-        assert (answer.status, message in answer.text) == (400, True), answer.text
+    answer = client.ask("POST", f"{PATH}/lab/load", {"file": "relative.clp"})
+    assert (answer.status, "absolute path" in answer.text) == (400, True), answer.text
 
 
 def test_features_watches_and_log_levels(there, tmp_path):
@@ -87,30 +69,12 @@ def test_features_watches_and_log_levels(there, tmp_path):
         lambda rules: rules[0]["agenda"] == 0 and "a loud" in lines,
     )
     assert "a quiet" not in lines
-    for path, body, message in (
-        ("features", {"feature": "nope"}, "there is no CLIPS feature"),
-        ("features", {}, "lacks 'feature'"),
-        ("watch", {"item": "slots"}, "watching 'slots'"),
-        ("watch", {"item": "rules", "names": ["nope"]}, "Unable to find defrule"),
-        ("watch", {"item": "rules", "names": "x"}, "'names' must be"),
-        ("watch", {"item": "rules", "on": "yes"}, "'on' must be"),
-        ("log", {"level": "loud"}, "there is no log level"),
-    ):
-        method = "POST" if path == "features" else "PUT"
-        answer = client.ask(method, f"{PATH}/lab/{path}", body)
-        assert (answer.status, message in answer.text) == (400, True), answer.text
+    answer = client.ask("PUT", f"{PATH}/lab/watch", {"item": "rules", "on": "yes"})
+    assert (answer.status, "'on' must be" in answer.text) == (400, True), answer.text
 
 
 def test_expressions_are_evaluated(there):
     client, _ = there
     found = client.ask("POST", f"{PATH}/executive/eval", {"expression": '(printout t "hello" crlf)'}).json
     assert (found["kind"], found["text"], found["output"]) == ("Value", "", ["hello"])
-    found = client.ask("POST", f"{PATH}/lab/eval", {"expression": "(create$ 1 b)"}).json
-    assert found["text"] == "(1 b)"
-    for env, expression, status in (
-        ("lab", "(nope)", 400),
-        ("lab", "", 400),
-        ("lab", "\0", 400),
-        ("nope", "1", 404),
-    ):
-        assert client.ask("POST", f"{PATH}/{env}/eval", {"expression": expression}).status == status
+    assert client.ask("POST", f"{PATH}/lab/eval", {"expression": "(nope)"}).status == 400

@@ -41,6 +41,7 @@ def test_events_are_counted_and_chosen_by_kind():
     buffer.add([line(), RuleFired(1, "a", 1, "r", "*"), RuleFired(1, "b", 1, "r", "*")])
     assert texts(buffer) == ["x", "a", "b"]
     assert texts(buffer, at_line(1)) == ["a", "b"]
+    assert texts(buffer, kinds=frozenset({"interface"})) == [], "rules are in the group of interfaces"
     assert buffer.read_bunch_after(START, frozenset({"log"})) == (
         [(at_line(1), b'{"kind":"log","time_us":1,"level":"I","component":"C","text":"x"}')],
         at_line(1, others=2),
@@ -82,18 +83,6 @@ def test_goals_are_there_though_nobody_has_looked_for_long():
     events, lost = collector.take_events()
     collector.close()
     assert (events[0], events[-2], events[-1], lost) == (goal(), goal("last"), line("end"), 2)
-
-
-def test_events_of_both_groups_come_in_their_order_in_bunches():
-    buffer = EventBuffer()
-    events = [goal(f"g{number}") if number % 7 == 0 else line("z" * 1000) for number in range(300)]
-    buffer.add(events)
-    at, seen = START, []
-    while at != buffer.end:
-        seen += texts(buffer, at)
-        _, at, gone = buffer.read_bunch_after(at, ALL)
-        assert gone == 0
-    assert seen == [f"g{number}" if number % 7 == 0 else "z" * 1000 for number in range(300)]
 
 
 def test_bytes_are_bounded():

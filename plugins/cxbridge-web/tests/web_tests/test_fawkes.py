@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import re
-import threading
-import time
 from contextlib import contextmanager
 
 import pytest
 
 from cxbridge.executive.host.values import show
 from cxbridge_web.fawkes import skiller
-from tests.daemon.test_daemon import WAIT_S
 from tests.support import ROOT, needs_plugin
 from web_tests.support import serving
 
@@ -77,12 +74,6 @@ def test_one_is_the_same_as_in_the_list(there, path):
     assert re.fullmatch(r"Goal 'nothing' is unknown|No [a-z ]+ with ID 'nothing' found", answer.text)
 
 
-def test_a_grounded_formula_is_also_where_fawkes_has_it(there):
-    _, client = there
-    model = client.get("/api/clips-executive/grounded-pddl-formulas").json[0]
-    assert client.get(f"/api/clips-executive/grounded-pddl-groundings/{model['id']}").json == model
-
-
 def test_plans_have_their_actions_in_order_and_goals_their_plans(there):
     daemon, client = there
     plans = client.get("/api/clips-executive/plans").json
@@ -145,6 +136,10 @@ def test_facts_of_clips(there):
     slots = next(slots for index, _, slots in known if index == goal["index"])
     assert goal["slots"] == []
     assert f"(class {show(slots['class'])})" in goal["formatted"]
+    chosen = client.get("/api/clips/executive/facts?template=domain-ob*").json
+    assert {model["index"] for model in chosen} == {
+        index for index, template, _ in known if template.startswith("domain-ob")
+    }
     answer = client.get("/api/clips/nope/facts")
     assert (answer.status, answer.text) == (404, "Environment 'nope' is unknown")
 
@@ -248,14 +243,6 @@ def test_backends_and_transforms(there):
     assert graph["dotgraph"].startswith("digraph {")
 
 
-def test_there_are_no_images(there):
-    _, client = there
-    assert client.get("/api/images").json == client.get("/api/images/").json == []
-    for path, text in (("a/b.mjpeg", "Stream not found"), ("a", "Invalid stream ID")):
-        answer = client.get(f"/api/images/{path}")
-        assert (answer.status, answer.text) == (404, text)
-
-
 # -- the skiller
 
 
@@ -293,25 +280,6 @@ def test_what_others_look_at_is_shown_again_after_a_list_that_does_not_come(monk
     with a_deaf_skiller() as (client, debug):
         assert client.get("/api/skiller/skills?skiller=deaf").status == 408
         assert [message.graph_fsm for message in iter(debug.msgq_pop, None)] == ["LIST", "goto"]
-
-
-def test_a_skiller_that_is_slow_keeps_the_readers_of_others_from_nothing(monkeypatch):
-    monkeypatch.setattr(skiller, "GRAPH_TIMEOUT_S", 4 * WAIT_S)
-    answers = []
-    with a_deaf_skiller() as (client, debug):
-        reader = threading.Thread(target=lambda: answers.append(client.get(f"{SKILLS}?skiller=deaf").status))
-        reader.start()
-        end = time.monotonic() + WAIT_S
-        while (asked := debug.msgq_pop()) is None:
-            assert time.monotonic() < end
-            time.sleep(0.01)
-        assert asked.graph_fsm == "LIST"
-        assert client.get(SKILLS).status == 200
-        assert reader.is_alive()
-        debug.set("graph_fsm", "LIST")
-        debug.write()
-        reader.join(WAIT_S)
-        assert answers == [200]
 
 
 def test_another_skiller_is_asked_by_its_id():

@@ -107,39 +107,6 @@ def test_a_request_that_means_harm_is_answered(served, request_bytes, status):
     assert client.get("/api/cxbridge/status").status == 200
 
 
-TWO = b'{"type":"(a)"}'
-CHUNKED = b"e\r\n" + TWO + b"\r\n0\r\n\r\n"
-KEPT = MESSAGES.replace(b"Connection: close\r\n", b"")
-
-
-@pytest.mark.parametrize(
-    "framing",
-    [
-        b"Content-Length: 14\r\n\r\n" + TWO,
-        b"Transfer-Encoding: chunked\r\n\r\n" + CHUNKED,
-        b"transfer-encoding: CHUNKED\r\n\r\n" + CHUNKED,
-        b"Transfer-Encoding: chunked\r\n\r\n7;name=value\r\n"
-        + TWO[:7]
-        + b"\r\n7\r\n"
-        + TWO[7:]
-        + b"\r\n0\r\n\r\n",
-        b"Transfer-Encoding: chunked\r\n\r\n" + CHUNKED[:-2] + b"X-Trailer: y\r\n\r\n",
-    ],
-    ids=str,
-)
-def test_what_has_one_length_is_taken_also_byte_by_byte(served, framing):
-    """There is no such interface here, and the answer says so: the request was read to its end."""
-    _, client = served
-    for request in (MESSAGES + framing, *(KEPT + framing + MESSAGES + framing,)):
-        answer = talk(client, request)
-        assert answer.count(b"HTTP/1.1 404 ") == request.count(b"POST "), answer
-    with connect(client) as peer:
-        peer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        for byte in MESSAGES + framing:
-            peer.sendall(bytes([byte]))
-        assert rest_of(peer).startswith(b"HTTP/1.1 404 ")
-
-
 @pytest.mark.parametrize("said", [b"", b"GET / HTTP/1.1\r\nHo", b"GET / HTTP/1.1\r\n" + HOST + b"\r\nGET"])
 def test_who_does_not_complete_a_request_is_let_go(monkeypatch, served, said):
     """Strangers need no token for this: after 200 of them, no other client could connect."""

@@ -84,15 +84,6 @@ def test_plain_http_is_not_answered_and_does_no_harm(client):
     test_who_has_the_token_is_served_over_tls(client)
 
 
-def test_a_client_that_does_not_know_the_certificate_does_not_talk(client):
-    connection = http.client.HTTPSConnection(
-        client.url.removeprefix("https://"), timeout=WAIT_S, context=ssl.create_default_context()
-    )
-    with pytest.raises(ssl.SSLCertVerificationError):
-        connection.request("GET", "/api/cxbridge/status", headers={"Authorization": f"Bearer {TOKEN}"})
-    connection.close()
-
-
 def refusal(cert, key):
     with pytest.raises(ConfigError) as caught:
         check_pair(cert, key)

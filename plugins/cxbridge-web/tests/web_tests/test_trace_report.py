@@ -31,11 +31,6 @@ def test_the_recording_is_not_replaced(tmp_path, capsys):
     assert "replace" in capsys.readouterr().err
 
 
-def test_a_page_that_cannot_be_written_is_one_error(tmp_path, capsys):
-    assert invoke(["trace", "report", str(recorded(tmp_path)), "-o", "/dev/null/x.html"]) == 2
-    assert "cannot be written" in capsys.readouterr().err
-
-
 def test_what_is_lost_of_a_file_that_was_cut_off_is_told(tmp_path, capsys):
     path = recorded(tmp_path)
     path.write_bytes(path.read_bytes()[:-40])

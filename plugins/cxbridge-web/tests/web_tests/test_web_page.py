@@ -17,7 +17,6 @@ from urllib.request import urlopen
 import pytest
 
 from cxbridge.cli.main import invoke
-from cxbridge.cli.styling import _fill_optional_values
 from cxbridge.errors import CxbridgeError
 from cxbridge.run.options import RunOptions
 from cxbridge_web import options as web_options
@@ -43,10 +42,10 @@ def served(*arguments, line="The page is at "):
         yield process, address
 
 
-def get(address, path, host=None):
+def get(address, path, host=None, method="GET"):
     port = int(address.split(":")[2].partition("/")[0])
     connection = http.client.HTTPConnection("127.0.0.1", port, timeout=WAIT_S)
-    connection.request("GET", path, headers={} if host is None else {"Host": host})
+    connection.request(method, path, headers={} if host is None else {"Host": host})
     answer = connection.getresponse()
     body = answer.read()
     connection.close()
@@ -89,11 +88,8 @@ def test_the_page_of_a_run_asks_the_same_table_of_rights(tmp_path):
     with served(*command) as (process, address):
         found = json.loads(get(address, "/api/cxbridge/status")[1])
         assert (found["remote_control"], found["remote_programs"]) == (False, False)
-        connection = http.client.HTTPConnection("127.0.0.1", int(port), timeout=WAIT_S)
-        connection.request("POST", "/api/cxbridge/pause", b"{}", {"Content-Type": "application/json"})
-        answer = connection.getresponse()
-        assert (answer.status, b"remote-control" in answer.read()) == (403, True)
-        connection.close()
+        status, answer = get(address, "/api/cxbridge/pause", method="POST")
+        assert (status, b"remote-control" in answer) == (403, True)
         process.send_signal(signal.SIGINT)
         process.wait(WAIT_S)
 
@@ -113,25 +109,6 @@ def test_foxglove_connects_to_a_run_and_stays_connected(tmp_path):
             client.until(lambda: client.has("/goals"))
         process.send_signal(signal.SIGINT)
         assert process.wait(WAIT_S) == 0
-
-
-def test_foxglove_alone_is_announced_and_is_a_port(tmp_path, capsys):
-    pytest.importorskip("foxglove", reason="needs foxglove-sdk")
-    scenario = write_scenario(tmp_path)
-    with served("run", scenario, "--foxglove", "0", line="Foxglove connects to ") as (process, address):
-        assert address.startswith("ws://127.0.0.1:")
-        assert "Serving Foxglove until Ctrl-C\n" in iter(process.stderr.readline, "")
-        process.send_signal(signal.SIGINT)
-        assert process.wait(WAIT_S) == 0
-    assert invoke(["run", str(scenario), "--foxglove=70000"]) == 2
-    assert "--foxglove cannot use the port '70000'" in capsys.readouterr().err
-
-
-def test_ctrl_c_before_the_end_is_130(tmp_path):
-    scenario = write_scenario(tmp_path, mapping="act: wait{seconds=1000}")
-    with served("run", scenario, "--web", "0", "--no-browser") as (process, _):
-        process.send_signal(signal.SIGINT)
-        assert process.wait(WAIT_S) == 130
 
 
 def test_a_daemon_gets_a_page_by_an_option(tmp_path):
@@ -206,26 +183,6 @@ def test_what_is_no_recording_is_told_at_once(tmp_path, capsys):
     assert invoke(["view", str(tmp_path / "missing.mcap")]) == 2
 
 
-def test_a_page_and_a_replay_do_not_go_together(recordings, tmp_path, capsys):
-    scenario = str(tmp_path / "s")
-    assert invoke(["run", scenario, "--replay", str(recordings[0]), "--web", "0", "--no-browser"]) == 2
-    assert "--web cannot be used with --replay" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
-    ("given", "filled"),
-    [
-        (["--web"], ["--web="]),
-        (["--web", "80"], ["--web=80"]),
-        (["--web", "scenario"], ["--web=", "scenario"]),
-        (["--web", "-q"], ["--web=", "-q"]),
-        (["x", "--", "--web"], ["x", "--", "--web"]),
-    ],
-)
-def test_the_port_may_be_left_out(given, filled):
-    assert _fill_optional_values(given, ["--web"]) == filled
-
-
 @pytest.mark.parametrize(
     ("no_browser", "tty", "desktop", "opened"),
     [
@@ -245,13 +202,6 @@ def test_a_browser_is_opened_for_a_person_who_has_one(no_browser, tty, desktop, 
         assert urls.get(timeout=WAIT_S) == "http://127.0.0.1:1"
     assert urls.empty()
     assert capsys.readouterr().err == "The page is at http://127.0.0.1:1\n"
-
-
-def test_a_desktop_has_a_display_where_there_are_any():
-    assert web_options.has_desktop("darwin", {})
-    assert web_options.has_desktop("linux", {"DISPLAY": ":0"})
-    assert web_options.has_desktop("linux", {"WAYLAND_DISPLAY": "wayland-0"})
-    assert not web_options.has_desktop("linux", {})
 
 
 def test_a_port_that_is_none_is_told():

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 import socket
 import sys
 import threading
@@ -16,12 +15,11 @@ from cxbridge.clock import RealClock
 from cxbridge.daemon.daemon import Daemon
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import CxbridgeError
-from cxbridge.events import Event, EventBus, GoalTransition, Level, LogLine
+from cxbridge.events import EventBus, GoalTransition, Level, LogLine
 from cxbridge.extras import install_command
 from cxbridge.space.tf import StampedTransform, Transform, TransformPublisher
 from cxbridge.trace.codec import event_json_schema
 from cxbridge_web.foxglove.settings import FoxgloveSettings
-from cxbridge_web.options import FoxgloveOptions
 from cxbridge_web.servers.foxglove import make_foxglove_server
 from tests.daemon.test_daemon import QUIET, running
 from tests.support import ROOT
@@ -137,29 +135,6 @@ def test_who_comes_late_gets_what_still_holds(server):
     assert "/log" not in client.messages
 
 
-def test_nothing_is_encoded_for_a_topic_without_clients(server, monkeypatch):
-    bus, _ = server
-    encoded: list[Event] = []
-    monkeypatch.setattr("cxbridge_web.foxglove.live.encode", encoded.append)
-    bus.emit(GoalTransition(1, "executive", "G", "C", "nil", "nil", "SELECTED", "UNKNOWN", ""))
-    assert encoded == []
-
-
-def test_a_stopped_server_hears_nothing_and_serves_nobody(server):
-    bus, made = server
-    port = int(re.findall(r":(\d+)$", made.url)[0])
-    made.stop()
-    bus.emit(pose())
-    pause = threading.Event()
-    for _ in range(200):  # the SDK ends its threads by itself
-        with socket.socket() as free:
-            free.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            if free.connect_ex(("127.0.0.1", port)):
-                return
-        pause.wait(0.1)
-    raise AssertionError("it still serves")
-
-
 def greeted(made: Any, *fields: str) -> bytes:
     """Ask for the protocol with these fields of a request, and return the first line of the answer."""
     port = int(made.url.rpartition(":")[2])
@@ -225,30 +200,9 @@ def test_who_says_nothing_or_too_much_is_not_connected(server):
         assert asks.recv(1) == b""
 
 
-def test_a_port_that_is_taken_is_one_clear_error():
-    with socket.create_server(("127.0.0.1", 0)) as taken:
-        port = taken.getsockname()[1]
-        made = make_foxglove_server(EventBus(RealClock()), FoxgloveSettings(port=port))
-        with pytest.raises(CxbridgeError, match=rf"cannot listen on 127.0.0.1:{port}"):
-            made.start()
-        made.stop()
-
-
 def test_without_the_package_the_error_names_the_extra(monkeypatch):
     monkeypatch.setitem(sys.modules, "foxglove", None)
     monkeypatch.delitem(sys.modules, "cxbridge_web.foxglove.live", raising=False)
     with pytest.raises(CxbridgeError, match="need the package 'foxglove'") as caught:
         make_foxglove_server(EventBus(RealClock()), FoxgloveSettings())
     assert caught.value.hint == install_command("foxglove", "cxbridge-web")
-
-
-@pytest.mark.parametrize(("given", "port"), [(None, None), ("", 8765), ("0", 0), ("9001", 9001)])
-def test_the_option_may_go_without_a_number(given, port):
-    options = DaemonOptions(plugin_groups=(FoxgloveOptions(foxglove=given),))
-    assert dict(options.all_settings()).get("foxglove/port") == port
-
-
-@pytest.mark.parametrize("given", ["70000", "-1", "here"])
-def test_an_option_that_is_no_port_is_one_clear_error(given):
-    with pytest.raises(CxbridgeError, match="--foxglove cannot use the port"):
-        dict(DaemonOptions(plugin_groups=(FoxgloveOptions(foxglove=given),)).all_settings())

@@ -12,11 +12,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mcap.reader import make_reader
 
+from cxbridge.event_kinds import EVENT_TYPES
 from cxbridge.events import Event, InterfaceWrite, Level, LogLine, NavGraphRead
+from cxbridge.trace.codec import field_names
 from cxbridge.trace.convert import convert
 from cxbridge.trace.formats.registry import open_run
-from cxbridge_web.foxglove.messages import FoxgloveMessage, make_foxglove_messages
+from cxbridge_web.foxglove.messages import LOG_TOPIC, FoxgloveMessage, make_foxglove_messages
 from cxbridge_web.foxglove.schemas import make_json_schema
+from tests.support import ROOT
 from tests.trace.events import events as any_event
 from tests.trace.runs import MemoryRun
 from web_tests.foxglove.published import check_message, check_schema, descriptor
@@ -169,3 +172,16 @@ def test_a_converted_run_is_the_same_run_with_messages_that_foxglove_takes(tmp_p
         "/foxglove/tf",
         "/foxglove/navgraph/House",
     } <= set(found)
+
+
+def test_the_layout_shows_topics_and_fields_that_there_are():
+    layout = json.loads((ROOT / "docs" / "foxglove" / "layout.json").read_text())
+    fields = {event_type.KIND.topic: field_names(event_type) for event_type in EVENT_TYPES.values()}
+    panels = layout["configById"]
+    paths = [each["value"] for each in panels["StateTransitions!goals"]["paths"]]
+    for path in paths:
+        topic, _, field = path.rpartition(".")
+        assert field in fields[topic.partition("{")[0]]
+    assert panels["RosOut!log"]["topicToRender"] == LOG_TOPIC
+    shown = json.dumps(layout["layout"])
+    assert all(f'"{panel}"' in shown for panel in panels)

@@ -9,7 +9,7 @@ import pytest
 
 from cxbridge_web import pages
 from tests.support import needs_full, share
-from web_tests.page.conftest import DESK, PHONE, in_both
+from web_tests.page.conftest import DESK, PHONE
 from web_tests.page.fake import START_US, fact_model, goal_event, goal_model
 from web_tests.page.test_map import GRAPH, pose, transform
 from web_tests.page.test_panes import RULE, action_event, skill_event
@@ -86,7 +86,6 @@ def axe():
 
 
 @pytest.mark.smoke
-@in_both
 @pytest.mark.parametrize("size", [DESK, pytest.param(PHONE, marks=needs_full)], ids=["desk", "phone"])
 def test_axe_finds_nothing_serious(browser, site, daemon, axe, size):
     daemon.environments = ["executive", "lab"]

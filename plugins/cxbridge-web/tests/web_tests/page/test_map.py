@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from web_tests.page.conftest import PHONE, in_both, wait_for
+from web_tests.page.conftest import wait_for
 from web_tests.page.fake import START_US, goal_event
 from web_tests.page.test_plot import lines
 
@@ -81,7 +81,6 @@ def pixels_of(tab: Any, colour: str) -> int:
 
 
 @pytest.mark.smoke
-@in_both
 def test_robots_are_where_they_say_and_leave_a_trail(tab, site, daemon):
     daemon.answers |= {"cxbridge/navgraphs": [GRAPH], "cxbridge/interfaces": []}
     tab.goto(f"{site.url}#/map")
@@ -94,18 +93,6 @@ def test_robots_are_where_they_say_and_leave_a_trail(tab, site, daemon):
     assert pixels_of(tab, "--series-1") > 40
 
 
-@in_both
-def test_what_was_there_before_the_page_is_shown(tab, site, daemon):
-    data = pose(0, 2.0, 1.0)["values"]
-    daemon.answers |= {
-        "cxbridge/navgraphs": [GRAPH],
-        "cxbridge/interfaces": [{"type": "Position3DInterface", "id": "r1", "data": data}],
-    }
-    tab.goto(f"{site.url}#/map")
-    wait_for(tab, lambda: rows(tab) == {"r1": ["2.00", "1.00", "0°"]})
-
-
-@in_both
 def test_a_node_under_the_pointer_tells_its_name_place_and_properties(tab, site, daemon):
     daemon.answers |= {"cxbridge/navgraphs": [GRAPH], "cxbridge/interfaces": []}
     tab.goto(f"{site.url}#/map")
@@ -119,7 +106,6 @@ def test_a_node_under_the_pointer_tells_its_name_place_and_properties(tab, site,
     tab.wait_for_selector("#map-told:text-is('kitchen: 4.00, 2.00 m; room true')")
 
 
-@in_both
 def test_poses_are_seen_from_the_chosen_frame_through_the_tree(tab, site, daemon):
     daemon.answers |= {"cxbridge/navgraphs": [], "cxbridge/interfaces": []}
     tab.goto(f"{site.url}#/map")
@@ -143,17 +129,6 @@ def test_poses_are_seen_from_the_chosen_frame_through_the_tree(tab, site, daemon
     wait_for(tab, lambda: list(rows(tab)) == ["cup", "lost"])
 
 
-@in_both
-def test_a_navigator_shows_where_it_goes(tab, site, daemon):
-    daemon.answers |= {"cxbridge/navgraphs": [], "cxbridge/interfaces": []}
-    values = {"x": 1.0, "y": 2.0, "dest_x": 3.0, "dest_y": 2.0, "dest_dist": 2.0, "final": False}
-    event = {"kind": "interface", "time_us": START_US, "uid": "NavigatorInterface::Navigator"}
-    tab.goto(f"{site.url}#/map")
-    daemon.tell(event | {"values": values | {"target_frame": ""}})
-    wait_for(tab, lambda: rows(tab) == {"Navigator": ["1.00", "2.00", ""]})
-
-
-@in_both
 def test_a_recording_shows_its_moment_and_its_own_graph(tab, site, daemon):
     run = [navgraph(), *(pose(at, float(at), 0.0) for at in range(1, 6)), goal_event("G", "FORMULATED")]
     run[-1]["time_us"] = START_US + 9_000_000
@@ -171,34 +146,3 @@ def test_a_recording_shows_its_moment_and_its_own_graph(tab, site, daemon):
         }"""
     )
     assert trail == [[[1, 0], [2, 0]], ["House"]]
-
-
-@in_both
-@pytest.mark.parametrize("key", ["+", "-", "ArrowLeft"])
-def test_keys_move_the_map_and_zero_shows_all(tab, site, daemon, key):
-    daemon.answers |= {"cxbridge/navgraphs": [GRAPH], "cxbridge/interfaces": []}
-    tab.goto(f"{site.url}#/map")
-    tab.wait_for_selector(".map-box canvas")
-    tab.wait_for_timeout(100)
-    picture = "document.querySelector('.map-box canvas').toDataURL()"
-    before = tab.evaluate(picture)
-    tab.locator(".map-box").focus()
-    tab.keyboard.press(key)
-    tab.wait_for_timeout(100)
-    assert tab.evaluate(picture) != before
-    tab.keyboard.press("0")
-    tab.wait_for_timeout(100)
-    assert tab.evaluate(picture) == before
-    assert tab.url.endswith("#/world")
-
-
-@in_both
-def test_on_a_telephone_nothing_runs_out_of_the_page(browser, site, daemon):
-    daemon.answers |= {"cxbridge/navgraphs": [GRAPH], "cxbridge/interfaces": []}
-    context = browser.new_context(viewport=PHONE)
-    page = context.new_page()
-    page.goto(f"{site.url}#/map")
-    page.wait_for_selector(".map-box canvas")
-    assert page.evaluate("document.documentElement.scrollWidth") <= PHONE["width"]
-    assert page.locator(".map-box canvas").bounding_box()["height"] > 150
-    context.close()

@@ -15,7 +15,6 @@ from cxbridge_web.http.recordings import RecordingsApp
 from cxbridge_web.http.serving import HttpThread
 from cxbridge_web.settings import WebSettings
 from tests.run.mini import write_scenario
-from web_tests.page.conftest import in_both, wait_for
 from web_tests.page.fake import START_US, goal_event, goal_model
 
 S = 1_000_000
@@ -29,7 +28,6 @@ def modes(*names, goal="G", **more):
     ]
 
 
-@in_both
 def test_a_finished_run_says_what_became_of_it(tab, site, daemon):
     daemon.state, daemon.result = (
         "FINISHED",
@@ -43,7 +41,6 @@ def test_a_finished_run_says_what_became_of_it(tab, site, daemon):
 
 
 @pytest.mark.smoke
-@in_both
 def test_a_moment_of_the_live_run_is_the_moment_of_all_views(tab, site, daemon):
     daemon.answers["clips-executive/goals"] = [goal_model("G", "DISPATCHED"), goal_model("LATER", "SELECTED")]
     daemon.tell(
@@ -73,26 +70,6 @@ def test_a_moment_of_the_live_run_is_the_moment_of_all_views(tab, site, daemon):
     assert "time=" not in tab.url
 
 
-def test_a_moment_that_the_timeline_sets_is_that_of_the_goals(tab, site, daemon):
-    daemon.tell(
-        *modes("FORMULATED", "SELECTED", "EXPANDED", "COMMITTED", "DISPATCHED"),
-        *modes("FORMULATED", goal="H"),
-    )
-    tab.goto(f"{site.url}#/timeline")
-    tab.wait_for_selector(".tl [role=treeitem] >> text=G")
-    tab.evaluate(
-        "async (time) => (await import('cx/app.js')).app.select({ time })", START_US + 2 * S + S // 2
-    )
-    tab.wait_for_selector("#scrub >> text=At ")
-    assert tab.locator("#state").inner_text().endswith("RUNNING"), "the timeline itself stays live"
-    tab.click("nav >> text=Goals")
-    tab.wait_for_selector("[role=treeitem]:has-text('G') >> text=SELECTED")
-    tab.click("nav >> text=Timeline")
-    tab.wait_for_selector("#state >> text=RUNNING")
-    tab.click("#to-live")
-    wait_for(tab, lambda: tab.locator("#scrub").is_hidden())
-
-
 @contextmanager
 def viewing(*paths):
     """What `cxbridge view` serves."""
@@ -117,7 +94,6 @@ def runs(tmp_path_factory):
     return [one, two]
 
 
-@in_both
 def test_recordings_are_viewed_without_a_daemon_and_without_asking_for_one(tab, runs):
     asked = []
     tab.on("request", lambda request: asked.append(request.url) if "/api/" in request.url else None)
@@ -134,8 +110,6 @@ def test_recordings_are_viewed_without_a_daemon_and_without_asking_for_one(tab, 
         tab.select_option("#run-choice", label="two.mcap")
         tab.wait_for_url("**/?run=/runs/1/two.mcap")
         tab.wait_for_selector(".tl [role=treeitem] >> text=G")
-        tab.goto(f"{url}/#/goals")
-        tab.wait_for_selector("[role=treeitem] >> text=G")
         tab.goto(f"{url}/?run=/runs/9/none")
         tab.wait_for_selector("#no-run >> text=two.mcap")
         tab.wait_for_selector("#state >> text=NO RUN")

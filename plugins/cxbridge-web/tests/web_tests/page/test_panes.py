@@ -6,10 +6,9 @@ from functools import partial
 
 import pytest
 
-from web_tests.page.conftest import in_both, show_gone, wait_for
+from web_tests.page.conftest import show_gone, wait_for
 from web_tests.page.fake import START_US, fact_model, goal_event, goal_model
 
-pytestmark = in_both
 SECOND = 1_000_000
 RULE = (
     '(defrule open-door "Opens."\n  ; as soon as it may\n  (door (open FALSE))\n  =>\n  (assert (go ?x 1)))'
@@ -232,27 +231,3 @@ def test_the_search_over_everything_is_driven_by_keys(tab, site, daemon):
     wait_for(tab, lambda: kinds.all_inner_texts() == ["Rule"])
     tab.keyboard.press("Enter")
     tab.wait_for_url("**/#/clips/rules/lab-open")
-    tab.keyboard.press("Control+k")
-    tab.keyboard.type("nothing of this kind")
-    tab.wait_for_selector("#palette >> text=Nothing is found")
-    tab.keyboard.press("Escape")
-    tab.wait_for_selector("#palette", state="hidden")
-
-
-def test_the_theme_is_switched_and_remembered(tab, site):
-    def background():
-        return tab.evaluate("getComputedStyle(document.body).backgroundColor")
-
-    tab.goto(site.url)
-    tab.wait_for_selector("#theme")
-    seen = {}
-    for theme in ("light", "dark"):
-        tab.click("#theme")
-        tab.wait_for_selector(f"#theme[title^='Theme: {theme}']")
-        seen[theme] = background()
-    assert seen["light"] != seen["dark"]
-    tab.reload()
-    tab.wait_for_selector("#theme[title^='Theme: dark']")
-    wait_for(tab, lambda: background() == seen["dark"])
-    tab.click("#theme")
-    tab.wait_for_selector("#theme[title='Theme: system']")

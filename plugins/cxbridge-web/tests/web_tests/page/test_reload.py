@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 
 from tests.run.mini import write_scenario
-from web_tests.page.conftest import show_gone, wait_for
 from web_tests.support import serving
 
 FIRED = ".detail >> text=/fired [0-9]+/"
@@ -14,23 +13,6 @@ FIRED = ".detail >> text=/fired [0-9]+/"
 def names(tab):
     """Return the shown states."""
     return tab.locator("#machine th[scope=row]").all_text_contents()
-
-
-def test_the_graph_of_the_last_skill_is_there_after_a_reload(tab):
-    """The list of skills, which each page asks for, took its place."""
-    with serving() as (_, client, _lines):
-        tab.goto(f"{client.url}/#/skills")
-        tab.wait_for_selector("[role=option] >> text=say")
-        tab.fill("#skill-string", "wait{seconds=0.3}")
-        tab.keyboard.press("Enter")
-        tab.wait_for_selector("#skill-now >> text=FINAL")
-        tab.wait_for_selector("h3 >> text=of the last skill")
-        before = sorted(names(tab))
-        for _ in range(3):
-            tab.reload()
-            tab.wait_for_selector("[role=option] >> text=say")
-            tab.wait_for_selector("h3 >> text=States of the last skill")
-            wait_for(tab, lambda: sorted(names(tab)) == before)
 
 
 def test_a_page_that_is_opened_late_shows_the_graph_of_a_skill_that_nobody_saw(tab):
@@ -73,38 +55,3 @@ def test_two_pages_tell_the_same_number_of_firings(browser, tab, tmp_path):
         shown = other.locator(FIRED).inner_text()
         assert int(re.findall(r"fired (\d+)", shown)[0]) > 50
         other.close()
-
-
-ROWS = {
-    "goals": ".row",
-    "skills": "#calls li",
-    "log": ".row",
-    "clips/facts": ".row",
-}
-
-
-def opened(tab, view):
-    """The rows of a view, once there are some."""
-    if view == "goals":
-        show_gone(tab)
-    shown = lambda: tab.locator(ROWS[view]).all_inner_texts()  # noqa: E731
-    wait_for(tab, lambda: len(shown()) > 0)
-    return shown
-
-
-def test_each_view_is_the_same_after_a_reload(tab, tmp_path):
-    """Of a daemon in which nothing happens any more; all views look at the same one."""
-    with serving(config=write_scenario(tmp_path / "mini")) as (_, client, _lines):
-        tab.goto(f"{client.url}/#/skills")
-        tab.wait_for_selector("#calls li >> text=say")
-        tab.wait_for_selector("#skill-now >> text=FINAL")
-        client.ask("POST", "/api/cxbridge/pause")
-        tab.wait_for_selector("#state >> text=PAUSED")
-        for view in ROWS:
-            tab.goto(f"{client.url}/#/{view}")
-            shown = opened(tab, view)
-            tab.wait_for_timeout(1500)
-            before = shown()
-            tab.reload()
-            shown = opened(tab, view)
-            wait_for(tab, lambda shown=shown, before=before: shown() == before)  # type: ignore[misc]

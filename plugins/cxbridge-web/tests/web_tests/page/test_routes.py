@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from contextlib import contextmanager
 from shutil import copytree
@@ -10,10 +9,7 @@ from shutil import copytree
 import pytest
 
 from cxbridge_web import pages
-from web_tests.page.conftest import in_both, wait_for
-from web_tests.page.fake import START_US, FakeDaemon, goal_event, goal_model, served
-
-pytestmark = in_both
+from web_tests.page.fake import FakeDaemon, goal_model, served
 
 VIEW = """
 export const tab = { title: "Weather", order: 15 };
@@ -57,23 +53,12 @@ def test_a_view_that_cannot_be_loaded_does_not_take_the_others_along(tab, tmp_pa
         tab.wait_for_selector("#main h2 >> text=Goals")
 
 
-def test_the_address_without_a_view_leads_to_the_first_tab(tab, site):
-    tab.goto(site.url)
-    tab.wait_for_selector("#nav a:first-child[aria-current=page]")
-
-
 def test_an_unknown_address_says_so_and_has_links(tab, site):
     tab.goto(f"{site.url}#/nowhere/at/all")
     tab.wait_for_selector("#not-found >> text=There is no view at #/nowhere/at/all")
     assert tab.url.endswith("#/nowhere/at/all")
     tab.click("#not-found a >> text=Log")
     tab.wait_for_selector("#main h2 >> text=Log")
-
-
-def test_an_old_address_leads_to_the_new_one(tab, site):
-    tab.goto(f"{site.url}#/map")
-    tab.wait_for_url(re.compile("#/world$"))
-    tab.wait_for_selector("#main h2 >> text=World")
 
 
 @pytest.mark.smoke
@@ -100,17 +85,3 @@ def test_the_address_holds_what_is_selected(tab, site, daemon):
     )
     assert heard == [[["action"], ["goal", "action"]], ""]
     tab.wait_for_selector("#goal h2:text-is('B')")
-
-
-def test_the_address_holds_the_moment_of_a_recording(tab, site, daemon):
-    modes = ("FORMULATED", "SELECTED", "EXPANDED")
-    events = [goal_event("G", mode, time_us=START_US + at * 1_000_000) for at, mode in enumerate(modes)]
-    daemon.files["run.jsonl"] = "\n".join(map(json.dumps, events)).encode()
-    moment = START_US + 1_500_000
-    tab.goto(f"{site.url}?run=files/run.jsonl#/goals?time={moment}")
-    tab.wait_for_selector("[role=treeitem] >> text=SELECTED")
-    tab.evaluate("async (time) => (await import('cx/app.js')).app.select({ time })", START_US + 2_000_000)
-    tab.wait_for_selector("[role=treeitem] >> text=EXPANDED")
-    wait_for(tab, lambda: f"time={START_US + 2_000_000}" in tab.url)
-    tab.keyboard.press(",")
-    wait_for(tab, lambda: f"time={START_US + 1_000_000}" in tab.url)

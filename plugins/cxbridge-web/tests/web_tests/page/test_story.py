@@ -9,7 +9,7 @@ import pytest
 
 from cxbridge_web.report import report
 from tests.trace.runs import MemoryRun, goal
-from web_tests.page.conftest import PHONE, in_both, wait_for
+from web_tests.page.conftest import PHONE, wait_for
 from web_tests.page.fake import START_US, FakeDaemon, Served, goal_event
 from web_tests.page.test_timeline import SECOND, SKILL, at, failure
 
@@ -18,7 +18,6 @@ ONE_HAND = 0.45
 
 
 @pytest.mark.smoke
-@in_both
 def test_what_it_does_now_and_what_is_late(tab: Any, site: Served, daemon: FakeDaemon):
     move = SKILL | {"skill_string": 'move{to="hall"}', "msgid": 1}
     daemon.tell(
@@ -35,20 +34,7 @@ def test_what_it_does_now_and_what_is_late(tab: Any, site: Served, daemon: FakeD
     wait_for(tab, lambda: tab.evaluate(late) == ['move{to="lab"}'])  # looked for twice a second
 
 
-def test_is_it_stuck_and_on_what(tab: Any, site: Served, daemon: FakeDaemon):
-    events = [
-        *at(0, goal_event("ROOT", "DISPATCHED"), goal_event("TALK", "SELECTED", parent="ROOT")),
-        *at(30, {"kind": "log", "level": "I", "component": "C", "text": "the last word"}),
-    ]
-    daemon.files["run.jsonl"] = "\n".join(map(json.dumps, events)).encode()
-    tab.goto(f"{site.url}?run=files/run.jsonl")
-    tab.wait_for_selector(".story-head >> text=It stopped after 30.0 s, before its goals were over")
-    steps = tab.locator(".story .tl-why li").all_inner_texts()
-    assert steps == ["ROOT is DISPATCHED", "waits for TALK is SELECTED"]
-
-
 @pytest.mark.smoke
-@in_both
 def test_a_telephone_answers_with_one_hand(tab: Any, site: Served, daemon: FakeDaemon):
     """State, present skills, failure and its cause need no touch; a stop needs one, where the thumb is."""
     tab.set_viewport_size(PHONE)

@@ -7,12 +7,9 @@ from typing import Any
 
 import pytest
 
-from cxbridge.history.builder import RunHistory
-from cxbridge.trace.codec import encode_with_kind
 from cxbridge_web.report import report
-from tests.history.test_board_executions import exchange
-from tests.trace.runs import MemoryRun, family, goal
-from web_tests.page.conftest import double_click, in_both, wait_for
+from tests.trace.runs import MemoryRun, goal
+from web_tests.page.conftest import wait_for
 from web_tests.page.fake import START_US, FakeDaemon, Served, goal_event
 
 SECOND = 1_000_000
@@ -135,7 +132,6 @@ def fill(tab: Any, outcome: str) -> list[int]:
 
 
 @pytest.mark.smoke
-@in_both
 def test_the_page_opens_with_it_and_goals_arrive(tab, site, daemon):
     tab.goto(site.url)
     tab.wait_for_url("**/#/timeline")
@@ -148,16 +144,6 @@ def test_the_page_opens_with_it_and_goals_arrive(tab, site, daemon):
     wait_for(tab, lambda: "goal LEAF, failed, ran 0 ms, NO-WAY" in labels(tab))
 
 
-@in_both
-def test_goals_that_were_there_before_the_page_was_opened_are_shown(tab, site, daemon):
-    daemon.answers["clips-executive/goals"] = [
-        {"kind": "Goal", "id": "OLD", "class": "C", "mode": "DISPATCHED", "outcome": "UNKNOWN", "parent": ""}
-    ]
-    tab.goto(site.url)
-    wait_for(tab, lambda: labels(tab) == ["goal OLD, running"])
-
-
-@in_both
 def test_bars_have_the_colours_of_their_outcomes(recorded):
     tab = recorded
     assert colour(tab, x_of(tab, 4.5), y_of(tab, "FETCH")) == fill(tab, "failed")
@@ -176,17 +162,9 @@ def test_bars_of_a_report_are_beside_their_names(tab):
     wait_for(tab, lambda: colour(tab, middle, y_of(tab, "G0")) == fill(tab, "failed"))
     assert colour(tab, middle, y_of(tab, "G11")) == fill(tab, "failed")
     assert colour(tab, middle, y_of(tab, "G11") + 28) != fill(tab, "failed")
-    # a picture that was drawn with another height of the rows is drawn again when the list is measured
-    tab.evaluate(
-        """() => { const { timeline } = document.querySelector(".tl"), { list } = timeline;
-        list.high = 40; timeline.draw = ((draw) => (...all) => { window.drawn = timeline.scene.high;
-        draw.apply(timeline, all); })(timeline.draw); list.box.style.height = "200px"; }"""
-    )
-    wait_for(tab, lambda: tab.evaluate("window.drawn") == 28)
 
 
 @pytest.mark.smoke
-@in_both
 def test_the_first_screen_tells_the_story_and_leads_to_each_part_of_it_and_back(recorded):
     """The robot that failed, and the cause, need no click; the skill call with its log needs one."""
     tab = recorded
@@ -211,15 +189,6 @@ def test_the_first_screen_tells_the_story_and_leads_to_each_part_of_it_and_back(
     tab.wait_for_selector(".story")
 
 
-@in_both
-def test_an_address_is_gone_to_at_once(tab, site, daemon):
-    daemon.files["run.jsonl"] = "\n".join(map(json.dumps, failure())).encode()
-    tab.goto(f"{site.url}?run=files/run.jsonl#/timeline/goal/FETCH/action/P%201")
-    tab.wait_for_selector(".tl-detail h2:has-text('Action 1 move')")
-    tab.wait_for_selector(".tl [role=treeitem][aria-selected=true] >> text=FETCH")
-
-
-@in_both
 def test_errors_are_marks_with_their_text(recorded):
     tab = recorded
     box = tab.locator(".tl-chart").bounding_box()
@@ -229,16 +198,6 @@ def test_errors_are_marks_with_their_text(recorded):
     tab.wait_for_selector(".tl-tip >> text=failed, 4.0 s")
     tab.click("text=Next error")
     tab.wait_for_selector("#told >> text=6.000 s")
-
-
-@in_both
-def test_the_cursor_is_the_moment_of_the_other_views(recorded):
-    tab = recorded
-    box = tab.locator(".tl-chart").bounding_box()
-    tab.mouse.click(x_of(tab, 3), box["y"] + 8)
-    wait_for(tab, lambda: "goal FETCH, running" in "|".join(labels(tab)))
-    tab.keyboard.press("2")
-    tab.wait_for_selector("[role=treeitem]:has-text('FETCH') >> text=DISPATCHED")
 
 
 def test_wheel_keys_and_buttons_zoom_and_pan(recorded):
@@ -259,33 +218,12 @@ def test_wheel_keys_and_buttons_zoom_and_pan(recorded):
     tab.click(".tl-zoom >> text=Fit")
     wait_for(tab, lambda: window(tab) == whole)
     box = tab.locator(".tl-overview").bounding_box()
-    double_click(tab, x_of(tab, 4.5), y_of(tab, "FETCH"))
+    tab.mouse.dblclick(x_of(tab, 4.5), y_of(tab, "FETCH"))
     wait_for(tab, lambda: window(tab)[1] - window(tab)[0] < whole[1] - whole[0])
-    double_click(tab, box["x"] + 200, box["y"] + 10)
+    tab.mouse.dblclick(box["x"] + 200, box["y"] + 10)
     wait_for(tab, lambda: window(tab) == whole)
 
 
-@in_both
-def test_two_fingers_zoom(recorded):
-    tab = recorded
-    whole = window(tab)
-    tab.evaluate(
-        """() => {
-          const chart = document.querySelector(".tl-chart"), { left, top } = chart.getBoundingClientRect();
-          chart.setPointerCapture = () => {};
-          const tell = (type, pointerId, x) => chart.dispatchEvent(new PointerEvent(type,
-            { pointerId, pointerType: "touch", clientX: left + x, clientY: top + 100, bubbles: true }));
-          tell("pointerdown", 11, 300); tell("pointerdown", 12, 400);
-          tell("pointermove", 11, 200); tell("pointermove", 12, 500);
-          tell("pointerup", 11, 200); tell("pointerup", 12, 500);
-        }"""
-    )
-    wait_for(
-        tab, lambda: window(tab)[1] - window(tab)[0] == pytest.approx((whole[1] - whole[0]) / 3, rel=0.01)
-    )
-
-
-@in_both
 def test_live_it_follows_until_it_is_panned_and_comes_back(tab, site, daemon):
     tab.goto(site.url)
     daemon.tell(*at(0, goal_event("A", "DISPATCHED")), *at(30, goal_event("B", "DISPATCHED")))
@@ -305,7 +243,6 @@ def test_live_it_follows_until_it_is_panned_and_comes_back(tab, site, daemon):
     wait_for(tab, lambda: window(tab)[1] >= 200)
 
 
-@in_both
 def test_outcomes_and_words_filter(recorded):
     tab = recorded
     tab.click(".tl-legend .o-rejected")
@@ -324,7 +261,6 @@ def test_outcomes_and_words_filter(recorded):
     tab.wait_for_selector(".tl .count >> text=0 of 3 goals")
 
 
-@in_both
 def test_arrows_walk_and_fold_without_steps_in_the_history(recorded):
     tab = recorded
     length = tab.evaluate("history.length")
@@ -340,54 +276,3 @@ def test_arrows_walk_and_fold_without_steps_in_the_history(recorded):
     assert tab.evaluate("history.length") == length
     tab.keyboard.press("Backspace")
     tab.wait_for_selector(".story")
-
-
-@in_both
-def test_steps_give_each_transition_the_same_room(recorded):
-    tab = recorded
-    tab.click("text=steps")
-    count = tab.evaluate("document.querySelector('.tl').timeline.history.steps")
-    found = tab.evaluate("document.querySelector('.tl').timeline.window")
-    assert found["axis"] == "step"
-    assert found["from"] < 0 < count < found["to"] < count * 1.2
-
-
-@pytest.mark.smoke
-@pytest.mark.parametrize(
-    "events", [family(), exchange(), exchange("FAILED", "door closed"), exchange()[:-1], exchange()[1:]]
-)
-def test_the_reader_in_javascript_finds_what_the_one_in_python_finds(tab, site, events):
-    known = RunHistory.from_events(events)
-    tab.goto(site.url)
-    found = tab.evaluate(
-        """async (events) => {
-          const { History } = await import("cx/timeline/history.js");
-          const history = History.of(events);
-          return {
-            errors: history.calls.map(({ error }) => error),
-            goals: [...history.goals.values()].map((goal) => [goal.id, goal.changes.map(({ mode }) => mode)]),
-            actions: [...history.actions.values()]
-              .map((action) => [action.id, action.changes.map(({ state }) => state)]),
-            calls: history.calls
-              .map(({ skiller, text, status, end }) => [skiller, text, status, end !== null]),
-          };
-        }""",
-        [json.loads(encode_with_kind(event)) for event in events],
-    )
-    assert found["errors"] == [call.error for call in known.calls]
-    assert found["goals"] == [[goal.id, goal.modes] for goal in known.goals]
-    assert found["actions"] == [[each.id, each.states] for each in known.actions]
-    assert found["calls"] == [
-        [call.skiller, call.skill_string, call.status, call.end is not None] for call in known.calls
-    ]
-
-
-def test_thousands_of_goals_are_few_nodes(tab, site, daemon):
-    run = [goal_event(f"G{number}", "DISPATCHED", time_us=START_US + number) for number in range(5000)]
-    daemon.files["run.jsonl"] = "\n".join(map(json.dumps, run)).encode()
-    tab.goto(f"{site.url}?run=files/run.jsonl")
-    tab.wait_for_selector(".tl .count >> text=5000 goals")
-    assert tab.locator(".tl *").count() < 600
-    tab.get_by_role("tree").focus()
-    tab.keyboard.press("End")
-    tab.wait_for_selector(".tl [role=treeitem][aria-selected=true] >> text=G4999")

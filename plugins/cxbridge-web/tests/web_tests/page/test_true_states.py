@@ -8,14 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from msgspec.structs import replace
 
-from cxbridge.events import PlanActionTransition
 from cxbridge.resources import shipped_dir
 from cxbridge.run.options import RunOptions
 from cxbridge.run.run import run_scenario
-from cxbridge.trace.formats.mcap.writer import McapWriter
-from cxbridge.trace.formats.registry import open_run
 from web_tests.page.conftest import wait_for
 from web_tests.page.fake import FakeDaemon, Served
 from web_tests.page.test_moments import viewing
@@ -28,18 +24,6 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("runs") / "two.mcap"
     scenario = shipped_dir("scenarios") / "two-robots"
     run_scenario(RunOptions(scenario=scenario, trace=path, trace_level="facts"))
-    return path
-
-
-@pytest.fixture(scope="module")
-def older(recorded: Path) -> Path:
-    """The same as an older version wrote it: no action says with which message it was sent."""
-    path = recorded.with_name("older.mcap")
-    writer = McapWriter(path)
-    for event in open_run(recorded):
-        is_action = isinstance(event, PlanActionTransition)
-        writer.write(replace(event, skiller="", call="") if is_action else event)
-    writer.close()
     return path
 
 
@@ -75,50 +59,10 @@ def test_the_numbers_of_a_goal_agree(tab: Any, site: Served, daemon: FakeDaemon)
     assert told[1:] == ["7.0 s", "7.000 s", "8.0 s", "15.000 s"]  # waited, began, ran, ended
 
 
-@pytest.mark.smoke
-def test_an_older_recording_has_the_same_calls_probably(tab: Any, older: Path):
-    with viewing(older) as (url, recordings):
-        tab.goto(f"{url}{recordings.start_path}#/timeline/goal/INSPECT-lab/action/INSPECT-lab-PLAN%201")
-        tab.wait_for_selector(".tl-detail h3:text-is('Probably its skill calls')")
-        calls = tab.locator(".tl-detail section:has(h3:has-text('skill calls')) li a").all_inner_texts()
-        assert calls == ['robot1: move{to="lab"}']
-
-
 def test_the_story_counts_no_call_twice(opened: Any):
     go(opened, "#/timeline")
     opened.wait_for_selector(".story-head >> text=Completed in 45.0 s")
     opened.wait_for_selector(".story-counts >> text=8 skill calls. No errors in the log")
-
-
-def test_only_robots_are_listed_as_robots(opened: Any):
-    go(opened, "#/timeline")
-    rows = opened.locator(".tl [role=treeitem] .hear-only")
-    wait_for(opened, lambda: rows.count() > 5)
-    assert "executor" not in " ".join(rows.all_inner_texts())
-    assert "camera" not in opened.inner_text(".tl")
-
-
-def test_the_time_of_day_is_shown_on_demand(opened: Any):
-    assert opened.inner_text("#clock").endswith(" s")
-    opened.click("#clock")
-    assert opened.inner_text("#clock").count(":") == 2
-    opened.click("#clock")
-    assert opened.inner_text("#clock").endswith(" s")
-
-
-def test_a_recording_offers_nothing_to_change(opened: Any):
-    go(opened, "#/clips")
-    opened.wait_for_selector("text=Choose a fact")
-    assert "No facts" not in opened.inner_text("main")
-
-
-def test_at_the_beginning_no_skill_has_been_called(opened: Any):
-    go(opened, "#/skills")
-    opened.wait_for_selector("#skill-now")
-    opened.locator("input[type=range]").first.evaluate(
-        "(slider) => { slider.value = 0; slider.dispatchEvent(new Event('input', {bubbles: true})); }"
-    )
-    opened.wait_for_selector("text=no skill called yet")
 
 
 def test_a_recording_of_a_skill_board_has_the_skills_of_its_executors(tab: Any, tmp_path: Path):
