@@ -50,36 +50,17 @@ def lsp(
 
 
 def _check_options(options: _AgentOptions) -> None:
-    """Check the options as far as that is possible before the editor sends its folder.
+    """Check the options before the editor sends its folder; the editor shows mistakes in the configuration.
 
     :raises CxbridgeError: if an option is invalid.
     """
-    from cxbridge.run.agents import agent_names, choose_agent
-    from cxbridge.run.specs import choose_spec
     from cxbridge_studio.lsp.session import find_scenario
 
-    run_options, has_scenario = RunOptions(**vars(options)), True
+    run_options = RunOptions(**vars(options))
     if not source_of(run_options).is_named:
-        scenario = find_scenario(Path.cwd())
         # an empty path keeps the check from asking for a scenario
-        run_options = dataclasses.replace(run_options, scenario=scenario or Path())
-        has_scenario = scenario is not None
+        run_options = dataclasses.replace(run_options, scenario=find_scenario(Path.cwd()) or Path())
     run_options.check()
-    # without options, nothing selects a part of the configuration: the editor shows its mistakes
-    if not has_scenario or not any(vars(options).values()):
-        return
-    try:
-        config, file = source_of(run_options).load_configuration()
-    except CxbridgeError as error:
-        # a missing file is an error here; the editor shows the mistakes within a file
-        if error.line is None:
-            raise
-        return
-    names = [options.agent] if options.agent else agent_names(config)
-    if names:
-        config = choose_agent(config, names[0])
-    if options.spec:
-        choose_spec(config, options.spec, file)
 
 
 def _to_json_value(value: Any) -> Any:

@@ -73,16 +73,6 @@ def test_a_recording_is_like_the_run(whose, mini, tmp_path, capsys):
     assert live.split("\n\n", 2)[2:] == recorded.split("\n\n", 2)[2:]
 
 
-def test_a_recording_of_too_low_a_level(mini, tmp_path, capsys):
-    recording = str(tmp_path / "run.mcap")
-    assert invoke(["run", mini, "--trace", recording]) == 0
-    capsys.readouterr()
-    status, out, _ = ask(capsys, "mini-retract", mini, "--run", recording)
-    assert status == 0
-    assert "--trace-level facts" in out
-    assert ask(capsys, "G", "--run", recording)[0] == 0
-
-
 def test_a_recording_that_ends_or_is_damaged_anywhere(mini, tmp_path, capsys):
     recording = tmp_path / "run.mcap"
     assert invoke(["run", mini, "--trace", str(recording), "--trace-level", "facts"]) == 0

@@ -42,11 +42,3 @@ def test_it_starts_commands_that_there_are():
     program = (FOLDER / "extension.js").read_text()
     assert set(re.findall(r'\["(\w+)"\]', program)) == {"dap", "lsp"}
     assert "dap" in [row.name for row in top_level_rows()]
-
-
-def test_words_of_clips_are_one_word():
-    pattern = json.loads((FOLDER / "language-configuration.json").read_text())["wordPattern"]
-    text = "(modify ?g (mode FINISHED) $?rest ?*G-1* goal-expand-x 1.5)"
-    assert [found[0] for found in re.finditer(pattern, text)] == [
-        *("modify", "?g", "mode", "FINISHED", "$?rest", "?*G-1*", "goal-expand-x", "1.5")
-    ]

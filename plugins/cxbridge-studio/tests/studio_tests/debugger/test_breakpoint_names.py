@@ -6,7 +6,7 @@ import pytest
 
 from cxbridge.clock import VirtualClock
 from cxbridge.errors import ExecutiveError
-from cxbridge.events import EventBus, LogLine, SkillStatus
+from cxbridge.events import EventBus, SkillStatus
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge_studio.debugger.breakpoints import parse_breakpoint
 from cxbridge_studio.debugger.debugger import Debugger
@@ -109,17 +109,6 @@ def test_all_may_pass_until_the_agent_is_initialised(env, load):
         debugger.add("rule:say-helo")
     assert len(debugger.breakpoints) == 3
     assert debugger.add("rule:say-helo", checked=False).number == 4
-
-
-def test_without_anybody_who_listens_the_log_has_the_mistakes(env, load):
-    load(AGENT)
-    lines = []
-    env.bus.subscribe(lambda event: lines.append(event.text), LogLine)
-    debugger = Debugger(env)
-    debugger.add("rule:say-helo")
-    env.assert_string("(executive-initialized)")
-    debugger.run()
-    assert lines == ["breakpoint rule:say-helo: there is no rule 'say-helo' hint: did you mean say-hello?"]
 
 
 def test_rules_of_all_modules_count(env, names):

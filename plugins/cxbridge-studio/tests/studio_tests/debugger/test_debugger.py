@@ -10,9 +10,8 @@ from cxbridge.clock import VirtualClock
 from cxbridge.errors import ClipsError, ExecutiveError
 from cxbridge.events import EventBus, GoalTransition, RuleFired, SkillStatus
 from cxbridge.executive.host.environment import ClipsEnvironment
-from cxbridge_studio.debugger.agenda import read_activations
 from cxbridge_studio.debugger.debugger import Debugger
-from cxbridge_studio.debugger.fact_editing import assert_text, modify_fact, read_fact_texts, retract_fact
+from cxbridge_studio.debugger.fact_editing import assert_text
 from tests.hostile.test_clips_files import CRASHING_TEXTS
 
 RULES = """
@@ -177,15 +176,6 @@ def test_step_rules_over_the_end_of_a_loop(env, debugger):
     assert (debugger.stopped.rule, debugger.stopped.loop) == ("told", 2)
 
 
-def test_step_a_loop(env, debugger):
-    debugger.step("loop")
-    env.assert_string("(one)")
-    assert debugger.run() == 3
-    assert debugger.stopped.reason == "at the end of the loop"
-    debugger.go_on()
-    assert not debugger.active
-
-
 def test_step_a_transition(env, debugger):
     debugger.step("transition")
     env.assert_string("(tell a SELECTED)")
@@ -195,13 +185,6 @@ def test_step_a_transition(env, debugger):
     assert debugger.stopped.breakpoint == 0
     with pytest.raises(ExecutiveError, match="'year' is not a unit of steps"):
         debugger.step("year")
-
-
-def test_stop_on_request(env, debugger):
-    debugger.stop()
-    env.assert_string("(one)")
-    assert debugger.run() == 0
-    assert debugger.stopped.reason == "before rule one, as asked"
 
 
 def test_halt_of_the_agent_ends_the_loop_while_rules_are_watched(env, debugger):
@@ -248,45 +231,6 @@ def test_a_line_printed_by_two_rules_stays_one(env, debugger):
     env.assert_string("(say)")
     debugger.run()
     assert lines == ["ab"]
-
-
-def test_facts_can_be_edited_while_it_is_stopped(env, debugger):
-    debugger.add("before:one")
-    env.assert_string("(one)")
-    debugger.run()
-    index = assert_text(env, "(count (n 1) (of a b))")
-    assert [*read_fact_texts(env, "count")] == [(index, "(count (n 1) (of a b))")]
-    new = modify_fact(env, index, {"n": "2", "of": '"text" x'})
-    assert new > index
-    assert [*read_fact_texts(env, "count")] == [(new, '(count (n 2) (of "text" x))')]
-    retract_fact(env, new)
-    assert [*read_fact_texts(env, "count")] == []
-    (_, rule, basis), *_rest = read_activations(env)
-    [(one, _text)] = read_fact_texts(env, "one")
-    assert (rule, basis) == ("one", f"f-{one}")
-    retract_fact(env, one)
-    debugger.go_on()
-    assert debugger.run() == 0
-
-
-def test_what_cannot_be_edited_is_one_clear_error(env, debugger):
-    index = assert_text(env, "(count (n 1))")
-    for wrong, call in (
-        ("no fact f-999", lambda: modify_fact(env, 999, {"n": "1"})),
-        ("no fact f-999", lambda: retract_fact(env, 999)),
-        ("has no slot 'm'", lambda: modify_fact(env, index, {"m": "1"})),
-        ("can only contain a single field", lambda: modify_fact(env, index, {"n": "1 2"})),
-        ("cannot evaluate", lambda: modify_fact(env, index, {"n": "(nothing)"})),
-        ("no slot of", lambda: modify_fact(env, index, {})),
-        ("does not assert", lambda: assert_text(env, "count")),
-        ("no deftemplate 'nothing'", lambda: [*read_fact_texts(env, "nothing")]),
-    ):
-        with pytest.raises(ClipsError, match=wrong):
-            call()
-    with pytest.raises(ExecutiveError, match="no breakpoint 7"):
-        debugger.remove(7)
-    env.assert_string("(one)")
-    assert env.run() == 3  # none of that has done harm
 
 
 @pytest.mark.parametrize("text", CRASHING_TEXTS.values(), ids=CRASHING_TEXTS)

@@ -56,16 +56,6 @@ def test_rules_of_own_environments_run(service, clp, feature):
     assert not list(executive.facts("never"))  # somebody else runs that one
 
 
-def test_what_is_wrong_with_a_file_is_returned(service, clp):
-    service.create("mine")
-    wrong = service.load("mine", clp("(deftemplate a (slot b))\n(defrule r (a (c 1)) =>)"))
-    assert len(wrong) == 1
-    assert "test.clp:2: defrule r is not defined" in wrong[0]
-    assert service._manager.find("mine").has_template("a")
-    assert list(service.load("mine", clp("(assert (hello))", "b.bat"), batch=True)) == []
-    assert list(service._manager.find("mine").facts("hello"))
-
-
 def test_watch_and_log_level(service, log):
     env = service.create("mine")
     service.watch("mine", "rules")

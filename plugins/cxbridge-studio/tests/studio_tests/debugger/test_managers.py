@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator
 from importlib.util import find_spec
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -196,18 +195,6 @@ def test_a_feature_is_withdrawn_and_offered_again(lab: Way) -> None:
             lab.ask(verb, feature="nope")
 
 
-def test_a_feature_that_is_used_cannot_be_withdrawn(lab: Way) -> None:
-    """The original's service assert_can_remove_features."""
-    lab.ask("env-feature", env="lab", feature="navgraph")
-    assert lab.names("navgraph")[1] == ["lab"]
-    with pytest.raises(RefusedError, match="in use by lab"):
-        lab.ask("feature-withdraw", feature="navgraph")
-    assert lab.names("navgraph")[0]
-    lab.ask("env-feature-remove", env="lab", feature="navgraph")
-    lab.ask("feature-withdraw", feature="navgraph")
-    lab.ask("feature-offer", feature="navgraph")
-
-
 def test_a_feature_is_taken_away_from_an_environment(lab: Way) -> None:
     """The original's service destroy_feature_context."""
     loaded = "(any-factp ((?f ff-feature-loaded)) (eq ?f:implied (create$ blackboard)))"
@@ -277,15 +264,3 @@ def test_every_operation_has_all_ways() -> None:
     beginnings = ("env-feature", "feature-", "component-")
     assert {verb for verb in verbs() if verb.startswith(beginnings)} <= set(COMMANDS)
     assert set(REQUESTS) == set(COMMANDS)
-
-
-@needs_plugin("web")
-def test_every_operation_has_an_endpoint() -> None:
-    from cxbridge_web.catalogue import make_directory
-
-    figures: Any = SimpleNamespace(status=None, describe_navgraphs=None, describe_constructs=None)
-    known = {(each.method, each.path) for each in make_directory(figures).endpoints}
-    assert known >= {
-        ("GET", "/cxbridge/features/{feature}"),
-        ("GET", "/cxbridge/components/{component}"),
-    }

@@ -84,16 +84,6 @@ def test_steps(board, ask):
         step(board, "year", WAIT_S)
 
 
-def test_breakpoints_survive_a_reset(board, ask):
-    ask("break-add", specs=["rule:pong", "goal:X:FINISHED"])
-    ask("assert", env="executive", fact="(ping 1)")
-    assert until(lambda: ask("where") is not None)
-    assert send_command(board, "Reset", WAIT_S)
-    assert [item["spec"] for item in ask("break-list")] == ["rule:pong", "goal:X:FINISHED"]
-    ask("break-remove", all=True)
-    assert ask("break-list") == []
-
-
 def test_breakpoints_that_a_reset_makes_wrong_are_in_the_log(daemon, board, ask, tmp_path):
     ask("break-add", specs=["rule:pong", "goal:X:FINISHED"])
     write_scenario(tmp_path / "mini", agent=PING.replace("pong", "pang"))
@@ -142,21 +132,6 @@ def test_an_answer_that_does_not_fit_is_refused(ask):
     with pytest.raises(CxbridgeError, match="too long"):
         ask("facts", env="executive", template="long")
     assert len(ask("facts", env="executive", template="long", limit=10)) == 10
-
-
-def test_without_remote_control_it_may_be_looked_at_and_no_more(tmp_path):
-    scenario = write_scenario(tmp_path / "mini", agent=PING)
-    settings = (
-        ("fawkes/enable", False),
-        ("zmq/endpoints", [f"ipc://{tmp_path}/bb"]),
-        ("remote-control", False),
-    )
-    with running(config=scenario, settings=settings) as (daemon, _, _), connected(daemon) as board:
-        for verb in ("break-add", "step", "assert", "env-create", "go-on"):
-            with pytest.raises(CxbridgeError, match="refused"):
-                request(board, verb, WAIT_S, specs=["rule:*"], what="rule", env="executive", fact="(x)")
-        assert request(board, "break-list", WAIT_S) == []
-        assert request(board, "env-list", WAIT_S)[0]["name"] == "executive"
 
 
 def test_without_an_executive_it_is_said(tmp_path):

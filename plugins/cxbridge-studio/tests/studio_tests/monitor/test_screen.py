@@ -12,7 +12,7 @@ from textual.widgets import Input, Static
 
 from cxbridge_studio.monitor.layout import HelpScreen
 from cxbridge_studio.monitor.screen import make_monitor_app
-from cxbridge_studio.monitor.snapshot import GoalRow, LogRow, MonitorSnapshot, Table
+from cxbridge_studio.monitor.snapshot import GoalRow, LogRow, Table
 from cxbridge_studio.monitor.widgets import GoalTree, LogLines, RowTable
 from studio_tests.monitor.scripted import GOALS, SNAPSHOT, Scripted, drive, labels
 
@@ -67,6 +67,8 @@ def test_it_follows_changes_and_keeps_its_place():
         await until(lambda: tree.item_at_cursor is not None and tree.item_at_cursor.id == "kid")
         source.change(goals=(replace_mode(GOALS[0]), GOALS[1]), stop="rules stopped before rule x")
         await until(lambda: labels(tree)[0] == "· FINISHED root (TOP)")
+        source.change(more_goals=5)
+        await until(lambda: "5 more goals" in text(app, "status"))
         await until(lambda: text(app, "said") == "rules stopped before rule x")
         circle = [GoalRow("executive", a, "X", b, "SELECTED", "UNKNOWN", "") for a, b in ("ab", "ba")]
         source.change(goals=circle)
@@ -267,23 +269,6 @@ def test_errors_of_the_source_and_of_commands_are_shown():
         await until(lambda: text(app, "status") == "robot: running")
         source.fault = True
         await until(lambda: "an internal error of cxbridge: ZeroDivisionError" in text(app, "status"))
-
-    drive(make_monitor_app(source), script)
-
-
-def test_many_goals_are_shown():
-    many = [
-        GoalRow("executive", f"g{n}", "C", f"g{n // 10}" if n else "nil", "SELECTED", "", "")
-        for n in range(1000)
-    ]
-    source = Scripted(MonitorSnapshot("running", goals=many, more_goals=5))
-
-    async def script(app, pilot, until):
-        tree = app.query_one(GoalTree)
-        assert len(labels(tree)) == 1000
-        assert "5 more goals" in text(app, "status")
-        source.change(goals=[many[0]._replace(mode="FINISHED"), *many[1:]])
-        await until(lambda: "FINISHED" in labels(tree)[0])
 
     drive(make_monitor_app(source), script)
 

@@ -75,11 +75,6 @@ def test_what_the_skiller_cannot_show(board: Any, what: str, message: str):
         fetch_graph(board, "Skiller", what)
 
 
-def test_nobody_there(board: Any):
-    with pytest.raises(SkillerError, match="no Skiller writes SkillerDebugInterface::Other"):
-        fetch_graph(board, "Other", "count")
-
-
 def test_a_graph_from_skill_files(tmp_path: Path):
     write_skills(tmp_path, SKILLS)
     assert make_graph("count", [tmp_path], space="space").startswith("digraph count {")
