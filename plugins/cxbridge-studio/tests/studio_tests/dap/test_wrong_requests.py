@@ -86,13 +86,15 @@ def test_requests_in_another_phase(client, phase):
         client.ask(command, **VALID[command])
 
 
-def test_wrong_arguments(stopped):
-    requests = [(command, 3) for command in VALID]
-    for command, arguments in VALID.items():
+def test_wrong_arguments(client):
+    everywhere(client, "stopped")
+    requests: list[tuple[str, Any]] = []
+    for command, arguments in VALID.items():  # at the end `terminate`, which ends the run in any case
+        requests.append((command, 3))
         for name, value in arguments.items() if command != "launch" else ():
             others = {other: arguments[other] for other in arguments if other != name}
             requests += [(command, others), (command, {**others, name: "x" if value == 1 else 3})]
-    for request, answer in zip(requests, stopped.answers(requests), strict=True):
+    for request, answer in zip(requests, client.answers(requests), strict=True):
         assert not answer["success"], request
         assert answer["message"].startswith("the arguments are invalid: "), answer
 
