@@ -20,7 +20,7 @@ from cxbridge.interfaces.schema import FieldSchema
 from cxbridge.trace.codec import dump_json, make_decoder
 from cxbridge.trace.formats.base import StoredFile
 from cxbridge_ros2.actions import STATUS_TYPE, GoalStatus
-from cxbridge_ros2.frames import ROS_ID_PREFIX, TF_MESSAGE_TYPE
+from cxbridge_ros2.frames import ROS_ID_PREFIX, TF_MESSAGE_TYPE, decode_transform
 from cxbridge_ros2.hub.protocol import MessageKind
 from cxbridge_ros2.interfaces.definitions import make_ros_field_names, make_ros_message_type
 from cxbridge_ros2.messages import Message
@@ -141,17 +141,16 @@ class ConverterTable:
         return convert
 
     def _convert_transforms(self, topic: str, message: Message, time_us: int) -> Iterator[Event]:
-        for stamped_transform in message["transforms"]:
-            # tf of ROS 1 began the names of frames with a slash, and some old nodes still do
-            child, transform = stamped_transform["child_frame_id"].lstrip("/"), stamped_transform["transform"]
+        for message_transform in message["transforms"]:
+            stamped = decode_transform(message_transform)
             values = {
                 "static_transform": topic.endswith("_static"),
-                "frame": stamped_transform["header"]["frame_id"].lstrip("/"),
-                "child_frame": child,
-                "translation": tuple(transform["translation"].values()),
-                "rotation": tuple(transform["rotation"].values()),
+                "frame": stamped.frame,
+                "child_frame": stamped.child_frame,
+                "translation": stamped.transform.translation,
+                "rotation": stamped.transform.rotation,
             }
-            yield InterfaceWrite(time_us, f"TransformInterface::{ROS_ID_PREFIX}{child}", values)
+            yield InterfaceWrite(time_us, f"TransformInterface::{ROS_ID_PREFIX}{stamped.child_frame}", values)
 
 
 class _Goal(msgspec.Struct):

@@ -14,10 +14,6 @@ from cxbridge_ros2.node import Client, Node
 DEFAULT_SERVER_TIMEOUT_S: Final = 5.0  # time limit for a server to appear, and to respond
 
 _POLL_TIMEOUT_S: Final = 0.05  # time limit of one poll, short so that Ctrl-C takes effect at once
-_REPEAT_PERIOD_S: Final = 2.0  # time after which a request to a read-only service is repeated
-# Starts of the names of read-only services. Their requests are repeated, since the first response may be lost
-# while the server discovers the client.
-_READ_ONLY_PREFIXES: Final = ("get_domain", "get_problem", "exist_", "is_")
 
 
 class ExpertRefusedError(Ros2Error):
@@ -64,15 +60,9 @@ class ExpertClient:
             )
         responses: list[Message] = []
         reasons: list[str] = []
-        end_us = self.clock.now_us() + round((server_timeout_s or self._server_timeout_s) * MICROSECONDS)
-        request_numbers: list[int] = []
-        while not (responses or reasons) and self.clock.now_us() < end_us:
-            if not request_numbers or service.rpartition("/")[2].startswith(_READ_ONLY_PREFIXES):
-                request_numbers.append(client.call(request or {}, responses.append, reasons.append))
-            remaining_s = (end_us - self.clock.now_us()) / MICROSECONDS
-            self.wait(lambda: bool(responses or reasons), min(_REPEAT_PERIOD_S, remaining_s))
-        for request_number in request_numbers:
-            client.forget(request_number)
+        number = client.call(request or {}, responses.append, reasons.append)
+        self.wait(lambda: bool(responses or reasons), server_timeout_s or self._server_timeout_s)
+        client.forget(number)
         if not responses:
             raise Ros2Error(f"{name}: {reasons[0]}" if reasons else f"{name} does not answer")
         return responses[0]

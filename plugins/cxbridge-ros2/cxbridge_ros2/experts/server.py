@@ -82,8 +82,6 @@ class ExpertSettings(Struct, frozen=True):
                             f"use: {', '.join((*SERVICES_BY_NODE, _ALL))}",
                         ),
                     )
-            if not names:
-                raise ConfigError(f"{_COMPONENT}: nothing is served", hint="serve: all")
         return cls(tuple(SERVICES_BY_NODE) if _ALL in names else tuple(dict.fromkeys(names)), node)
 
 

@@ -210,13 +210,11 @@ class Terminal:
         self._request_problem("add_problem_function", {"node": node})
 
     def _remove_function(self, argument: str) -> None:
-        formula = parse_formula(_add_parentheses(argument))
-        # the argument is `distance a b`, which parses as a predicate, or `(= (distance a b) 3)`
-        if isinstance(formula, Atom):
-            ground = make_ground(formula.predicate, formula)
-        else:
-            ground, _ = _parse_assignment(formula, argument)
-        node = make_ground_node(TreeNodeKind.FUNCTION, ground, {})
+        # without a number, a function parses as a predicate
+        formula = parse_formula(argument)
+        if not isinstance(formula, Atom):
+            raise UsageError(f"'{argument}' is not a function", hint="remove function (distance a b)")
+        node = make_ground_node(TreeNodeKind.FUNCTION, make_ground(formula.predicate, formula), {})
         self._request_problem("remove_problem_function", {"node": node})
 
     def _set_goal(self, argument: str) -> None:
@@ -271,10 +269,6 @@ def _parse_single_name(argument: str, usage: str) -> str:
     if len(words) != 1:
         raise UsageError(f"there must be one name, not {len(words)}", hint=usage)
     return words[0]
-
-
-def _add_parentheses(text: str) -> str:
-    return text if text.startswith("(") else f"({text})"
 
 
 def _parse_assignment(formula: Formula, text: str) -> tuple[Ground, float]:

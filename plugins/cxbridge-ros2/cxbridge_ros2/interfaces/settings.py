@@ -99,9 +99,6 @@ def _parse_topic_settings(key: str, values_by_path: Mapping[str, Any], folder: P
             f"{component}: '{unused_keys[0]}' requires a 'type'", hint="e.g. sensor_msgs/msg/BatteryState"
         )
     fields: dict[str, Any] = typed_setting(values, "fields", {}, component)
-    if type_name and not fields:
-        hint = "write the fields of the interface with those of the message, e.g. fields: {voltage: voltage}"
-        raise ConfigError(f"{component} needs 'fields'", hint=hint)
     # from the settings by path, since a nested mapping of constants stands for a path in the message
     constants = {
         path.removeprefix("constants/").replace("/", "."): value

@@ -60,12 +60,9 @@ class RclpyNode(Node):
         self._definitions = definitions
         self._codec = Codec(definitions)
         self._rclpy = rclpy = _import_rclpy()
-        if domain is not None and domain > MAX_DDS_DOMAIN and "zenoh" not in _find_rmw_name(rclpy):
+        if domain is not None and domain > MAX_DDS_DOMAIN:
             # some RMWs abort the process for an invalid domain
-            raise Ros2Error(
-                f"the domain {domain} does not exist: "
-                f"the highest of {_find_rmw_name(rclpy)} is {MAX_DDS_DOMAIN}"
-            )
+            raise Ros2Error(f"the domain {domain} does not exist: the highest is {MAX_DDS_DOMAIN}")
         self._context = rclpy.context.Context()
         try:
             rclpy.init(
@@ -325,7 +322,7 @@ class _DeferredResponse:
 def _import_rclpy() -> Any:
     """Import rclpy and the modules of rclpy that this module uses."""
     try:
-        for module in ("context", "executors", "qos", "serialization", "signals", "utilities"):
+        for module in ("context", "executors", "qos", "serialization", "signals"):
             import_module(f"rclpy.{module}")
         return import_module("rclpy")
     except ImportError as error:
@@ -334,10 +331,6 @@ def _import_rclpy() -> Any:
             f"rclpy is not installed: {_format_error(error)}",
             hint=f"source the setup.bash of a ROS 2 for Python {python}, or use the transport dds",
         ) from None
-
-
-def _find_rmw_name(rclpy: Any) -> str:
-    return str(rclpy.utilities.get_rmw_implementation_identifier())
 
 
 def _import_class(type_name: TypeName) -> Any:

@@ -12,7 +12,7 @@ pytest.importorskip("rosbags", reason="the extra ros2 is not installed")
 from cxbridge.errors import Ros2Error
 from cxbridge_ros2.definitions import DISTRIBUTIONS, Definitions
 from cxbridge_ros2.messages import Codec
-from cxbridge_ros2.names import TypeName, parse_type
+from cxbridge_ros2.names import parse_type
 from ros2_tests.conftest import SETUP, needs_ros
 from ros2_tests.peer import PACKAGES
 
@@ -135,15 +135,6 @@ def test_a_type_that_there_is_not_has_a_hint():
         Definitions([Path("/nowhere")], environment={})
     with pytest.raises(Ros2Error, match="did you mean jazzy"):
         Definitions(distribution="jazy", environment={})
-
-
-def test_names_on_the_wire():
-    name = parse_type("nav2_msgs/NavigateToPose", "action")
-    assert name == TypeName("nav2_msgs", "action", "NavigateToPose")
-    assert (
-        name.derive("SendGoal").derive("Request").dds_name
-        == "nav2_msgs::action::dds_::NavigateToPose_SendGoal_Request_"
-    )
 
 
 def test_packages_come_before_the_well_known_types(tmp_path: Path):

@@ -12,7 +12,7 @@ from cxbridge.run.agent import Run
 from cxbridge.run.components.table import needed_components
 from cxbridge.run.options import RunOptions
 from cxbridge_ros2.fawkes_keys import FAWKES_KEYS, has_cxbridge_keys
-from cxbridge_ros2.settings import NODE_KEYS, read_node_section, read_section
+from cxbridge_ros2.settings import read_node_section
 from tests.run.mini import write_scenario
 from tests.support import ROBOTINO_DIR
 
@@ -49,25 +49,11 @@ def test_a_run_with_it_starts_and_joins_no_domain(tmp_path: Path):
 
 
 @pytest.mark.parametrize("tree", FAWKES_KEYS)
-def test_ours_beside_them_are_read(tree: str, tmp_path: Path):
-    config = configuration(tmp_path, ROBOT)
-    config.set(f"{tree}/domain", 7)
-    assert has_cxbridge_keys(config, tree)
-    assert read_section(config, tree) == {"domain": 7}
-    _, settings = read_node_section(config, tree, (), tmp_path, "settings")
-    assert settings.domain == 7
-
-
-@pytest.mark.parametrize("tree", FAWKES_KEYS)
 def test_a_misspelt_one_is_a_mistake_of_that_line(tree: str, tmp_path: Path):
     config = configuration(tmp_path, f"{ROBOT}---\nros2: {{{tree.removeprefix('/ros2/')}: {{domian: 7}}}}\n")
     with pytest.raises(ConfigError, match="has no setting 'domian'") as caught:
         read_node_section(config, tree, (), tmp_path, "settings")
     assert caught.value.line == len(ROBOT.splitlines()) + 2
-
-
-def test_none_of_them_is_a_name_of_ours():
-    assert not frozenset(NODE_KEYS) & frozenset().union(*FAWKES_KEYS.values())
 
 
 @pytest.mark.skipif(ROBOTINO_DIR is None, reason="ROBOTINO_DIR does not name a checkout")

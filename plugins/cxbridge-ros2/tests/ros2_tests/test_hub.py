@@ -63,14 +63,6 @@ def test_two_that_want_the_same_executor_get_it_one_after_the_other(world: Local
     )
 
 
-def test_one_of_two_performers_executes(world: LocalWorld, protocol: str):
-    here = caller(world, protocol)
-    others = [performer(world, protocol, PERFORMER.replace("ours", name)) for name in ("one", "two")]
-    for place in "abcd":
-        assert world.over(here.ask("move", place)) == [THERE]
-        assert sum(f"move {{'1': '{place}'}}" in each.lines for each in others) == 1
-
-
 # --- our skills, and a stranger that asks -----------------------------------------------------------------
 
 

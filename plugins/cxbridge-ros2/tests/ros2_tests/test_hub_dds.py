@@ -153,16 +153,6 @@ def test_our_skills_serve_an_executor_of_strangers(world: World, protocol: str, 
     assert "move was stopped" in there.lines
 
 
-@needs_ros
-def test_two_executors_get_one_executor_of_ours_in_turns(world: World, protocol: str, calling: Calling):
-    there = world.side(PERFORMER, PROTOCOL=protocol)
-    processes = [calling(f"move,{name}", f"wave,{name}") for name in "ab"]
-    world.until(lambda: all(process.poll() is not None for process in processes), LIMIT_S)
-    found = [each for process in processes for each in json.loads(process.communicate()[0])]
-    assert [each["state"] for each in found] == ["SUCCESS"] * 4
-    assert sum(" {'" in line for line in there.lines) == 4
-
-
 NODES = """
 skill-board:
   agents:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import subprocess
-import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -13,13 +12,12 @@ import pytest
 
 pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
-from cxbridge.events import LogLine
 from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.lifecycle import ACTIVATE, CLEANUP, CONFIGURE, DEACTIVATE, SHUTDOWN, LifecycleState
 from cxbridge_ros2.node import Node
 from cxbridge_ros2.parameters import encode_value
 from cxbridge_ros2.transports.dds import DdsNode
-from ros2_tests.clients import LifecycleClient, ParameterClient, decode_value, subscribe_log
+from ros2_tests.clients import LifecycleClient, ParameterClient, decode_value
 from ros2_tests.conftest import HERE, forked, needs_ros, poll_until, started, with_ros
 
 
@@ -131,17 +129,6 @@ def test_the_graph_of_transitions_is_that_of_ros(node: Node, managed: str, lifec
     assert {(each["id"], each["label"]) for each in response["available_states"]} == {
         (int(state), state.name.lower()) for state in LifecycleState
     }
-
-
-def test_a_log_line_comes_to_those_who_listen_later_too(node: Node, lifecycle: LifecycleClient):
-    answer(node, lambda done: lifecycle.change(CONFIGURE, done))
-    lines: list[LogLine] = []
-    subscribe_log(node, lines.append)
-    poll_until(node, lambda: any(line.text == "configured" for line in lines))
-    (line,) = (line for line in lines if line.text == "configured")
-    assert line.level.value == "W"
-    assert line.component.startswith("managed")
-    assert abs(line.time_us / 1e6 - time.time()) < 60
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,6 @@ import os
 import re
 import subprocess
 import sys
-import warnings
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from itertools import count
@@ -18,7 +17,6 @@ import pytest
 pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
 from cxbridge_ros2.definitions import Definitions
-from cxbridge_ros2.node import Ros2Warning
 from cxbridge_ros2.qos import QosProfile
 from cxbridge_ros2.transports.dds import DdsNode
 from ros2_tests.conftest import poll_until
@@ -122,14 +120,6 @@ def test_why_nobody_serves(join: Join, domain: int):
     end()
     theirs.serve("/beep", "std_srvs/srv/SetBool", lambda _request: {})
     poll_until(ours, lambda: client.explain_missing_server() == "it is served as std_srvs/srv/SetBool")
-
-
-def test_without_somebody_who_hears_it_is_a_warning(domain: int):
-    with DdsNode("one", Definitions(environment={}), domain + 13) as node:
-        with pytest.warns(Ros2Warning, match="something is wrong"):
-            node.complain("kind", "something is wrong")
-        with warnings.catch_warnings(action="error"):
-            node.complain("kind", "once more within a minute")
 
 
 HEARD = """

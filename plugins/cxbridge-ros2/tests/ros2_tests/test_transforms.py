@@ -12,7 +12,6 @@ import pytest
 
 pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
-from cxbridge.errors import ConfigError
 from cxbridge.events import LogLine
 from cxbridge.run.agent import Run
 from cxbridge.run.options import RunOptions
@@ -167,12 +166,3 @@ def test_too_many_frames_are_left_out_and_told(buffer, domain: int, monkeypatch:
         )
     finally:
         sender.close()
-
-
-def test_a_misspelt_setting(tmp_path: Path, domain: int):
-    with (
-        a_run(tmp_path, domain + 3, "framse: all") as run,
-        pytest.raises(ConfigError, match="no setting 'framse'") as caught,
-    ):
-        run.start()
-    assert caught.value.line == 1

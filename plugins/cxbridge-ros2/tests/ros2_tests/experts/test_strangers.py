@@ -225,19 +225,6 @@ def test_their_texts_are_read_here(theirs: ExpertClient):
     assert [names.names for names in problem.objects] == [("r2",), ("hall",)]
 
 
-def test_their_planner_plans_for_our_prompt(theirs: ExpertClient):
-    needs("plansys2_planner", "plansys2_popf_plan_solver")
-    terminal = Terminal(theirs, NodeCodec("iron"))
-    refill(theirs)
-    with their_node("plansys2_planner", "planner_node"):
-        lead(theirs, "/planner")
-        theirs.request(WHOLE["add_problem_instance"], named("attic", "room"))
-        theirs.request(WHOLE["add_problem_predicate"], predicate("open"))
-        list(terminal.run_line("set goal (and (at r2 attic))"))
-        (step,) = list(terminal.run_line("get plan"))
-        assert step == "0.000: (move r2 hall attic) [5.000]"
-
-
 def test_their_planner_reads_our_texts(domain: int, tmp_path: Path):
     needs("plansys2_planner", "plansys2_popf_plan_solver")
     other = domain + 10
