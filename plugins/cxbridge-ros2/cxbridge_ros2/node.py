@@ -38,19 +38,6 @@ RequestHandler = Callable[[Message, SendResponse], None]
 RefusalFactory = Callable[[Message, str], Mapping[str, Any]]
 
 
-class Domain(Struct, frozen=True):
-    """The domain of ROS that a node joins. A transport ignores the fields for which it has no use.
-
-    :param number: the number of the domain; None for the domain of the environment.
-    :param url: the URL of a bridge; empty for the default of the transport.
-    :param reach: the range of discovery; None for the range of the environment.
-    """
-
-    number: int | None = None
-    url: str = ""
-    reach: str | None = None
-
-
 def _make_empty_response(_request: Message, _reason: str) -> Mapping[str, Any]:
     """Return a response with default fields: false, 0, empty."""
     return {}

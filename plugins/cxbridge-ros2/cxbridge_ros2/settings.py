@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from pkgutil import resolve_name
@@ -24,7 +24,7 @@ from cxbridge.suggestions import did_you_mean
 from cxbridge_ros2.definitions import DEFAULT_DISTRIBUTION, DISTRIBUTIONS, Definitions
 from cxbridge_ros2.fawkes_keys import has_cxbridge_keys, is_cxbridge_key
 from cxbridge_ros2.names import check_topic
-from cxbridge_ros2.node import Domain, Node, ProblemCallback
+from cxbridge_ros2.node import Node, ProblemCallback
 from cxbridge_ros2.transports import TRANSPORTS
 from cxbridge_ros2.transports.environment import find_default_reach, has_rclpy
 
@@ -34,12 +34,8 @@ if TYPE_CHECKING:
 # Settings of a node.
 NODE_KEYS: Final = ("packages", "distribution", "transport", "url", "domain", "reach", "namespace")
 
-# Transports with a setting that other transports lack.
-_TRANSPORTS_BY_KEY: Final = {
-    "domain": ("dds", "rclpy"),
-    "reach": ("dds",),
-    "url": ("rosbridge",),
-}
+# Settings that only some of the transports have.
+_TRANSPORT_KEYS: Final = ("domain", "reach", "url")
 
 # Discovery ranges of transports where neither the settings nor the environment name a range. rclpy has the
 # default of ROS.
@@ -58,7 +54,7 @@ class NodeSettings(Struct, frozen=True):
     :param packages: folders with ROS packages.
     :param distribution: the distribution of the well-known types.
     :param transport: a key of :data:`TRANSPORTS`.
-    :param url: the address of the bridge; empty for the default.
+    :param url: the address of the bridge; None for the default.
     :param domain: the domain number; None for the domain of the environment.
     :param reach: the discovery range; None for the range of the environment.
     :param namespace: the prefix of all names; may be empty.
@@ -67,7 +63,7 @@ class NodeSettings(Struct, frozen=True):
     packages: tuple[Path, ...]
     distribution: str
     transport: str
-    url: str
+    url: str | None
     domain: int | None
     reach: str | None
     namespace: str
@@ -89,18 +85,18 @@ class NodeSettings(Struct, frozen=True):
                 f"{component}: there is no transport '{transport}'",
                 hint=did_you_mean(transport, TRANSPORTS, f"use one of: {', '.join(TRANSPORTS)}"),
             )
-        for key, transports in _TRANSPORTS_BY_KEY.items():
-            if key in settings and transport not in transports:
+        for key in _TRANSPORT_KEYS:
+            if key in settings and key not in TRANSPORTS[transport].keys:
+                owners = [name for name, owner in TRANSPORTS.items() if key in owner.keys]
                 raise ConfigError(
-                    f"{component}: '{key}' belongs to the transport {' or '.join(transports)},"
-                    f" not to {transport}"
+                    f"{component}: '{key}' belongs to the transport {' or '.join(owners)}, not to {transport}"
                 )
         # -1 stands for a missing domain, since `typed_setting` takes the type from the default
         return cls(
             packages=tuple(folder / str(package) for package in to_list(settings.get("packages", []))),
             distribution=typed_setting(settings, "distribution", _find_default_distribution(), component),
             transport=transport,
-            url=typed_setting(settings, "url", "", component),
+            url=typed_setting(settings, "url", "", component) or None,
             domain=None if domain < 0 else domain,
             reach=typed_setting(settings, "reach", "", component) or None,
             namespace=check_topic(namespace) if namespace else "",
@@ -129,18 +125,17 @@ class NodeSettings(Struct, frozen=True):
         :raises Ros2Error: if the domain cannot be joined.
         """
         # by name, since the packages of a transport are imported only where a node uses them
-        make_node = resolve_name(TRANSPORTS[self.transport])
-        domain = Domain(self.domain, self.url, self.reach)
-        node: Node = make_node(re.sub(r"\W", "_", name), definitions, domain, report)
+        transport = TRANSPORTS[self.transport]
+        node_class: Callable[..., Node] = resolve_name(transport.node_class)
+        arguments = {key: getattr(self, key) for key in transport.keys}
+        node = node_class(re.sub(r"\W", "_", name), definitions, report=report, **arguments)
         node.rights = rights  # not an argument, since the transports do not check rights
         return node
 
 
 def _find_default_transport(settings: Mapping[str, Any]) -> str:
     """Return rclpy in a sourced ROS 2, so that its RMW and types are used; otherwise DDS."""
-    excludes_rclpy = any(
-        key in settings and "rclpy" not in transports for key, transports in _TRANSPORTS_BY_KEY.items()
-    )
+    excludes_rclpy = any(key in settings and key not in TRANSPORTS["rclpy"].keys for key in _TRANSPORT_KEYS)
     return "dds" if excludes_rclpy or not has_rclpy() else "rclpy"
 
 

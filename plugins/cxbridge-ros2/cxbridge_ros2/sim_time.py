@@ -33,7 +33,6 @@ _POLL_TIMEOUT_S: Final = 0.1  # the time limit of one poll for /clock
 _PAUSE_S: Final = 0.001
 # The time between a sleeper's checks of its wake event, since a paused simulation sends no messages.
 _WAKE_CHECK_S: Final = 0.05
-_NEVER_US: Final = 2**63  # later than each time in int64 microseconds
 
 
 def make_clock(config: Configuration, folder: Path) -> Clock:
@@ -67,8 +66,6 @@ class SimTimeClock(Clock):
         self._thread: threading.Thread | None = None
         self._is_closed = False
         self._now_us = self._offset_us = 0
-        # the earliest end of a sleep: messages with an earlier time wake no sleeper
-        self._earliest_wake_us = _NEVER_US
 
     def now_us(self) -> int:
         """Return the simulated time in microseconds.
@@ -84,7 +81,6 @@ class SimTimeClock(Clock):
             self._start_following()
         with self._time_changed:
             while self._now_us < time_us and not self._is_closed and (wake is None or not wake.is_set()):
-                self._earliest_wake_us = min(self._earliest_wake_us, time_us)
                 self._time_changed.wait(_WAKE_CHECK_S)
 
     def close(self) -> None:
@@ -105,7 +101,6 @@ class SimTimeClock(Clock):
         deadline = time.monotonic() + self._server_timeout_s
         with self._time_changed:
             while not self._now_us and time.monotonic() < deadline:
-                self._earliest_wake_us = 0  # the first message wakes this thread
                 self._time_changed.wait(_WAKE_CHECK_S)
         if not self._now_us:
             self.close()
@@ -126,6 +121,4 @@ class SimTimeClock(Clock):
             if sent_us + self._offset_us < self._now_us:
                 self._offset_us = self._now_us - sent_us  # the simulation was reset
             self._now_us = sent_us + self._offset_us
-            if self._now_us >= self._earliest_wake_us:
-                self._earliest_wake_us = _NEVER_US
-                self._time_changed.notify_all()
+            self._time_changed.notify_all()

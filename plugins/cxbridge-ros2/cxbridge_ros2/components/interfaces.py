@@ -71,7 +71,7 @@ class Ros2Interfaces(Component):
     def _add_topic(self, topic: TopicSettings, node: Node) -> None:
         board = self._context.board
         if topic.direction == WRITE:
-            self._written_interfaces.append(WrittenInterface(topic, node, board, self._log))
+            self._written_interfaces.append(WrittenInterface(topic, node, board))
         else:
             written_uids = {interface.uid for interface in self._written_interfaces}
             self._published_interfaces.append(

@@ -134,13 +134,12 @@ class WrittenInterface(Closing):
     :raises CxbridgeError: if the interface has another writer, or a name or type is invalid.
     """
 
-    def __init__(self, settings: TopicSettings, node: Node, board: BlackBoard, log: Logger) -> None:
-        self._settings, self._log = settings, log
+    def __init__(self, settings: TopicSettings, node: Node, board: BlackBoard) -> None:
+        self._node = node
         interface_type, interface_id = settings.pattern.type_glob, settings.pattern.id_glob
         self._instance = board.open_for_writing(interface_type, interface_id, owner=OWNER)
         schema = self._instance.SCHEMA
         self._message_paths = _find_message_paths(settings, schema)
-        self._reported_errors: set[str] = set()
         topic = (
             f"{settings.node.namespace}{settings.topic or make_default_topic(interface_type, interface_id)}"
         )
@@ -168,10 +167,7 @@ class WrittenInterface(Closing):
                 )
             self._instance.write()
         except CxbridgeError as error:
-            # once, since a topic may have many messages a second
-            if error.message not in self._reported_errors:
-                self._reported_errors.add(error.message)
-                self._log.warn(f"{self.uid} was not written: {error.message}")
+            self._node.complain(f"write {self.uid}", f"{self.uid} was not written: {error.message}")
 
     def close(self) -> None:
         self._close_subscription()

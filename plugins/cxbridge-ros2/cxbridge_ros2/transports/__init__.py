@@ -2,10 +2,23 @@
 
 from typing import Final
 
-# By transport: the function that makes a node, as ``module:function``. NodeSettings.join calls the function.
+from msgspec import Struct
+
+
+class Transport(Struct, frozen=True):
+    """A transport that a configuration can name.
+
+    :param node_class: the class of the nodes, as ``module:class``. NodeSettings.join imports the class.
+    :param keys: the settings that the class takes, and that other transports may lack.
+    """
+
+    node_class: str
+    keys: tuple[str, ...]
+
+
 # `local` is missing, since such nodes reach only nodes of this process.
 TRANSPORTS: Final = {
-    "dds": "cxbridge_ros2.transports.dds:join",
-    "rclpy": "cxbridge_ros2.transports.rclpy:join",
-    "rosbridge": "cxbridge_ros2.transports.rosbridge:join",
+    "dds": Transport("cxbridge_ros2.transports.dds:DdsNode", ("domain", "reach")),
+    "rclpy": Transport("cxbridge_ros2.transports.rclpy:RclpyNode", ("domain",)),
+    "rosbridge": Transport("cxbridge_ros2.transports.rosbridge:RosbridgeNode", ("url",)),
 }

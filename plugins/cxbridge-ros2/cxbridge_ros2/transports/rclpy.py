@@ -18,7 +18,6 @@ from cxbridge_ros2.messages import EMPTY_MESSAGE_FIELD, Codec, Message
 from cxbridge_ros2.names import TypeName, check_topic, parse_type
 from cxbridge_ros2.node import (
     Client,
-    Domain,
     FailureCallback,
     MessageCallback,
     Node,
@@ -248,10 +247,6 @@ class RclpyNode(Node):
             reliability=qos.ReliabilityPolicy[profile.reliability.upper()],
             durability=qos.DurabilityPolicy[profile.durability.upper()],
         )
-
-
-def join(name: str, definitions: Definitions, domain: Domain, report: ProblemCallback | None) -> RclpyNode:
-    return RclpyNode(name, definitions, domain.number, report)
 
 
 class _Client(Client):

@@ -1,5 +1,5 @@
 """ROS 2 over DDS with the Python package of Eclipse Cyclone DDS, without a ROS installation."""
 
-from cxbridge_ros2.transports.dds.node import DdsNode, join
+from cxbridge_ros2.transports.dds.node import DdsNode
 
-__all__ = ["DdsNode", "join"]
+__all__ = ["DdsNode"]

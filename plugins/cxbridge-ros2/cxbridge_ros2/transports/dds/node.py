@@ -40,7 +40,6 @@ from cxbridge_ros2.messages import Codec
 from cxbridge_ros2.names import TypeName, check_topic, parse_type
 from cxbridge_ros2.node import (
     Client,
-    Domain,
     MessageCallback,
     Node,
     ProblemCallback,
@@ -343,10 +342,6 @@ class DdsNode(Node):
             Policy.History.KeepLast(profile.depth),
             *([Policy.Userdata(user_data.encode())] if user_data else []),
         )
-
-
-def join(name: str, definitions: Definitions, domain: Domain, report: ProblemCallback | None) -> DdsNode:
-    return DdsNode(name, definitions, domain.number, domain.reach, report)
 
 
 def _make_dds_type(type_name: TypeName) -> Any:

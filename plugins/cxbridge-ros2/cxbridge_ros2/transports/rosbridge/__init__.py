@@ -5,6 +5,6 @@ The server has operations for whole actions, and does not report the acceptance 
 counts as accepted when it is sent.
 """
 
-from cxbridge_ros2.transports.rosbridge.node import RosbridgeNode, join
+from cxbridge_ros2.transports.rosbridge.node import RosbridgeNode
 
-__all__ = ["RosbridgeNode", "join"]
+__all__ = ["RosbridgeNode"]

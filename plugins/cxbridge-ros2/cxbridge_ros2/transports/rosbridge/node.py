@@ -12,7 +12,6 @@ from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.names import TypeName, check_topic, parse_type
 from cxbridge_ros2.node import (
     Client,
-    Domain,
     FailureCallback,
     MessageCallback,
     Node,
@@ -39,7 +38,7 @@ class RosbridgeNode(Node):
     """A node behind a rosbridge. A lost connection is restored with its topics and services.
 
     :param name: the name of the node, which ROS does not see: in the graph of ROS, the bridge has the topics.
-    :param url: the URL of the bridge's websocket.
+    :param url: the URL of the bridge's websocket; by default :data:`DEFAULT_URL`.
     :raises Ros2Error: if there is no rosbridge.
     """
 
@@ -47,7 +46,7 @@ class RosbridgeNode(Node):
         self,
         name: str,
         definitions: Definitions,
-        url: str = DEFAULT_URL,
+        url: str | None = None,
         report: ProblemCallback | None = None,
     ) -> None:
         super().__init__(report)
@@ -60,7 +59,7 @@ class RosbridgeNode(Node):
         self._servers: dict[str, tuple[TypeName, RequestHandler]] = {}
         self._actions: dict[str, RosbridgeAction] = {}
         self._deferred_calls: list[Callable[[], None]] = []
-        self._connection = RosbridgeConnection(url)
+        self._connection = RosbridgeConnection(url or DEFAULT_URL)
 
     # --- the interface of a node --------------------------------------------------------------------------
 
@@ -259,9 +258,3 @@ class RosbridgeNode(Node):
                 "feedback": True,
             }
         )
-
-
-def join(
-    name: str, definitions: Definitions, domain: Domain, report: ProblemCallback | None
-) -> RosbridgeNode:
-    return RosbridgeNode(name, definitions, domain.url or DEFAULT_URL, report)
