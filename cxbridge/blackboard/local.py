@@ -98,7 +98,7 @@ class InterfaceMemory(BoardPort):
     def info(self) -> InterfaceInfo:
         """Return the present description of the interface."""
         with self._lock:
-            seconds, microseconds = STAMP.unpack_from(self._snapshot.block)
+            seconds, microseconds = STAMP.unpack_from(self.snapshot.block)
             return InterfaceInfo(
                 type=self.type,
                 id=self.id,
@@ -112,7 +112,7 @@ class InterfaceMemory(BoardPort):
 
     def values(self) -> dict[str, Any]:
         """Return the present values of the fields by name."""
-        view = self.interface_class.VIEW.from_buffer_copy(self._snapshot.block)
+        view = self.interface_class.VIEW.from_buffer_copy(self.snapshot.block)
         # not strict: READ_FIELDS appends padding values, for which ACCESSORS has no names
         return dict(zip(self.interface_class.ACCESSORS, self.interface_class.READ_FIELDS(view), strict=False))
 

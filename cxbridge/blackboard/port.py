@@ -65,21 +65,17 @@ class BoardPort:
         self.now_us: Final[Callable[[], int]] = board.clock.now_us
         self._lock: Final = threading.Lock()
         self._id_offset: Final = id_offset(schema)
-        self._snapshot = Snapshot(0, 0, 0, bytes(self.size))
+        self.snapshot = Snapshot(0, 0, 0, bytes(self.size))
+        """The present data."""
 
     @property
     def version(self) -> int:
         """The number of writes."""
-        return self._snapshot.version
-
-    @property
-    def snapshot(self) -> Snapshot:
-        """The present data."""
-        return self._snapshot
+        return self.snapshot.version
 
     def fetch(self, target: bytearray) -> tuple[int, int, int]:
         """Copy the block, see :class:`~cxbridge.interfaces.message.Port`."""
-        snapshot = self._snapshot  # read once, because another thread may replace the snapshot
+        snapshot = self.snapshot  # read once, because another thread may replace the snapshot
         target[:] = snapshot.block
         return snapshot.version, snapshot.last_stamped, snapshot.last_changed
 
@@ -88,14 +84,14 @@ class BoardPort:
 
         :param stamped: whether the time stamp is new; None to compare the time stamps of the blocks.
         """
-        previous = self._snapshot
+        previous = self.snapshot
         version = previous.version + 1
         if stamped is None:
             stamped = block[: STAMP.size] != previous.block[: STAMP.size]
         last_stamped = version if stamped else previous.last_stamped
         last_changed = version if changed else previous.last_changed
-        self._snapshot = Snapshot(version, last_stamped, last_changed, block)
-        return self._snapshot
+        self.snapshot = Snapshot(version, last_stamped, last_changed, block)
+        return self.snapshot
 
     def deliver(self, writer: Interface, message: Message) -> bool:
         """Append a message to the writer's queue unless a listener handles it; return whether it is queued.
@@ -109,7 +105,7 @@ class BoardPort:
 
     def next_id(self, last_id: int) -> int:
         """Return the id that follows ``last_id``, skipping the id that the interface shows at present."""
-        return next_id(last_id, read_id(self._snapshot.block, self._id_offset))
+        return next_id(last_id, read_id(self.snapshot.block, self._id_offset))
 
     def next_id_is_stale(self, last_id: int) -> bool:  # noqa: ARG002 - only a Fawkes server's ids depend on it
         """Return False, because `next_id` skips the id that the interface shows."""

@@ -8,10 +8,10 @@ those of Fawkes (libs/interface); docs/blackboard.md lists the differences.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from types import TracebackType
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar
 from uuid import UUID
 
+from cxbridge.closing import Closing
 from cxbridge.interfaces.instance_errors import (
     EnqueueDeniedError,
     ForeignMessageError,
@@ -26,7 +26,7 @@ from cxbridge.interfaces.shared import SharedBlock
 __all__ = ["STAMP", "Interface", "Message", "MessageQueue", "Port"]
 
 
-class Interface(SharedBlock):
+class Interface(SharedBlock, Closing):
     """An instance of an interface, opened for reading or for writing.
 
     A reader sends messages; the writer has their queue.
@@ -53,17 +53,6 @@ class Interface(SharedBlock):
         super().__init__(port, id=id, owner=owner, serial=serial, writer=writer)
         self._queue = MessageQueue(self.uid, queue_limit) if writer else None
         self._last_message_id = 0
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        error_type: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def close(self) -> None:
         """Close the instance; further calls do nothing."""

@@ -140,10 +140,6 @@ class InterfaceSchema(Struct, frozen=True, omit_defaults=True, dict=True):
         """Return a data field by name, or None."""
         return self._fields_by_name.get(name)
 
-    def message(self, name: str) -> MessageSchema | None:
-        """Return a message by its name with suffix, or None."""
-        return next((message for message in self.messages if message.name == name), None)
-
 
 def schema_to_json(schema: InterfaceSchema) -> str:
     """Return a schema as indented JSON, without the file from which it was read."""

@@ -67,29 +67,14 @@ def number_of(block: bytes) -> int | None:
 
 @dataclass
 class Tally:
-    """What readers have seen.
-
-    :param reads: that gave a new block.
-    :param calls: of ``read()``, also those that found nothing new.
-    """
+    """Reads that gave a new block, and those that were torn, or older than the one before."""
 
     reads: int = 0
-    calls: int = 0
-    torn: int = 0
-    older: int = 0
+    faults: int = 0
 
     def add(self, other: Tally) -> None:
         self.reads += other.reads
-        self.calls += other.calls
-        self.torn += other.torn
-        self.older += other.older
-
-    @property
-    def fault(self) -> bool:
-        return bool(self.torn or self.older)
-
-    def __str__(self) -> str:
-        return f"{self.reads} new blocks of {self.calls} reads, {self.torn} torn, {self.older} older"
+        self.faults += other.faults
 
 
 def write(board: BlackBoard, done: Callable[[], bool]) -> None:
@@ -111,16 +96,13 @@ def read(board: BlackBoard, reads: int) -> Tally:
     newest = 0
     while (before := tally.reads) < reads:
         for instance in instances:
-            tally.calls += 1
             if not instance.read():
                 continue
             tally.reads += 1
             block = instance.to_bytes()
             number = number_of(block) if any(block) else 0  # nobody has written yet
-            if number is None:
-                tally.torn += 1
-            elif number < newest:
-                tally.older += 1
+            if number is None or number < newest:
+                tally.faults += 1
             else:
                 newest = number
         if tally.reads == before:

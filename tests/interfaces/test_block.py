@@ -110,12 +110,6 @@ def test_bytes_that_are_no_utf8_survive(data: bytes) -> None:
     assert BLOCK.to_bytes() == chunk
 
 
-def test_text_ends_at_a_nul() -> None:
-    BLOCK.text = "ab\0cd"
-    assert BLOCK.text == "ab"
-    assert b"cd" not in BLOCK.to_bytes()
-
-
 def test_a_string_without_length_is_one_char_and_one_of_length_1_is_always_empty() -> None:
     BLOCK.letter = "xy"
     BLOCK.nothing = "xy"
@@ -207,13 +201,6 @@ def test_the_generic_setter_only_refreshes() -> None:
     assert (BLOCK._changed, BLOCK._refreshed) == (False, True)
     assert BLOCK.get("INT32") == 4
     assert BLOCK.get("INT32_LIST") == (0, 4, 0)
-
-
-def test_a_taken_name_gets_an_underscore() -> None:
-    BLOCK.class_ = 3
-    BLOCK.close_ = 4
-    assert (BLOCK.get("class"), BLOCK.get("close")) == (3, 4)
-    assert callable(BLOCK.close)
 
 
 def test_whole_blocks() -> None:

@@ -52,21 +52,6 @@ def test_the_stub_of_each_shipped_type_is_up_to_date(name: str) -> None:
     assert f"{name} as {name}" in (stubs / "__init__.pyi").read_text(encoding="utf-8")
 
 
-def test_a_compiled_class_works() -> None:
-    compiled = load(module_source(parse_file(SAMPLE)), "CompiledInterface")
-    block = bare(compiled)
-    block.mode = compiled.Mode.FAST
-    block.values = [1.5]
-    block.text = 'a "quoted" text'
-    block.class_ = 7
-    assert block.mode is compiled.FAST
-    assert block.values == (1.5, 0.0, 0.0)
-    message = compiled.MoveMessage(2.5, modes=[compiled.FAST])
-    assert message.as_dict() == {"speed": 2.5, "modes": (3, 0), "mode": 0}
-    assert isinstance(message, compiled.MoveMessage)
-    assert type(message.modes[0]) is compiled.Mode
-
-
 @given(schemas())
 @settings(max_examples=25, deadline=None)
 def test_made_up_schemas_compile(schema: InterfaceSchema) -> None:

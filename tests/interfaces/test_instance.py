@@ -125,17 +125,6 @@ def test_flags_of_a_write_are_those_since_the_write_before(port):
     assert port.published == [(None, False), (True, True), (True, False), (False, True)]
 
 
-def test_a_copy_of_a_queued_message_is_in_no_queue(port):
-    writer = open_on(port, writer=True)
-    message = CountInterface.SetCountMessage(4)
-    writer.msgq_append(message)
-    twin = message.copy()
-    assert (message.enqueued, message.time_enqueued_us) == (True, 1_500_000)
-    assert (twin.enqueued, twin.time_enqueued_us, twin.count) == (False, 0, 4)
-    writer.msgq_append(twin)
-    assert writer.msgq_size() == 2
-
-
 def test_a_closed_instance_refuses_everything_but_its_names(port):
     writer = open_on(port, writer=True)
     reader = open_on(port)

@@ -46,19 +46,6 @@ class EventsContract(Contract):
         pair.publish(writer, count=1)
         assert recorder.take() == [("refreshed", A)]
 
-    def test_a_listener_hears_after_the_data_are_there(self, pair, reader, writer):
-        seen = []
-
-        class Reads(Listener):
-            def data_changed(self, interface):
-                interface.read()
-                seen.append(interface.count)
-
-        pair.near.register_listener(Reads(), reader)
-        for count in (1, 2, 3):
-            pair.publish(writer, count=count)
-        assert seen == [1, 2, 3]
-
     def test_registering_twice_is_registering_once(self, pair, reader, writer):
         recorder = Recorder()
         pair.near.register_listener(recorder, reader, *DATA)
@@ -179,19 +166,6 @@ class EventsContract(Contract):
             reader.msgq_enqueue(SampleInterface.ResetMessage())
 
     # -- registering while events are delivered
-
-    def test_who_registers_in_a_callback_hears_from_the_next_event_on(self, pair, reader, writer):
-        late = Recorder()
-
-        class Registers(Listener):
-            def data_refreshed(self, interface):
-                pair.near.register_listener(late, reader, EventKind.DATA_REFRESHED)
-
-        pair.near.register_listener(Registers(), reader)
-        pair.publish(writer)
-        assert late.log == []
-        pair.publish(writer)
-        assert late.log == [("refreshed", A)]
 
     def test_who_is_unregistered_in_a_callback_is_not_called_any_more(self, pair, reader, writer):
         victim = Recorder()

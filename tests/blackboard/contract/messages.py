@@ -96,26 +96,6 @@ class MessagesContract(Contract):
         writer.msgq_flush()
         assert writer.msgq_empty()
 
-    def test_removing_the_tail_keeps_the_queue_whole_bug_of_fawkes(self, pair, reader, writer):
-        # Fawkes forgets to move its tail pointer; what is appended next is lost.
-        ids = [reader.msgq_enqueue(Reset()) for _ in range(3)]
-        pair.settle()
-        assert writer.msgq_remove(ids[-1]) is True
-        assert writer.msgq_remove(ids[-1]) is False
-        reader.msgq_enqueue(Add(1, 1))
-        pair.settle()
-        assert writer.msgq_remove(writer.msgq_first()) is True
-        assert [message.id for message in writer.msgq_iter()] == [ids[1], 4]
-
-    def test_making_messages_by_name(self, reader):
-        assert isinstance(reader.create_message("AddMessage"), Add)
-        with pytest.raises(errors.UnknownMessageTypeError) as caught:
-            reader.create_message("NoMessage")
-        assert caught.value.message == (
-            "The given type 'NoMessage' does not match any known message type for this interface type."
-        )
-        assert "AddMessage" in str(caught.value)
-
     def test_messages_take_their_fields_in_order_or_by_name(self):
         assert Add(1, addend=2).as_dict() == {"summand": 1, "addend": 2}
         assert Add().as_dict() == {"summand": 0, "addend": 0}

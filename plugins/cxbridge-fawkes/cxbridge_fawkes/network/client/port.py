@@ -85,7 +85,7 @@ class RemotePort(BoardPort):
         if self.instance.is_writer:
             return ()  # the echo of this client's write, which may be older than the present data
         with self._lock:
-            snapshot = self._snapshot
+            snapshot = self.snapshot
             completes_pair = changed and self._changed_may_follow and block == snapshot.block
             self._changed_may_follow = not changed
             if completes_pair:
@@ -132,7 +132,7 @@ class RemotePort(BoardPort):
         if self.instance.is_writer:
             return ()
         with self._lock:
-            if opened.block == self._snapshot.block:
+            if opened.block == self.snapshot.block:
                 return ()
             self._store_received(opened.block, changed=True)
             return self._make_events(EventKind.DATA_REFRESHED, EventKind.DATA_CHANGED)
@@ -148,7 +148,7 @@ class RemotePort(BoardPort):
     def _store_received(self, block: bytes, *, changed: bool) -> None:
         """Store a received block; the caller holds the lock or is the constructor."""
         # a client that opens an interface during a write gets the values by REFRESHED without CHANGED
-        changed = changed or block[_STAMP_SIZE:] != self._snapshot.block[_STAMP_SIZE:]
+        changed = changed or block[_STAMP_SIZE:] != self.snapshot.block[_STAMP_SIZE:]
         self._replace_snapshot(block, stamped=True if changed else None, changed=changed)
 
     def publish(
@@ -184,7 +184,7 @@ class RemotePort(BoardPort):
     def next_id_is_stale(self, last_id: int) -> bool:
         """Return whether the server's next id is 0, or the id that the interface shows."""
         server_id = (last_id + 1 - self._unsent_count) & MESSAGE_ID_MASK
-        return server_id in (NO_MESSAGE, read_id(self._snapshot.block, self._id_offset))
+        return server_id in (NO_MESSAGE, read_id(self.snapshot.block, self._id_offset))
 
     def transmit(self, sender: Interface, message: Message) -> None:
         """Send an addressed message; its id becomes the server's id.
