@@ -131,8 +131,6 @@ class EnvironmentService:
         :raises ClipsError: if the environment or feature is unknown.
         """
         env = self._manager.find(name)
-        if feature in self._manager.loaded_features(name):
-            return
         with env.lock:
             if self._manager.request(name, feature) == FALSE:
                 hint = f"there are: {', '.join(self._manager.features)}"

@@ -176,6 +176,14 @@ def test_step_rules_over_the_end_of_a_loop(env, debugger):
     assert (debugger.stopped.rule, debugger.stopped.loop) == ("told", 2)
 
 
+def test_a_step_ends_when_the_rules_continue(env, debugger):
+    debugger.step("rule")
+    debugger.go_on()
+    env.assert_string("(one)")
+    assert debugger.run() == 3
+    assert not stands(debugger)
+
+
 def test_step_a_transition(env, debugger):
     debugger.step("transition")
     env.assert_string("(tell a SELECTED)")

@@ -108,6 +108,7 @@ def test_thousands_of_facts_are_searched_in_steps(source, daemon, tmp_path):
     query = ViewQuery(pane="facts")
     seen = until(lambda: source.take_snapshot(query), lambda seen: len(seen.facts.rows) == MAX_ROWS)
     assert seen.facts.note == f"the first {MAX_ROWS}: / finds further facts"
+    assert len({index for index, _ in seen.facts.rows}) == MAX_ROWS
     found = until(
         lambda: source.take_snapshot(ViewQuery(pane="facts", filter_text="many 1999")),
         lambda seen: seen.facts.rows,
