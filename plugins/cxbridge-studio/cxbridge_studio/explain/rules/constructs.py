@@ -81,9 +81,6 @@ class Constructs:
     def read_rulebook(self) -> Rulebook:
         return self._rulebook
 
-    def has_function(self, name: str) -> bool:
-        return name in self._functions
-
     def read_rule_texts(self) -> Mapping[str, str]:
         return self._rules
 
