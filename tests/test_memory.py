@@ -59,7 +59,7 @@ def small_heap() -> Iterator[None]:
 @pytest.fixture
 def short_memories(monkeypatch: Any) -> None:
     """Lists of what was have their length soon."""
-    for name in ("cxbridge.executive.goals.MAX_REMOVED_GOALS", "cxbridge.executive.goals.MAX_ENDED_ROOTS"):
+    for name in ("cxbridge.executive.goals.MAX_GOALS", "cxbridge.executive.goals.MAX_ENDED_ROOTS"):
         monkeypatch.setattr(name, 20)
 
 

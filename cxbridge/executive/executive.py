@@ -20,7 +20,6 @@ from cxbridge.errors import ConfigError, ExecutiveError
 from cxbridge.events import EventBus, Level, Logger
 from cxbridge.executive.goals import GoalWatch, SkillWatch
 from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
-from cxbridge.executive.host.facts.making import NumberFact
 from cxbridge.executive.host.values import Value
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.history.transitions import (
@@ -158,9 +157,6 @@ class Executive:
         """Returns the existing skills; None if the skills are unknown."""
         self.control: RuleControl | None = None
         """The debugger of the rules, if any."""
-        self.place_of_action: Callable[[str], str] = lambda _action: ""
-        """Returns ``FILE:LINE`` of the rule that has planned an action, for messages; empty if unknown."""
-        self._time = NumberFact(self.env.c_env, "time")
         self.env.to_time_fields = files.to_time_fields
 
     def init(self) -> None:
@@ -222,7 +218,7 @@ class Executive:
             self.manager.before_run(env.name)
             # rules wait for the fact `time`: blackboard-read, which reads the interfaces, and rules of agents
             if self._assert_time:
-                self._time.add(*self._files.to_time_fields(self.bus.clock.now_us()))
+                env.assert_ordered("time", self._files.to_time_fields(self.bus.clock.now_us()))
             env.refresh_agenda()
             return self._run()
 
@@ -318,25 +314,15 @@ class Executive:
             )
         # the rules of the finalization may have changed the settings of the environment
         self.env.emit_settings()
-        self._time.dispose()
         self.manager.destroy(self.env.name)
-
-    def close(self) -> None:
-        """Release the environment's resources. Further calls do nothing."""
-        self._time.dispose()
 
     def _map_action_skill(self, action: str, names: tuple[Value, ...], values: tuple[Value, ...]) -> str:
         """Return the skill string of an action; empty after a log message about an error."""
-        if action == "":
-            self.log.warn("Failed to map, action name is empty")
-            return ""
         if not self._mapper.has_template(action):
             self.log.warn(f"No mapping for action '{action}' known")
             return ""
         if len(names) != len(values):
-            location = self.place_of_action(action)
-            text = f"Number of parameter names and values do not match for action '{action}'"
-            self.log.warn(f"{location}: {text}: {len(names)} and {len(values)}" if location else text)
+            self.log.warn(f"Number of parameter names and values do not match for action '{action}'")
             return ""
         params = {}
         for name, value in zip(names, values, strict=True):
@@ -387,12 +373,9 @@ def read_action_mapping(config: Configuration, spec: str) -> dict[str, str]:
     mapping = {}
     for item in config.search(prefix):
         action, slash, _ = item.path.removeprefix(prefix).partition("/")
-        if item.is_list:
-            message = f"the mapping of action '{action}' must be a string, not a list"
-            raise ConfigError(message, file=item.file, line=item.line)
-        if slash:  # YAML reads say{...} without quotes as a map
+        if item.is_list or slash:  # YAML reads say{...} without quotes as a map
             raise ConfigError(
-                f"the mapping of action '{action}' must be a string, not a map",
+                f"the mapping of action '{action}' must be a string, not a {'map' if slash else 'list'}",
                 file=item.file,
                 line=item.line,
                 hint="a skill string with braces must be quoted: 'say{...}'",

@@ -17,8 +17,8 @@ from cxbridge.history.forest import NO_PARENT
 MAX_ENDED_ROOTS = 1000
 """The maximum number of remembered root goals that have ended: a daemon runs for a long time."""
 
-MAX_REMOVED_GOALS: Final = 10_000
-"""The maximum number of remembered goals that have been removed."""
+MAX_GOALS: Final = 10_000
+"""The maximum number of goals whose last states are remembered."""
 
 _FIRST_MODE = "FORMULATED"
 _LAST_MODE = "RETRACTED"
@@ -56,8 +56,7 @@ class GoalWatch:
     :ivar open_goals: the last states of goals that have a fact, by id.
     :ivar ended_roots: the ended root goals in the order of their end; at most :data:`MAX_ENDED_ROOTS`.
     :ivar outcome_counts: the number of ended root goals by outcome.
-    :ivar forgotten_count: the number of removed goals that :meth:`all_states` leaves out, see
-        :data:`MAX_REMOVED_GOALS`.
+    :ivar forgotten_count: the number of goals that :meth:`all_states` leaves out, see :data:`MAX_GOALS`.
     """
 
     def __init__(self, env: ClipsEnvironment | None) -> None:
@@ -68,8 +67,6 @@ class GoalWatch:
         # the last state of each goal, by id and by the number of earlier goals with this id
         self._last_states: dict[tuple[str, int], GoalState] = {}
         self._removal_counts: Counter[str] = Counter()  # removed goals by id
-        # the number of states above which removed goals are forgotten
-        self._max_states = 2 * MAX_REMOVED_GOALS
         self._fact_counts: Counter[str] = Counter()  # facts by id: goals without an id share the id nil
         self._retracted_ids: set[str] = set()
         self._modified_id = ""  # id of a goal that a modify has retracted and will assert again
@@ -102,9 +99,12 @@ class GoalWatch:
             slots.get("error", ""),
             slots.get("type", ""),
         )
-        if len(self._last_states) > self._max_states:
-            self._forget_removed()
-            self._max_states = len(self._last_states) + MAX_REMOVED_GOALS
+        if len(self._last_states) > MAX_GOALS:
+            oldest, number = next(iter(self._last_states))
+            del self._last_states[oldest, number]
+            self.forgotten_count += 1
+            if oldest not in self.open_goals:
+                self._removal_counts.pop(oldest, None)
 
     def _record_retraction(self, _template: str, slots: dict[str, str]) -> None:
         goal = slots["id"]
@@ -143,25 +143,11 @@ class GoalWatch:
 
     def all_states(self) -> tuple[GoalState, ...]:
         """Return the last state of each goal in order of appearance."""
-        self._forget_removed()
         unnamed = self._last_states.get((NO_PARENT, self._removal_counts[NO_PARENT]))
         if unnamed is not None and unnamed.mode == _FIRST_MODE and NO_PARENT not in self.open_goals:
             # the core has given the goal an id, under which it has another state
             del self._last_states[NO_PARENT, self._removal_counts[NO_PARENT]]
         return tuple(self._last_states.values())
-
-    def _forget_removed(self) -> None:
-        """Forget the oldest removed goals, except the last :data:`MAX_REMOVED_GOALS`."""
-        removed = [
-            (goal, number)
-            for (goal, number), state in self._last_states.items()
-            if self.open_goals.get(goal) is not state
-        ]
-        for goal, number in removed[:-MAX_REMOVED_GOALS]:
-            del self._last_states[goal, number]
-            self.forgotten_count += 1
-            if goal not in self.open_goals:
-                self._removal_counts.pop(goal, None)
 
     @property
     def roots(self) -> list[GoalState]:

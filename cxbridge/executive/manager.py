@@ -27,14 +27,12 @@ _LIBRARY_FILES = ("utils.clp", "time.clp", "path.clp")
 class _ManagedEnvironment(Struct):
     """An environment with its features.
 
-    :param feature_names: the names of the features, sorted.
-    :param input_features: the features that assert input before each run.
+    :param features: the features by name, in the order of their requests.
     :param functions: the functions by feature.
     """
 
     environment: ClipsEnvironment
-    feature_names: list[str] = field(default_factory=list)
-    input_features: list[Feature] = field(default_factory=list)
+    features: dict[str, Feature] = field(default_factory=dict)
     functions: dict[str, frozenset[str]] = field(default_factory=dict)
 
 
@@ -42,13 +40,11 @@ class FeatureInfo(Struct, frozen=True):
     """A feature and its environments.
 
     :param origin: the Python class, or the description of a plug-in that is not loaded.
-    :param offered: whether environments may request the feature.
     :param environments: the names of the environments that have loaded the feature.
     """
 
     name: str
     origin: str
-    offered: bool
     environments: tuple[str, ...]
 
 
@@ -71,9 +67,7 @@ class EnvironmentManager:
         self._environment = environment
         self.library = library
         self.log: Logger = bus.logger("ClipsEnvManager")
-        self._features: dict[str, Feature] = {}
-        self._lazy_features: dict[str, LazyFeature] = {}  # features that may be imported already
-        self._withdrawn: set[str] = set()
+        self._features: dict[str, Feature | LazyFeature] = {}
         self._managed_environments: dict[str, _ManagedEnvironment] = {}
         self.client_environments: list[str] = []
         """The names of the environments that clients have created. Their rules run after the executive's
@@ -84,25 +78,19 @@ class EnvironmentManager:
     @property
     def features(self) -> tuple[str, ...]:
         """The names of the available features, sorted."""
-        return tuple(sorted(self._known_names - self._withdrawn))
-
-    @property
-    def _known_names(self) -> set[str]:
-        return {*self._features, *self._lazy_features}
+        return tuple(sorted(self._features))
 
     @property
     def catalogue(self) -> tuple[FeatureInfo, ...]:
-        """All features, including withdrawn features, sorted by name."""
-        return tuple(self._feature_info(name) for name in sorted(self._known_names))
-
-    def _feature_info(self, name: str) -> FeatureInfo:
-        feature = self._features.get(name)
-        if feature is not None:
+        """All features, sorted by name."""
+        catalogue = []
+        for name, feature in sorted(self._features.items()):
             origin = f"{type(feature).__module__}:{type(feature).__qualname__}"
-        else:
-            origin = self._lazy_features[name].origin
-        users = tuple(env for env, entry in self._managed_environments.items() if name in entry.feature_names)
-        return FeatureInfo(name, origin, name not in self._withdrawn, users)
+            if isinstance(feature, LazyFeature):
+                origin = feature.origin
+            users = [env for env, entry in self._managed_environments.items() if name in entry.features]
+            catalogue.append(FeatureInfo(name, origin, tuple(users)))
+        return tuple(catalogue)
 
     @property
     def environments(self) -> dict[str, ClipsEnvironment]:
@@ -123,82 +111,22 @@ class EnvironmentManager:
         return entry
 
     def add_feature(self, feature: Feature | LazyFeature) -> None:
-        """Offer a feature to all environments.
+        """Offer a feature to environments that are created later.
 
         :raises ClipsError: if the name exists.
         """
-        if feature.name in self._known_names:
+        if feature.name in self._features:
             raise ClipsError(f"a CLIPS feature '{feature.name}' already exists")
-        if isinstance(feature, LazyFeature):
-            self.log.info(f"Adding feature {feature.name}{feature.origin and f' ({feature.origin})'}")
-            self._lazy_features[feature.name] = feature
-        else:
-            self.log.info(f"Adding feature {feature.name}")
-            self._features[feature.name] = feature
-        self._announce_offer(feature.name)
-
-    def offer(self, name: str) -> None:
-        """Offer a withdrawn feature again. Does nothing if it is offered.
-
-        :raises ClipsError: if the feature is unknown.
-        """
-        self._check_known(name)
-        if name in self._withdrawn:
-            self.log.info(f"Adding feature {name}")
-            self._withdrawn.discard(name)
-            self._announce_offer(name)
-
-    def withdraw(self, name: str) -> None:
-        """Withdraw a feature: requests return FALSE. Does nothing if it is withdrawn.
-
-        :raises ClipsError: if the feature is unknown or in use.
-        """
-        self.check_unused(name)
-        if name in self._withdrawn:
-            return
-        self.log.info(f"Removing feature {name}")
-        self._withdrawn.add(name)
-        for entry in self._managed_environments.values():
-            with entry.environment.lock:
-                _retract(entry.environment, "ff-feature", name)
-                self._build_offers(entry.environment)
-
-    def check_unused(self, name: str) -> None:
-        """Check that a feature can be withdrawn.
-
-        :raises ClipsError: if the feature is unknown or in use.
-        """
-        self._check_known(name)
-        users = self._feature_info(name).environments
-        if users:
-            raise ClipsError(
-                f"the CLIPS feature '{name}' cannot be withdrawn: it is in use by {', '.join(users)}",
-                hint="remove it from the environment first",
-            )
-
-    def _check_known(self, name: str) -> None:
-        if name not in self._known_names:
-            names = ", ".join(sorted(self._known_names))
-            raise ClipsError(f"there is no CLIPS feature '{name}'", hint=f"there are: {names}")
-
-    def _announce_offer(self, name: str) -> None:
-        """Assert the fact of an available feature in the existing environments."""
-        for entry in self._managed_environments.values():
-            with entry.environment.lock:
-                entry.environment.assert_string(f"(ff-feature {name})")
-                self._build_offers(entry.environment)
-
-    def _build_offers(self, env: ClipsEnvironment) -> None:
-        """Let a reset of the environment assert the available features again."""
-        env.build(_deffacts_text("ff-features-available", "ff-feature", self.features))
+        origin = f" ({feature.origin})" if isinstance(feature, LazyFeature) and feature.origin else ""
+        self.log.info(f"Adding feature {feature.name}{origin}")
+        self._features[feature.name] = feature
 
     def _available_feature(self, name: str) -> Feature | None:
-        """Return a feature, and import it if necessary; None if the feature is unknown or withdrawn."""
-        if name in self._withdrawn:
-            return None
-        if name not in self._features and name in self._lazy_features:
-            self._features[name] = self._lazy_features[name].load()
-        return self._features.get(name)
+        """Return a feature, and import it if necessary; None if the feature is unknown."""
+        feature = self._features.get(name)
+        if isinstance(feature, LazyFeature):
+            feature = self._features[name] = feature.load()
+        return feature
 
     def create(self, name: str, log_component: str | None = None) -> ClipsEnvironment:
         """Create an environment and load the library.
@@ -214,7 +142,7 @@ class EnvironmentManager:
         env.watcher.set_hooks()
         for feature in self.features:
             env.assert_string(f"(ff-feature {feature})")
-        self._build_offers(env)
+        env.build(_deffacts_text("ff-features-available", "ff-feature", self.features))
         for file in _LIBRARY_FILES:
             if not env.load(self.library / file):
                 self.destroy(name)
@@ -231,14 +159,14 @@ class EnvironmentManager:
         self._managed_environments[env.name] = _ManagedEnvironment(env)
 
     def request(self, name: str, feature_name: str) -> Value:
-        """Load a feature into an environment; return FALSE if the feature is unknown or withdrawn."""
+        """Load a feature into an environment; return FALSE if the feature is unknown."""
         self.log.debug(f"Environment {name} requests feature {feature_name}")
         entry = self._managed_environments[name]
         feature = self._available_feature(feature_name)
         if feature is None:
             self.log.warn(f"Environment requested unavailable feature {feature_name}")
             return FALSE
-        if feature_name in entry.feature_names:
+        if feature_name in entry.features:
             self.log.warn(f"Environment {name} requested feature {feature_name} *again*")
             return TRUE
         env = entry.environment
@@ -248,43 +176,14 @@ class EnvironmentManager:
         # the initialisation may have requested further features, whose functions are recorded already
         recorded_functions = frozenset[str]().union(*entry.functions.values())
         entry.functions[feature_name] = env.udfs.names - earlier_functions - recorded_functions
-        # most features have no input: calls of their empty methods would cost time in each loop
-        if type(feature).before_run is not Feature.before_run:
-            entry.input_features.append(feature)
-        entry.feature_names.append(feature_name)
-        entry.feature_names.sort()
+        entry.features[feature_name] = feature
         env.assert_string(f"(ff-feature-loaded {feature_name})")
-        env.build(_deffacts_text("ff-features-loaded", "ff-feature-loaded", entry.feature_names))
+        env.build(_deffacts_text("ff-features-loaded", "ff-feature-loaded", sorted(entry.features)))
         return TRUE
-
-    def destroy_context(self, name: str, feature_name: str) -> None:
-        """Remove a feature from an environment. It may be requested again.
-
-        Templates and rules stay. Functions stay, too, because rules use them, but their calls fail.
-
-        :raises ClipsError: if the environment is unknown or does not have the feature.
-        """
-        entry = self._managed_environment(name)
-        if feature_name not in entry.feature_names:
-            raise ClipsError(
-                f"the environment '{name}' does not have the CLIPS feature '{feature_name}'",
-                hint=f"it has: {', '.join(entry.feature_names) or 'none'}",
-            )
-        env, feature = entry.environment, self._features[feature_name]
-        with env.lock:
-            self.log.info(f"Removing feature {feature_name} from environment {name}")
-            feature.context_destroyed(env)
-            entry.feature_names.remove(feature_name)
-            if feature in entry.input_features:
-                entry.input_features.remove(feature)
-            reason = f"the CLIPS feature '{feature_name}' was removed from the environment '{name}'"
-            env.udfs.revoke(entry.functions.pop(feature_name), reason)
-            _retract(env, "ff-feature-loaded", feature_name)
-            env.build(_deffacts_text("ff-features-loaded", "ff-feature-loaded", entry.feature_names))
 
     def loaded_features(self, name: str) -> tuple[str, ...]:
         """Return the features of an environment, sorted."""
-        return tuple(self._managed_environments[name].feature_names)
+        return tuple(sorted(self._managed_environments[name].features))
 
     def feature_functions(self, name: str) -> dict[str, frozenset[str]]:
         """Return the functions of an environment by feature."""
@@ -293,7 +192,7 @@ class EnvironmentManager:
     def before_run(self, name: str) -> None:
         """Let features assert new input. The environment must be locked."""
         entry = self._managed_environments[name]
-        for feature in entry.input_features:
+        for feature in entry.features.values():
             feature.before_run(entry.environment)
 
     def run_client_environments(self) -> None:
@@ -314,20 +213,13 @@ class EnvironmentManager:
         del self._managed_environments[name]
         if name in self.client_environments:
             self.client_environments.remove(name)
-        for feature in entry.feature_names:  # while the environment still exists
-            self._features[feature].context_destroyed(entry.environment)
+        for feature in entry.features.values():  # while the environment still exists
+            feature.context_destroyed(entry.environment)
         entry.environment.destroy()
 
     def close(self) -> None:
         for name in list(self._managed_environments):
             self.destroy(name)
-
-
-def _retract(env: ClipsEnvironment, relation: str, value: str) -> None:
-    """Retract the fact ``(RELATION VALUE)``."""
-    for index, _, slots in list(env.facts(relation)):
-        if slots["implied"] == (value,):
-            env.retract(index)
 
 
 def _deffacts_text(name: str, relation: str, values: Iterable[str]) -> str:

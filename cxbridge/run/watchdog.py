@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, Final, Self
 
 from msgspec import Struct
 
-from cxbridge.executive.host.activity import MATCHING, executing_function_names, executing_rule_name
+from cxbridge.executive.host.activity import MATCHING, executing_rule_name
 from cxbridge.mainloop import STALL_S, MainLoop
 
 if TYPE_CHECKING:
@@ -244,9 +244,7 @@ class Watchdog:
         if rules == [MATCHING]:
             return "matching facts against the conditions of rules does not end"
         if self._is_spinning:
-            functions = [name for env in firing_envs for name in executing_function_names(env)]
-            function_text = f", in function {', '.join(functions)}" if functions else ""
-            return f"rule {self._list_frequent_rules(_SAMPLES_PER_TICK)[0]} does not end{function_text}"
+            return f"rule {self._list_frequent_rules(_SAMPLES_PER_TICK)[0]} does not end"
         names = ", ".join(rule for rule in rules if rule != MATCHING)
         firing_count = sum(env.endless.firing_count for env in firing_envs)
         return f"the rules of a loop do not end: {names}; {firing_count:,} have fired"

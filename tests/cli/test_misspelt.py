@@ -77,8 +77,6 @@ CASES = {
     ("daemon component", "name"): ("daemon component executve", "executive"),
     ("daemon component", "transition"): ("daemon component executive fly", "use one of: configure"),
     ("daemon break add", "specs"): ("daemon break add rule:mini-begn", "did you mean mini-begin?"),
-    ("env offer", "features"): ("env offer blakboard", "there are: blackboard"),
-    ("env withdraw", "features"): ("env withdraw blakboard", "there are: blackboard"),
     ("env destroy", "env"): ("env destroy executve", "there are: executive"),
     ("env load", "env"): ("env load executve OWN/mini.clp", "there are: executive"),
     ("env feature", "env"): ("env feature executve config", "there are: executive"),

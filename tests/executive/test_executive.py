@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from cxbridge.config import Configuration
-from cxbridge.errors import ClipsError, ConfigError, ExecutiveError
+from cxbridge.errors import ExecutiveError
 from cxbridge.events import Level
 from cxbridge.executive.executive import CoreFiles, Executive, read_action_mapping
 from cxbridge.executive.feature import Feature
@@ -91,30 +91,6 @@ def test_a_feature_that_does_not_exist_is_one_clear_error(bus, tmp_path):
     assert caught.value.exit_status == 2
 
 
-def test_a_missing_file_is_told_and_the_initialisation_goes_on(bus, log, tmp_path):
-    executive = make(bus, tmp_path, AGENT)
-    (tmp_path / "agent.clp").unlink()
-    executive.init()
-    assert executive.initialized
-    assert any("Cannot load file agent.clp (file not found in" in text for text in log.texts(Level.ERROR))
-
-
-def test_actions_become_skill_strings(bus, log, tmp_path):
-    executive = make(bus, tmp_path, AGENT)
-    executive.init()
-    env = executive.env
-    assert env.eval("(map-action-skill say (create$ text) (create$ hi))") == 'say{text="hi"}'
-    assert env.eval("(map-action-skill go (create$ n x) (create$ 3 1.5))") == "go{n=3, x=1.500000}"
-    assert env.eval("(map-action-skill fly (create$) (create$))") == ""
-    assert env.eval("(map-action-skill say (create$ text) (create$))") == ""
-    assert env.eval('(map-action-skill "" (create$) (create$))') == ""
-    assert log.texts(Level.WARN)[-3:] == [
-        "No mapping for action 'fly' known",
-        "Number of parameter names and values do not match for action 'say'",
-        "Failed to map, action name is empty",
-    ]
-
-
 def test_parameters_that_have_no_name_or_no_text(bus, log, tmp_path):
     executive = make(bus, tmp_path, AGENT)
     executive.init()
@@ -129,23 +105,6 @@ def test_parameters_that_have_no_name_or_no_text(bus, log, tmp_path):
         "Param for 'say' is not a string or symbol",
         "Param 'y' for action 'go' of invalid type",
     ]
-
-
-@pytest.mark.parametrize("arguments", ["say (create$)", "say (create$) (create$) x"])
-def test_mapping_takes_an_action_names_and_values(bus, tmp_path, arguments):
-    executive = make(bus, tmp_path, AGENT)
-    executive.init()
-    with pytest.raises(ClipsError):
-        executive.env.build(f"(deffunction probe () (map-action-skill {arguments}))")
-
-
-def test_a_mapping_that_is_a_list_is_an_error_with_its_place():
-    config = Configuration.from_text(
-        "a: 1\nclips-executive/specs/x/action-mapping:\n  say: [a, b]\n", "f.yaml"
-    )
-    with pytest.raises(ConfigError, match=r"f.yaml:3.*'say' must be a string, not a list") as caught:
-        read_action_mapping(config, "x")
-    assert caught.value.line == 3
 
 
 def test_rules_that_go_round_in_circles_at_the_end_are_ended(bus, log, tmp_path, monkeypatch):

@@ -49,10 +49,6 @@ RECURSIONS = {
     "funcall": "(deffunction f (?x) (funcall (sym-cat f) ?x))",
     "a method": "(defgeneric f) (defmethod f ((?x INTEGER)) (+ 1 (f ?x)))",
     "a method by its number": "(defmethod f (?x) (call-specific-method f 1 ?x))",
-    "the query of a method": "(defmethod f ((?x INTEGER (f ?x))) 1)",
-    "queries of methods": """(defgeneric f) (defmethod g ((?x (f ?x))) 1)
-        (defmethod f (?y (?x INTEGER (g ?x))) 1) (defmethod f ((?x INTEGER (> ?x 0) )) (g ?x))""",
-    "eval in a query": '(defmethod f ((?x INTEGER (eval "(f 1)"))) 1)',
     "sort": "(deffunction f (?x $?y) (sort f 3 1 2))",
     "assert-string": '(deffunction f (?x) (assert-string "(x =(f 1))"))',
     "a handler": """(defclass A (is-a USER)) (defmessage-handler A go () (send ?self go))
@@ -61,15 +57,6 @@ RECURSIONS = {
         (deffunction f (?x) (make-instance of A))""",
     "a default": """(deffunction f (?x) (make-instance of ?x)) (deffunction made () (f A))
         (defclass A (is-a USER) (slot s (default-dynamic (made)))) (defrule q (b) => (f A))""",
-    "a default alone": """(deftemplate t (slot s (default-dynamic (assert-string "(t)"))))
-        (deffunction f (?x) (assert (t)))""",
-    "a default of several": """(deftemplate t (multislot s (default-dynamic 1 (assert-string "(t)") 2)))
-        (deffunction f (?x) (assert (t)))""",
-    "a default that evaluates": """(deftemplate t (slot s (default-dynamic (progn (eval "(assert (t))")))))
-        (deffunction f (?x) (assert (t)))""",
-    "a default of a class": """(defclass A (is-a USER) (slot s
-        (default-dynamic (eval "(make-instance of A)"))))
-        (deffunction f (?x) (make-instance of A))""",
     "a method behind a default": """(defgeneric made) (deftemplate t (slot s (default-dynamic (made))))
         (defmethod made () (assert (t))) (deffunction f (?x) (assert (t)))""",
 }

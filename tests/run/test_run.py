@@ -163,7 +163,7 @@ def test_a_second_configuration_is_laid_over_the_first(tmp_path):
 
 
 def test_the_goals_of_a_long_run_are_listed_as_far_as_memory_goes(tmp_path, monkeypatch):
-    monkeypatch.setattr("cxbridge.executive.goals.MAX_REMOVED_GOALS", 5)
+    monkeypatch.setattr("cxbridge.executive.goals.MAX_GOALS", 5)
     agent = """(defrule begin (executive-initialized) (not (begun)) => (assert (begun) (make 1)))
         (defrule make ?m <- (make ?n) (not (goal)) =>
           (retract ?m)

@@ -90,15 +90,6 @@ def watched(*constructs):
     ("constructs", "what"),
     [
         (["(defrule a (x) => (while TRUE (bind ?y 1)))", "(defrule b (x) =>)"], "rule a does not end"),
-        (
-            [
-                "(deffunction f () (while TRUE (bind ?y 1)))",
-                "(deffunction g () (f))",
-                "(deffunction idle () (f))",
-                "(defrule a (x) => (g))",
-            ],
-            "rule a does not end, in function g, f",
-        ),
         (["(defrule a (x) => (sleep-for 1.5))"], "function sleep-for, which rule a has called, does not end"),
     ],
 )
@@ -119,7 +110,6 @@ def test_an_interrupted_rule_ends_and_the_next_loop_is_as_usual():
         before = world.loop.cycle_count
         while world.loop.cycle_count < before + 2:
             time.sleep(0.01)
-        assert any("Execution halted during the actions of defrule 'a'" in line for line in world.lines)
         assert not world.env.is_ended
         world.loop.stop()
         world.thread.join(WAIT_S)

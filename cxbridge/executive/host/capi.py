@@ -88,7 +88,6 @@ _SIGNATURES = {
             "SeedFunction",
             "SetgenFunction",
             "StrByteLengthFunction",
-            "FactExistpFunction",
         ],
         "void(*)(Environment *, UDFContext *, UDFValue *)",
     ),

@@ -26,18 +26,15 @@ ENDLESS: Final = ((100_000, 1.0), (1_000, 5.0))
 """Pairs of firings and seconds of real time: fast rules, and rules whose firings are slow. A run that exceeds
 both numbers of a pair is endless."""
 
-WARN_AFTER_S: Final = 1.5
-"""Seconds of real time before the first warning about possibly endless rules."""
-
 MAX_FIRINGS: Final = 1_000_000
 """The maximum number of firings in a run, whatever their facts."""
 
 _TRACE_AFTER_S: Final = 0.25  # seconds of a phase without tracing
-# firings between checks: doubled after a fast chunk, halved after a slow chunk
-_MIN_CHUNK_SIZE, _MAX_CHUNK_SIZE = 20, 200
-_FAST_S, _SLOW_S = 0.02, 0.1
-# firings in a window, in which a ring of rules is searched: doubled while firings use older facts
-_MIN_WINDOW_SIZE, _FIRST_WINDOW_SIZE, _MAX_WINDOW_SIZE = 20, 4_000, 64_000
+# firings between checks: many fast firings, or few slow firings
+_FAST_CHUNK_SIZE, _SLOW_CHUNK_SIZE = 200, 10
+_SLOW_S: Final = 0.1  # the duration of a slow chunk
+# firings in a window, in which a ring of rules is searched
+_MIN_WINDOW_SIZE, _WINDOW_SIZE = 20, 4_000
 _MAX_WINDOW_DURATION_S: Final = 0.2  # seconds after which a window of few, slow firings is evaluated
 _MAX_NAMES: Final = 8  # rules in a message
 
@@ -79,15 +76,13 @@ class EndlessRules:
         """The number of firings in this run up to the last check."""
         self.ring: tuple[str, ...] = ()
         """The rules that the last window repeated, in firing order; all its rules if it repeated none."""
-        self.chunk_size = _MIN_CHUNK_SIZE
+        self.chunk_size = _SLOW_CHUNK_SIZE
         """The number of firings until the next check."""
         # a phase is a part of the run with or without tracing
         self._began_s = self._checked_s = self._phase_began_s = time.monotonic()
         self._count_before_trace = 0
         # whether no firing of the last window used an older fact for the first time
         self._uses_no_older_facts = False
-        self._has_warned = False
-        self._window_size = _FIRST_WINDOW_SIZE
 
     def end(self) -> None:
         """Stop tracing at the end of a run."""
@@ -109,30 +104,24 @@ class EndlessRules:
         now_s = time.monotonic()
         duration_s, self._checked_s = now_s - self._checked_s, now_s
         self.firing_count += new_firings
-        if duration_s < _FAST_S:
-            self.chunk_size = min(2 * self.chunk_size, _MAX_CHUNK_SIZE)
-        elif duration_s > _SLOW_S:
-            self.chunk_size = max(self.chunk_size // 2, 1)
+        self.chunk_size = _FAST_CHUNK_SIZE if duration_s < _SLOW_S else _SLOW_CHUNK_SIZE
         if self._is_tracing:
             self._evaluate_window(now_s)
         elif now_s - self._phase_began_s >= _TRACE_AFTER_S:
             self._start_tracing(now_s)
         if (self._is_endless(now_s) or self.firing_count >= MAX_FIRINGS) and not has_limit:
-            self._log.error(f"{self._describe_ring()}, ended after {self._describe_length(now_s)}")
+            duration_s = now_s - self._began_s
+            self._log.error(
+                f"{self._describe_ring()}, ended after {self.firing_count:,} firings in {duration_s:.1f} s"
+            )
             return self._describe_ring()
         return ""
 
     def _is_endless(self, now_s: float) -> bool:
-        """Return whether the run is endless; warn about a run that may be."""
         if not self._uses_no_older_facts:
             return False
         traced_firings, traced_s = self.firing_count - self._count_before_trace, now_s - self._phase_began_s
-        if any(traced_firings >= min_firings and traced_s >= min_s for min_firings, min_s in ENDLESS):
-            return True
-        if not self._has_warned and now_s - self._began_s >= WARN_AFTER_S:
-            self._has_warned = True
-            self._log.warn(f"{self._describe_ring()}, {self._describe_length(now_s)} so far")
-        return False
+        return any(traced_firings >= min_firings and traced_s >= min_s for min_firings, min_s in ENDLESS)
 
     def _describe_ring(self) -> str:
         """Return a message with the rules of the ring, their files and lines."""
@@ -143,9 +132,6 @@ class EndlessRules:
         if len(self.ring) > _MAX_NAMES:
             names.append(f"{len(self.ring) - _MAX_NAMES} more")
         return f"rules fire endlessly: {' -> '.join([*names, *self.ring[:1]])}"
-
-    def _describe_length(self, now_s: float) -> str:
-        return f"{self.firing_count:,} firings in {now_s - self._began_s:.1f} s"
 
     def _start_tracing(self, now_s: float) -> None:
         self._is_tracing = True
@@ -167,7 +153,7 @@ class EndlessRules:
 
     def _evaluate_window(self, now_s: float) -> None:
         count = len(self._firings)
-        if count < self._window_size and (
+        if count < _WINDOW_SIZE and (
             count < _MIN_WINDOW_SIZE or now_s - self._window_began_s < _MAX_WINDOW_DURATION_S
         ):
             return
@@ -177,8 +163,7 @@ class EndlessRules:
             self._begin_window(now_s)
         else:
             self.end()
-            self._phase_began_s, self._has_warned = now_s, False  # the next phase has no tracing
-            self._window_size = min(2 * self._window_size, _MAX_WINDOW_SIZE)
+            self._phase_began_s = now_s  # the next phase has no tracing
 
 
 def _consumes_older_facts(firings: Sequence[tuple[str, str]], first_new_index: int | None) -> bool:
@@ -207,17 +192,9 @@ def find_ring(rules: Sequence[str]) -> tuple[str, ...]:
     The sequence is rotated so that the alphabetically first rule is the first: the same ring then always
     gives the same message. Without a repetition, return all rules, sorted.
     """
-    # the Knuth-Morris-Pratt algorithm on the reversed firings: a border of a prefix is both its start and its
-    # end
-    reversed_rules, border_length, border_lengths = rules[::-1], 0, [0]
-    for rule in reversed_rules[1:]:
-        while border_length and rule != reversed_rules[border_length]:
-            border_length = border_lengths[border_length - 1]
-        border_length += rule == reversed_rules[border_length]
-        border_lengths.append(border_length)
-    period = len(rules) - border_lengths[-1]
-    if 2 * period > len(rules):
-        return tuple(sorted(set(rules)))
-    ring = tuple(rules[-period:])
-    start = ring.index(min(ring))
-    return ring[start:] + ring[:start]
+    for period in range(1, len(rules) // 2 + 1):
+        if rules[period:] == rules[:-period]:
+            ring = tuple(rules[-period:])
+            start = ring.index(min(ring))
+            return ring[start:] + ring[:start]
+    return tuple(sorted(set(rules)))

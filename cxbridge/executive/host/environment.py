@@ -19,16 +19,14 @@ from clips._clips import ffi, lib
 
 from cxbridge.clock import split_us
 from cxbridge.errors import ClipsError
-from cxbridge.events import EventBus, Logger, SourceRead
+from cxbridge.events import EventBus, Level, Logger, SourceRead
 from cxbridge.executive.host.capi import EXTRA_FUNCTIONS, NULL, CData, ClipsApi, encode, items_of
 from cxbridge.executive.host.endless import EndlessRules
 from cxbridge.executive.host.facts.constants import DATA_FUNCTION, assert_data
-from cxbridge.executive.host.facts.existing import EXISTS_FUNCTION, FactsByIndex
 from cxbridge.executive.host.facts.making import FactMaker
 from cxbridge.executive.host.facts.modify import Duplicate, Modify
 from cxbridge.executive.host.loading import ClipsLoader
-from cxbridge.executive.host.loggers import LoggerStack
-from cxbridge.executive.host.output import OutputRouter
+from cxbridge.executive.host.output import LineSink, OutputRouter
 from cxbridge.executive.host.recursion import GUARD_FUNCTION, make_guard
 from cxbridge.executive.host.shims import FUNCTIONS, REMOVED, Clips630Functions, remove_replaced_builtins
 from cxbridge.executive.host.source import (
@@ -38,13 +36,14 @@ from cxbridge.executive.host.source import (
     rewrite_expression,
 )
 from cxbridge.executive.host.udf import UNBOUNDED, UdfTable
-from cxbridge.executive.host.values import FALSE, TRUE, Value, clips_value, to_python
+from cxbridge.executive.host.values import Value, clips_value, to_python
 from cxbridge.executive.host.watching import Watcher, slot_value, slot_values
 from cxbridge.file_access import is_readable_file
 
 CORE_DIR = Path(__file__).resolve().parent.parent / "clips"
 """The built-in CX core. Its files keep 6.4's `modify`."""
 
+_LEVELS = tuple(Level)  # in ascending order
 _CONSTRUCT_NAME = re.compile(r"[^\s()]+")
 
 
@@ -65,8 +64,7 @@ class ClipsEnvironment:
     def __init__(self, name: str, bus: EventBus, log_component: str | None = None) -> None:
         self.name = name
         self.bus = bus
-        component = log_component or f"CLIPS ({name})"
-        self.log: Logger = bus.logger(component)
+        self.log: Logger = bus.logger(log_component or f"CLIPS ({name})")
         self.lock = threading.RLock()
         self.faults: list[str] = []
         self.quit_requested = self._is_ended_by_host = self._is_ended_by_halt = False
@@ -78,8 +76,11 @@ class ClipsEnvironment:
         """CLIPS' own environment, an ``Environment *``."""
         self.api = ClipsApi(self.c_env)
         self.maker = FactMaker(self.c_env)
-        self.loggers = LoggerStack(self.log.log, component)
-        self.output = self.output_router(self.c_env, self.loggers.log)
+        self.log_level = Level.DEBUG
+        """The minimum level of logged lines."""
+        self.line_listeners: dict[str, LineSink] = {}
+        """Further receivers of all lines, by name."""
+        self.output = self.output_router(self.c_env, self._log_line)
         self.watcher = Watcher(self.c_env, self.api, self.output, bus, name)
         self.loader = ClipsLoader(self.c_env, self.output, self.log, self._is_core_file, name)
         self.udfs = UdfTable(self.c_env, self._record_failure)
@@ -101,10 +102,10 @@ class ClipsEnvironment:
         self._build_clips630_functions()
         modify_arguments = (self.c_env, self.api, self.maker, self.log.error)
         functions: tuple[tuple[str, Callable[..., Value], int, int, str], ...] = (
-            ("load", self._load, 1, 1, "*;sy"),
-            ("load*", self._load, 1, 1, "*;sy"),  # CLIPS would load without messages
-            ("batch", self._batch, 1, 1, "*;sy"),
-            ("batch*", self._batch, 1, 1, "*;sy"),
+            ("load", self.load, 1, 1, "*;sy"),
+            ("load*", self.load, 1, 1, "*;sy"),  # CLIPS would load without messages
+            ("batch", self.batch, 1, 1, "*;sy"),
+            ("batch*", self.batch, 1, 1, "*;sy"),
             ("clear", self._clear, 0, 0, "*"),
             ("exit", self._exit, 0, 1, "*"),
             ("halt", self._halt, 0, 0, "*"),
@@ -121,7 +122,7 @@ class ClipsEnvironment:
             (MODIFY_FUNCTION, Modify(*modify_arguments), 1, UNBOUNDED, "*"),
             (DUPLICATE_FUNCTION, Duplicate(*modify_arguments), 1, UNBOUNDED, "*"),
             (DATA_FUNCTION, lambda text: assert_data(self.c_env, text), 1, 1, "s"),
-            ("cx-is-file", lambda path: TRUE if is_readable_file(str(path)) else FALSE, 1, 1, "*;sy"),
+            ("cx-is-file", is_readable_file, 1, 1, "*;sy"),
             ("cx-not-found", self.loader.report_missing_file, 1, 1, "*;sy"),
             ("now", lambda: self.to_time_fields(self.bus.clock.now_us()), 0, 0, "*"),
             ("now-systime", lambda: split_us(self.bus.clock.now_us()), 0, 0, "*"),
@@ -129,8 +130,6 @@ class ClipsEnvironment:
         for name, function, minimum, maximum, types in functions:
             self.udfs.define(name, function, minimum, maximum, types)
         self.udfs.define_c(GUARD_FUNCTION, make_guard(self._report_recursion), 1, 1, "y")
-        self._facts_by_index = FactsByIndex(self.c_env)
-        self.udfs.define_c(EXISTS_FUNCTION, self._facts_by_index.function, 1, 1, "*;fl")
 
     def _build_clips630_functions(self) -> None:
         for function in FUNCTIONS:
@@ -156,6 +155,13 @@ class ClipsEnvironment:
                 "function", self.name, name, minimum=str(minimum), maximum=str(maximum), types=types
             )
 
+    def _log_line(self, level: Level, line: str) -> None:
+        """Log a line that CLIPS has printed."""
+        for listener in tuple(self.line_listeners.values()):  # clients add listeners in other threads
+            listener(level, line)
+        if _LEVELS.index(level) >= _LEVELS.index(self.log_level):
+            self.log.log(level, line)
+
     def _record_failure(self, function: str, error: BaseException) -> None:
         """Log an exception of a Python function. CLIPS has received an error instead.
 
@@ -174,23 +180,9 @@ class ClipsEnvironment:
         self.output.quiet = True
         self.log.error(f"'{function}' calls itself endlessly: ended because the stack is exhausted")
 
-    def _load(self, file: str) -> Value:
-        self._forget_templates()
-        return TRUE if self.loader.load(file) else FALSE
-
-    def _batch(self, file: str) -> Value:
-        self._forget_templates()
-        return TRUE if self.loader.batch(file) else FALSE
-
-    def _forget_templates(self) -> None:
-        """Forget cached deftemplates, which a file may redefine."""
-        self.watcher.forget_names()
-        self.maker.forget()
-
     def _clear(self) -> None:
         """Execute ``(clear)``, and restore the host's functions."""
-        self._forget_templates()
-        self._facts_by_index.forget()
+        self.watcher.forget_names()
         lib.Clear(self.c_env)
         self._build_clips630_functions()
 
@@ -346,14 +338,14 @@ class ClipsEnvironment:
         deftemplate = lib.FindDeftemplate(self.c_env, encode(template))
         return iter(()) if deftemplate == NULL else items_of(lib.GetNextFactInTemplate, deftemplate)
 
-    def load(self, path: Path) -> bool:
+    def load(self, path: Path | str) -> bool:
         """Load the constructs of a file; return whether all are valid. :attr:`loader` has the diagnostics."""
-        self._forget_templates()
+        self.watcher.forget_names()
         return self.loader.load(str(path))
 
-    def batch(self, path: Path) -> bool:
+    def batch(self, path: Path | str) -> bool:
         """Execute the commands and constructs of a file; return whether the file is readable."""
-        self._forget_templates()
+        self.watcher.forget_names()
         return self.loader.batch(str(path))
 
     def emit_settings(self) -> None:
@@ -445,7 +437,7 @@ class ClipsEnvironment:
         """
         with self.destruction_lock:
             if self._is_alive and self.is_firing:
-                self.output.drop_further_errors()  # each halted match would print a separate error
+                self.output.quiet = True  # each halted match would print a separate error
                 self._is_ended_by_host = True
                 self.api.halt()
 
@@ -461,7 +453,6 @@ class ClipsEnvironment:
         if was_alive:
             self.output.close()
             self.api.dispose()
-            self._facts_by_index.forget()
             lib.FCBDispose(self._call_builder)
             lib.DestroyEnvironment(self.c_env)
 

@@ -18,9 +18,9 @@ from clips._clips import lib
 from msgspec import Struct
 from msgspec.structs import replace
 
-from cxbridge.clipstext.syntax import CONSTRUCT, blank, rule_lines, top_level
+from cxbridge.clipstext.syntax import rule_lines
 from cxbridge.events import Level, Logger
-from cxbridge.executive.host.capi import NULL, CData, encode, executing_rule
+from cxbridge.executive.host.capi import CData, encode, executing_rule
 from cxbridge.executive.host.output import OutputRouter
 from cxbridge.executive.host.shims import free_names
 from cxbridge.executive.host.source import (
@@ -157,7 +157,7 @@ class ClipsLoader:
             # a core file without commands is loaded, because a batch is slow, but succeeds like a batch,
             # which continues after a broken construct
             is_batched = batch and not (is_native and _COMMAND.search(text) is None)
-            load = (self._batch_core_file if is_native else lib.BatchStar) if is_batched else lib.Load
+            load = lib.BatchStar if is_batched else lib.Load
             is_loaded = self._read_source(file, source, load) or batch != is_batched
         finally:
             self._loading.pop()
@@ -248,19 +248,6 @@ class ClipsLoader:
         if errors.strip():
             self._diagnose(errors, name, file, source)
         return result == lib.LE_NO_ERROR if load is lib.Load else bool(result)
-
-    @staticmethod
-    def _batch_core_file(env: CData, name: bytes) -> bool:
-        """Do the work of ``BatchStar`` on a file of the core in linear time."""
-        # the time of BatchStar grows with the square of a part's length
-        text = Path(os.fsdecode(name)).read_bytes().decode("utf-8", "surrogateescape")
-        for start, end in top_level(blank(text)):
-            part = encode(text[start:end])
-            if CONSTRUCT.match(text, start):
-                lib.Build(env, part)
-            else:
-                lib.Eval(env, part, NULL)
-        return True
 
     def _diagnose(self, errors: str, name: str, file: str, source: ClipsSource) -> None:
         """Convert CLIPS' output on stderr to diagnostics."""

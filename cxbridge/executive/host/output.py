@@ -8,15 +8,17 @@ Executive for ROS 2). The log has no colours.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import ClassVar
 
 from clips._clips import ffi, lib
 
 from cxbridge.events import Level
 from cxbridge.executive.host.capi import CData, decode, make_callback
-from cxbridge.executive.host.loggers import LineSink
 from cxbridge.executive.host.shims import OWN_NAMES
+
+LineSink = Callable[[Level, str], None]
+"""Gets the level and text of a line."""
 
 # Levels by logical name, from Fawkes' CLIPS environment manager, which drops output to wdialog. The names of
 # colours and their level come from ``cx_clips_env_manager`` of ros2_cx.
@@ -65,8 +67,6 @@ class OutputRouter:
         """Whether rules are firing, in chunks: CLIPS' message about the limit of a chunk is dropped."""
         self.quiet = False
         """Whether CLIPS' warnings and error messages are dropped."""
-        # the text of the last message before further messages are dropped; None: all messages are permitted
-        self._last_message: str | None = None
         self._env = env
         self._sink = sink
         self._unfinished_lines: dict[bytes, str] = {}
@@ -92,7 +92,6 @@ class OutputRouter:
             text_piece = OWN_NAMES.get(text_piece, text_piece)
             if self.quiet:
                 return
-            self._track_permitted_message(text_piece)
             if self._captured_errors is not None:
                 self._captured_errors.append(text_piece)
                 return
@@ -112,22 +111,6 @@ class OutputRouter:
             if line.strip():
                 self._sink(level, line)
 
-    def drop_further_errors(self) -> None:
-        """Drop error messages after the next message. Further calls change nothing."""
-        if self._last_message is None:
-            self._last_message = ""
-
-    def stop_dropping_errors(self) -> None:
-        """Stop dropping error messages."""
-        self.quiet, self._last_message = False, None
-
-    def _track_permitted_message(self, text_piece: str) -> None:
-        """Start dropping messages if this text completes the last permitted message."""
-        if self._last_message is not None:
-            self._last_message += text_piece
-            if "\n" in self._last_message.lstrip():  # CLIPS starts each message with an empty line
-                self.quiet, self._last_message = True, None
-
     def redirect(self, sink: LineSink) -> LineSink:
         """Change the sink; return the former sink. Unfinished lines are flushed."""
         self.flush()
@@ -135,10 +118,9 @@ class OutputRouter:
         return previous
 
     def end_run(self) -> None:
-        """Flush unfinished lines, and stop dropping messages, after a run of the rules."""
-        self.stop_dropping_errors()
-        if self._unfinished_lines:
-            self.flush()
+        """Flush unfinished lines, and show messages again, after a run of the rules."""
+        self.quiet = False
+        self.flush()
 
     def flush(self) -> None:
         """Pass unfinished lines to the sink."""
@@ -160,7 +142,7 @@ class OutputRouter:
         """Return the captured error messages, and continue the outer capture."""
         text = "".join(self._captured_errors or ())
         self._captured_errors = outer
-        self.stop_dropping_errors()
+        self.quiet = False
         return text
 
     def pause(self) -> None:

@@ -3,9 +3,8 @@
 ``(deffunction f () (f))`` would overflow the stack and end the process. Therefore the host inserts
 ``(cx-guard-recursion NAME)``, the guard, at the start of each function in users' files that may be recursive:
 functions that name themselves, functions that existed before (mutual recursion needs that in CLIPS),
-functions with indirect calls (``funcall``, ``eval``, ``send``), and message handlers. A ``default-dynamic``
-with an indirect call gets a guard, too, because the call may make another fact of the same deftemplate. The
-guard checks the remaining stack of the thread.
+functions with indirect calls (``funcall``, ``eval``, ``send``), and message handlers. The guard checks the
+remaining stack of the thread.
 """
 
 from __future__ import annotations
@@ -13,7 +12,7 @@ from __future__ import annotations
 import ctypes
 import re
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 from clips._clips import ffi, lib
 
@@ -40,22 +39,11 @@ _INDIRECT_FUNCTIONS = (
     *("send", "make-instance", "initialize-instance", "load-instances", "restore-instances"),
 )
 
-_INDIRECT_CALL = re.compile(rf"\(\s*(?:{'|'.join(map(re.escape, _INDIRECT_FUNCTIONS))})(?=[\s()])")
 
-_TEMPLATE_OR_CLASS = re.compile(r"\(\s*(?:deftemplate|defclass)\s+([^\s()]+)")
-_DEFAULT_DYNAMIC = re.compile(r"\(\s*default-dynamic(?=[\s(])")
-
-# The nesting depth of a query in a method's parameter: ``((?x INTEGER (> ?x 3)))``.
-_QUERY_DEPTH = 3
-
-
-def find_guard_insertions(
+def find_guard_insertion(
     code: str, start: int, end: int, is_known: Callable[[str], bool]
-) -> Iterator[tuple[int, str]]:
-    """Yield the positions and texts of the guards to insert into a construct.
-
-    The body of a function gets a guard, and so does each query of a method's parameter, because CLIPS
-    evaluates queries before the body.
+) -> tuple[int, str] | None:
+    """Return the position and the text of the guard to insert into a construct, at the start of its body.
 
     :param code: the text with strings and comments blanked (:func:`~cxbridge.clipstext.syntax.blank`), so
         that an example in a documentation string does not look like a call.
@@ -65,48 +53,18 @@ def find_guard_insertions(
     """
     handler = _HANDLER.match(code, start, end)
     head = handler or _FUNCTION.match(code, start, end)
-    template_or_class = None if head else _TEMPLATE_OR_CLASS.match(code, start, end)
-    if template_or_class is not None:
-        yield from _find_default_guard_insertions(code, template_or_class, end)
     if head is None or not code.startswith("(", head.end()):
-        return
+        return None
     name = head[1]
     calls = re.compile(rf"\(\s*(?:{'|'.join(map(re.escape, (name, *_INDIRECT_FUNCTIONS)))})(?=[\s()])")
     if handler is None and not calls.search(code, head.end(), end) and not is_known(name):
-        return
-    guard = f"({GUARD_FUNCTION} {name})"
+        return None
     depth = 0
     for match in PARENTHESIS.finditer(code, head.end(), end):
-        if match.group() == "(":
-            depth += 1
-            if depth == _QUERY_DEPTH:
-                yield match.start(), f"(progn {guard} "
-            continue
-        if depth == _QUERY_DEPTH:
-            yield match.end(), ")"
-        depth -= 1
+        depth += 1 if match.group() == "(" else -1
         if depth == 0:
-            yield match.end(), f" {guard}"
-            return
-
-
-def _find_default_guard_insertions(
-    code: str, template_or_class: re.Match[str], end: int
-) -> Iterator[tuple[int, str]]:
-    """Yield the guards to insert into ``default-dynamic`` values, which CLIPS computes for each new fact."""
-    for default_dynamic in _DEFAULT_DYNAMIC.finditer(code, template_or_class.end(), end):
-        depth, default_start = 0, 0
-        for match in PARENTHESIS.finditer(code, default_dynamic.end(), end):
-            if match.group() == "(":
-                default_start = default_start if depth else match.start()
-                depth += 1
-                continue
-            depth -= 1
-            if depth < 0:  # the end of the slot
-                break
-            if depth == 0 and _INDIRECT_CALL.search(code, default_start, match.end()):
-                yield default_start, f"(progn ({GUARD_FUNCTION} {template_or_class[1]}) "
-                yield match.end(), ")"
+            return match.end(), f" ({GUARD_FUNCTION} {name})"
+    return None
 
 
 class _ThreadStack(threading.local):

@@ -17,7 +17,6 @@ from clips._clips import ffi, lib
 
 from cxbridge.errors import ClipsError
 from cxbridge.executive.host.capi import EXTRA_FUNCTIONS, NULL, CData, encode, make_callback
-from cxbridge.executive.host.facts.existing import EXISTS_FUNCTION
 from cxbridge.executive.host.udf import UNBOUNDED, UdfTable
 from cxbridge.executive.host.values import Value
 
@@ -57,7 +56,6 @@ REMOVED = (
         "round",
         "halt",
     ],
-    EXISTS_FUNCTION,
     # 6.30 has no str-byte-length: an agent's function of this name replaces it, see ADDED
     *(name for name in _ORIGINALS if name != "str-byte-length"),
 )

@@ -23,12 +23,11 @@ from msgspec import Struct
 
 from cxbridge.clipstext.syntax import CONSTRUCT, HIDDEN, PARENTHESIS, Lines, blank, is_declaration, top_level
 from cxbridge.errors import ClipsError
-from cxbridge.executive.host.recursion import find_guard_insertions
+from cxbridge.executive.host.recursion import find_guard_insertion
 from cxbridge.executive.host.retracted import Edit, find_retracted_slot_edits
 
 _USER_CALL = re.compile(r"\(\s*(modify|duplicate|cx-modify-goal)(?=[\s(])")
 _CORE_CALL = re.compile(r"\(\s*(cx-modify-goal)(?=[\s(])")
-_CORE_CONSTRUCT = re.compile(rf"^{CONSTRUCT.pattern}", re.MULTILINE)
 # the text before the first argument of such a call
 _CALL_START = re.compile(r"\(\s*(?:modify|duplicate|cx-modify-goal)\s+\Z")
 _GLOBAL = re.compile(r"(\?\*[^\s()&|~]+\*)\s*=")
@@ -125,10 +124,11 @@ def prepare_source(text: str, is_known: Callable[[str], bool] = lambda _name: Fa
         if end is None:
             unclosed_line = lines.at(start)
         else:
-            guards = find_guard_insertions(
+            insertion = find_guard_insertion(
                 code, start, end, lambda name: name in function_names or is_known(name)
             )
-            edits += ((offset, offset, guard) for offset, guard in guards)
+            if insertion is not None:
+                edits.append((insertion[0], insertion[0], insertion[1]))
         if construct is None:
             continue
         constructs += _make_constructs(construct, code, end, lines)
@@ -146,18 +146,12 @@ def prepare_source(text: str, is_known: Callable[[str], bool] = lambda _name: Fa
 # larger than the number of the core's files
 @lru_cache(128)
 def prepare_core_source(text: str) -> ClipsSource:
-    """Prepare a file of the core, faster than :func:`prepare_source`: its constructs start at line starts."""
+    """Rewrite the calls in a file of the core, without a list of its constructs."""
     # cached, because a process that loads many agents loads the same core each time
-    code = blank(text) if _CORE_CALL.search(text) or "(defglobal" in text else text
-    heads = list(_CORE_CONSTRUCT.finditer(code))
-    ends = [*(head.start() for head in heads[1:]), len(text)]
-    lines = Lines(text)
-    constructs: list[SourceConstruct] = []
     edits: list[Edit] = []
-    for head, end in zip(heads, ends, strict=False):  # a file without constructs has an end, but no head
-        _add_modify_edits(code, (head.start(), end), _CORE_CALL, edits)
-        constructs += _make_constructs(head, code, end, lines)
-    return _apply_edits(text, edits, constructs)
+    if _CORE_CALL.search(text):
+        _add_modify_edits(blank(text), (0, len(text)), _CORE_CALL, edits)
+    return _apply_edits(text, edits, [])
 
 
 def _apply_edits(

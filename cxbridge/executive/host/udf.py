@@ -30,28 +30,17 @@ UNBOUNDED = 65535
 _ALL_BITS = (1 << 10) - 1  # accept arguments of any type
 _MULTIFIELD = 4  # CLIPS' type code of multifields
 
-_TYPE_NAMES = {
-    "l": "INTEGER",
-    "d": "FLOAT",
-    "y": "SYMBOL",
-    "s": "STRING",
-    "m": "a multifield",
-    "e": "EXTERNAL-ADDRESS",
-    "f": "FACT-ADDRESS",
-    "n": "INSTANCE-NAME",
-    "i": "INSTANCE-ADDRESS",
+_TYPES: dict[str, tuple[type, str]] = {
+    "l": (int, "INTEGER"),
+    "d": (float, "FLOAT"),
+    "y": (Symbol, "SYMBOL"),
+    "s": (str, "STRING"),
+    "m": (tuple, "a multifield"),
+    "e": (ExternalAddress, "EXTERNAL-ADDRESS"),
+    "f": (FactAddress, "FACT-ADDRESS"),
+    "n": (InstanceName, "INSTANCE-NAME"),
+    "i": (InstanceAddress, "INSTANCE-ADDRESS"),
 }
-_TYPE_LETTERS = (
-    (Symbol, "y"),
-    (InstanceName, "n"),
-    (str, "s"),
-    (int, "l"),
-    (float, "d"),
-    (tuple, "m"),
-    (ExternalAddress, "e"),
-    (FactAddress, "f"),
-    (InstanceAddress, "i"),
-)
 
 Function = Callable[..., Value]
 FailureHandler = Callable[[str, BaseException], None]
@@ -70,7 +59,7 @@ class UdfTable:
         self._handle_failure = handle_failure
         # C texts and callbacks by function: CLIPS uses these objects but does not keep them alive
         self._kept_objects: dict[str, tuple[Any, ...]] = {}
-        # by name: minimum and maximum number of arguments, types, and a list with the current function
+        # by name: minimum and maximum number of arguments, types, and a list with the present function
         self._functions: dict[str, tuple[int, int, str, list[Function]]] = {}
         self._revoked: set[str] = set()
 
@@ -117,11 +106,13 @@ class UdfTable:
         :param maximum: the maximum number of arguments, by default ``minimum``.
         :param types: type letters of the Advanced Programming Guide. ``"*;sy;l"`` means STRING or SYMBOL for
             the first argument, INTEGER for the second, any type for further arguments.
-        :raises ClipsError: if a revoked function had other parameters.
+
+        A revoked function keeps its number and types of arguments.
         """
         maximum = minimum if maximum is None else maximum
         if name in self._revoked:
-            self._define_again(name, function, (minimum, maximum, types))
+            self._functions[name][-1][0] = function
+            self._revoked.discard(name)
             return
         function_cell = [function]
         call = make_callback(
@@ -130,13 +121,6 @@ class UdfTable:
         )
         self.define_c(name, call, minimum, maximum, types)
         self._functions[name] = (minimum, maximum, types, function_cell)
-
-    def _define_again(self, name: str, function: Function, arguments: tuple[int, int, str]) -> None:
-        *signature, function_cell = self._functions[name]
-        if tuple(signature) != arguments:
-            raise ClipsError(f"the function '{name}' had other parameters before it was revoked")
-        function_cell[0] = function
-        self._revoked.discard(name)
 
     def define_c(self, name: str, call: CData, minimum: int, maximum: int, types: str) -> None:
         """Make a C function callable from CLIPS as ``name``."""
@@ -198,14 +182,11 @@ def find_wrong_argument(types: str, arguments: Sequence[Value]) -> ClipsError | 
     default, *specific = types.split(";")
     for number, argument in enumerate(arguments, start=1):
         letters = (specific[number - 1] if number <= len(specific) else "") or default
-        if set(letters) <= _TYPE_NAMES.keys() and _type_letter(argument) not in letters:
-            names = " or ".join(_TYPE_NAMES[letter] for letter in letters)
+        accepted = [_TYPES[letter] for letter in letters if letter in _TYPES]
+        if len(accepted) == len(letters) and type(argument) not in [kind for kind, _ in accepted]:
+            names = " or ".join(name for _, name in accepted)
             return ClipsError(f"argument {number} must be {names}, not {argument!r}")
     return None
-
-
-def _type_letter(value: Value) -> str:
-    return next((letter for kind, letter in _TYPE_LETTERS if isinstance(value, kind)), "v")
 
 
 def store_value(env: CData, value: Value, result: CData) -> None:

@@ -96,7 +96,6 @@ class Watcher:
         """The number of firings in the present run, counted while firings are recorded."""
         self._assert_followers: dict[str, _Followers] = {}
         self._retract_followers: dict[str, _Followers] = {}
-        self._change_listeners: dict[str, list[Callable[[], None]]] = {}
         self._names: dict[CData, str] = {}  # names of deftemplates by pointer
         self._unwatched_templates: set[CData] = set()  # pointers of deftemplates without listeners
         self._emits_facts = False
@@ -150,8 +149,8 @@ class Watcher:
 
     def follow_changes(self, template: str, call: Callable[[], None]) -> None:
         """Call ``call`` for each assertion or retraction of a deftemplate."""
-        self._change_listeners.setdefault(template, []).append(call)
-        self.set_hooks()
+        self.follow(template, lambda _template, _slots: call(), ())
+        self.follow_retractions(template, lambda _template, _slots: call(), ())
 
     def set_hooks(self) -> None:
         """Set the hooks that the present listeners need. To be called again after changes of the bus."""
@@ -160,10 +159,9 @@ class Watcher:
         self._fact_texts.clear()
         asserted, retracted, fired = self._hooks
         # a hook costs time for every fact: without listeners there is no hook
-        has_listeners = self._emits_facts or self._change_listeners
         set_hook = self._api.set_hook
-        set_hook("Assert", asserted if has_listeners or self._assert_followers else None)
-        set_hook("Retract", retracted if has_listeners or self._retract_followers else None)
+        set_hook("Assert", asserted if self._emits_facts or self._assert_followers else None)
+        set_hook("Retract", retracted if self._emits_facts or self._retract_followers else None)
         set_hook("BeforeRuleFires", fired if self._bus.wants(RuleFired) else None)
 
     def forget_names(self) -> None:
@@ -189,8 +187,6 @@ class Watcher:
         template = self._names.get(deftemplate)
         if template is None:
             template = self._names[deftemplate] = decode(lib.DeftemplateName(deftemplate))
-        for call in self._change_listeners.get(template, ()):
-            call()
         if self._emits_facts and template in self.facts:
             now_us, index = self._bus.clock.now_us(), lib.FactIndex(fact)
             if asserted:
@@ -202,9 +198,8 @@ class Watcher:
             self._fact_texts.pop(lib.FactIndex(fact), None)
         if template in followers:
             followers[template].notify(template, fact)
-        elif not self._emits_facts and not any(
-            template in listeners
-            for listeners in (self._assert_followers, self._retract_followers, self._change_listeners)
+        elif (
+            not self._emits_facts and template not in self._assert_followers.keys() | self._retract_followers
         ):
             self._unwatched_templates.add(deftemplate)
 

@@ -12,9 +12,8 @@ from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.mainloop import Hook
 from cxbridge.run.agent import Run
 from cxbridge.run.components.component import BaseExecutiveComponent
-from cxbridge.run.explainers import place_of_action
 from cxbridge.run.features import FEATURES, run_features
-from cxbridge.run.mistakes import UnexecutedActions, known_skills, own_files
+from cxbridge.run.mistakes import UnexecutedActions, known_skills
 from cxbridge.run.rights import data_may_be_programs
 from cxbridge.run.skillers import skiller_mode
 from cxbridge.run.specs import check_features, init_mentions
@@ -87,7 +86,6 @@ class ExecutiveComponent(BaseExecutiveComponent):
             self.abort()
 
     def abort(self) -> None:
-        self.executive.close()
         self.manager.close()
 
 
@@ -103,7 +101,7 @@ def make_executive(
 ) -> tuple[EnvironmentManager, Executive]:
     """Make the executive of an agent without loading any file.
 
-    :returns: the manager and the executive; close the executive first.
+    :returns: the manager and the executive.
     :raises CxbridgeError: if the configuration or the CLIPS library is wrong.
     """
     config, spec = context.config, context.spec
@@ -118,7 +116,6 @@ def make_executive(
         mapping = ActionSkillMapping(read_action_mapping(config, spec), mode=mode)
         files = source.core_files(context.paths, config)
         executive = source.make_executive(context, manager, mapping, files)
-        executive.place_of_action = lambda action: place_of_action(own_files(context, executive), action)
     except Exception:
         manager.close()
         raise

@@ -10,7 +10,6 @@ from typing import Final
 from cxbridge.config import Configuration
 from cxbridge.errors import ExecutiveError
 from cxbridge.executive.host.environment import ClipsEnvironment
-from cxbridge.executive.host.facts.making import NumberFact
 from cxbridge.executive.host.values import FALSE, TRUE, Symbol, Value
 from cxbridge.mainloop import Hook
 from cxbridge.run.agent import Run
@@ -53,11 +52,10 @@ class Referee(Component):
         seed: int,
     ) -> None:
         self._clock = context.clock
-        self.env = env = ClipsEnvironment(ENVIRONMENT, context.bus, "Referee")
+        self.env = ClipsEnvironment(ENVIRONMENT, context.bus, "Referee")
         self._protobuf = ProtobufFeature(ProtobufSettings((message_folder,)), network.join, templates=False)
         try:
             self._define_functions(refbox, config, seed)
-            self._time = NumberFact(env.c_env, "time")
             self._load_rules(refbox, seed)
         except Exception:
             self._close_environment()
@@ -100,7 +98,7 @@ class Referee(Component):
         with env.lock:
             self._machines.loop()
             self._protobuf.before_run(env)
-            self._time.add(*env.to_time_fields(self._clock.now_us()))
+            env.assert_ordered("time", env.to_time_fields(self._clock.now_us()))
             env.refresh_agenda()
             env.run()
             self._protobuf.delete_messages(env)
@@ -125,7 +123,6 @@ class Referee(Component):
         return self.env.columns(template, *slots)
 
     def close(self) -> None:
-        self._time.dispose()
         self._close_environment()
 
     def _close_environment(self) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from cxbridge.executive.host.values import Symbol, Value
 from tests.executive.core.core_bench import Bench
-from tests.executive.fake_robot_memory import MUTEXES, FakeRobotMemory
+from tests.executive.fake_robot_memory import FakeRobotMemory
 
 FILES = (
     "plan.clp",
@@ -96,23 +96,6 @@ def test_the_trigger_is_registered_once_and_destroyed_at_the_end(bench: Coordina
     assert bench.all("mutex-global-data") == []
 
 
-def test_registration_is_tried_again() -> None:
-    bench = Bench()
-    memory = FakeRobotMemory(bench.env)
-    memory.refuse_triggers = 2
-    for name in FILES:
-        bench.load(f"cx/{name}")
-    bench.env.assert_string("(executive-init)")
-    bench.env.call("mutex-try-lock-async", Symbol("m"))
-    for _ in range(4):
-        assert memory.called("robmem-mutex-try-lock-async") == []
-        bench.env.run()
-        memory.deliver()
-    bench.env.run()
-    assert bench.texts("W") == ["Failed to register trigger 'mutex-trigger', retrying"] * 2
-    assert len(memory.called("robmem-mutex-try-lock-async")) == 1
-
-
 def test_events_are_taken_in_the_order_of_their_arrival(bench: CoordinationBench) -> None:
     for owner, second in (("late", 30), ("early", 10), ("middle", 20)):
         document = {"_id": "m", "locked": True, "locked-by": owner}
@@ -122,24 +105,6 @@ def test_events_are_taken_in_the_order_of_their_arrival(bench: CoordinationBench
     bench.env.run()
     assert bench.mutex()["locked-by"] == "late"
     assert bench.memory.living() == 0
-
-
-def test_events_wait_for_an_identity() -> None:
-    bench = CoordinationBench()
-    bench.env.eval("(do-for-all-facts ((?f wm-fact)) TRUE (retract ?f))")
-    bench.memory.lock("m", "other")
-    bench.settle()
-    assert bench.all("mutex") == []
-    assert bench.memory.living() == 0
-
-
-def test_nothing_else_than_what_is_known_of_a_mutex_is_changed_by_a_deletion(
-    bench: CoordinationBench,
-) -> None:
-    bench.ours()
-    bench.memory.event(MUTEXES, "delete", {"_id": "m"})
-    bench.settle()
-    assert bench.mutex()["state"] == "LOCKED"
 
 
 def test_a_lock_that_nobody_asked_for_is_given_back(bench: CoordinationBench) -> None:
@@ -152,24 +117,7 @@ def test_a_lock_that_nobody_asked_for_is_given_back(bench: CoordinationBench) ->
     assert bench.mutex()["state"] == "OPEN"
 
 
-def test_create(bench: CoordinationBench) -> None:
-    bench.call("mutex-create", "m")
-    bench.settle()
-    assert bench.answer() == ("NONE", "NONE", "OPEN", "")
-
-
 # --- LOCK -------------------------------------------------------------------------------------------------
-
-
-def test_lock_by_fact(bench: CoordinationBench) -> None:
-    bench.env.assert_string("(mutex (name m) (request LOCK))")
-    bench.settle()
-    assert bench.mutex()["response"] == "ACQUIRED"
-
-
-def test_auto_renew_is_an_argument(bench: CoordinationBench) -> None:
-    bench.call("mutex-try-lock-async", "m", "FALSE")
-    assert bench.mutex()["auto-renew"] == "FALSE"
 
 
 def test_lock_is_refused_where_somebody_was_faster(bench: CoordinationBench) -> None:
@@ -183,45 +131,12 @@ def test_lock_is_refused_where_somebody_was_faster(bench: CoordinationBench) -> 
     assert bench.problems() == ["Lock held by 'unknown'"]
 
 
-def test_lock_is_refused_when_the_event_of_the_other_comes(bench: CoordinationBench) -> None:
-    bench.call("mutex-try-lock-async", "m")
-    bench.memory._pending.clear()
-    bench.theirs()
-    assert bench.answer() == ("LOCK", "REJECTED", "LOCKED", "other")
-    assert bench.problems() == ["Lock held by other"]
-
-
 @pytest.mark.parametrize("owner", ["ours", "theirs"])
 def test_lock_of_a_locked_mutex_is_refused_at_once(bench: CoordinationBench, owner: str) -> None:
     getattr(bench, owner)()
     bench.call("mutex-try-lock-async", "m")
     assert bench.mutex()["response"] == "REJECTED"
     assert bench.problems() == [f"Lock already held by {'me' if owner == 'ours' else 'other'}"]
-
-
-def test_lock_request_by_fact_of_a_locked_mutex(bench: CoordinationBench) -> None:
-    bench.theirs()
-    bench.modify("mutex", "(request LOCK)", name="m")
-    bench.env.run()
-    assert bench.mutex()["response"] == "ERROR"
-    assert bench.problems() == ["Mutex already locked by other"]
-
-
-def test_a_second_request_is_an_error(bench: CoordinationBench) -> None:
-    bench.call("mutex-try-lock-async", "m")
-    bench.call("mutex-try-lock-async", "m")
-    assert bench.mutex()["response"] == "ERROR"
-    assert bench.problems() == [
-        "Mutex m already has pending LOCK request. This may lead to unpredictable behavior on both sides!"
-    ]
-
-
-def test_an_answer_that_comes_too_late_is_forgotten(bench: CoordinationBench) -> None:
-    for operation, result in (("try-lock", "FAIL"), ("renew-lock", "FAIL"), ("renew-lock", "OK")):
-        bench.env.assert_string(f"(mutex-op-feedback {operation}-async {result} m)")
-    bench.env.run()
-    assert bench.all("mutex-op-feedback") == []
-    bench.ours()
 
 
 # --- UNLOCK -----------------------------------------------------------------------------------------------
@@ -235,14 +150,6 @@ def test_unlock(bench: CoordinationBench) -> None:
     assert bench.answer() == ("UNLOCK", "UNLOCKED", "OPEN", "")
 
 
-def test_unlock_of_what_somebody_else_has_by_now(bench: CoordinationBench) -> None:
-    bench.ours()
-    bench.call("mutex-unlock-async", "m")
-    bench.memory._pending.clear()
-    bench.theirs()
-    assert bench.answer() == ("UNLOCK", "UNLOCKED", "LOCKED", "other")
-
-
 def test_unlock_of_a_foreign_lock(bench: CoordinationBench) -> None:
     bench.theirs()
     bench.call("mutex-unlock-async", "m")
@@ -252,27 +159,6 @@ def test_unlock_of_a_foreign_lock(bench: CoordinationBench) -> None:
     bench.env.run()
     assert bench.problems()[1:] == ["Locked by other (and not by us)"]
     assert bench.memory.called("robmem-mutex-unlock-async") == []
-
-
-def test_unlock_of_an_unknown_mutex(bench: CoordinationBench) -> None:
-    bench.call("mutex-unlock-async", "m")
-    assert bench.answer() == ("UNLOCK", "UNLOCKED", "UNKNOWN", "")
-
-
-def test_unlock_of_an_open_mutex_starts_nothing(bench: CoordinationBench) -> None:
-    bench.memory.unlock("m")
-    bench.settle()
-    bench.call("mutex-unlock-async", "m")
-    bench.settle()
-    assert bench.answer() == ("UNLOCK", "NONE", "OPEN", "")
-    assert bench.memory.called("robmem-mutex-unlock-async") == []
-
-
-def test_unlock_while_another_request_is_open(bench: CoordinationBench) -> None:
-    bench.call("mutex-try-lock-async", "m")
-    bench.call("mutex-unlock-async", "m")
-    assert bench.mutex()["response"] == "ERROR"
-    assert bench.problems()[0].startswith("Mutex m already has pending UNLOCK request.")
 
 
 # --- RENEW-LOCK -------------------------------------------------------------------------------------------
@@ -286,15 +172,6 @@ def test_renew(bench: CoordinationBench) -> None:
     bench.settle()
     assert bench.answer() == ("RENEW-LOCK", "ACQUIRED", "LOCKED", "me")
     assert bench.mutex()["lock-time"] > before
-
-
-def test_renew_fails(bench: CoordinationBench) -> None:
-    bench.ours()
-    bench.memory.fail_mutex_operations = True
-    bench.call("mutex-renew-lock-async", "m")
-    bench.settle()
-    assert bench.mutex()["response"] == "REJECTED"
-    assert bench.problems() == ["Renewing the lock failed"]
 
 
 @pytest.mark.parametrize(
@@ -317,18 +194,6 @@ def test_renew_of_what_is_not_ours(bench: CoordinationBench, prepare: str, probl
     bench.call("mutex-renew-lock-async", "m")
     assert bench.mutex()["response"] == "ERROR"
     assert bench.problems()[0].startswith(problem)
-
-
-@pytest.mark.parametrize(
-    ("prepare", "problem"),
-    [("theirs", "Mutex locked by other (not 'me')"), ("opened", "Mutex is not locked")],
-)
-def test_renew_request_by_fact(bench: CoordinationBench, prepare: str, problem: str) -> None:
-    bench.theirs() if prepare == "theirs" else bench.memory.unlock("m")
-    bench.settle()
-    bench.modify("mutex", "(request RENEW-LOCK)", name="m")
-    bench.env.run()
-    assert bench.problems() == [problem]
 
 
 @pytest.fixture
@@ -377,14 +242,6 @@ def test_a_renewal_that_fails_loses_the_lock(renewing: CoordinationBench) -> Non
     renewing.env.run()
     assert renewing.answer() == ("NONE", "NONE", "LOCKED", "lost")
     assert renewing.texts("E") == ["Renewing lock for mutex m failed. LOST LOCK!"]
-
-
-def test_a_lock_that_expired_meanwhile(renewing: CoordinationBench) -> None:
-    renewing.memory._pending.clear()
-    renewing.memory.unlock("m")
-    renewing.settle()
-    assert renewing.answer() == ("NONE", "NONE", "OPEN", "")
-    assert "but lock has expired in the meantime" in renewing.texts("E")[0]
 
 
 def test_a_lock_that_somebody_else_took_meanwhile(renewing: CoordinationBench) -> None:
@@ -442,24 +299,6 @@ def test_action_lock(bench: CoordinationBench) -> None:
     bench.settle()
     assert _state(bench) == ("EXECUTION-SUCCEEDED", "")
     assert bench.answer() == ("NONE", "NONE", "LOCKED", "me")
-
-
-def test_action_lock_that_is_refused(bench: CoordinationBench) -> None:
-    bench.memory.fail_mutex_operations = True
-    _action(bench, "lock")
-    bench.settle()
-    assert _state(bench) == ("EXECUTION-FAILED", "Lock held by 'unknown'")
-    assert bench.mutex()["request"] == "NONE"
-
-
-@pytest.mark.parametrize("prepare", ["ours", "theirs", "busy"])
-def test_action_lock_of_a_mutex_that_is_not_free(bench: CoordinationBench, prepare: str) -> None:
-    if prepare == "busy":
-        bench.call("mutex-try-lock-async", "m")
-    else:
-        getattr(bench, prepare)()
-    _action(bench, "lock")
-    assert _state(bench) == ("EXECUTION-FAILED", "")
 
 
 def test_action_unlock(bench: CoordinationBench) -> None:

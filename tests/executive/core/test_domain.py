@@ -8,7 +8,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from cxbridge.executive.host.values import FALSE, TRUE, Symbol
+from cxbridge.executive.host.values import FALSE, TRUE
 from tests.executive.core.core_domain import EXECUTOR, DomainBench, Formula, moving_bench
 from tests.support import many
 
@@ -45,12 +45,6 @@ def test_grounding_makes_the_documented_facts(bench: DomainBench) -> None:
     assert bench.one("grounded-pddl-predicate")["is-satisfied"] == TRUE
 
 
-def test_values_without_names_get_the_operators_names(bench: DomainBench) -> None:
-    bench.begin("move R A B")
-    assert bench.action()["param-names"] == ("r", "from", "to")
-    assert not bench.executable()
-
-
 @pytest.mark.parametrize("action", ["unheard-of A", "free A"])
 def test_without_a_precondition_to_ground_an_action_is_executable(action: str) -> None:
     bench = DomainBench()
@@ -58,11 +52,6 @@ def test_without_a_precondition_to_ground_an_action_is_executable(action: str) -
     bench.begin(action)
     assert bench.executable()
     assert bench.action()["precondition"] == "nil"
-
-
-def test_a_misspelt_parameter_list_makes_an_action_executable(bench: DomainBench) -> None:
-    bench.begin("move R A B", slots="(param-names r from)")
-    assert bench.executable()
 
 
 def test_changed_arguments_are_grounded_again(bench: DomainBench) -> None:
@@ -77,18 +66,6 @@ def test_changed_arguments_are_grounded_again(bench: DomainBench) -> None:
     assert bench.census() == before
 
 
-def test_a_changed_condition_is_grounded_again(bench: DomainBench) -> None:
-    bench.begin("move R A B")
-    before = bench.census()
-    bench.modify("pddl-formula", "(type negation)", id="move1")
-    bench.env.run()
-    assert bench.executable()
-    assert bench.census() == before
-    bench.assert_all("(pddl-formula (id move12) (part-of move1) (type atom))")
-    bench.env.run()
-    assert bench.census()["grounded-pddl-formula"] == before["grounded-pddl-formula"] + 1
-
-
 @pytest.mark.parametrize("state", ["FINAL", "FAILED"])
 def test_the_grounding_of_a_finished_action_goes(bench: DomainBench, state: str) -> None:
     bench.begin("move R A B")
@@ -98,38 +75,6 @@ def test_the_grounding_of_a_finished_action_goes(bench: DomainBench, state: str)
         assert not bench.all(template), template
     bench.set_state("FORMULATED")
     assert bench.action()["precondition"] != "nil", "an action that is tried again is grounded again"
-
-
-def test_the_grounding_of_a_retracted_action_goes(bench: DomainBench) -> None:
-    before = bench.census()
-    bench.env.run()
-    empty = bench.census()
-    bench.begin("move R A B", "move R B C")
-    assert bench.census()["pddl-grounding"] == 2
-    bench.env.eval("(plan-retract-all-for-goal G)")
-    bench.env.eval("(do-for-all-facts ((?g goal)) TRUE (retract ?g))")
-    bench.env.run()
-    assert bench.census() == empty
-    assert before["pddl-formula"] == empty["pddl-formula"]
-
-
-def test_ground_pddl_formula_can_be_called(bench: DomainBench) -> None:
-    bench.env.run()
-    bench.facts("at R A")
-    grounding = bench.env.call(
-        "ground-pddl-formula",
-        Symbol("move"),
-        (Symbol("r"), Symbol("from"), Symbol("to")),
-        (Symbol("R"), Symbol("A"), Symbol("B")),
-        Symbol("nil"),
-    )
-    bench.env.run()
-    assert bench.one("pddl-grounding")["id"] == grounding
-    assert bench.one("grounded-pddl-formula", formula_id="move1")["is-satisfied"] == TRUE
-    bench.env.call("domain-retract-grounding", grounding)
-    bench.env.run()
-    assert not bench.all("pddl-grounding")
-    assert not bench.all("grounded-pddl-formula")
 
 
 OWN_FORMULA = (
@@ -209,42 +154,6 @@ def test_values_are_compared_with_their_types(fact: str, value: str, expected: b
     assert bench.executable() is expected
 
 
-def test_numbers_that_print_alike_are_different() -> None:
-    bench = DomainBench()
-    bench.operator("use", "x", ("atom", "ready", "x"))
-    bench.env.eval("(assert (domain-fact (name ready) (param-values (sym-cat 1))))")
-    bench.begin("use 1")
-    assert not bench.executable()
-
-
-def test_several_root_formulas_are_alternatives() -> None:
-    bench = DomainBench()
-    bench.operator("use", "x", ("atom", "ready", "x"))
-    bench.assert_all(
-        "(pddl-formula (id use2) (part-of use) (type atom))",
-        "(pddl-predicate (id use2-atom) (part-of use2) (predicate spare) (param-names x))",
-    )
-    bench.facts("ready A", "spare A")
-    bench.plan("use A")
-    bench.set_state("PENDING")
-    assert bench.executable()
-    bench.forget("ready A")
-    bench.env.run()
-    assert bench.executable()
-    bench.forget("spare A")
-    bench.env.run()
-    assert not bench.executable()
-
-
-def test_an_unknown_parameter_is_an_error_and_never_satisfied() -> None:
-    bench = DomainBench()
-    bench.operator("use", "x", ("atom", "ready", "y"))
-    bench.facts("ready A")
-    bench.begin("use A")
-    assert not bench.executable()
-    assert [text for text in bench.texts("E") if "unknown parameter y" in text]
-
-
 TERMS = st.sampled_from(["x", "y", "A", "B"])
 ATOMS = st.one_of(
     st.tuples(st.just("atom"), st.sampled_from(["p", "q"]), TERMS),
@@ -315,14 +224,6 @@ def test_executable_equals_the_formula(
 
 
 # --- users' rules, leaks ------------------------------------------------------------
-
-
-def test_wiping_the_domain_leaves_nothing_of_it(bench: DomainBench) -> None:
-    bench.facts("at R A")
-    bench.begin("move R A B")
-    bench.env.eval("(domain-wipe)")
-    bench.env.run()
-    assert set(bench.census()) == {"goal", "plan", "plan-action", "domain-object-type", "domain-error"}
 
 
 def test_a_users_executor_makes_new_facts_of_actions(bench: DomainBench, tmp_path: Path) -> None:

@@ -13,19 +13,6 @@ def bench() -> DomainBench:
     return moving_bench()
 
 
-def record_states(bench: DomainBench) -> None:
-    """Note each state that an action is in when a rule has fired."""
-    bench.env.build(
-        "(defrule test-record (declare (salience 9999)) (plan-action (id ?i) (state ?s))"
-        " => (assert (seen ?i ?s)))"
-    )
-
-
-def seen(bench: DomainBench) -> list[str]:
-    """Return the states that action 1 went through, in order."""
-    return [str(DomainBench.tuple(next(iter(slots.values())))[1]) for _, _, slots in bench.env.facts("seen")]
-
-
 # --- the states of an action ----------------------------------------------------------------------------
 
 
@@ -36,13 +23,6 @@ def test_a_failed_action_keeps_its_message(bench: DomainBench) -> None:
     assert bench.action()["state"] == "FAILED"
     assert bench.action()["error-msg"] == "out of oil"
     assert bench.holds() == {"at R A"}
-
-
-def test_a_failed_action_needs_no_operator() -> None:
-    bench = DomainBench()
-    bench.plan("unheard-of")
-    bench.set_state("EXECUTION-FAILED")
-    assert bench.action()["state"] == "FAILED"
 
 
 @pytest.mark.parametrize("missing", ["goal", "plan", "domain-operator"])
@@ -76,31 +56,6 @@ def test_an_action_waits_for_sensed_effects(bench: DomainBench) -> None:
     assert bench.holds() == {"at R B", "seen-at R B"}
 
 
-def test_sensed_effects_that_hold_already_still_pass_the_wait(bench: DomainBench) -> None:
-    record_states(bench)
-    bench.predicate("said", sensed=True)
-    bench.effect("move", "said r")
-    bench.facts("said R")
-    bench.begin("move R A B")
-    bench.set_state("EXECUTION-SUCCEEDED")
-    assert seen(bench)[1:3] == ["EXECUTION-SUCCEEDED", "SENSED-EFFECTS-WAIT"]
-    assert bench.action()["state"] == "FINAL"
-
-
-def test_wait_sensed_false_leaves_the_pending_facts() -> None:
-    bench = DomainBench()
-    bench.predicate("said", sensed=True)
-    bench.operator("say", "w", extra="(wait-sensed FALSE)")
-    bench.effect("say", "said w")
-    bench.plan("say hello")
-    bench.set_state("EXECUTION-SUCCEEDED")
-    assert bench.action()["state"] == "FINAL"
-    assert len(bench.all("domain-pending-sensed-fact")) == 1
-    bench.facts("said hello")
-    bench.env.run()
-    assert not bench.all("domain-pending-sensed-fact")
-
-
 def test_an_action_waits_for_its_own_effects_only() -> None:
     bench = DomainBench()
     bench.predicate("said", sensed=True)
@@ -115,20 +70,6 @@ def test_an_action_waits_for_its_own_effects_only() -> None:
     assert bench.action(goal="H")["state"] == "SENSED-EFFECTS-WAIT"
 
 
-def test_pending_facts_go_with_their_action() -> None:
-    bench = DomainBench()
-    bench.predicate("said", sensed=True)
-    bench.operator("say", "w")
-    bench.effect("say", "said w")
-    bench.plan("say hello")
-    bench.plan("say hello", goal="OTHER")
-    bench.set_state("EXECUTION-SUCCEEDED")
-    bench.set_state("EXECUTION-SUCCEEDED", goal="OTHER")
-    bench.env.eval("(plan-retract-all-for-goal G)")
-    bench.env.run()
-    assert [fact["goal-id"] for fact in bench.all("domain-pending-sensed-fact")] == ["OTHER"]
-
-
 # --- effects --------------------------------------------------------------------------------------------
 
 
@@ -138,24 +79,6 @@ def run_action(bench: DomainBench, action: str) -> set[str]:
     bench.set_state("EXECUTION-SUCCEEDED")
     assert bench.action()["state"] == "FINAL"
     return bench.holds()
-
-
-def test_a_negative_effect_gives_way_to_an_equal_positive_one(bench: DomainBench) -> None:
-    bench.facts("at R A")
-    assert run_action(bench, "move R A A") == {"at R A"}
-
-
-def test_effects_on_undeclared_predicates_are_ignored(bench: DomainBench) -> None:
-    bench.effect("move", "undeclared r")
-    assert run_action(bench, "move R A B") == {"at R B"}
-
-
-def test_effects_take_constants_and_unknown_names_as_they_are(bench: DomainBench) -> None:
-    bench.predicate("log")
-    bench.assert_all(
-        "(domain-effect (part-of move) (predicate log) (param-names c r other) (param-constants from))"
-    )
-    assert "log from R other" in run_action(bench, "move R A B")
 
 
 def test_negative_effects_remove_the_fact_before_anybody_sees_the_state(bench: DomainBench) -> None:
@@ -234,42 +157,7 @@ def test_a_negative_conditional_effect_is_not_hidden_by_one_that_does_not_apply(
     assert run_action(bench, "blow CANDLE") == set()
 
 
-def test_a_predicate_made_sensed_later_counts_as_sensed(bench: DomainBench) -> None:
-    bench.env.run()
-    bench.modify("domain-predicate", "(sensed TRUE)", name="at")
-    bench.facts("at R A")
-    bench.plan("move R A B")
-    bench.set_state("EXECUTION-SUCCEEDED")
-    assert bench.action()["state"] == "SENSED-EFFECTS-WAIT"
-    assert bench.holds() == {"at R A"}
-
-
-def test_an_effect_added_later_counts(bench: DomainBench) -> None:
-    bench.env.run()
-    bench.predicate("moved")
-    bench.effect("move", "moved r")
-    assert run_action(bench, "move R A B") == {"at R B", "moved R"}
-
-
 # --- exogenous operators --------------------------------------------------------------------------------
-
-
-def test_an_exogenous_action_does_not_ask_for_what_it_changes() -> None:
-    bench = DomainBench()
-    bench.predicate("open", sensed=True)
-    bench.operator(
-        "open-door",
-        "d",
-        ("and", ("not", ("atom", "open", "d")), ("atom", "door", "d")),
-        extra="(exogenous TRUE)",
-    )
-    bench.effect("open-door", "open d")
-    bench.facts("open D", "door D")
-    bench.begin("open-door D")
-    assert bench.executable()
-    bench.forget("door D")
-    bench.env.run()
-    assert not bench.executable()
 
 
 @pytest.mark.parametrize(
@@ -283,39 +171,3 @@ def test_nothing_left_of_a_precondition_is_always_satisfied(formula: Formula) ->
     bench.begin("open-door D")
     assert bench.executable()
     assert [fact["type"] for fact in bench.all("pddl-formula")] == ["conjunction"]
-
-
-def test_a_conjunction_with_nothing_left_is_satisfied() -> None:
-    bench = DomainBench()
-    bench.predicate("open", sensed=True)
-    formula = ("or", ("and", ("atom", "open", "d")), ("atom", "broken", "d"))
-    bench.operator("open-door", "d", formula, extra="(exogenous TRUE)")
-    bench.effect("open-door", "open d")
-    bench.begin("open-door D")
-    assert bench.executable()
-
-
-def value_bench(formula: Formula) -> DomainBench:
-    """Make a door whose state somebody else changes, from CLOSED to OPEN."""
-    bench = DomainBench()
-    bench.predicate("door", sensed=True, value=True)
-    bench.operator("open-door", "d", formula, extra="(exogenous TRUE)")
-    bench.effect("open-door", "door d OPEN")
-    bench.effect("open-door", "not door d CLOSED")
-    bench.plan("open-door D")
-    return bench
-
-
-@pytest.mark.parametrize(("value", "expected"), [("CLOSED", True), ("OPEN", True), ("BROKEN", False)])
-def test_an_exogenous_action_also_accepts_the_value_it_leads_to(value: str, expected: bool) -> None:
-    bench = value_bench(("and", ("atom", "door", "d", "CLOSED")))
-    bench.facts(f"door D {value}")
-    bench.env.run()
-    assert bench.executable() is expected
-
-
-def test_a_negated_value_is_left_alone() -> None:
-    bench = value_bench(("not", ("atom", "door", "d", "CLOSED")))
-    bench.facts("door D OPEN")
-    bench.env.run()
-    assert bench.executable()

@@ -7,22 +7,6 @@ import pytest
 from cxbridge.executive.host.values import FALSE, TRUE, Symbol
 from tests.executive.core.core_domain import DomainBench
 
-
-def test_objects_have_all_their_types() -> None:
-    bench = DomainBench()
-    bench.assert_all(
-        "(domain-object-type (name robot) (super-type thing))",
-        "(domain-object-type (name thing))",
-        "(domain-object (name R) (type robot))",
-    )
-    bench.env.run()
-    types = {
-        DomainBench.tuple(next(iter(s.values())))[1] for _, _, s in bench.env.facts("domain-obj-is-of-type")
-    }
-    assert types == {"robot", "thing", "object"}
-    assert bench.one("domain-object-type", name="object")
-
-
 ERRORS = {
     "type-of-object-does-not-exist": (
         ["(domain-object (name R) (type robot))"],
@@ -58,31 +42,6 @@ def test_errors_in_the_domain_are_told(kind: str) -> None:
     bench.env.run()
     assert bench.one("domain-error", error_type=kind)["error-msg"] == message
     assert f"Domain error '{kind}': {message}" in bench.texts("E")
-
-
-def test_equality_of_three_terms_is_an_error() -> None:
-    bench = DomainBench()
-    bench.operator("use", "x y", ("=", "x", "y", "x"))
-    bench.begin("use A A")
-    assert not bench.executable()
-    (error,) = bench.all("domain-error")
-    assert error["error-type"] == "equality-must-have-exactly-two-parameters"
-    assert str(error["error-msg"]).endswith("is an equality precondition but has 3 parameters, should be 2.")
-
-
-def test_several_values_of_a_value_predicate_are_an_error_until_solved() -> None:
-    bench = DomainBench()
-    bench.predicate("door", value=True)
-    bench.facts("door D OPEN", "door E CLOSED")
-    bench.env.run()
-    assert not bench.all("domain-error")
-    bench.facts("door D CLOSED")
-    bench.env.run()
-    errors = {str(error["error-msg"]) for error in bench.all("domain-error")}
-    assert "Value predicate door(D) has multiple values (OPEN, CLOSED)" in errors
-    bench.forget("door D OPEN")
-    bench.env.run()
-    assert not bench.all("domain-error")
 
 
 @pytest.mark.parametrize(

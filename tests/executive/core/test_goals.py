@@ -91,21 +91,6 @@ def test_without_children_a_goal_fails(bench: Bench, kind: str, code: str, name:
     assert error(bench, "P") == (code, f"No sub-goal for {name} goal 'P'")
 
 
-def test_try_all_looks_at_its_own_children_only(bench: Bench) -> None:
-    bench.env.eval("(assert (goal (id stranger) (mode RETRACTED) (outcome FAILED)))")
-    parent = grow(bench, "try-all", "REJECTED", "REJECTED")
-    bench.tick()
-    assert bench.state(parent) == ("FINISHED", "REJECTED")
-
-
-def test_maintain_children_are_invisible(bench: Bench) -> None:
-    bench.env.eval("(assert (goal (id M) (class WILL-COMPLETED) (type MAINTAIN) (parent P)))")
-    lone(bench, "run-all")
-    bench.tick()
-    assert bench.state("P") == ("FINISHED", "FAILED")
-    assert bench.state("M") == ("FORMULATED", "UNKNOWN")
-
-
 def test_the_greatest_priority_goes_first(bench: Bench) -> None:
     for number, priority in enumerate((1.0, 7.5, 3.0), 1):
         bench.env.eval(

@@ -36,14 +36,6 @@ def test_meta_template_alone_makes_a_default_fact(meta: Bench) -> None:
     assert meta.texts("I") == ["Goal G attached default meta fact from template tries"]
 
 
-def test_meta_template_finds_the_fact_that_is_there(meta: Bench) -> None:
-    meta.env.eval("(assert (tries (goal-id other)) (tries (goal-id G) (count 2)))")
-    meta.env.eval("(assert (goal (id G) (mode SELECTED) (meta-template tries)))")
-    meta.tick()
-    fact = meta.goal("G")["meta-fact"]
-    assert fact in [index for index, _, slots in meta.env.facts("tries") if slots["goal-id"] == "G"]
-
-
 def test_meta_fact_alone_sets_the_template_and_the_goal_id(meta: Bench) -> None:
     meta.env.eval("(assert (goal (id G) (meta-fact (fact-index (assert (tries (count 1)))))))")
     meta.tick()
@@ -59,15 +51,6 @@ def test_a_meta_fact_that_was_modified_is_linked_again_with_the_next_time(meta: 
     assert meta.goal("G")["meta-fact"] != index_of(meta, "tries")
     meta.tick()
     assert meta.goal("G")["meta-fact"] == index_of(meta, "tries")
-
-
-def test_a_meta_fact_that_is_gone_is_forgotten(meta: Bench) -> None:
-    meta.env.eval("(assert (goal (id G) (mode SELECTED) (meta-fact (fact-index (assert (tries))))))")
-    meta.tick()
-    assert meta.env.retract(index_of(meta, "tries"))
-    meta.tick()
-    assert (meta.goal("G")["meta-fact"], meta.goal("G")["meta-template"]) == (0, "nil")
-    assert not meta.all("goal-meta-link")
 
 
 def test_a_meta_fact_goes_with_its_goal(meta: Bench) -> None:
@@ -95,10 +78,3 @@ def test_meta_mistakes_are_told(meta: Bench, goal: str, text: str) -> None:
     meta.env.eval(f"(assert (goal (id G) {goal}))")
     meta.tick()
     assert meta.texts("E") == [text]
-
-
-def test_ambiguous_meta_facts_are_told(meta: Bench) -> None:
-    meta.env.eval("(assert (tries (goal-id G) (count 1)) (tries (goal-id G) (count 2)))")
-    meta.env.eval("(assert (goal (id G) (meta-template tries)))")
-    meta.tick()
-    assert meta.texts("E") == ["Goal G has ambiguous meta facts"]

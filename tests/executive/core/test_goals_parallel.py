@@ -77,29 +77,6 @@ def test_parallel_next_batch_follows_dispatch_not_the_end(bench: Bench) -> None:
     assert selected(bench) == ["C1", "C2"]
 
 
-def test_parallel_unknown_option_means_none(bench: Bench) -> None:
-    parent = grow(bench, "run-parallel", "COMPLETED", option="SOMETIMES")
-    assert bench.goal(parent)["params"] == ("continue-on", "NONE")
-    (warning,) = bench.texts("W")
-    assert warning == (
-        "ignoring unrecognized option SOMETIMES for run-parallel goal, "
-        "expected FAILED|REJECTED|NONE, using default: NONE"
-    )
-
-
-def test_parallel_stop_predicate(bench: Bench) -> None:
-    for params, outcome, stops in (
-        ("", "FAILED", True),
-        ("", "COMPLETED", False),
-        ("", "UNKNOWN", False),
-        ("x y continue-on REJECTED", "REJECTED", False),
-        ("x y continue-on REJECTED", "FAILED", True),
-        ("continue-on FAILED x", "REJECTED", False),
-    ):
-        call = f"(run-parallel-stop-execution (create$ {params}) {outcome})"
-        assert bench.env.eval(call) == Symbol("TRUE" if stops else "FALSE"), call
-
-
 @pytest.mark.parametrize("outcome", ["FAILED", "REJECTED"])
 def test_parallel_blames_the_first_that_was_over(bench: Bench, outcome: str) -> None:
     """The first in Fawkes' order of facts, in which what was changed last comes last."""
@@ -112,21 +89,6 @@ def test_parallel_blames_the_first_that_was_over(bench: Bench, outcome: str) -> 
         bench.tick()
     assert bench.state(parent) == ("FINISHED", outcome)
     assert error(bench, parent)[0] == f"SUB-GOAL-{outcome} C2"
-
-
-def test_parallel_counts_an_outcome_of_a_maintain_goal(bench: Bench) -> None:
-    parent = grow(bench, "run-parallel", "COMPLETED", option="FAILED")
-    slots = f"(id M) (parent {parent}) (type MAINTAIN) (mode RETRACTED) (outcome FAILED)"
-    bench.env.eval(f"(assert (goal {slots}))")
-    bench.tick()
-    assert bench.state(parent) == ("FINISHED", "FAILED")
-
-
-def test_parallel_selects_maintain_goals_with_the_others(bench: Bench) -> None:
-    parent = grow(bench, "run-parallel", "HANGS", option="NONE")
-    bench.env.eval(f"(assert (goal (id M) (parent {parent}) (type MAINTAIN) (priority (max 0 0))))")
-    bench.tick()
-    assert sorted(selected(bench)) == ["C1", "M"]
 
 
 def test_the_goal_that_was_changed_last_is_the_last_fact(bench: Bench) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.executive.core.core_bench import Bench
-from tests.executive.core.goal_bench import PREFIXES, SUB_TYPES, error, grow, lone, make_bench, selected
+from tests.executive.core.goal_bench import PREFIXES, error, grow, lone, make_bench, selected
 
 
 @pytest.fixture
@@ -61,23 +61,6 @@ def test_retry_tries_a_whole_tree_again(bench: Bench, kind: str) -> None:
     assert not bench.all("goal-tried-again") + bench.all("goals-below-again")
 
 
-@pytest.mark.parametrize("kind", TREES)
-def test_retry_of_a_tree_gives_up(bench: Bench, kind: str) -> None:
-    bench.env.eval(f"(goal-tree-assert-retry ROOT 3 {tree(kind, 'WILL-FAILED')})")
-    bench.tick()
-    parent = bench.one("goal", **{"class": "ROOT"})
-    assert (parent["mode"], parent["outcome"]) == ("FINISHED", "FAILED")
-    assert selected(bench).count("BAD") == 3
-
-
-def test_retry_of_a_retry_counts_anew(bench: Bench) -> None:
-    inner = "(goal-tree-assert-retry AUTOMATIC-SUBGOAL 2 (assert (goal (id BAD) (class WILL-FAILED))))"
-    bench.env.eval(f"(goal-tree-assert-retry ROOT 3 {inner})")
-    bench.tick()
-    assert bench.one("goal", **{"class": "ROOT"})["outcome"] == "FAILED"
-    assert selected(bench).count("BAD") == 6
-
-
 @pytest.mark.parametrize("leaf", ["WILL-FAILED", "WILL-REJECTED"])
 @pytest.mark.parametrize("kind", ["RUN-ALL", "RUN-ONE", "TRY-ALL"])
 def test_sub_goals_that_an_expander_makes_are_not_joined_by_the_old_ones(
@@ -104,22 +87,6 @@ def test_retry_exactly_as_fawkes_waits_for_ever(bench: Bench) -> None:
     bench.tick()
     assert bench.one("goal", **{"class": "ROOT"})["mode"] == "DISPATCHED"
     assert bench.one("goal", sub_type="RUN-ALL-OF-SUBGOALS")["mode"] == "EXPANDED"
-
-
-def test_retry_keeps_what_the_child_has_noted(bench: Bench) -> None:
-    parent = grow(bench, "retry", "SECOND-TRY", option="3")
-    bench.tick()
-    assert bench.state(parent) == ("FINISHED", "COMPLETED")
-    assert bench.goal(parent)["committed-to"] == "C1"
-    assert bench.goal(parent)["meta"] == ("num-tries", 2)
-
-
-def test_retry_keeps_other_meta_data_of_its_own(bench: Bench) -> None:
-    parent = grow(bench, "retry", "SECOND-TRY", option="3")
-    bench.modify("goal", "(meta colour red)", id=parent)
-    bench.tick()
-    assert bench.state(parent) == ("FINISHED", "COMPLETED")
-    assert bench.goal(parent)["meta"] == ("colour", "red", "num-tries", 2)
 
 
 def test_retry_meets_no_old_plan(bench: Bench) -> None:
@@ -164,17 +131,6 @@ def test_more_than_one_child(bench: Bench, kind: str, params: str) -> None:
     assert selected(bench) == []
 
 
-@pytest.mark.parametrize("kind", ["retry", "timeout"])
-def test_expands_by_itself_when_there_is_a_child(bench: Bench, kind: str) -> None:
-    params = {"retry": "max-tries 2", "timeout": "timeout 2.0"}[kind]
-    bench.env.eval(
-        f"(assert (goal (id P) (class ANY) (sub-type {SUB_TYPES[kind]}) (params {params}) (mode SELECTED))"
-        " (goal (id C1) (class WILL-COMPLETED) (parent P)))"
-    )
-    bench.tick()
-    assert bench.state("P") == ("FINISHED", "COMPLETED")
-
-
 # --- timeout -----------------------------------------------------------------------------------------------
 
 
@@ -204,11 +160,3 @@ def test_timeout_passes_the_outcome_on(bench: Bench, outcome: str) -> None:
         code,
         f"TIMEOUT goal '{parent}' sub-goal 'C1' {outcome} (error {code})",
     )
-
-
-def test_timeout_spares_a_child_that_holds_resources(bench: Bench) -> None:
-    grow(bench, "timeout", "HANGS", option="1.0")
-    bench.modify("goal", "(acquired-resources r1)", id="C1")
-    bench.tick()
-    bench.tick(3.0)
-    assert bench.state("C1")[0] == "SELECTED"

@@ -48,22 +48,6 @@ def test_a_goal_without_id_gets_one(bench: Bench) -> None:
     assert len(goals) == 2
 
 
-def test_equal_children_without_id_are_several_goals(bench: Bench) -> None:
-    leaf = "(assert (goal (class A)))"
-    bench.env.eval(f"(goal-tree-assert-run-all X {leaf} {leaf} {leaf})")
-    bench.tick()
-    leaves = bench.all("goal", **{"class": "A"})
-    root = bench.one("goal", sub_type="RUN-ALL-OF-SUBGOALS")["id"]
-    assert len({goal["id"] for goal in leaves}) == len(leaves) == 3
-    assert [(goal["parent"], goal["priority"]) for goal in leaves] == [(root, 3), (root, 2), (root, 1)]
-
-
-def test_the_tree_of_no_goal_is_nothing(bench: Bench) -> None:
-    bench.env.eval("(assert (goal (id A)))")
-    bench.env.eval("(goal-retract-goal-tree nil)")
-    assert [goal["id"] for goal in bench.all("goal")] == ["A"]
-
-
 def test_automatic_subgoals_expand_and_evaluate_themselves(bench: Bench) -> None:
     bench.env.eval("(assert (goal (id A) (class AUTOMATIC-SUBGOAL) (mode SELECTED)))")
     bench.tick()
@@ -94,16 +78,6 @@ def test_a_retracted_root_takes_the_whole_tree_along(bench: Bench) -> None:
     assert not bench.all("goal-plan-retract")
 
 
-def test_without_automatic_retraction_nothing_goes(bench: Bench) -> None:
-    parent = grow(bench, "run-all", "COMPLETED")
-    bench.env.eval("(assert (plan (id X) (goal-id C1)))")
-    bench.tick()
-    bench.modify("goal", "(mode RETRACTED)", id=parent)
-    bench.tick()
-    assert len(bench.all("goal")) == 2
-    assert len(bench.all("plan")) == 1
-
-
 def test_a_root_with_resources_stays(bench: Bench) -> None:
     bench.retract_automatically()
     bench.env.eval("(assert (goal (id R) (mode RETRACTED) (acquired-resources r1)))")
@@ -122,13 +96,6 @@ def test_children_of_maintain_goals_go_one_by_one(bench: Bench) -> None:
     )
     bench.tick()
     assert [str(goal["id"]) for goal in bench.all("goal")] == ["M", "C2", "A", "C3"]
-
-
-def test_retract_goal_tree_is_for_users_too(bench: Bench) -> None:
-    parent = grow(bench, "run-all", "HANGS", "HANGS")
-    bench.env.eval("(assert (plan (id X) (goal-id C1)) (plan-action (id 1) (plan-id X) (goal-id C1)))")
-    bench.env.eval(f"(goal-retract-goal-tree {parent})")
-    assert not any(bench.all(template) for template in ("goal", "plan", "plan-action"))
 
 
 def test_a_failure_is_told_with_error_and_message(bench: Bench) -> None:
@@ -152,23 +119,6 @@ def test_a_transition_fires_the_same_rules_among_many_goals() -> None:
         return bench.tick()
 
     assert firings(0) == firings(50)
-
-
-def test_the_tree_goes_whatever_its_goals_are_at(bench: Bench) -> None:
-    """A sub-goal in the middle of its plan goes as well, and so does the plan."""
-    bench.retract_automatically()
-    bench.env.eval(
-        "(assert (goal (id R) (mode RETRACTED)) (goal (id C) (parent R) (mode DISPATCHED))"
-        " (plan (id X) (goal-id C)) (plan-action (id 1) (plan-id X) (goal-id C) (state RUNNING)))"
-    )
-    bench.tick()
-    assert not any(bench.all(template) for template in ("goal", "plan", "plan-action"))
-
-
-def test_a_tree_that_is_gone_already_leaves_nothing_behind(bench: Bench) -> None:
-    bench.env.assert_string("(goal-tree-retract NOBODY)")
-    bench.tick()
-    assert not bench.all("goal-tree-retract")
 
 
 RINGS = {

@@ -10,7 +10,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cxbridge.executive.host.environment import CORE_DIR
 from cxbridge.executive.host.values import FALSE, TRUE, Value
 from tests.executive.core.core_bench import Bench
 from tests.support import SHARED, needs_shared
@@ -74,13 +73,6 @@ def test_timeout_is_strict() -> None:
     assert call("timeout", (15, 0), (0, 0), 14.5) == TRUE
 
 
-def test_debug_levels() -> None:
-    bench = Bench()
-    assert [bench.env.call("debug", level) for level in (1, 2, 3)] == [TRUE, TRUE, FALSE]
-    bench.env.call("debug-set-level", 0)
-    assert [bench.env.call("debug", level) for level in (0, 1)] == [TRUE, FALSE]
-
-
 @given(st.lists(st.integers(-5, 5)))
 def test_randomize_keeps_the_elements(items: list[int]) -> None:
     assert sorted(call("randomize$", items)) == sorted(items)
@@ -90,16 +82,6 @@ def test_randomize_keeps_the_elements(items: list[int]) -> None:
 def test_split_undoes_join(parts: list[str]) -> None:
     joined = "/".join(parts)
     assert list(call("str-split", joined, "/")) == [part for part in joined.split("/") if part]
-
-
-@given(st.text("ab", max_size=5), st.text("ab", max_size=5))
-def test_prefix_is_pythons(prefix: str, text: str) -> None:
-    assert (call("str-prefix", prefix, text) == TRUE) == text.startswith(prefix)
-
-
-@given(st.text("abc", max_size=8), st.text("abc", min_size=1, max_size=3), st.text("xy", max_size=2))
-def test_replace_is_pythons_with_count_one(text: str, search: str, by: str) -> None:
-    assert call("str-replace", text, search, by) == text.replace(search, by, 1)
 
 
 @given(Times, Times)
@@ -120,12 +102,6 @@ def test_time_lives_for_one_run() -> None:
     bench.tick()
     assert bench.texts() == [f"time {bench.clock.now_us() // 1_000_000}"]
     assert not bench.all("time")
-
-
-def test_timer_starts_now() -> None:
-    bench = Bench()
-    bench.env.assert_string("(timer (name t))")
-    assert bench.one("timer") == {"name": "t", "time": divmod(bench.clock.now_us(), 1_000_000), "seq": 1}
 
 
 # --- path -------------------------------------------------------------------------------------------------
@@ -154,20 +130,6 @@ def test_path_is_searched_in_order_and_survives_reset(folders: tuple[Bench, Path
     assert bench.env.eval('(path-resolve "second.clp")') == f"{top}/two/second.clp"
     assert bench.env.eval('(path-resolve "third.clp")') == FALSE
     assert f"Trying CLIPS file {top}/one/second.clp (looking for second.clp)" in bench.texts("D")
-
-
-def test_path_reset_forgets_everything(folders: tuple[Bench, Path]) -> None:
-    bench, _ = folders
-    bench.env.eval("(path-reset)")
-    assert bench.env.eval("(path-get)") == ()
-    assert bench.env.call("path-subst", "@TOP@/x") == "@TOP@/x"
-
-
-def test_each_pattern_is_replaced_once_in_a_path() -> None:
-    bench = Bench()
-    bench.env.call("path-add-subst", "@A@", "a")
-    bench.env.call("path-add-subst", "@B@", "@A@")
-    assert bench.env.call("path-subst", "@A@/@A@/@B@") == "a/@A@/@A@"
 
 
 @pytest.mark.parametrize("function", ["path-load", "path-load*"])
@@ -239,8 +201,3 @@ def _walk(node: object) -> list[tuple[str, Any]]:
     if not isinstance(node, dict):
         return []
     return [item for key, value in node.items() for item in ((key, value), *_walk(value))]
-
-
-def test_the_files_lie_where_the_host_looks() -> None:
-    names = {path.name for path in (CORE_DIR / "host").iterdir()}
-    assert names == {"utils.clp", "time.clp", "path.clp", "ff-config.clp", "blackboard.clp"}

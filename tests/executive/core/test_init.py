@@ -138,13 +138,6 @@ def test_features_are_the_default_in_stage_one_only(start: Start) -> None:
     assert start.requested == ["blackboard", "navgraph"]
 
 
-def test_a_feature_may_be_requested_in_a_later_stage(start: Start) -> None:
-    start.offer("navgraph")
-    start.entry(3, 0, name="navgraph", feature_request=TRUE)
-    start.run()
-    assert start.requested == ["blackboard", "navgraph"]
-
-
 def test_an_unavailable_feature_fails_the_start(start: Start) -> None:
     start.entry(1, 0, name="robot_memory")
     start.entry(1, 1, name="later", feature_request=FALSE)
@@ -161,17 +154,6 @@ def test_an_unavailable_feature_fails_the_start(start: Start) -> None:
     ]
 
 
-def test_an_available_feature_is_never_reported_as_missing(start: Start) -> None:
-    """Whatever the order of activations: the rule for missing features asks for their absence."""
-    for feature in ("a", "b", "c"):
-        start.offer(feature)
-        start.entry(1, ord(feature), name=feature)
-    start.bench.env.eval("(set-strategy breadth)")
-    start.run()
-    assert start.stage == "DONE"
-    assert start.bench.texts("E") == []
-
-
 def test_an_entry_without_a_name_is_reported_when_its_stage_begins(start: Start) -> None:
     start.entry(2, 0, name="fine")
     start.entry(3, 7, file="x.clp")
@@ -179,31 +161,6 @@ def test_an_entry_without_a_name_is_reported_when_its_stage_begins(start: Start)
     assert start.stage == "FAILED"
     assert start.request("fine")["state"] == "COMPLETED"
     assert start.request("MISSING")["error-msgs"] == ("STAGE-3 entry 7 is missing name entry",)
-
-
-def test_an_entry_without_a_number_is_told(start: Start) -> None:
-    start.bench.config(f"{INIT}/stage-2/(exit)/name", "x")
-    start.run()
-    assert start.stage == "DONE"
-    assert start.bench.texts("E") == [
-        f"Init entry {INIT}/stage-2/(exit)/name has no number after {INIT}/stage-2/, ignoring it"
-    ]
-
-
-def test_file_goes_before_files(start: Start) -> None:
-    for name in ("a", "b", "c"):
-        start.file(f"{name}.clp", "")
-    start.entry(3, 0, name="x", file="c.clp", files=("a.clp", "b.clp"))
-    start.run()
-    assert start.request("x")["files"] == ("c.clp", "a.clp", "b.clp")
-    assert [info["file"] for info in start.bench.all("path-info")][1:] == ["c.clp", "a.clp", "b.clp"]
-
-
-def test_files_must_be_a_list(start: Start) -> None:
-    start.entry(3, 0, name="x", files="a.clp")
-    start.run()
-    assert start.stage == "DONE"
-    assert start.bench.texts("W") == [f"Config entry {INIT}/stage-3/0/files is not a list value, ignoring"]
 
 
 def test_a_missing_or_broken_file_does_not_stop_the_start(start: Start) -> None:
@@ -221,14 +178,6 @@ def test_a_missing_or_broken_file_does_not_stop_the_start(start: Start) -> None:
         "broken.clp": FALSE,
         "fine.clp": TRUE,
     }
-
-
-@pytest.mark.parametrize(("prefix", "executed"), [("BATCH|", True), ("BATCH*|", True), ("", False)])
-def test_only_batch_executes_commands(start: Start, prefix: str, executed: bool) -> None:
-    start.file("commands.clp", "(assert (executed))")
-    start.entry(3, 0, name="x", file=f"{prefix}commands.clp")
-    start.run()
-    assert bool(start.bench.all("executed")) == executed
 
 
 # --- signals ----------------------------------------------------------------------------------------------
@@ -255,15 +204,6 @@ def test_a_bad_signal_fails_the_start(start: Start) -> None:
     assert start.stage == "FAILED"
     assert start.request("db")["error-msgs"] == ("no disk",)
     assert not start.bench.all("executive-init-signal")
-
-
-def test_the_next_request_waits_too(start: Start) -> None:
-    start.entry(1, 0, name="db", feature_request=FALSE, wait_for="db-ready")
-    start.entry(1, 1, name="after", feature_request=FALSE)
-    start.run()
-    assert start.request("after")["state"] == "PENDING"
-    start.signal("(id db-ready)")
-    assert start.request("after")["state"] == "COMPLETED"
 
 
 # --- debugging, supplied files ----------------------------------------------------------------------------
@@ -298,12 +238,6 @@ def test_what_a_file_of_the_agent_defines_is_unwatched_too(start: Start, tmp_pat
     assert start.bench.env.load(agent)
     assert ("order" in watcher.facts, "goal" in watcher.facts) == (False, True)
     assert ("take-order" in watcher.rules, "other" in watcher.rules) == (False, True)
-
-
-def test_without_a_spec_there_is_no_debugging(start: Start) -> None:
-    start.bench.config("/clips-executive/debug/enable", TRUE)
-    start.run(spec=False)
-    assert "goal" not in start.bench.env.watcher.facts
 
 
 def test_blackboard_init_enables_reading_and_preloads() -> None:
@@ -342,14 +276,3 @@ def test_configuration_becomes_world_model_facts() -> None:
         "/config/names": (Symbol("nil"), "STRING", ("a", "b")),
         "/config/agent/name": ("Agent", "STRING", ()),
     }
-
-
-def test_identity() -> None:
-    bench = Bench()
-    bench.env.build("(deftemplate wm-fact (slot id) (slot type) (slot value))")
-    bench.load("cx/cx-identity.clp")
-    assert bench.env.call("cx-identity") == "UNKNOWN"
-    for name in ("R-1", "R-2"):
-        bench.env.call("cx-identity-set", name)
-        assert bench.env.call("cx-identity") == name
-    assert len(bench.all("wm-fact")) == 1

@@ -160,25 +160,6 @@ def test_the_plan_is_found_when_the_word_came_too_early(bench: PlanningBench) ->
     assert bench.memory.living() == 0
 
 
-def test_another_plan_is_left_alone(bench: PlanningBench) -> None:
-    bench.finish()
-    bench.memory.trigger("new-plan", {"fullDocument": {**PLAN, "msg_id": 41}})
-    bench.env.run()
-    assert bench.status() == "PLANNED"
-    assert bench.all("robmem-trigger") == []
-    assert bench.memory.living() == 0
-
-
-@pytest.mark.parametrize("event", [{"fullDocument": {"plan": 0}}, {"operationType": "delete"}])
-def test_the_word_that_there_is_no_plan_is_forgotten(bench: PlanningBench, event: Document) -> None:
-    bench.finish()
-    bench.memory.trigger("new-plan", event)
-    bench.env.run()
-    assert bench.all("robmem-trigger") == []
-    assert bench.memory.living() == 0
-    assert bench.texts("W") == []
-
-
 def test_no_plan_fails_the_goal(bench: PlanningBench) -> None:
     bench.finish(success=False)
     assert bench.state("G") == ("FINISHED", "FAILED")
@@ -204,20 +185,6 @@ def test_a_document_that_is_no_plan_fails_the_goal(bench: PlanningBench, actions
     assert "The plan for goal G is none: an action lacks its name or its arguments" in bench.texts("E")
     assert bench.all("plan") == bench.all("plan-action") == bench.all("pddl-plan") == []
     assert bench.memory.living() == 0
-
-
-def test_a_goal_that_goes_elsewhere_needs_no_plan(bench: PlanningBench) -> None:
-    bench.call()
-    bench.modify("goal", "(mode FINISHED) (outcome REJECTED)", id="G")
-    bench.env.run()
-    assert bench.all("pddl-plan") == []
-
-
-def test_greatest_action_id(bench: PlanningBench) -> None:
-    assert bench.env.call("pddl-get-max-action-id") == 0
-    for number in (3, 9, 5):
-        bench.env.assert_string(f"(plan-action (id {number}))")
-    assert bench.env.call("pddl-get-max-action-id") == 9
 
 
 # --- start ------------------------------------------------------------------------------------------------
@@ -246,14 +213,6 @@ def test_start_waits_for_both_writers() -> None:
     assert bench.env.eval("(member$ pddl-expand-goal (get-defrule-list))")
 
 
-def test_collection_of_the_problem_is_emptied() -> None:
-    bench = PlanningBench("pddl-init.clp")
-    bench.memory.collections["robmem.clipswm"] = {"1": {"_id": "1"}}
-    bench.env.call("pddl-robmem-flush")
-    assert bench.memory.collections["robmem.clipswm"] == {}
-    assert bench.memory.living() == 0
-
-
 def _replica_set(bench: PlanningBench, name: str, member: str, primary: str) -> None:
     bench.env.assert_string(
         f'(MongoDBManagedReplicaSetInterface (id "robot-memory-{name}") (member_status {member})'
@@ -278,16 +237,6 @@ def test_replica_sets_are_waited_for(member: str) -> None:
     assert _signals(bench) == ["robmem-initialized-local"]
     _replica_set(bench, "distributed", member, "HAVE_PRIMARY")
     assert _signals(bench) == ["robmem-initialized"]
-
-
-def test_the_signal_comes_once() -> None:
-    """The original core may leave a second one that nobody takes."""
-    bench = PlanningBench("robmem-wait-init.clp")
-    for name in ("local", "distributed"):
-        _replica_set(bench, name, "PRIMARY", "HAVE_PRIMARY")
-    bench.env.eval("(do-for-all-facts ((?s executive-init-signal)) TRUE (retract ?s))")
-    _replica_set(bench, "local", "SECONDARY", "HAVE_PRIMARY")
-    assert _signals(bench) == []
 
 
 # --- facts as documents -----------------------------------------------------------------------------------
@@ -337,19 +286,3 @@ def test_documents_become_facts(
 ) -> None:
     notes.env.call("rm-assert-from-bson", notes.memory.handle(document))
     assert notes.one(template) == slots
-
-
-def test_a_document_without_relation_becomes_nothing(notes: PlanningBench) -> None:
-    assert notes.env.call("rm-assert-from-bson", notes.memory.handle({"n": 1})) == Symbol("FALSE")
-    assert notes.texts("E") == ["Can not create fact from {'n': 1}"]
-
-
-def test_events_that_nobody_wants_are_destroyed(notes: PlanningBench) -> None:
-    notes.env.build(
-        "(defrule late (declare (salience -3999)) (robmem-trigger (name ?n)) => (printout t ?n crlf))"
-    )
-    notes.memory.trigger("something", {})
-    notes.env.run()
-    assert notes.texts() == ["something"]
-    assert notes.all("robmem-trigger") == []
-    assert notes.memory.living() == 0

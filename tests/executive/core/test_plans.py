@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 
-from cxbridge.executive.host.values import Symbol
 from tests.executive.core.core_domain import EXECUTOR, DomainBench, moving_bench
 
 SEQUENTIAL = "action-selection/sequential.clp"
@@ -27,43 +26,6 @@ def bench_with(*files: str) -> DomainBench:
 # --- facts and functions --------------------------------------------------------------------------------
 
 
-def test_defaults_of_an_action() -> None:
-    bench = DomainBench()
-    bench.assert_all("(plan-action (id 1))", "(plan (id P))")
-    action, plan = bench.action(goal="nil"), bench.one("plan")
-    assert action["state"] == "FORMULATED"
-    assert action["skiller"] == "Skiller"
-    assert action["dispatch-time"] == -1.0
-    assert action["executable"] == Symbol("FALSE")
-    assert action["precondition"] == "nil"
-    assert action["start-time"] == plan["start-time"] == (0, 0)
-    assert plan["type"] == "nil"
-    assert plan["suspended"] == Symbol("FALSE")
-
-
-@pytest.mark.parametrize(
-    ("call", "expected"),
-    [
-        ("(plan-action-arg b (create$ a b) (create$ 1 2))", 2),
-        ("(plan-action-arg c (create$ a b) (create$ 1 2))", Symbol("FALSE")),
-        ("(plan-action-arg c (create$ a b) (create$ 1 2) 7 8)", 7),
-    ],
-)
-def test_plan_action_arg(call: str, expected: object) -> None:
-    assert DomainBench().env.eval(call) == expected
-
-
-def test_plan_retract_all_for_goal_keeps_other_goals() -> None:
-    bench = bench_with()
-    bench.plan("act", "act")
-    bench.plan("act", goal="OTHER")
-    bench.assert_all("(plan-action (id 9) (goal-id G) (plan-id elsewhere))")
-    bench.env.eval("(plan-retract-all-for-goal G)")
-    assert [plan["goal-id"] for plan in bench.all("plan")] == ["OTHER"]
-    left = {(action["id"], str(action["goal-id"])) for action in bench.all("plan-action")}
-    assert left == {(1, "OTHER"), (9, "G")}, "an action without its plan is nobody's to retract"
-
-
 # --- sequential selection -------------------------------------------------------------------------------
 
 
@@ -79,12 +41,6 @@ def test_actions_are_selected_one_after_the_other_by_id() -> None:
         bench.env.run()
         assert states(bench) == expected
         bench.set_state("EXECUTION-SUCCEEDED", action=(0, 1, 2)[expected.index("PENDING")])
-    assert bench.state("G") == ("FINISHED", "COMPLETED")
-
-
-def test_a_plan_without_actions_is_done() -> None:
-    bench = bench_with(SEQUENTIAL)
-    bench.begin()
     assert bench.state("G") == ("FINISHED", "COMPLETED")
 
 
@@ -105,14 +61,6 @@ def test_nothing_is_selected_for(change: tuple[str, str]) -> None:
     bench.modify(template, slots, id="G" if template == "goal" else "G-PLAN")
     bench.env.run()
     assert states(bench) == ["FORMULATED"]
-
-
-def test_selection_does_not_ask_whether_an_action_is_executable() -> None:
-    bench = bench_with(SEQUENTIAL)
-    bench.operator("use", "x", ("atom", "ready", "x"))
-    bench.begin("use A")
-    assert states(bench) == ["PENDING"]
-    assert not bench.executable()
 
 
 @pytest.mark.parametrize("kind", ["SEQUENTIAL", "TEMPORAL"])
@@ -173,23 +121,6 @@ def test_temporal_actions_start_at_their_dispatch_times() -> None:
     assert bench.state("G") == ("FINISHED", "COMPLETED")
 
 
-def test_a_late_action_is_not_selected_at_the_start() -> None:
-    """The original could select everything in the loop in which the goal is dispatched."""
-    bench = bench_with(TEMPORAL)
-    bench.assert_all(f"(time {bench.clock.time_us // 1_000_000} 0)")
-    bench.begin("act", kind="TEMPORAL", slots="(dispatch-time 100.0)")
-    assert states(bench) == ["FORMULATED"]
-
-
-def test_a_suspended_temporal_plan_does_not_start() -> None:
-    bench = bench_with(TEMPORAL)
-    bench.plan("act", kind="TEMPORAL")
-    bench.modify("plan", "(suspended TRUE)", id="G-PLAN")
-    bench.tick()
-    assert bench.one("plan")["start-time"] == (0, 0)
-    assert states(bench) == ["FORMULATED"]
-
-
 # --- execution monitoring -------------------------------------------------------------------------------
 
 
@@ -199,13 +130,6 @@ def test_an_action_without_executor_fails() -> None:
     assert states(bench) == ["FAILED"]
     assert bench.action()["error-msg"] == "No action executor for action 'act'"
     assert bench.goal("G")["message"] == "Action act failed: No action executor for action 'act'"
-
-
-def test_an_action_with_an_executor_does_not_stall() -> None:
-    bench = bench_with(SEQUENTIAL, "execmon/stalled-action.clp")
-    bench.env.build(EXECUTOR)
-    bench.begin("act", "act")
-    assert bench.state("G") == ("FINISHED", "COMPLETED")
 
 
 def stalled_plan(*files: str) -> DomainBench:
@@ -238,13 +162,6 @@ def test_a_plan_with_something_going_on_has_not_stalled(state: str) -> None:
     bench.modify("plan-action", f"(state {state})", id="1")
     bench.assert_all("(domain-pending-sensed-fact (name said) (goal-id G) (plan-id G-PLAN) (action-id 1))")
     bench.env.run()
-    assert bench.state("G") == ("DISPATCHED", "UNKNOWN")
-
-
-def test_a_plan_whose_next_action_is_executable_has_not_stalled() -> None:
-    bench = stalled_plan("execmon/stalled-sequential-plan.clp")
-    bench.facts("ready A")
-    bench.set_state("FINAL")
     assert bench.state("G") == ("DISPATCHED", "UNKNOWN")
 
 

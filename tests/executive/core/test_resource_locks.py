@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import pytest
 
-from cxbridge.executive.host.values import Symbol
 from tests.executive.core.test_coordination import CoordinationBench
 
 
@@ -30,13 +29,6 @@ def _acquired(bench: CoordinationBench, goal_id: str) -> set[str]:
     return set(map(str, acquired))
 
 
-def test_names_of_mutexes(bench: CoordinationBench) -> None:
-    assert bench.env.call("resource-to-mutex", Symbol("cup")) == Symbol("resource-cup")
-    assert bench.env.call("mutex-to-resource", Symbol("resource-cup")) == Symbol("cup")
-    assert bench.env.call("mutex-to-resource", Symbol("cup")) == Symbol("FALSE")
-    assert bench.env.call("mutex-to-resource", Symbol("my-resource-cup")) == Symbol("FALSE")
-
-
 def test_a_goal_gets_all_its_resources_and_gives_them_back(bench: CoordinationBench) -> None:
     _goal(bench, "G", "cup plate")
     assert sorted(bench.texts("W")) == ["Locking resource cup", "Locking resource plate"]
@@ -54,22 +46,6 @@ def test_a_goal_gets_all_its_resources_and_gives_them_back(bench: CoordinationBe
     assert bench.all("resource-request") == []
     assert {str(mutex["state"]) for mutex in bench.all("mutex")} == {"OPEN"}
     assert sorted(bench.texts("W"))[2:] == ["Unlocking resource cup", "Unlocking resource plate"]
-
-
-def test_a_goal_without_resources_is_left_alone(bench: CoordinationBench) -> None:
-    _goal(bench, "G", "")
-    bench.settle()
-    assert bench.all("mutex") == []
-    assert bench.state("G") == ("COMMITTED", "UNKNOWN")
-
-
-def test_a_quiet_goal(bench: CoordinationBench) -> None:
-    bench.env.assert_string(
-        "(goal (id G) (class C) (mode COMMITTED) (verbosity QUIET) (required-resources cup))"
-    )
-    bench.settle()
-    assert _acquired(bench, "G") == {"cup"}
-    assert bench.texts("W") == []
 
 
 def test_a_resource_that_another_robot_has(bench: CoordinationBench) -> None:
@@ -117,34 +93,9 @@ def test_all_or_nothing(bench: CoordinationBench) -> None:
     assert "Rejecting goal G, resource lock plate was rejected" in bench.texts("W")
 
 
-def test_goals_with_different_resources_do_not_meet(bench: CoordinationBench) -> None:
-    for name in "ABC":
-        _goal(bench, name, f"cup-{name} plate-{name}")
-    bench.settle()
-    assert all(len(_acquired(bench, name)) == 2 for name in "ABC")
-
-
-def test_needs_follow_the_goal(bench: CoordinationBench) -> None:
-    _goal(bench, "G", "cup plate")
-    bench.modify("goal", "(required-resources plate)", id="G")
-    bench.env.run()
-    assert bench.one("resource-need")["mutex"] == "resource-plate"
-    bench.env.eval("(do-for-all-facts ((?g goal)) TRUE (retract ?g))")
-    bench.env.run()
-    assert bench.all("resource-need") == []
-
-
 def test_a_mutex_of_ours_that_is_locked_for_something_else_holds_the_goal(bench: CoordinationBench) -> None:
     bench.ours("resource-cup")
     _goal(bench, "G", "cup")
     bench.settle()
     assert bench.state("G") == ("COMMITTED", "UNKNOWN")
     assert _acquired(bench, "G") == set()
-
-
-def test_no_document_is_left_over(bench: CoordinationBench) -> None:
-    _goal(bench, "G", "cup plate")
-    bench.settle()
-    bench.modify("goal", "(mode RETRACTED)", id="G")
-    bench.settle()
-    assert bench.memory.living() == 0

@@ -134,12 +134,6 @@ def test_nothing_is_written_without_an_identity() -> None:
     assert set(bench.documents()) == {"/shared/x"}
 
 
-def test_a_prefix_that_is_switched_off(bench: RobmemBench) -> None:
-    bench.env.assert_string("(wm-robmem-sync-conf (wm-fact-key-prefix private) (enabled FALSE))")
-    bench.wm("/private/x", "(value 1)")
-    assert bench.documents() == {}
-
-
 _SET = '(deffunction set-x (?v) (do-for-fact ((?f wm-fact)) (eq ?f:id "/shared/x") (modify ?f (value ?v))))'
 
 
@@ -208,31 +202,6 @@ def test_a_known_fact_is_changed_by_later_news_only(bench: RobmemBench, kind: st
     bench.receive(kind, "/shared/x", bench.now() + 1, value=3)
     assert bench.value("/shared/x") == 3
     assert bench.stamp("/shared/x") == bench.now() + 1
-
-
-def test_news_are_not_sent_back(bench: RobmemBench) -> None:
-    bench.wm("/shared/x", "(type INT) (value 1)")
-    for value in (2, 3):
-        bench.receive("update", "/shared/x", bench.now() + value, value=value)
-        bench.settle()
-    assert len(bench.memory.called("robmem-upsert")) == 1
-
-
-def test_a_fact_that_was_not_shared_yet_is_overwritten(bench: RobmemBench) -> None:
-    bench.env.assert_string('(wm-fact (id "/private/x") (value 1))')
-    bench.env.run()
-    bench.receive("update", "/private/x", 1, value=2)
-    assert bench.value("/private/x") == 2
-    assert bench.stamp("/private/x") == 1
-
-
-def test_a_fact_that_we_retracted_comes_back(bench: RobmemBench) -> None:
-    bench.wm("/shared/x", "(value 1)")
-    bench.env.eval('(do-for-fact ((?f wm-fact)) (eq ?f:id "/shared/x") (retract ?f))')
-    bench.settle()
-    bench.receive("insert", "/shared/x", bench.now(), value=4)
-    assert bench.value("/shared/x") == 4
-    assert bench.one("wm-robmem-sync-map-entry")["wm-fact-idx"] != 0
 
 
 @pytest.mark.parametrize(
@@ -313,11 +282,6 @@ def test_an_event_that_makes_no_sense_is_ignored(bench: RobmemBench, event: Docu
     assert bench.memory.living() == 0
 
 
-def test_our_own_news_are_ignored(bench: RobmemBench) -> None:
-    bench.receive("insert", "/shared/x", bench.now(), source="me")
-    assert bench.known() == set()
-
-
 def test_news_of_an_unknown_source_are_an_error(bench: RobmemBench) -> None:
     bench.receive("insert", "/shared/x", bench.now(), source=None)
     assert bench.known() == set()
@@ -339,33 +303,6 @@ def test_deletion(bench: RobmemBench) -> None:
     assert bench.stamp("/shared/x") == bench.now() + 5
 
 
-def test_deletion_of_what_we_never_saw_is_remembered(bench: RobmemBench) -> None:
-    bench.receive("delete", "/shared/x", 5000)
-    assert bench.stamp("/shared/x") == 5000
-    assert bench.known() == set()
-
-
-def test_other_operations_are_an_error(bench: RobmemBench) -> None:
-    bench.receive("rename", "/shared/x", 1)
-    assert bench.texts("E") == ["Unknown operator rename"]
-    assert bench.memory.living() == 0
-
-
-def test_two_robots_agree() -> None:
-    """What one writes, the other has, and the other way round."""
-    one, two = RobmemBench("one"), RobmemBench("two")
-    two.memory.collections = one.memory.collections
-    one.wm("/shared/x", "(type INT) (value 1)")
-    two.memory.event(SHARED_FACTS, "insert", one.documents()["/shared/x"])
-    two.settle(5)
-    assert two.value("/shared/x") == 1
-    two.env.eval('(do-for-fact ((?f wm-fact)) (eq ?f:id "/shared/x") (modify ?f (value 2)))')
-    two.settle()
-    one.memory.event(SHARED_FACTS, "update", two.documents()["/shared/x"])
-    one.settle(0)
-    assert one.value("/shared/x") == 2
-
-
 # --- start, restore, end ----------------------------------------------------------------------------------
 
 
@@ -381,13 +318,6 @@ def test_restore_takes_the_documents_of_shared_prefixes(bench: RobmemBench) -> N
     assert bench.known() == {"/shared/x", "/shared/y"}
     assert bench.value("/shared/x") == Symbol("v")
     assert bench.one("wm-fact", id="/shared/y")["values"] == (Symbol("a"),)
-    assert bench.memory.living() == 0
-
-
-def test_flush(bench: RobmemBench) -> None:
-    bench.wm("/shared/x", "(value 1)")
-    bench.env.call("wm-robmem-flush")
-    assert bench.documents() == {}
     assert bench.memory.living() == 0
 
 
@@ -434,14 +364,3 @@ def test_domain_objects_are_mirrored_and_never_removed(bench: RobmemBench) -> No
     bench.env.eval("(do-for-all-facts ((?f domain-object)) TRUE (retract ?f))")
     bench.settle()
     assert _domain(bench) == [{"relation": "domain-object", "name": "hello", "type": "text"}]
-
-
-def test_domain_facts_of_earlier_runs_can_be_removed(bench: RobmemBench) -> None:
-    bench.memory.collections[DOMAIN] = {
-        "1": {"_id": "1", "relation": "domain-fact"},
-        "2": {"_id": "2", "relation": "domain-object"},
-    }
-    bench.env.call("robot-memory-sync-clean-domain-facts")
-    assert list(bench.memory.collections[DOMAIN]) == ["2"]
-    assert bench.texts("W") == ["Clearing domain facts from robot memory"]
-    assert bench.memory.living() == 0

@@ -88,29 +88,11 @@ def skills() -> Skills:
 # --- control ----------------------------------------------------------------------------------------------
 
 
-def test_nobody_asks_for_control_unless_told(skills: Skills) -> None:
-    skills.loop(loops=3)
-    assert skills.skiller.sent == []
-
-
 @pytest.mark.parametrize("steal", [TRUE, FALSE])
 def test_control_is_stolen_only_if_configured(skills: Skills, steal: Symbol) -> None:
     skills.bench.config(STEAL, steal)
     skills.acquire()
     assert skills.skiller.steals == (steal == TRUE)
-
-
-def test_without_a_skiller_we_ask_again_later() -> None:
-    skills = Skills(writer=False)
-    skills.env.assert_string("(skiller-control)")
-    skills.loop(seconds=0.0)
-    assert skills.control() == (FALSE, FALSE)
-    skills.loop(seconds=3.0)
-    assert len(skills.bench.texts("I")) == 1
-    skills.skiller.writer = True
-    skills.loop(seconds=0.1)
-    skills.loop(seconds=0.1)
-    assert skills.control() == (TRUE, FALSE)
 
 
 def test_after_a_silent_refusal_we_ask_again() -> None:
@@ -185,36 +167,6 @@ def test_the_end_of_our_call_counts_when_nobody_has_control_any_more(
         assert action["error-msg"] == "it is gone"
 
 
-def test_control_that_is_back_does_not_bring_back_what_was_called_before(skills: Skills) -> None:
-    """The thief's skill has the id of ours, and we have control again when it ends."""
-    skills.acquire()
-    skills.env.eval("(skill-call say (create$) (create$))")
-    skills.loop()
-    skills.tell(exclusive_controller=OTHER, msgid=2, status="S_RUNNING")
-    skills.loop(seconds=3.1, loops=2)
-    assert skills.control() == (TRUE, FALSE)
-    skills.tell(msgid=2, status="S_FINAL")
-    assert skills.bench.one("skill")["status"] == "S_FAILED"
-
-
-def test_control_of_one_skiller_is_none_of_the_others_business(skills: Skills) -> None:
-    skills.acquire()
-    skills.action()
-    skills.env.eval('(assert (skill (id two) (skiller "Two") (status S_RUNNING) (msgid 9)))')
-    skills.loop(loops=2)
-    skills.tell(exclusive_controller=OTHER)
-    assert skills.bench.one("skill")["id"] == "two"
-    assert skills.bench.one("skill")["status"] == "S_RUNNING"
-
-
-def test_a_call_without_control_counts_while_nobody_has_it(skills: Skills) -> None:
-    skills.env.eval("(skill-call say (create$) (create$))")
-    skills.loop(loops=2)
-    assert skills.bench.one("skill")["status"] == "S_RUNNING"
-    skills.loop()
-    assert skills.bench.one("skill")["status"] == "S_FINAL"
-
-
 @pytest.mark.parametrize("loops", [1, 2])
 def test_a_call_without_control_fails_when_somebody_takes_it(skills: Skills, loops: int) -> None:
     """Taken up (2) at once; before (1), the skiller may yet refuse it: the time-out tells."""
@@ -224,14 +176,6 @@ def test_a_call_without_control_fails_when_somebody_takes_it(skills: Skills, loo
     skills.tell(exclusive_controller=OTHER, msgid=1, status="S_FINAL")
     assert skills.bench.one("skill")["status"] == ("S_IDLE" if loops == 1 else "S_FAILED")
     skills.loop(seconds=5.1)
-    assert skills.bench.one("skill")["status"] == "S_FAILED"
-
-
-def test_a_call_that_was_not_sent_does_not_follow_a_skiller_that_works_on_no_message() -> None:
-    """Both have the id 0."""
-    skills = Skills(writer=False)
-    skills.env.eval("(skill-call say (create$) (create$))")
-    skills.tell(status="S_FINAL", msgid=0)
     assert skills.bench.one("skill")["status"] == "S_FAILED"
 
 
@@ -265,19 +209,6 @@ def test_a_call_that_cannot_be_mapped_fails(skills: Skills) -> None:
     assert (skill["status"], skill["skiller"]) == ("S_FAILED", "Two")
     assert skill["error-msg"] == "Failed to convert action 'unmappable' to skill string"
     assert skills.skiller.sent == []
-
-
-def test_a_call_that_nobody_gets_fails() -> None:
-    skills = Skills(writer=False)
-    assert skills.env.eval("(skill-call say (create$) (create$))") == "say-0"
-    skill = skills.bench.one("skill")
-    assert (skill["status"], skill["error-msg"]) == ("S_FAILED", "")
-
-
-def test_a_call_may_name_the_skiller(skills: Skills) -> None:
-    skills.env.eval('(skill-call say (create$) (create$) "Two" "Three")')
-    assert skills.skiller.sent[0].uid == "SkillerInterface::Two"
-    assert 'skill-call: ignore unexpected params ("Three")' in skills.bench.texts("W")
 
 
 def test_calls_on_two_skillers_have_different_ids_though_their_messages_have_the_same(skills: Skills) -> None:
@@ -345,12 +276,6 @@ def test_an_action_waits_for_everything_it_needs(skills: Skills, obstacle: str) 
     assert skills.types() == []
 
 
-def test_without_control_nothing_is_called(skills: Skills) -> None:
-    skills.action()
-    skills.loop(loops=2)
-    assert skills.state() == "PENDING"
-
-
 def test_a_skiller_executes_one_action_at_a_time(skills: Skills) -> None:
     skills.acquire()
     skills.action(1)
@@ -372,15 +297,6 @@ def test_a_skill_that_fails(skills: Skills) -> None:
     assert not skills.bench.all("skill")
 
 
-def test_an_action_that_cannot_be_mapped_fails(skills: Skills) -> None:
-    skills.acquire()
-    skills.action(name="unmappable")
-    skills.loop()
-    action = skills.bench.one("plan-action")
-    assert action["state"] == "EXECUTION-FAILED"
-    assert action["error-msg"] == "Failed to convert action 'unmappable' to skill string"
-
-
 @pytest.mark.parametrize("msgid", [0, 2])
 def test_an_inactive_skiller_fails_the_running_action(skills: Skills, msgid: int) -> None:
     """With the id of another message, or of this call (then the skill is over, too)."""
@@ -397,22 +313,6 @@ def test_an_inactive_skiller_fails_the_running_action(skills: Skills, msgid: int
         in skills.bench.texts("W")
     )
     assert not skills.bench.all("skill-action-execinfo")
-
-
-def test_a_call_that_ends_inactive_before_it_was_seen_running_fails(skills: Skills) -> None:
-    skills.acquire()
-    skills.action()
-    skills.bench.tick()
-    skills.tell(status="S_INACTIVE", msgid=2)
-    assert skills.state() == "EXECUTION-FAILED"
-
-
-def test_an_inactive_skiller_does_not_harm_an_action_that_only_waits(skills: Skills) -> None:
-    skills.acquire()
-    skills.action()
-    skills.bench.tick()
-    skills.tell(status="S_INACTIVE", msgid=0)
-    assert skills.state() == "WAITING"
 
 
 def test_results_of_other_messages_are_not_ours(skills: Skills) -> None:
@@ -438,16 +338,6 @@ def test_an_action_that_vanishes_is_cancelled(skills: Skills, loops: int) -> Non
     skills.action(2)
     skills.loop()
     assert skills.state(2) == "WAITING"
-
-
-def test_a_call_that_is_over_is_forgotten_with_its_action(skills: Skills) -> None:
-    skills.acquire()
-    skills.env.eval("(assert (skill (id old) (status S_FINAL)))")
-    skills.env.eval("(assert (skill-action-execinfo (goal-id G) (action-id 1) (skill-id old)))")
-    skills.loop()
-    assert not skills.bench.all("skill-action-execinfo")
-    assert not skills.bench.all("skill")
-    assert skills.types() == []
 
 
 def test_mappings_become_facts(skills: Skills) -> None:

@@ -153,12 +153,6 @@ def test_a_wm_fact_makes_a_domain_fact_whatever_its_value(bench: SyncBench, valu
     bench.consistent()
 
 
-def test_a_wm_fact_by_key(bench: SyncBench) -> None:
-    bench.env.assert_string("(wm-fact (key domain fact said args? c hello) (type BOOL) (value TRUE))")
-    bench.env.run()
-    assert bench.atoms() == ["said hello"]
-
-
 @MODIFYING
 def test_the_domain_follows_the_value_of_a_fact_that_it_made_itself(bench: SyncBench) -> None:
     bench.domain("said hello")
@@ -181,17 +175,6 @@ def test_only_boolean_values_are_followed_later(bench: SyncBench) -> None:
 
 
 @MODIFYING
-def test_a_value_that_is_no_truth_value_changes_nothing(bench: SyncBench) -> None:
-    bench.domain("said hello")
-    bench.wm_becomes(HELLO, "nil")
-    assert bench.atoms() == ["said hello"]
-    bench.not_domain("said hello")
-    assert bench.known() == {HELLO: "nil"}
-    bench.wm_becomes(HELLO, "TRUE")
-    assert bench.atoms() == ["said hello"]
-
-
-@MODIFYING
 def test_when_both_are_gone_nothing_is_remembered(bench: SyncBench) -> None:
     templates = ("wm-sync-map-fact", "wm-sync-pair", "wm-sync-atom", "domain-fact")
     bench.domain("said hello")
@@ -205,52 +188,6 @@ def test_when_both_are_gone_nothing_is_remembered(bench: SyncBench) -> None:
 
 
 # --- facts: both sides at once, and odd ones --------------------------------------------------------------
-
-
-@MODIFYING
-def test_both_sides_say_the_same_at_once(bench: SyncBench) -> None:
-    bench.domain("said hello")
-    bench.wm_becomes(HELLO, "FALSE")
-    bench.env.call("agent-set", HELLO, TRUE)
-    bench.domain("said hello")
-    assert (bench.atoms(), bench.known()) == (["said hello"], {HELLO: "TRUE"})
-    bench.not_domain("said hello")
-    assert bench.known() == {}
-
-
-@MODIFYING
-def test_deletion_comes_before_addition(bench: SyncBench) -> None:
-    """The wm-fact is confirmed and the domain-fact goes: the wm-fact goes."""
-    bench.domain("said hello")
-    bench.env.call("agent-set", HELLO, TRUE)
-    bench.not_domain("said hello")
-    assert (bench.atoms(), bench.known()) == ([], {})
-
-
-def test_a_domain_fact_that_was_made_anew_is_no_deletion(bench: SyncBench) -> None:
-    bench.domain("said hello")
-    bench.env.eval("(do-for-all-facts ((?f domain-fact)) TRUE (retract ?f))")
-    bench.domain("said hello")
-    assert bench.known() == {HELLO: "TRUE"}
-    bench.not_domain("said hello")
-    assert bench.known() == {}
-
-
-def test_a_domain_fact_that_comes_back_while_its_wm_fact_goes(bench: SyncBench) -> None:
-    bench.domain("said hello")
-    bench.keep(HELLO)
-    bench.not_domain("said hello")
-    bench.env.assert_string("(domain-fact (name said) (param-values hello))")
-    bench.not_wm(HELLO)
-    assert (bench.atoms(), bench.known()) == (["said hello"], {HELLO: "TRUE"})
-
-
-def test_both_sides_are_new_at_once(bench: SyncBench) -> None:
-    bench.env.assert_string(f'(wm-fact (id "{HELLO}") (type BOOL) (value TRUE))')
-    bench.domain("said hello")
-    assert (bench.atoms(), bench.known()) == (["said hello"], {HELLO: "TRUE"})
-    bench.not_wm(HELLO)
-    assert bench.atoms() == []
 
 
 def test_a_predicate_that_is_declared_later(bench: SyncBench) -> None:
@@ -282,11 +219,6 @@ def test_arguments_in_another_order_mean_the_same(bench: SyncBench) -> None:
     assert bench.known() == {}
 
 
-def test_arguments_of_other_names_are_taken_in_their_order(bench: SyncBench) -> None:
-    bench.wm("/domain/fact/at?a=x&b=y")
-    assert bench.atoms() == ["at x y"]
-
-
 def test_a_list_among_the_arguments_is_an_error(bench: SyncBench) -> None:
     bench.wm("/domain/fact/at?robot=R-1,R-2&place=x")
     assert bench.atoms() == []
@@ -297,17 +229,6 @@ def test_a_domain_fact_with_too_few_values_is_an_error(bench: SyncBench) -> None
     bench.domain("at R-1")
     assert bench.known() == {}
     assert len(bench.texts("E")) == 1
-
-
-def test_values_that_look_the_same_have_one_wm_fact(bench: SyncBench) -> None:
-    bench.domain("said 5")
-    bench.env.eval('(assert (domain-fact (name said) (param-values "5")))')
-    bench.env.run()
-    assert bench.known() == {"/domain/fact/said?c=5": "TRUE"}
-    bench.not_domain("said 5")
-    assert bench.known() == {"/domain/fact/said?c=5": "TRUE"}
-    bench.wm_becomes("/domain/fact/said?c=5", "FALSE")
-    assert bench.atoms() == []
 
 
 _OPERATIONS = st.lists(
@@ -362,66 +283,6 @@ def _apply(bench: SyncBench, operation: str, word: str, fact_id: str) -> None:
 # --- what the original's own tests expect -----------------------------------------------------------------
 
 
-@MODIFYING
-@pytest.mark.parametrize("path", ["/domain/fact/said", "/wm/spoken"])
-def test_sequence_of_the_originals_fact_tests(bench: SyncBench, path: str) -> None:
-    if path == "/wm/spoken":
-        spec = "/clips-executive/specs/test/"
-        bench.env.assert_string("(executive-init)")
-        bench.config("/clips-executive/spec", "test")
-        bench.config(f"{spec}wm-remap/facts/name-id/said", path)
-        bench.env.run()
-        assert bench.one("wm-sync-remap-fact")["domain-fact-name"] == "said"
-    hello, goodbye = f"{path}?c=hello", f"{path}?c=goodbye"
-    bench.domain("said hello")
-    assert bench.known() == {hello: "TRUE"}
-    bench.not_domain("said hello")
-    assert bench.known() == {}
-    assert bench.all("wm-sync-map-fact") == []
-    bench.domain("said hello")
-    bench.keep(hello)
-    bench.not_domain("said hello")
-    assert bench.known() == {hello: "FALSE"}
-    bench.domain("said hello")
-    assert bench.known() == {hello: "TRUE"}
-    bench.env.call("wm-sync-set-wm-fact-retract", hello, TRUE)
-    bench.not_domain("said hello")
-    assert bench.known() == {}
-    bench.wm(goodbye)
-    assert bench.atoms() == ["said goodbye"]
-    bench.wm_becomes(goodbye, "FALSE")
-    assert bench.atoms() == []
-    bench.wm_becomes(goodbye, "TRUE")
-    assert bench.atoms() == ["said goodbye"]
-    bench.not_wm(goodbye)
-    assert bench.atoms() == []
-    assert bench.all("wm-sync-map-fact") == []
-
-
-@MODIFYING
-@pytest.mark.parametrize("fact_id", ["/domain/objects-by-type/text", "/wm/text"])
-def test_sequence_of_the_originals_object_tests(bench: SyncBench, fact_id: str) -> None:
-    if fact_id == "/wm/text":
-        bench.env.assert_string("(executive-init)")
-        bench.config("/clips-executive/spec", "test")
-        bench.config("/clips-executive/specs/test/wm-remap/objects/id-prefix", ("/wm/text",))
-    bench.env.assert_string("(domain-object-type (name text))")
-    bench.env.run()
-    assert bench.known()[fact_id] == ""
-    bench.env.assert_string("(domain-object (name hello) (type text))")
-    bench.env.run()
-    assert bench.known()[fact_id] == "hello"
-    bench.drop("domain-object", "TRUE")
-    assert bench.known()[fact_id] == ""
-    bench.wm_becomes(fact_id, "hello", "goodbye", "sometext")
-    assert bench.objects() == {"hello", "goodbye", "sometext"}
-    bench.wm_becomes(fact_id, "hello", "sometext")
-    assert bench.objects() == {"hello", "sometext"}
-    bench.wm_becomes(fact_id)
-    assert bench.objects() == set()
-    assert bench.known()[fact_id] == ""
-
-
 # --- other paths ------------------------------------------------------------------------------------------
 
 
@@ -434,21 +295,6 @@ def test_id_prefixes_name_predicates(bench: SyncBench) -> None:
     assert bench.atoms() == ["at R-1 P-2", "open", "said goodbye", "said hello"]
     bench.not_wm("/hardware/gripper/open")
     assert "open" not in bench.atoms()
-
-
-def test_an_id_prefix_with_arguments_is_refused(bench: SyncBench) -> None:
-    bench.env.call("wm-sync-remap-fact-id-prefix", "/wm/said?c=1")
-    assert bench.all("wm-sync-remap-fact") == []
-    assert bench.texts("E") == ["Cannot remap ID prefix with arguments (/wm/said?c=1)"]
-
-
-def test_a_predicate_with_two_paths(bench: SyncBench) -> None:
-    for path in ("wm one", "wm two"):
-        bench.env.assert_string(f"(wm-sync-remap-fact (domain-fact-name said) (wm-fact-key-path {path}))")
-    bench.domain("said hello")
-    assert set(bench.known()) == {"/wm/one?c=hello", "/wm/two?c=hello"}
-    bench.not_domain("said hello")
-    assert bench.known() == {}
 
 
 def test_remapping_is_configured_before_the_first_fact_is_synchronised(bench: SyncBench) -> None:
@@ -510,23 +356,6 @@ def test_objects_of_one_run_are_listed_last_first(bench: SyncBench) -> None:
     assert bench.known()[TEXTS] == "goodbye hello"
 
 
-def test_objects_that_come_and_go_before_the_list_is_written(bench: SyncBench) -> None:
-    """A rule that is more urgent than the synchronisation takes the object away again."""
-    bench.env.build(
-        "(defrule away (declare (salience 5050)) (wm-sync-object-change (name b)) ?o <- "
-        "(domain-object (name b)) => (retract ?o))"
-    )
-    for fact in (
-        "(domain-object-type (name text))",
-        *(f"(domain-object (name {n}) (type text))" for n in "abc"),
-    ):
-        bench.env.assert_string(fact)
-    bench.env.run()
-    assert set(bench.known()[TEXTS].split()) == {"a", "c"}
-    assert bench.all("wm-sync-object-change") == []
-    assert {str(noted["name"]) for noted in bench.all("wm-sync-object", type="text")} == {"a", "c"}
-
-
 def test_the_list_is_written_once_for_all_objects(objects: SyncBench) -> None:
     objects.env.build(
         "(defrule written (declare (salience 9000))"
@@ -556,23 +385,6 @@ def test_the_changed_list_wins_over_changed_objects(objects: SyncBench) -> None:
     assert objects.known()[TEXTS] == "a c"
 
 
-@MODIFYING
-def test_a_list_set_to_what_it_is_changes_nothing(objects: SyncBench) -> None:
-    objects.wm_becomes(TEXTS, "a", "b")
-    objects.env.assert_string("(domain-object (name c) (type text))")
-    objects.env.run()
-    assert objects.known()[TEXTS] == "a b c"
-
-
-def test_a_retracted_list_takes_the_objects_along(objects: SyncBench) -> None:
-    objects.not_wm(TEXTS)
-    assert objects.objects() == set()
-    assert objects.known() == {TEXTS: ""}
-    objects.env.assert_string("(domain-object (name c) (type text))")
-    objects.env.run()
-    assert objects.known()[TEXTS] == "c"
-
-
 def test_a_list_that_is_there_first_decides(bench: SyncBench) -> None:
     bench.env.assert_string(f'(wm-fact (id "{TEXTS}") (type SYMBOL) (is-list TRUE) (values x y))')
     bench.env.assert_string("(domain-object (name z) (type text))")
@@ -582,32 +394,6 @@ def test_a_list_that_is_there_first_decides(bench: SyncBench) -> None:
 
 
 # --- functions --------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("call", "result"),
-    [
-        ("wm-sync-key-arg-values (create$ d f args? a 1 b 2)", (1, 2)),
-        ("wm-sync-key-arg-values (create$ d f)", ()),
-        ("wm-sync-key-arg-values (create$ d f args? a [ 1 ])", FALSE),
-        ("wm-sync-next-arg 0 (create$ d args? a 1 b 2)", 3),
-        ("wm-sync-next-arg 3 (create$ d args? a 1 b 2)", 5),
-        ("wm-sync-next-arg 5 (create$ d args? a 1 b 2)", 0),
-        ("wm-sync-next-arg 0 (create$ d)", 0),
-        ("wm-sync-next-arg 0 (create$ d args? a [ 1 ])", -1),
-        ("wm-sync-args-match (create$ d args? b 2 a 1) (create$ a b) (create$ 1 2)", TRUE),
-        ("wm-sync-args-match (create$ d args? a 1) (create$ a b) (create$ 1 2)", FALSE),
-        ("wm-sync-args-match (create$ d args? a 1 c 2) (create$ a b) (create$ 1 2)", FALSE),
-        ("wm-sync-args-match (create$ d args? a 1.0 b 2) (create$ a b) (create$ 1 2)", FALSE),
-        ("wm-sync-args-match (create$ d) (create$) (create$)", TRUE),
-        ("wm-sync-remapped-path-match (create$ x y args? a 1) (create$ x y)", TRUE),
-        ("wm-sync-remapped-path-match (create$ x y z) (create$ x y)", FALSE),
-        ("wm-sync-remapped-pathargs-match (create$ x args? a 1) (create$ x) (create$ a) (create$ 1)", TRUE),
-        ("wm-sync-remapped-pathargs-match (create$ y args? a 1) (create$ x) (create$ a) (create$ 1)", FALSE),
-    ],
-)
-def test_functions(bench: SyncBench, call: str, result: object) -> None:
-    assert bench.env.eval(f"({call})") == result
 
 
 @pytest.mark.parametrize("count", [50, 200])

@@ -55,12 +55,6 @@ def test_id_to_key(shared: Bench, fact_id: str, key: str) -> None:
     assert shared.env.call("wm-id-to-key", fact_id) == symbols(key)
 
 
-def test_every_element_of_a_key_is_a_symbol(shared: Bench) -> None:
-    key = shared.env.call("wm-id-to-key", "/a/7?x=2.5,TRUE")
-    assert isinstance(key, tuple)
-    assert {type(element) for element in key} == {Symbol}
-
-
 def test_a_parameter_with_two_equal_signs_is_invalid(bench: Bench) -> None:
     assert bench.env.call("wm-id-to-key", "/a?x=1=2") == symbols("a args? INVALID x=1=2")
     assert bench.texts("W") == ["Param 'x=1=2' not of format name=value, ignoring"]
@@ -81,11 +75,6 @@ def test_a_parameter_with_two_equal_signs_is_invalid(bench: Bench) -> None:
 )
 def test_key_to_id(shared: Bench, key: str, fact_id: str) -> None:
     assert shared.env.eval(f"(wm-key-to-id (create$ {key}))") == fact_id
-
-
-def test_a_name_without_a_value_is_dropped_with_a_warning(bench: Bench) -> None:
-    assert bench.env.eval("(wm-key-to-id (create$ a args? x 1 y))") == "/a?x=1"
-    assert bench.texts("W") == ["Missing value for argument y in (a args? x 1 y)"]
 
 
 _NAME = st.text("abcXYZ019_-", min_size=1, max_size=6)
@@ -172,20 +161,6 @@ def test_of_two_facts_with_one_key_the_newer_stays(bench: Bench, first: str, sec
     assert errors[-1] == "Erasing <Fact-1>"
 
 
-def test_equal_ids_with_different_keys_are_not_a_conflict(bench: Bench) -> None:
-    for key in ("a b", "c d"):
-        bench.env.assert_string(f'(wm-fact (id "/x") (key {key}))')
-    bench.env.run()
-    assert len(bench.all("wm-fact")) == 2
-    assert bench.texts() == []
-
-
-def test_defaults_of_a_fact(bench: Bench) -> None:
-    bench.env.assert_string("(wm-fact (key a))")
-    fact = bench.one("wm-fact")
-    assert (fact["type"], fact["is-list"], fact["value"], fact["values"]) == ("UNKNOWN", FALSE, NIL, ())
-
-
 # --- facts of other templates ---------------------------------------------------------------------------
 
 _PARCEL = """(deftemplate parcel (slot id (type SYMBOL)) (slot weight (type FLOAT))
@@ -237,31 +212,6 @@ def test_a_template_fact_comes_back(parcels: Bench, slots: str) -> None:
     assert parcels.one("parcel") == before
 
 
-def test_a_template_fact_comes_back_from_its_id(parcels: Bench) -> None:
-    """The conversion to an ID turns all elements into symbols."""
-    fact = _convert(parcels, "count stops")
-    parcels.env.eval("(do-for-all-facts ((?p parcel)) TRUE (retract ?p))")
-    key = parcels.env.call("wm-id-to-key", fact["id"])
-    parcels.env.assert_string(str(parcels.env.call("template-fact-str-from-wm", key, ())))
-    back = parcels.one("parcel")
-    assert (back["count"], back["stops"]) == (3, (Symbol("a"), "b c", 7, 0.5))
-
-
-def test_symbols_that_look_like_numbers_stay_symbols(bench: Bench) -> None:
-    bench.env.build("(deftemplate t (slot s (type SYMBOL)) (multislot m))")
-    bench.env.eval('(assert (t (s (sym-cat 5)) (m (sym-cat 1 "." 50) (sym-cat "a b"))))')
-    bench.env.eval("(do-for-fact ((?t t)) TRUE (assert-template-wm-fact ?t s m) (retract ?t))")
-    text = bench.env.eval("(do-for-fact ((?w wm-fact)) TRUE (template-fact-str-from-wm ?w:key ?w:values))")
-    bench.env.assert_string(str(text))
-    assert bench.one("t") == {"s": Symbol("5"), "m": (Symbol("1.50"), Symbol("a b"))}
-
-
-def test_only_keys_of_template_facts_are_read(bench: Bench) -> None:
-    assert bench.env.eval("(template-fact-str-from-wm (create$ domain fact x) (create$))") == ""
-    (text,) = bench.texts()
-    assert text.startswith("template-fact-str-from-wm-key: supplied wm-fact key (domain fact x) does not")
-
-
 @pytest.mark.parametrize(
     ("value", "kind", "result"),
     [
@@ -277,13 +227,3 @@ def test_only_keys_of_template_facts_are_read(bench: Bench) -> None:
 def test_type_cast(shared: Bench, value: str, kind: str, result: Value) -> None:
     cast = shared.env.eval(f"(type-cast {value} {kind})")
     assert (type(cast), cast) == (type(result), result)
-
-
-def test_type_cast_to_an_unknown_type(bench: Bench) -> None:
-    assert bench.env.eval("(type-cast 5 INSTANCE)") == 5
-    assert bench.texts() == ["cast: unsupported type cast: INSTANCE Expected INTEGER|STRING|FLOAT|SYMBOL"]
-
-
-def test_type_pairs(shared: Bench) -> None:
-    assert shared.env.eval('(value-to-type-pair "x")') == symbols("STRING x")
-    assert shared.env.eval("(values-to-type-pairs (create$ 1 a))") == symbols("INTEGER 1 SYMBOL a")

@@ -11,33 +11,11 @@ import pytest
 from cxbridge.clock import VIRTUAL_EPOCH_US
 from cxbridge.errors import ClipsError
 from cxbridge.events import FactChange, Level, RuleFired
-from cxbridge.executive.host.values import ExternalAddress, Symbol
-
-
-def test_length_is_there_and_length_dollar_takes_strings(env):
-    assert env.eval("(length (create$ a b c))") == 3
-    assert env.eval("(length$ (create$ a b c))") == 3
-    assert env.eval('(length$ "four")') == 4
-    assert env.eval("(length symbol)") == 6
-
-
-def test_str_replace_can_be_a_deffunction(env):
-    env.build("(deffunction str-replace (?s ?a ?b) (str-cat ?a ?b ?s))")
-    assert env.eval('(str-replace "x" "y" "z")') == "yzx"
+from cxbridge.executive.host.values import Symbol
 
 
 def test_now_is_the_runs_clock(env):
     assert env.eval("(now)") == (VIRTUAL_EPOCH_US // 1_000_000, 0)
-
-
-def test_values_come_back_as_they_are(env):
-    env.define("echo", lambda value: value, 1)
-    assert env.eval("(echo 5)") == 5
-    assert env.eval("(echo 2.5)") == 2.5
-    assert env.eval('(echo "text")') == "text"
-    assert isinstance(env.eval("(echo sym)"), Symbol)
-    assert env.eval("(echo (create$ a 1))") == (Symbol("a"), 1)
-    assert env.eval("(echo (create$))") == ()
 
 
 def test_multifields_are_not_flattened(env):
@@ -47,31 +25,10 @@ def test_multifields_are_not_flattened(env):
     assert got == [(1, (Symbol("a"), Symbol("b")), "s", ())]
 
 
-def test_a_subrange_of_a_multifield_arrives_as_that(env):
-    got: list[Any] = []
-    env.define("take", got.append, 1)
-    env.build("(defrule r (list a $?middle z) => (take ?middle))")
-    env.assert_string("(list a b c d z)")
-    env.run()
-    assert got == [("b", "c", "d")]
-
-
-def test_external_addresses_can_be_passed_again_and_again(env):
-    seen = []
-    env.define("make", lambda: ExternalAddress(7))
-    env.define("use", lambda address: seen.append(address.handle), 1, types="*;e")
-    env.eval("(progn (bind ?a (make)) (use ?a) (use ?a) (use ?a))")
-    assert seen == [7, 7, 7]
-
-
 def test_wrong_numbers_of_arguments_are_refused_when_a_construct_is_parsed(env):
     env.define("two", lambda a, b: a, 2)
     with pytest.raises(ClipsError, match="expected exactly 2 argument"):
         env.build("(defrule r (x) => (two 1))")
-
-
-def test_bytes_that_are_no_utf8_survive(env):
-    assert env.call("str-cat", "caf\udce9", "!") == "caf\udce9!"
 
 
 def test_an_integer_that_does_not_fit_is_an_error_not_a_crash(env, log):
@@ -161,16 +118,6 @@ def test_watched_facts_and_rules_are_events_and_unwatched_ones_are_not(bus, env)
     assert events[1].basis == "f-1"
 
 
-def test_templates_defined_after_watch_are_watched_too(bus, env):
-    events: list[Any] = []
-    bus.subscribe(events.append, FactChange)
-    env.watcher.set_hooks()
-    env.eval("(watch facts)")
-    env.build("(deftemplate late (slot a))")
-    env.assert_fact("late", {})
-    assert [event.text for event in events] == ["(late (a nil))"]
-
-
 def test_unwatching_what_does_not_exist_is_an_error_as_in_clips(env, log):
     with pytest.raises(ClipsError):
         env.eval("(unwatch facts nothing)")
@@ -253,19 +200,6 @@ def test_the_logical_names_of_6_30_and_the_colours_of_ros_2_print(env, log):
     assert log.texts(Level.INFO) == [*names.split()[4:], "end"]
 
 
-def test_clear_leaves_the_functions_of_clips(env):
-    env.build("(deffunction mine () 1)")
-    env.eval("(clear)")
-    assert env.eval("(nth$ 2.0 (create$ a b))") == "b"
-    with pytest.raises(ClipsError):
-        env.eval("(mine)")
-
-
-def test_messages_name_the_function_that_was_called(env):
-    with pytest.raises(ClipsError, match="Function 'nth\\$' expected argument #2"):
-        env.eval("(nth$ 1 abc)")
-
-
 def test_a_duplicate_with_many_values_for_a_single_slot_is_an_error_and_no_crash(env, log, clp):
     file = clp(
         "(deftemplate t (slot a) (multislot m))"
@@ -280,24 +214,6 @@ def test_a_duplicate_with_many_values_for_a_single_slot_is_an_error_and_no_crash
     assert [slots for _, name, slots in env.facts("t")][-1] == {"a": 3, "m": ("x", "y")}
     [(_, _, same)] = env.facts("same")
     assert same["implied"][0] == "FALSE"
-
-
-def test_a_run_that_is_broken_off_again_and_again_tells_it_once(env, log):
-    """On a busy machine it told nothing: the second time came before the first was told."""
-
-    def abort_rule():
-        for _ in range(3):
-            env.abort_rule()
-
-    env.define("break-off", abort_rule)
-    env.build("(defrule a (x ?) => (break-off) (while TRUE (bind ?y 1)))")
-    env.assert_string("(x 1)")
-    env.run()
-    assert len([text for text in log.texts(Level.ERROR) if "Execution halted" in text]) == 1
-    env.abort_rule()  # nothing fires: nothing is to be told, and what comes later is
-    env.assert_string("(x 2)")
-    env.run()
-    assert len([text for text in log.texts(Level.ERROR) if "Execution halted" in text]) == 2
 
 
 @pytest.mark.parametrize("firings", [19, 20, 21, 100, 1000])

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import pytest
-
 from cxbridge.events import Level
 
 BROKEN = """(deffunction fine () 1)
@@ -37,11 +35,6 @@ def test_lines_are_those_of_the_file_also_when_modify_was_rewritten(env, clp):
     assert (diagnostic.file, diagnostic.line) == (str(path), 6)
 
 
-def test_a_file_that_does_not_exist(env, tmp_path):
-    assert env.load(tmp_path / "none.clp") is False
-    assert "No such file" in str(env.loader.diagnostics[0])
-
-
 def test_a_missing_parenthesis_in_a_batch_file_is_found(env, clp, log):
     """Fawkes' skills.clp lacks one, and the rules behind it are silently lost there."""
     path = clp(
@@ -67,23 +60,6 @@ def test_a_file_loaded_by_a_rule_while_another_is_being_loaded(env, clp):
     outer = clp(f'(load "{inner}")\n(defrule outer-broken (x) => (nope2))\n', "outer.clp")
     env.batch(outer)
     assert [d.construct for d in env.loader.diagnostics] == ["defrule inner-broken", "defrule outer-broken"]
-
-
-def test_redefinitions_are_told_when_asked(env, clp, log):
-    env.load(clp("(deffunction f () 1)\n(deftemplate t (slot a))"))
-    env.loader.warn_redefinitions = True
-    env.load(clp("(deffunction f () 2)\n(deffunction g () 1)", "again.clp"))
-    assert log.texts(Level.ERROR) == ["Redefining deffunction: f"]
-
-
-@pytest.mark.parametrize(
-    "content", [b"", b"\x00\x01\xff(((", b"(" * 50, b"; only a comment", b"\xff\xfe(defrule"]
-)
-def test_rubbish_never_raises(env, tmp_path, content):
-    path = tmp_path / "rubbish.clp"
-    path.write_bytes(content)
-    env.load(path)
-    env.batch(path)
 
 
 def test_functions_that_call_each_other_are_declared_first_without_a_word(env, log, clp):

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cxbridge.executive.host.environment import CORE_DIR
 from cxbridge.executive.host.source import SourceConstruct, prepare_core_source, prepare_source
 
 
@@ -103,9 +100,3 @@ def test_the_core_says_of_goals_that_it_means_the_modify_of_6_30():
     expected = "(defrule a => (modify ?a (x 1)) (cx-modify ?g mode (create$ A) error (create$)))"
     assert re.sub(" +", " ", core.text) == expected
     assert re.sub(" +", " ", rewritten("(cx-modify-goal ?g (mode A))")) == "(cx-modify ?g mode (create$ A))"
-
-
-@pytest.mark.parametrize("file", sorted(CORE_DIR.rglob("*.clp")), ids=lambda file: file.stem)
-def test_a_file_of_the_core_is_read_as_any_other(file: Path) -> None:
-    text = file.read_text()
-    assert prepare_core_source(text).constructs == prepare_source(text).constructs

@@ -11,7 +11,8 @@ from functools import cache
 
 from clips._clips import ffi, lib
 
-from cxbridge.executive.host.capi import EXTRA_FUNCTIONS, NULL, CData, decode
+from cxbridge.executive.host.capi import EXTRA_FUNCTIONS, NULL, CData, encode
+from cxbridge.executive.host.values import to_python
 
 _MULTIFIELD = 4  # CLIPS' type code of multifields
 _POINTER_BYTES = 8
@@ -50,7 +51,6 @@ class FactMaker:
 
     def __init__(self, env: CData) -> None:
         self._env = env
-        self._cached_positions: dict[CData, dict[bytes, int]] = {}
         self.replaces = False
         """Whether a ``modify`` is retracting a fact that it replaces by a new fact."""
 
@@ -84,10 +84,6 @@ class FactMaker:
         """Return the fact with this index, or NULL."""
         return EXTRA_FUNCTIONS.FindIndexedFact(self._env, index)
 
-    def forget(self) -> None:
-        """Clear the cached slots, because deftemplates may be redefined."""
-        self._cached_positions.clear()
-
     def _set_slots(self, new_fact: CData, values: list[tuple[bytes, CData]]) -> None:
         for slot, value in values:
             if not EXTRA_FUNCTIONS.PutFactSlot(new_fact, slot, value) and not self._force_slot(
@@ -101,69 +97,17 @@ class FactMaker:
         if slot == NULL:
             return False
         deftemplate = lib.FactDeftemplate(new_fact)
-        position = self._slot_positions(deftemplate).get(slot)
+        names = ffi.new("CLIPSValue *")
+        lib.DeftemplateSlotNames(deftemplate, names)
+        slots = [encode(str(name)) for name in to_python(names)]
         is_multifield = value.header.type == _MULTIFIELD
-        if position is None or is_multifield != bool(lib.DeftemplateSlotMultiP(deftemplate, slot)):
+        if slot not in slots or is_multifield != bool(lib.DeftemplateSlotMultiP(deftemplate, slot)):
             return False
         contents = ffi.cast("CLIPSValue *", ffi.cast("char *", new_fact) + contents_offset())
-        slot_value = contents + position
+        slot_value = contents + slots.index(slot)
         if is_multifield:  # a fact owns its multifields, while atoms are shared
             EXTRA_FUNCTIONS.ReturnMultifield(self._env, slot_value.multifieldValue)
             slot_value.multifieldValue = EXTRA_FUNCTIONS.CopyMultifield(self._env, value.multifieldValue)
         else:
             slot_value.value = value.value
         return True
-
-    def _slot_positions(self, deftemplate: CData) -> dict[bytes, int]:
-        """Return the positions of a deftemplate's slots."""
-        positions = self._cached_positions.get(deftemplate)
-        if positions is None:
-            names = ffi.new("CLIPSValue *")
-            lib.DeftemplateSlotNames(deftemplate, names)
-            contents = names.multifieldValue.contents
-            positions = {
-                decode((contents + index).lexemeValue.contents).encode(): index
-                for index in range(names.multifieldValue.length)
-            }
-            self._cached_positions[deftemplate] = positions
-        return positions
-
-
-class NumberFact:
-    """Asserts ordered facts of numbers, e.g. ``(time 1 2)``, in half the time of ``assert_ordered``.
-
-    Each loop of an executive asserts such a fact.
-
-    :param env: the environment's pointer.
-    :param relation: the relation, which some construct must name before the first call.
-    """
-
-    def __init__(self, env: CData, relation: str) -> None:
-        self._env = env
-        self._relation = relation.encode()
-        self._builder = lib.CreateMultifieldBuilder(env, 2)
-        self._item = ffi.new("CLIPSValue *")
-        self._fields = ffi.new("CLIPSValue *")
-
-    def add(self, *numbers: float) -> bool:
-        """Assert a fact of these numbers; False if CLIPS refuses it or the relation is unknown."""
-        env, item, builder = self._env, self._item, self._builder
-        deftemplate = lib.FindDeftemplate(env, self._relation)
-        if deftemplate == NULL:
-            return False
-        for number in numbers:
-            create_value = lib.CreateInteger if isinstance(number, int) else lib.CreateFloat
-            item.value = create_value(env, number)
-            lib.MBAppend(builder, item)
-        self._fields.value = lib.MBCreate(builder)  # MBCreate also empties the builder
-        new_fact = EXTRA_FUNCTIONS.CreateFact(deftemplate)
-        if not EXTRA_FUNCTIONS.PutFactSlot(new_fact, NULL, self._fields):
-            EXTRA_FUNCTIONS.ReturnFact(env, new_fact)
-            return False
-        return bool(EXTRA_FUNCTIONS.Assert(new_fact))
-
-    def dispose(self) -> None:
-        """Free the memory before the environment is destroyed. Further calls do nothing."""
-        if self._builder is not None:
-            lib.MBDispose(self._builder)
-            self._builder = None

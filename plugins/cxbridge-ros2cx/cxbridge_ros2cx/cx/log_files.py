@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Final, TextIO
 from cxbridge.clock import MICROSECONDS, Clock
 from cxbridge.errors import TraceError
 from cxbridge.events import Level
-from cxbridge.executive.host.loggers import ClipsLogger
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
@@ -72,7 +71,7 @@ class EnvironmentLogs:
             return
         log = EnvironmentLog(self._folder, env.name, env.bus.clock)
         self._logs.append(log)
-        env.loggers.add(ClipsLogger("file", log.write, component=env.name))
+        env.line_listeners["file"] = log.write
 
     def close(self) -> None:
         while self._logs:

@@ -186,4 +186,3 @@ class CxNode(Executive):
             self.deactivate()
         if self._services is not None:
             self._services.close()
-        self._time.dispose()

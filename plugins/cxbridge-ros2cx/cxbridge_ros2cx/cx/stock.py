@@ -18,7 +18,6 @@ from cxbridge.errors import ClipsError
 from cxbridge.events import Level
 from cxbridge.executive.host.capi import EXTRA_FUNCTIONS, NULL, encode
 from cxbridge.executive.host.environment import ClipsEnvironment
-from cxbridge.executive.host.facts.existing import FactsByIndex
 from cxbridge.executive.host.output import OutputRouter
 from cxbridge.executive.host.shims import Clips630Functions
 from cxbridge.executive.host.values import Value, to_python
@@ -77,7 +76,6 @@ class StockEnvironment(ClipsEnvironment):
     output_router: ClassVar[type[OutputRouter]] = StockOutput
 
     def _apply_shims(self) -> None:
-        self._facts_by_index = FactsByIndex(self.c_env)
         self._clips630_functions = Clips630Functions(self.c_env, self.udfs, self.build_unrecorded)
         self._open_files: list[Path] = []
         for name, function, minimum, maximum, types in (
@@ -116,14 +114,14 @@ class StockEnvironment(ClipsEnvironment):
     def reset(self) -> None:
         lib.Reset(self.c_env)
 
-    def load(self, path: Path) -> bool:
+    def load(self, path: Path | str) -> bool:
         """Load a file's constructs like ``load*``; return whether the file could be opened."""
-        with self._mark_reading(path):
+        with self._mark_reading(Path(path)):
             return bool(lib.Load(self.c_env, encode(str(path))) != lib.LE_OPEN_FILE_ERROR)
 
-    def batch(self, path: Path) -> bool:
+    def batch(self, path: Path | str) -> bool:
         """Execute a file like ``batch*``; return whether the file could be opened."""
-        with self._mark_reading(path, batch=True):
+        with self._mark_reading(Path(path), batch=True):
             return bool(lib.BatchStar(self.c_env, encode(str(path))))
 
     @contextmanager
@@ -136,7 +134,7 @@ class StockEnvironment(ClipsEnvironment):
         if file in self._open_files:
             chain = " -> ".join(entry.name for entry in (*self._open_files, file))
             raise ClipsError("this file reads itself", file=path, hint=f"files that read each other: {chain}")
-        self._forget_templates()
+        self.watcher.forget_names()
         self._open_files.append(file)
         try:
             with self.loader.recorded_inner_load(str(path), batch=batch):

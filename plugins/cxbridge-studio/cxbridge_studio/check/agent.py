@@ -444,7 +444,6 @@ class Agent(Closing):
     # ---- closing
 
     def close(self) -> None:
-        self.executive.close()
         self.manager.close()
         self.context.close()
 

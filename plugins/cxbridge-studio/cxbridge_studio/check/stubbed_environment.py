@@ -22,7 +22,6 @@ from clips._clips import ffi, lib
 from cxbridge.events import EventBus
 from cxbridge.executive.host.capi import EXTRA_FUNCTIONS, NULL, CData, decode, encode, make_callback
 from cxbridge.executive.host.environment import ClipsEnvironment
-from cxbridge.executive.host.facts.existing import EXISTS_FUNCTION
 from cxbridge.executive.host.loading import Diagnostic
 from cxbridge.executive.host.udf import store_value
 from cxbridge.executive.host.values import FALSE, InstanceName, Value
@@ -39,7 +38,7 @@ _FUNCTIONS_BY_REASON: Final = {
         ff-feature-request""",
     "chooses the module in which names are found": "get-current-module set-current-module",
     "a function of cxbridge: tests whether a file can be read": "cx-is-file",
-    "functions of cxbridge: parts of the shims for CLIPS 6.30": f"{EXISTS_FUNCTION} cx-seed cx-setgen",
+    "functions of cxbridge: parts of the shims for CLIPS 6.30": "cx-seed cx-setgen",
 }
 
 # The functions that are not replaced, each with the reason.
@@ -106,16 +105,16 @@ class StubbedEnvironment(ClipsEnvironment):
         if self._is_initialised:
             self._replace_by_stub(name)
 
-    def _load(self, file: str) -> Value:
-        """Load a file; a call within a construct returns FALSE."""
+    def load(self, path: Path | str) -> bool:
+        """Load a file; a call within a construct returns False."""
         # CLIPS' parser has one position, and would lose that in the file of the construct.
-        return FALSE if self.loader.is_parsing else super()._load(self._resolve(file))
+        return not self.loader.is_parsing and super().load(self._resolve(path))
 
-    def _batch(self, file: str) -> Value:
-        """Execute the commands of a file; a call within a construct returns FALSE."""
-        return FALSE if self.loader.is_parsing else super()._batch(self._resolve(file))
+    def batch(self, path: Path | str) -> bool:
+        """Execute the commands of a file; a call within a construct returns False."""
+        return not self.loader.is_parsing and super().batch(self._resolve(path))
 
-    def _resolve(self, file: str) -> str:
+    def _resolve(self, file: Path | str) -> Path | str:
         """Return the path of an existing file, or the name of a missing file."""
         paths = (str(folder / file) for folder in (Path.cwd(), *self.folders))
         return next(filter(is_readable_file, paths), file)

@@ -16,7 +16,6 @@ from cxbridge_studio.debugger.fact_words import parse_number
 app = typer.Typer(name="env", help="The CLIPS environments of a daemon.", no_args_is_help=True)
 
 _Env = Annotated[str, typer.Argument(metavar="ENV", help="the environment, e.g. executive")]
-_Features = Annotated[list[str], typer.Argument(metavar="FEATURE...", help="names of features")]
 
 
 def _say_rows(
@@ -35,7 +34,7 @@ def _say_rows(
 
 @app.command("features")
 def list_features(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> None:
-    """List the features: whether environments may request them, and which environments have them.
+    """List the features that environments may request, and the environments that have them.
 
     Example: cxbridge env features
     """
@@ -43,32 +42,9 @@ def list_features(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> None:
     width = max((len(info["name"]) for info in features), default=0)
 
     def format_line(info: dict[str, Any]) -> str:
-        state = "offered" if info["offered"] else "withdrawn"
-        return f"{info['name']:{width}}  {state:9}  {' '.join(info['environments'])}".rstrip()
+        return f"{info['name']:{width}}  {' '.join(info['environments'])}".rstrip()
 
     _say_rows(features, format_line, as_json=as_json)
-
-
-@app.command()
-def offer(features: _Features, url: Connect = DEFAULT_URL) -> None:
-    """Offer withdrawn features to environments again.
-
-    Example: cxbridge env offer navgraph
-    """
-    for name in features:
-        ask_daemon(url, "feature-offer", feature=name)
-
-
-@app.command()
-def withdraw(features: _Features, url: Connect = DEFAULT_URL) -> None:
-    """Withdraw features: an environment that requests a withdrawn feature gets FALSE.
-
-    Fails while an environment has the feature: first 'cxbridge env feature ENV FEATURE --remove'.
-
-    Example: cxbridge env withdraw navgraph
-    """
-    for name in features:
-        ask_daemon(url, "feature-withdraw", feature=name)
 
 
 @app.command("list")
@@ -135,17 +111,14 @@ def load(
 def feature(
     env: _Env,
     features: Annotated[list[str], typer.Argument(metavar="FEATURE...")],
-    remove: Annotated[bool, typer.Option("--remove", help="remove the features instead")] = False,
     url: Connect = DEFAULT_URL,
 ) -> None:
     """Add features to an environment, as (ff-feature-request ...) does.
 
-    Calls of the functions of a removed feature fail; the feature can be added again.
-
     Example: cxbridge env feature scratch blackboard
     """
     for name in features:
-        ask_daemon(url, "env-feature-remove" if remove else "env-feature", env=env, feature=name)
+        ask_daemon(url, "env-feature", env=env, feature=name)
 
 
 @app.command()

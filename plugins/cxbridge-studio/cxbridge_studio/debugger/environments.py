@@ -14,7 +14,6 @@ from msgspec import Struct
 
 from cxbridge.errors import ClipsError
 from cxbridge.executive.host.constructs import construct_names
-from cxbridge.executive.host.loggers import DEFAULT_LOGGER
 from cxbridge.executive.host.values import FALSE
 from cxbridge.file_access import why_unreadable
 from cxbridge.suggestions import did_you_mean
@@ -83,7 +82,7 @@ class EnvironmentService:
                 agenda=count_activations(env),
                 features=self._manager.loaded_features(name),
                 watch=tuple(item for item, is_watched in watchers.items() if is_watched),
-                log_level=env.loggers.level_of(DEFAULT_LOGGER).name.lower(),
+                log_level=env.log_level.name.lower(),
                 ended=env.is_ended,
             )
 
@@ -171,4 +170,4 @@ class EnvironmentService:
         """
         env, log_level = self._manager.find(name), find_level(level)
         with env.lock:
-            env.loggers.set_level(DEFAULT_LOGGER, log_level)
+            env.log_level = log_level

@@ -224,22 +224,6 @@ def _request_feature(context: OperationContext, parameters: _EnvironmentFeature)
 
 
 @OPERATIONS.add(
-    "env-feature-remove",
-    Right.CONTROL,
-    _EnvironmentFeature,
-    make_environment_route(
-        "DELETE",
-        "/features/{feature}",
-        "Remove a feature from an environment: calls of its functions fail until it is added again.",
-        errors={400: "The environment does not have the feature"},
-        answer=_describe_environment,
-    ),
-)
-def _remove_feature(context: OperationContext, parameters: _EnvironmentFeature) -> None:
-    context.executive.manager.destroy_context(parameters.env, parameters.feature)
-
-
-@OPERATIONS.add(
     "env-watch",
     Right.CONTROL,
     _WatchSetting,

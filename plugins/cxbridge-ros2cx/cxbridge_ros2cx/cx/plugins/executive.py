@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from cxbridge.clock import MICROSECONDS
-from cxbridge.executive.host.facts.making import NumberFact
 from cxbridge_ros2cx.cx.plugin import CxPlugin
 from cxbridge_ros2cx.cx.stock import StockEnvironment
 from cxbridge_ros2cx.refresh import RefreshTimer
@@ -40,7 +39,7 @@ class ExecutivePlugin(CxPlugin):
         """Read the rate and start the timer."""
         self._asserts_time = self.parameters.get(self.parameter("assert_time"), default=True)
         self._timer = RefreshTimer(self.context.clock, read_period_us(self.name, self.parameters))
-        self._time_facts: dict[StockEnvironment, NumberFact] = {}
+        self._environments: list[StockEnvironment] = []
         self._refresh_publisher: Publisher | None = None
         if self.parameters.get(self.parameter("publish_on_refresh"), default=False):
             self._refresh_publisher = self.context.ros.node.create_publisher(
@@ -52,17 +51,17 @@ class ExecutivePlugin(CxPlugin):
         if isinstance(env, StockEnvironment):
             for name in ("now", "now-systime"):
                 env.define(name, self._now_s)
-            self._init_time_fact(env)
+            self._define_time(env)
         else:  # an environment for inspection, in which no rule fires
             env.to_time_fields = lambda time_us: (time_us / MICROSECONDS,)
 
-    def _init_time_fact(self, env: StockEnvironment) -> None:
-        if env not in self._time_facts:  # an environment may load the plug-in twice
+    def _define_time(self, env: StockEnvironment) -> None:
+        if env not in self._environments:  # an environment may load the plug-in twice
             for construct in _CONSTRUCTS:
                 env.build(construct)
             env.eval("(unwatch facts time)")
             env.eval("(unwatch rules time-retract)")
-            self._time_facts[env] = NumberFact(env.c_env, "time")
+            self._environments.append(env)
 
     def _now_s(self) -> float:
         return self.context.clock.now_us() / MICROSECONDS
@@ -71,19 +70,18 @@ class ExecutivePlugin(CxPlugin):
         """When a tick is due, run the rules of the environments, in the order of their loading."""
         if not self._timer.advance_if_due():
             return
-        for env, time_fact in list(self._time_facts.items()):
+        for env in self._environments[:]:
             with env.lock:
                 if self._asserts_time:
-                    time_fact.add(self._now_s())
+                    env.assert_ordered("time", (self._now_s(),))
                 self.context.run_environment(env)
         if self._refresh_publisher is not None:
             self._refresh_publisher.publish({})
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
         """Stop running the rules of the environment."""
-        time_fact = self._time_facts.pop(env, None) if isinstance(env, StockEnvironment) else None
-        if time_fact is not None:
-            time_fact.dispose()
+        if isinstance(env, StockEnvironment) and env in self._environments:
+            self._environments.remove(env)
 
 
 def read_period_us(plugin: str, parameters: NodeParameters) -> int:

@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any, Final
 from cxbridge.clock import MICROSECONDS
 from cxbridge.closing import Closing
 from cxbridge.errors import CxbridgeError, Ros2Error
-from cxbridge.executive.host.loggers import ClipsLogger
 from cxbridge.executive.host.values import FALSE
 from cxbridge.rights import Right
 from cxbridge_ros2.lifecycle import ACTIVATE, CONFIGURE, DEACTIVATE, SHUTDOWN, Lifecycle, LifecycleState
@@ -35,7 +34,7 @@ _BOND: Final = "bond"
 # time without a heartbeat after which a peer considers the bond broken, as in Nav2
 _BOND_TIMEOUT_S: Final = 4.0
 _LOGGING_SERVICE: Final = "set_topic_logging"
-_LOGGER_NAME: Final = "topic"  # name of the logger that publishes an environment's lines
+_LISTENER_NAME: Final = "topic"  # name of the listener that publishes an environment's lines
 _INACTIVE_SERVICES: Final = ("list_envs", _LOGGING_SERVICE)  # services that an inactive node keeps
 
 Fields = Mapping[str, Any]
@@ -250,10 +249,9 @@ class TopicLogging:
         env = self._manager.environments.get(name)
         if env is None:  # as in the ROS 2 CX, an unknown environment is no error
             return
-        if any(logger.name == _LOGGER_NAME for logger in env.loggers.loggers):
-            env.loggers.remove(_LOGGER_NAME)
+        env.line_listeners.pop(_LISTENER_NAME, None)
         if is_enabled:
-            env.loggers.add(ClipsLogger(_LOGGER_NAME, partial(self._publish, env), component=name))
+            env.line_listeners[_LISTENER_NAME] = partial(self._publish, env)
 
     def _publish(self, env: ClipsEnvironment, _level: Level, line: str) -> None:
         logical_name = env.output.logical_name if isinstance(env.output, StockOutput) else ""

@@ -29,10 +29,10 @@ class Way:
     def __init__(self, ask: Callable[..., Any]) -> None:
         self.ask = ask
 
-    def names(self, feature: str) -> tuple[bool, list[str]]:
-        """Whether a feature is offered, and the environments that have it."""
+    def environments(self, feature: str) -> list[str]:
+        """The environments that have a feature."""
         found = next(info for info in self.ask("feature-list") if info["name"] == feature)
-        return found["offered"], list(found["environments"])
+        return list(found["environments"])
 
     def state(self, component: str) -> tuple[str, str]:
         found = next(row for row in self.ask("component-list") if row["name"] == component)
@@ -70,13 +70,7 @@ COMMANDS: dict[str, Callable[[dict[str, Any]], tuple[list[str], bool]]] = {
     "env-list": lambda _given: (["env", "list"], True),
     "env-eval": lambda given: (["env", "eval", given["env"], given["expression"]], True),
     "env-feature": lambda given: (["env", "feature", given["env"], given["feature"]], False),
-    "env-feature-remove": lambda given: (
-        ["env", "feature", given["env"], given["feature"], "--remove"],
-        False,
-    ),
     "feature-list": lambda _given: (["env", "features"], True),
-    "feature-offer": lambda given: (["env", "offer", given["feature"]], False),
-    "feature-withdraw": lambda given: (["env", "withdraw", given["feature"]], False),
     "component-list": lambda _given: (["daemon", "component"], True),
     "component-change": lambda given: (
         ["daemon", "component", given["component"], given["transition"]],
@@ -113,14 +107,7 @@ REQUESTS: dict[str, Callable[[dict[str, Any]], tuple[str, str, Any]]] = {
         f"/environments/{given['env']}/features",
         {"feature": given["feature"]},
     ),
-    "env-feature-remove": lambda given: (
-        "DELETE",
-        f"/environments/{given['env']}/features/{given['feature']}",
-        None,
-    ),
     "feature-list": lambda _given: ("GET", "/features", None),
-    "feature-offer": lambda given: ("PUT", f"/features/{given['feature']}", None),
-    "feature-withdraw": lambda given: ("DELETE", f"/features/{given['feature']}", None),
     "component-list": lambda _given: ("GET", "/components", None),
     "component-change": lambda given: (
         "PUT",
@@ -173,67 +160,12 @@ def test_environments_are_created_and_destroyed(way: Way) -> None:
     assert [info["name"] for info in way.ask("env-list")] == ["executive"]
 
 
-def test_a_feature_is_withdrawn_and_offered_again(lab: Way) -> None:
-    """The original's services remove_features and add_clips_features."""
-    assert lab.names("navgraph") == (True, [])
-    lab.ask("feature-withdraw", feature="navgraph")
-    lab.ask("feature-withdraw", feature="navgraph")
-    assert lab.names("navgraph") == (False, [])
-    assert lab.value('(ff-feature-request "navgraph")') == "FALSE"
-    assert lab.value("(any-factp ((?f ff-feature)) (eq ?f:implied (create$ navgraph)))") == "FALSE"
-    lab.value("(reset)")
-    assert lab.value("(any-factp ((?f ff-feature)) (eq ?f:implied (create$ navgraph)))") == "FALSE"
-    with pytest.raises(RefusedError, match="navgraph"):
-        lab.ask("env-feature", env="lab", feature="navgraph")
-    lab.ask("feature-offer", feature="navgraph")
-    lab.ask("feature-offer", feature="navgraph")
-    assert lab.value("(any-factp ((?f ff-feature)) (eq ?f:implied (create$ navgraph)))") == "TRUE"
-    lab.value("(reset)")
-    assert lab.value("(any-factp ((?f ff-feature)) (eq ?f:implied (create$ navgraph)))") == "TRUE"
-    for verb in ("feature-withdraw", "feature-offer"):
-        with pytest.raises(RefusedError, match="nope"):
-            lab.ask(verb, feature="nope")
-
-
-def test_a_feature_is_taken_away_from_an_environment(lab: Way) -> None:
-    """The original's service destroy_feature_context."""
-    loaded = "(any-factp ((?f ff-feature-loaded)) (eq ?f:implied (create$ blackboard)))"
-    lab.ask("env-feature", env="lab", feature="blackboard")
-    assert lab.value(loaded) == "TRUE"
-    lab.value('(blackboard-open "TestInterface" "one")')
-    lab.ask("env-feature-remove", env="lab", feature="blackboard")
-    assert lab.value(loaded) == "FALSE"
-    assert lab.names("blackboard") == (True, ["executive"])
-    with pytest.raises(RefusedError, match="blackboard"):
-        lab.value('(blackboard-open "TestInterface" "one")')
-    with pytest.raises(RefusedError, match="does not have the CLIPS feature"):
-        lab.ask("env-feature-remove", env="lab", feature="blackboard")
+def test_an_environment_gets_a_feature(lab: Way) -> None:
+    assert lab.environments("navgraph") == []
+    lab.ask("env-feature", env="lab", feature="navgraph")
+    assert lab.environments("navgraph") == ["lab"]
     with pytest.raises(RefusedError, match="nope"):
-        lab.ask("env-feature-remove", env="lab", feature="nope")
-    with pytest.raises(RefusedError, match="nope"):
-        lab.ask("env-feature-remove", env="nope", feature="blackboard")
-    lab.ask("env-feature", env="lab", feature="blackboard")
-    lab.value("(reset)")
-    assert lab.value(loaded) == "TRUE"
-    lab.value('(blackboard-open "TestInterface" "one")')
-    assert lab.value("(length$ (find-all-facts ((?f blackboard-interface)) TRUE))") == "1"
-
-
-def test_every_feature_can_be_taken_away_and_given_again(served: tuple[Any, list[str]]) -> None:
-    daemon, _ = served
-    with connected(daemon) as board:
-        way = over_python(daemon, board)
-        way.ask("env-create", env="lab")
-        names = [info["name"] for info in way.ask("feature-list")]
-        assert len(names) >= 8
-        for name in names:
-            for _ in range(2):
-                way.ask("env-feature", env="lab", feature=name)
-                assert "lab" in way.names(name)[1]
-                way.value("(reset)")
-                way.ask("env-feature-remove", env="lab", feature=name)
-                assert "lab" not in way.names(name)[1]
-        way.ask("env-destroy", env="lab")
+        lab.ask("env-feature", env="lab", feature="nope")
 
 
 def test_a_component_is_taken_through_its_life(way: Way) -> None:
