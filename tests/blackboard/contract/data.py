@@ -60,6 +60,13 @@ class DataContract(Contract):
         assert reader.read() is False
         assert (reader.refreshed, reader.changed) == (False, False)
 
+    def test_setting_the_same_value_refreshes_and_does_not_change(self, pair, reader, writer):
+        pair.publish(writer, count=1)
+        reader.read()
+        pair.publish(writer, count=1)
+        assert reader.read() is True
+        assert (reader.refreshed, reader.changed) == (True, False)
+
     def test_refreshed_needs_no_progress_of_the_clock(self, pair, reader, writer):
         stamps = []
         for count in (1, 2):

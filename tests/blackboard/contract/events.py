@@ -204,6 +204,13 @@ class EventsContract(Contract):
         reader.close()
         pair.near.unregister_listener(recorder, reader)
 
+    def test_listeners_of_a_closed_instance_hear_nothing(self, pair, reader, writer):
+        recorder = Recorder()
+        pair.near.register_listener(recorder, reader, *DATA)
+        reader.close()
+        pair.publish(writer)
+        assert recorder.log == []
+
     def test_a_closed_instance_cannot_be_listened_on(self, pair, reader):
         reader.close()
         with pytest.raises(errors.BlackBoardError):
