@@ -7,6 +7,7 @@ or values.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Final
 
@@ -18,31 +19,20 @@ from cxbridge_studio.agent.top_level import TopLevelList, split_top_level_lists
 # The heads of conditional elements that contain patterns.
 CONDITION_HEADS: Final = frozenset({"and", "or", "not", "exists", "forall", "logical"})
 
-# Functions that query facts or instances. Their first argument is `((?fact TEMPLATE) ...)`.
-QUERY_KINDS: Final[Mapping[str, NameKind]] = {
-    **dict.fromkeys(
-        ("do-for-fact", "do-for-all-facts", "delayed-do-for-all-facts", "find-fact", "find-all-facts"),
-        NameKind.TEMPLATE,
-    ),
-    "any-factp": NameKind.TEMPLATE,
-    **dict.fromkeys(
-        ("do-for-instance", "do-for-all-instances", "delayed-do-for-all-instances", "find-instance"),
-        NameKind.CLASS,
-    ),
-    **dict.fromkeys(("find-all-instances", "any-instancep"), NameKind.CLASS),
-}
-
-# Functions whose arguments are slots of an instance, `(SLOT VALUE...)`.
-_INSTANCE_FUNCTIONS: Final = frozenset(
-    f"{active}{change}-instance"
-    for change in ("make", "initialize", "modify", "duplicate", "message-modify", "message-duplicate")
-    for active in ("", "active-")
+# Functions that query facts. Their first argument is `((?fact TEMPLATE) ...)`.
+QUERY_FUNCTIONS: Final = frozenset(
+    {"do-for-fact", "do-for-all-facts", "delayed-do-for-all-facts", "find-fact", "find-all-facts"}
+    | {"any-factp"}
 )
+
+# Constructs and functions of CLIPS' object system. Their names are not read: no agent of Fawkes has classes.
+_OBJECT_CONSTRUCTS: Final = frozenset({"defclass", "definstances", "defmessage-handler"})
+_OBJECT_FUNCTIONS: Final = re.compile(r".*-instances?p?")
 
 # Words that begin a list but are not functions: the branches of a switch.
 _SWITCH_BRANCHES: Final = frozenset({"case", "default"})
-# Words that begin the definition of a slot: `field` and `multifield` are old, `single-slot` is for classes.
-_SLOT_KEYWORDS: Final = frozenset({"slot", "multislot", "single-slot", "field", "multifield"})
+# Words that begin the definition of a slot: `field` and `multifield` are old.
+_SLOT_KEYWORDS: Final = frozenset({"slot", "multislot", "field", "multifield"})
 # Functions that change a fact; the loader rewrites `modify` in the built-in core to `cx-modify-goal`.
 _CHANGE_FUNCTIONS: Final = frozenset({"modify", "duplicate", "cx-modify-goal"})
 _LOOP_FUNCTIONS: Final = frozenset({"foreach", "progn$", "loop-for-count"})
@@ -55,8 +45,6 @@ CONSTRUCT_KINDS: Final[Mapping[str, NameKind]] = {
     "deffunction": NameKind.FUNCTION,
     "defgeneric": NameKind.FUNCTION,
     "defmethod": NameKind.FUNCTION,
-    "defclass": NameKind.CLASS,
-    "definstances": NameKind.FACTS,
     "defmodule": NameKind.MODULE,
 }
 
@@ -72,7 +60,6 @@ SLOT_VALUE_KINDS: Final[Mapping[tuple[str, str], NameKind]] = {
     ("domain-object", "type"): NameKind.OBJECT_TYPE,
     ("domain-object-type", "name"): NameKind.OBJECT_TYPE,
     ("executive-init-request", "name"): NameKind.FEATURE,
-    ("protobuf-msg", "type"): NameKind.PROTO_MESSAGE,
 }
 
 # Functions that have a name as their first argument.
@@ -88,18 +75,8 @@ FIRST_ARGUMENT_KINDS: Final[Mapping[str, NameKind]] = {
     ),
     "blackboard-create-msg": NameKind.INTERFACE,
     "ff-feature-request": NameKind.FEATURE,
-    **dict.fromkeys(("pb-create", "pb-register-type"), NameKind.PROTO_MESSAGE),
     "plan-assert-action": NameKind.ACTION,
 }
-
-# Functions that have a protobuf message and the name of a field as their first two arguments.
-FIELD_FUNCTIONS: Final = frozenset(
-    f"pb-{function}"
-    for function in (
-        *("field-type", "field-label", "has-field", "field-is-list", "field-value", "field-list"),
-        *("set-field", "add-list"),
-    )
-)
 
 
 def read_clips(path: str, text: str, previous: SourceFile | None = None) -> SourceFile:
@@ -179,7 +156,6 @@ class _ConstructReader:
         self._templates_by_variable: dict[str, str] = {}
         # The variables that the construct also binds to a value other than a known fact.
         self._rebound_variables: frozenset[str] = frozenset()
-        self._message_types_by_variable: dict[str, str] = {}  # the types of protobuf messages
 
     def read_top_level(self, node: SyntaxNode) -> None:
         """Read a top-level list."""
@@ -192,11 +168,10 @@ class _ConstructReader:
             "deffunction": self._read_function,
             "defmethod": self._read_function,
             "defgeneric": self._read_function,
-            "defclass": self._read_template,
-            "defmessage-handler": self._read_handler,
-            "definstances": self._read_instances,
-            "defmodule": self._read_module,
+            "defmodule": self._read_definition,
         }
+        if node.head in _OBJECT_CONSTRUCTS:
+            return
         reader = readers.get(node.head)
         if reader is None:
             self._read_expression(node)
@@ -224,14 +199,10 @@ class _ConstructReader:
             self._read_expression(item)
 
     def _read_template(self, node: SyntaxNode) -> None:
-        """Read a deftemplate or a defclass."""
         slots = self._read_definition(node)
         owner = without_module(node.arguments[0].text)
         for slot in slots:
-            if slot.head == "is-a":
-                for name in slot.arguments:
-                    self._add_mention(NameKind.CLASS, name, Use.NAMED)
-            elif slot.head in _SLOT_KEYWORDS and slot.arguments:
+            if slot.head in _SLOT_KEYWORDS and slot.arguments:
                 self._add_mention(NameKind.SLOT, slot.arguments[0], Use.DEFINED, owner)
                 for facet in slot.arguments[1:]:
                     for value in facet.arguments:
@@ -240,33 +211,6 @@ class _ConstructReader:
     def _read_facts(self, node: SyntaxNode) -> None:
         for fact in self._read_definition(node):
             self._read_fact(fact)
-
-    def _read_module(self, node: SyntaxNode) -> None:
-        for item in self._read_definition(node):
-            if item.head == "import" and item.arguments:
-                self._add_mention(NameKind.MODULE, item.arguments[0], Use.NAMED)
-
-    def _read_instances(self, node: SyntaxNode) -> None:
-        for instance in self._read_definition(node):
-            self._read_instance(instance.items or ())
-
-    def _read_instance(self, items: tuple[SyntaxNode, ...]) -> None:
-        """Read ``[NAME] of CLASS (SLOT VALUE...)...``. Calls such as ``modify-instance`` have no class."""
-        for previous, item in zip((None, *items), items, strict=False):
-            if previous is not None and previous.text == "of" and literal(item):
-                self._add_mention(NameKind.CLASS, item, Use.NAMED)
-            elif item.head and previous is not None:
-                for value in item.arguments:
-                    self._read_expression(value)
-            else:
-                self._read_expression(item)
-
-    def _read_handler(self, node: SyntaxNode) -> None:
-        """Read ``(defmessage-handler CLASS MESSAGE [TYPE] "comment" (PARAMETER...) ACTION...)``."""
-        name, *content = node.arguments
-        self._add_mention(NameKind.CLASS, name, Use.NAMED)
-        for item in content:
-            self._read_expression(item)
 
     def _read_function(self, node: SyntaxNode) -> None:
         for item in self._read_definition(node):
@@ -300,19 +244,11 @@ class _ConstructReader:
         template = without_module(items[0].text)
         # A single word among the arguments makes the fact ordered. The lists in an ordered fact are calls.
         has_slots = all(item.head and not item.head.startswith(("?", "$?")) for item in node.arguments)
-        if template == "protobuf-msg":
-            self._record_message_type(node.arguments)
         for item in node.arguments:
             if has_slots:
                 self._read_slot(item, template, use)
             else:
                 self._read_expression(item)
-
-    def _record_message_type(self, slots: Iterable[SyntaxNode]) -> None:
-        """Record the message type of the variable that the slot ``ptr`` of a ``protobuf-msg`` binds."""
-        values = {slot.head: slot.arguments[0] for slot in slots if slot.arguments}
-        if "type" in values and "ptr" in values and literal(values["type"]):
-            self._message_types_by_variable[values["ptr"].text] = literal(values["type"])
 
     def _read_slot(self, node: SyntaxNode, template: str, use: Use) -> None:
         name = node.items[0] if node.items else node
@@ -380,11 +316,9 @@ class _ConstructReader:
             for slot in arguments[1:]:
                 if slot.head:
                     self._read_slot(slot, template, Use.CHANGED)
-        elif first.text in QUERY_KINDS and arguments:
-            self._read_query(arguments, QUERY_KINDS[first.text])
-        elif first.text in _INSTANCE_FUNCTIONS:
-            self._read_instance(node.items or ())
-        else:
+        elif first.text in QUERY_FUNCTIONS and arguments:
+            self._read_query(arguments)
+        elif not _OBJECT_FUNCTIONS.fullmatch(first.text):
             self._read_arguments(first.text, arguments)
 
     def _read_arguments(self, function: str, arguments: tuple[SyntaxNode, ...]) -> None:
@@ -394,33 +328,27 @@ class _ConstructReader:
                 self._add_mention(kind, argument, Use.NAMED)
             elif position == 0 and function == "bind" and argument.text.startswith("?*"):
                 self._add_mention(NameKind.GLOBAL, argument, Use.SET)
-            elif position == 1 and function in FIELD_FUNCTIONS and literal(argument):
-                if owner := self._message_types_by_variable.get(arguments[0].text):
-                    self._add_mention(NameKind.PROTO_FIELD, argument, Use.NAMED, owner)
             elif position == 1 and function == "bind":
                 self._read_binding(arguments[0].text, argument)
             else:
                 self._read_expression(argument)
 
     def _read_binding(self, variable: str, value: SyntaxNode) -> None:
-        """Read ``(bind ?fact (assert (TEMPLATE ...)))`` or ``(bind ?message (pb-create TYPE))``."""
-        if value.head == "pb-create" and value.arguments:
-            self._message_types_by_variable[variable] = literal(value.arguments[0])
+        """Read ``(bind ?fact (assert (TEMPLATE ...)))``."""
         self._read_expression(value)
         if value.head == "assert" and value.arguments and value.arguments[0].head:
             self._record_template(variable, without_module(value.arguments[0].head))
 
-    def _read_query(self, arguments: tuple[SyntaxNode, ...], kind: NameKind) -> None:
+    def _read_query(self, arguments: tuple[SyntaxNode, ...]) -> None:
         """Read ``((?VARIABLE TEMPLATE...)...) EXPRESSION...``."""
         # Up to the end of the query, its variables hide outer variables with the same names.
         outer_templates = dict(self._templates_by_variable)
         for member in arguments[0].items or ():
             templates = [argument for argument in member.arguments if argument.items is None]
             for template in templates:
-                self._add_mention(kind, template, Use.QUERIED)
+                self._add_mention(NameKind.TEMPLATE, template, Use.QUERIED)
             if member.items:
-                has_one_template = len(templates) == 1 and kind is NameKind.TEMPLATE
-                template_name = without_module(templates[0].text) if has_one_template else ""
+                template_name = without_module(templates[0].text) if len(templates) == 1 else ""
                 self._templates_by_variable[member.items[0].text] = template_name
         for item in arguments[1:]:
             self._read_expression(item)

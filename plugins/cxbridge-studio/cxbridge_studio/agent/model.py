@@ -15,7 +15,6 @@ from cxbridge_studio.agent.interface_xml import read_interface
 from cxbridge_studio.agent.lua import read_lua
 from cxbridge_studio.agent.names import Mention, Name, NameKind, SourceFile, Use
 from cxbridge_studio.agent.pddl import read_pddl
-from cxbridge_studio.agent.protobuf import read_proto
 from cxbridge_studio.agent.yaml import read_yaml
 
 _READERS: Final[Mapping[str, Callable[[str, str], SourceFile]]] = {
@@ -24,7 +23,6 @@ _READERS: Final[Mapping[str, Callable[[str, str], SourceFile]]] = {
     ".yml": read_yaml,
     ".lua": read_lua,
     ".xml": read_interface,
-    ".proto": read_proto,
 }
 SUFFIXES: Final = (".clp", *_READERS)  # the suffixes of an agent's files
 

@@ -23,7 +23,6 @@ class NameKind(StrEnum):
     FUNCTION = "function"
     GLOBAL = "global"
     FACTS = "facts"
-    CLASS = "class"
     MODULE = "module"
     GOAL_CLASS = "goal class"
     DOMAIN = "domain"
@@ -37,8 +36,6 @@ class NameKind(StrEnum):
     INTERFACE = "interface"
     FIELD = "field"
     MESSAGE = "message"
-    PROTO_MESSAGE = "protobuf message"
-    PROTO_FIELD = "protobuf field"
     FEATURE = "feature"
     FILE = "file"
     SPEC = "spec"
@@ -62,7 +59,7 @@ class Name(NamedTuple):
     """A name in the files of an agent.
 
     :param owner: the template of a slot, the action of a PDDL parameter, the skill of an argument, or the
-        interface or protobuf message of a field; empty for other kinds, and if the owner is unknown.
+        interface of a field; empty for other kinds, and if the owner is unknown.
     """
 
     kind: NameKind

@@ -7,13 +7,12 @@ scenario that the user names.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Final
 
-import cxbridge.executive
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import TraceError
 from cxbridge.events import Event, FactChange, InterfaceMessage, InterfaceWrite, Level, LogLine
@@ -34,7 +33,6 @@ _CONSTRUCT_ROLES = ("clips", "construct")  # the roles of the recorded sources w
 EXECUTIVE_ENVIRONMENT: Final = "executive"
 MAX_DIAGNOSTICS: Final = 1000  # the limit of the kept diagnostics of each environment
 
-_CORE_FOLDER = Path(cxbridge.executive.__file__).parent / "clips"
 _LOG_COMPONENT = re.compile(r"CLIPS \((.+)\)")
 # A diagnostic such as "agent.clp:12: defrule go is not defined: missing parenthesis [PRNTUTIL2]". The
 # lookahead rejects other lines at once: without it, each colon would be tried as the end of the file name, in
@@ -169,8 +167,7 @@ class RecordedEvidence(Evidence):
                     hint="name the scenario that was run, or with --fawkes-dir the checkout of the Fawkes "
                     "that wrote the log",
                 )
-            folders = find_agent_folders((file.name, file.text) for file in files)
-            self._rules = Constructs(files, self._diagnostics.find_diagnostics(self.env), folders)
+            self._rules = Constructs(files, self._diagnostics.find_diagnostics(self.env))
         return self._rules
 
     def read_rulebook(self) -> Rulebook:
@@ -236,24 +233,3 @@ def _choose_environment(env: str | None, names: set[str], path: Path) -> str:
         hint = f"there are: {', '.join(sorted(names)) or 'none'}"
         raise TraceError(f"the recording has no CLIPS environment '{env}'", file=path, hint=hint)
     return env
-
-
-def find_agent_folders(files: Iterable[tuple[str, str]]) -> list[str]:
-    """Return the folders of an agent's files whose content equals the recorded content.
-
-    :param files: the paths and the recorded texts. A path alone does not open a folder: the recording may
-        come from a stranger.
-    """
-    folders: dict[str, None] = {}  # a set that keeps the order of the files
-    for name, text in files:
-        path = Path(name)
-        if not path.is_absolute() or path.is_relative_to(_CORE_FOLDER) or str(path.parent) in folders:
-            continue
-        try:
-            data = text.encode("utf-8", "surrogateescape")
-            # The size first: a stranger's path may lead to a device or to a huge file.
-            if path.is_file() and path.stat().st_size == len(data) and path.read_bytes() == data:
-                folders[str(path.parent)] = None
-        except (OSError, ValueError):  # an unreadable file, or a path with a NUL character
-            continue
-    return list(folders)

@@ -19,7 +19,6 @@ from cxbridge.run.source import source_of
 from cxbridge.run.specs import choose_spec
 from cxbridge_studio.lsp.session import find_agent_files
 
-_PROTO_DIRS: Final = "/clips-protobuf/proto-dirs"
 _HOST_FOLDERS: Final = ("host", "features")
 
 
@@ -55,14 +54,11 @@ class AgentFiles(Struct, frozen=True):
             yield from find_agent_files(folder, (".clp",))
 
     def find_named_files(self) -> Iterator[Path]:
-        """Yield the files of the interfaces, skills and protobuf messages whose names the agent can use."""
+        """Yield the files of the interfaces and skills whose names the agent can use."""
         for folder in self.paths.interface_dirs:
             yield from sorted(folder.glob("*.xml"))
         for folder in self.paths.skill_dirs:
             yield from find_agent_files(folder, (".lua",))
-        for text in self.config.get_strings(_PROTO_DIRS, default=[]):
-            for folder in self.paths.expand(text):
-                yield from find_agent_files(folder, (".proto",))
 
 
 def _find_host_files(paths: RunPaths) -> Iterator[Path]:

@@ -10,13 +10,12 @@ from cxbridge.clipstext.syntax import read
 from cxbridge_studio.agent.clips import (
     CONDITION_HEADS,
     CONSTRUCT_KINDS,
-    FIELD_FUNCTIONS,
     FIRST_ARGUMENT_KINDS,
     SLOT_VALUE_KINDS,
 )
 from cxbridge_studio.agent.names import Name, NameKind, SourceFile, Use
 from cxbridge_studio.agent.yaml import find_parent_keys
-from cxbridge_studio.lsp.context import Context, find_context, find_fact_template, find_message_type
+from cxbridge_studio.lsp.context import Context, find_context, find_fact_template
 from cxbridge_studio.lsp.session import Session
 
 
@@ -35,7 +34,6 @@ class Proposal(NamedTuple):
 # the action in: (plan-action (action-name goto)
 _ACTION_NAME: Final = re.compile(r"\(action-name\s+([^\s()?]+)")
 # the message before the cursor in: (pb-field-value ?m
-_MESSAGE_ARGUMENT: Final = re.compile(r"\(\s*pb-[\w-]+\s+(\?[\w-]+)\s+\Z")
 # the fact in: ?fact:slot
 _SLOT_ACCESS: Final = re.compile(r"(\?[\w-]+):[^\s()]*\Z")
 _CONSTRUCTS: Final = (*CONSTRUCT_KINDS, "defglobal")
@@ -125,9 +123,6 @@ def _propose_arguments(session: Session, file: SourceFile, context: Context) -> 
             match = _ACTION_NAME.search(context.pattern)
             yield from _propose_defined(session, file, NameKind.PARAMETER, match[1] if match else None)
         yield from _propose_allowed_values(session, file, template, head)
-    elif head in FIELD_FUNCTIONS and (match := _MESSAGE_ARGUMENT.search(context.text)):
-        owner = find_message_type(context.text, match[1])
-        yield from _propose_defined(session, file, NameKind.PROTO_FIELD, owner) if owner else ()
     elif head in FIRST_ARGUMENT_KINDS:
         yield from _propose_names(session, file, FIRST_ARGUMENT_KINDS[head])
     # a list that begins with a variable is a member of a query, ((?fact TEMPLATE))

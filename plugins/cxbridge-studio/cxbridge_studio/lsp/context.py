@@ -107,16 +107,6 @@ def find_fact_template(text: str, variable: str) -> str:
     return _find_last_group(patterns, text)
 
 
-def find_message_type(text: str, variable: str) -> str:
-    """Return the type of the message that the preceding text binds to a variable; empty if unknown."""
-    name = re.escape(variable)
-    patterns = (
-        rf"\(bind\s+{name}\s+\(pb-create\s+\"([^\"]+)\"",
-        rf"\(protobuf-msg\b[^\n]*\(type\s+\"([^\"]+)\"\)[^\n]*\(ptr\s+{name}\s*\)",
-    )
-    return _find_last_group(patterns, text)
-
-
 def _find_last_group(patterns: tuple[str, ...], text: str) -> str:
     """Return the group of the last match of the first pattern that matches; empty without a match.
 

@@ -6,7 +6,6 @@ import re
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from textwrap import dedent
 from typing import Final
 
 from cxbridge.clipstext.syntax import SyntaxNode, read
@@ -49,8 +48,6 @@ def _describe_definition(definition: FileMention, name: Name) -> Iterator[str]:
         NameKind.INTERFACE: _describe_interface,
         NameKind.FIELD: _describe_field,
         NameKind.MESSAGE: _describe_field,
-        NameKind.PROTO_MESSAGE: _describe_proto_message,
-        NameKind.PROTO_FIELD: _describe_proto_field,
     }
     describer = describers.get(mention.name.kind)
     if describer is not None:
@@ -67,26 +64,6 @@ def _describe_definition(definition: FileMention, name: Name) -> Iterator[str]:
     else:
         yield from _describe_construct(definition)
     yield f"*{name.kind.value}*, {Path(file.path).name}:{file.lines.at(mention.start)}"
-
-
-def _describe_proto_message(definition: FileMention) -> Iterator[str]:
-    """Yield the text of a message, up to its closing brace."""
-    file, mention = definition
-    begin = file.text.rfind("\n", 0, mention.start) + 1
-    depth = 0
-    for match in _BRACE.finditer(file.text, mention.end):
-        depth += 1 if match[0] == "{" else -1
-        if depth <= 0:
-            yield f"```proto\n{dedent(file.text[begin : match.end()])}\n```"
-            return
-
-
-def _describe_proto_field(definition: FileMention) -> Iterator[str]:
-    """Yield the line of a field, with its comment."""
-    file, mention = definition
-    begin = file.text.rfind("\n", 0, mention.start) + 1
-    yield f"```proto\n{file.text[begin:].partition(chr(10))[0].strip()}\n```"
-    yield f"of {mention.name.owner}"
 
 
 def _describe_construct(definition: FileMention) -> Iterator[str]:

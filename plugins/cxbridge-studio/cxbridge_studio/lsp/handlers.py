@@ -28,7 +28,7 @@ _TRIGGER_CHARACTERS: Final = ["(", "?", "*", ":", "{", '"']
 # patterns of the word before the cursor, which a completion replaces, by the suffix of the file
 _WORD_PATTERNS: Final = {".clp": re.compile(r"[^\s()\"&|~;]*\Z"), ".pddl": re.compile(r"[?:\w-]*\Z")}
 _DEFAULT_WORD_PATTERN: Final = re.compile(r"[\w/.-]*\Z")
-_WATCHED_FILES: Final = "**/*.{clp,pddl,yaml,yml,lua,xml,proto}"
+_WATCHED_FILES: Final = "**/*.{clp,pddl,yaml,yml,lua,xml}"
 
 # the protocol's kinds for the kinds of names, for which editors show icons
 _SYMBOL_KINDS: Final[Mapping[NameKind, lsp.SymbolKind]] = {
@@ -39,7 +39,6 @@ _SYMBOL_KINDS: Final[Mapping[NameKind, lsp.SymbolKind]] = {
     NameKind.GLOBAL: lsp.SymbolKind.Variable,
     NameKind.FACTS: lsp.SymbolKind.Object,
     NameKind.MODULE: lsp.SymbolKind.Module,
-    NameKind.CLASS: lsp.SymbolKind.Class,
     NameKind.ACTION: lsp.SymbolKind.Method,
     NameKind.PARAMETER: lsp.SymbolKind.TypeParameter,
     NameKind.PREDICATE: lsp.SymbolKind.Property,
@@ -50,8 +49,6 @@ _SYMBOL_KINDS: Final[Mapping[NameKind, lsp.SymbolKind]] = {
     NameKind.INTERFACE: lsp.SymbolKind.Interface,
     NameKind.FIELD: lsp.SymbolKind.Field,
     NameKind.MESSAGE: lsp.SymbolKind.Method,
-    NameKind.PROTO_MESSAGE: lsp.SymbolKind.Struct,
-    NameKind.PROTO_FIELD: lsp.SymbolKind.Field,
     NameKind.FILE: lsp.SymbolKind.File,
 }
 _COMPLETION_KINDS: Final[Mapping[NameKind, lsp.CompletionItemKind]] = {
@@ -63,8 +60,6 @@ _COMPLETION_KINDS: Final[Mapping[NameKind, lsp.CompletionItemKind]] = {
     NameKind.ACTION: lsp.CompletionItemKind.Method,
     NameKind.SKILL: lsp.CompletionItemKind.Function,
     NameKind.INTERFACE: lsp.CompletionItemKind.Interface,
-    NameKind.PROTO_MESSAGE: lsp.CompletionItemKind.Struct,
-    NameKind.PROTO_FIELD: lsp.CompletionItemKind.Field,
     NameKind.FILE: lsp.CompletionItemKind.File,
 }
 

@@ -21,8 +21,6 @@ _FIXED_KINDS: Final = frozenset(
         NameKind.FIELD,
         NameKind.MESSAGE,
         NameKind.SPEC,
-        NameKind.PROTO_MESSAGE,
-        NameKind.PROTO_FIELD,
     }
 )
 

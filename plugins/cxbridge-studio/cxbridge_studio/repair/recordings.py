@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import shutil
 import stat
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -87,22 +87,6 @@ def check_events(path: Path) -> None:
     """
     for _ in open_run(path):
         pass
-
-
-def find_recordings(folder: Path) -> Iterator[Path]:
-    """Yield the recorded runs among the files in a folder, by name.
-
-    :raises TraceError: if the folder cannot be read.
-    """
-    with reading(folder):
-        paths = sorted(folder.iterdir())
-    for path in paths:
-        try:
-            open_run(path)
-        except TraceError:  # other files may be in the folder
-            continue
-        if path.is_file():
-            yield path
 
 
 def _examine_text(run: Run) -> Repair:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import pytest
@@ -29,13 +28,10 @@ def mend(path: Path) -> tuple[bytes, list[str]]:
 @needs_shared
 @pytest.mark.parametrize("name", NAMES)
 def test_recordings_become_what_ffbblog_made_of_them(name: str, tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    source = RECORDINGS / name / "bblogger"
-    assert invoke(["trace", "repair", str(source), "-o", str(out)]) == 0
-    names = sorted(path.name for path in out.iterdir())
-    assert names == sorted(path.name for path in source.iterdir())
-    for path in out.iterdir():
-        assert path.read_bytes() == (RECORDINGS / name / "bblogger-repaired" / path.name).read_bytes()
+    for path in (RECORDINGS / name / "bblogger").iterdir():
+        out = tmp_path / path.name
+        assert invoke(["trace", "repair", str(path), "-o", str(out)]) == 0
+        assert out.read_bytes() == (RECORDINGS / name / "bblogger-repaired" / path.name).read_bytes()
 
 
 def test_a_wrong_header_is_mended(tmp_path: Path) -> None:
@@ -88,16 +84,3 @@ def test_the_input_stays_unless_told_otherwise(tmp_path: Path, capsys: pytest.Ca
     assert invoke(["trace", "repair", str(path), "--in-place"]) == 0
     assert path.read_bytes() == good
     assert sorted(each.name for each in tmp_path.iterdir()) == ["a.log", "a.log.bak", "a.log.bak2", "b.log"]
-
-
-@needs_studio
-def test_a_folder_is_mended_as_far_as_it_can_be(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "a.log").write_bytes(make([(1, 0)]))
-    (tmp_path / "b.log").write_bytes(make([(1, 0)])[:90])
-    (tmp_path / "notes.txt").write_text("nothing of ours")
-    assert invoke(["trace", "repair", str(tmp_path), "--in-place", "--json"]) == 2
-    out, err = capsys.readouterr()
-    one, other = json.loads(out)["files"]
-    assert (one["repaired"], one["backup"], len(one["actions"])) == (True, None, 2)
-    assert other["error"] == "cut off within the header"
-    assert "cut off within the header" in err

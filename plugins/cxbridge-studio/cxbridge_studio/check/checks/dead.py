@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
-from cxbridge.clipstext.syntax import SyntaxNode, literal
+from cxbridge.clipstext.syntax import literal
 from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.agent import sub_types
 from cxbridge_studio.agent.names import Name, NameKind, Use
@@ -84,7 +84,6 @@ _SLOT_DEFAULTS: Final = {"sub-type": "nil", "type": "ACHIEVE"}
 _GOAL_TEMPLATE: Final = "goal"
 _SELECTING_SLOTS: Final = frozenset({"class", "type", "sub-type"})
 _MODES_AFTER_EXPANDED: Final = ("COMMITTED", "DISPATCHED", "FINISHED")  # modes that can follow EXPANDED
-_CHANGE_FUNCTIONS: Final = frozenset({"modify", "duplicate", "cx-modify-goal"})
 # Functions whose call does not change a goal.
 _HARMLESS_FUNCTIONS: Final = frozenset(
     {"printout", "format", "println", "bind", "str-cat", "sym-cat", "create$"}
@@ -296,7 +295,7 @@ def _find_unhandled_sub_types(
 def _find_sub_type_uses(
     agent: Agent, usage: Usage, own_constructs: list[Construct], names: frozenset[str]
 ) -> Iterator[tuple[Construct, FactUse, int]]:
-    """Yield the goals with a literal sub-type: asserted, modified, or made by functions of the core.
+    """Yield the goals with a literal sub-type: asserted, or made by functions of the core.
 
     :param names: the sub-types that functions of the core may assign.
     """
@@ -306,35 +305,16 @@ def _find_sub_type_uses(
         if function.keyword == "deffunction" and agent.is_core_path(function.file.path)
         if (assigned_sub_types := function.action_literals & names)
     }
-    # A `modify` does not name its template. The slot tells that a goal is modified only if no other template
-    # has a slot of this name.
-    is_goal_slot = not any(
-        sub_types.SUB_TYPE_SLOT in agent.slots[name] for name in agent.slots.keys() - {_GOAL_TEMPLATE}
-    )
     for construct in own_constructs:
         for fact in construct.facts:
             if fact.template == _GOAL_TEMPLATE and sub_types.SUB_TYPE_SLOT in fact.slots:
                 yield construct, fact, fact.start
         for node in construct.action_nodes:
-            if node.head in _CHANGE_FUNCTIONS and is_goal_slot:
-                slots = {
-                    argument.head: frozenset({name})
-                    for argument in node.arguments
-                    if argument.head == sub_types.SUB_TYPE_SLOT and (name := _read_first_word(argument))
-                }
-            elif node.head in core_functions:
+            if node.head in core_functions:
                 slots = {sub_types.SUB_TYPE_SLOT: core_functions[node.head]}
-                if name := _read_first_word(node):
+                if node.arguments and (name := literal(node.arguments[0])):
                     slots[_CLASS_SLOT] = frozenset({name})
-            else:
-                continue
-            if slots:
                 yield construct, FactUse(_GOAL_TEMPLATE, node.start, slots, frozenset(slots)), node.start
-
-
-def _read_first_word(node: SyntaxNode) -> str:
-    """Return the first argument of a list; empty if it is missing, computed or a list."""
-    return literal(node.arguments[0]) if node.arguments else ""
 
 
 # ---- functions

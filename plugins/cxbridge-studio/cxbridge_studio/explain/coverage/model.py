@@ -6,7 +6,6 @@ runs have used; :func:`compute_coverage` compares them.
 
 from __future__ import annotations
 
-import json
 import re
 from collections import Counter
 from collections.abc import Collection, Iterable
@@ -42,7 +41,6 @@ _PDDL_ACTION = re.compile(r"\(\s*:(?:durative-)?action\s+([^\s()]+)", re.IGNOREC
 _PDDL_COMMENT = re.compile(r";[^\n]*")
 # The start of a skill string, `NAME{...}`.
 _SKILL_NAME = re.compile(r"\s*([A-Za-z_][\w-]*)")
-_UNWATCHED_PATH = "/clips-executive/debug/unwatch-rules"
 # Rules that fire in each loop, so recordings omit their firings.
 _LOOP_RULES: Final = ("time-retract", "blackboard-read")
 # A class in a pattern or in an action; not a variable, a number or a connective such as `&` and `|`.
@@ -68,16 +66,12 @@ class AgentSources:
     :ivar rules: the rules by name; of two rules with the same name, the last definition.
     :ivar goal_classes: the goal classes.
     :ivar operators: the operators of the PDDL domains, in lower case.
-    :ivar unwatched_rules: the rules whose firings are not recorded.
-    :ivar changed_files: the files that differ between runs.
     :ivar texts: the texts of the CLIPS files, by name.
     """
 
     rules: dict[str, RuleLines] = field(default_factory=dict)
     goal_classes: set[str] = field(default_factory=set)
     operators: set[str] = field(default_factory=set)
-    unwatched_rules: set[str] = field(default_factory=set)
-    changed_files: set[str] = field(default_factory=set)
     texts: dict[str, str] = field(default_factory=dict)
 
     def add_file(self, file: TextFile) -> None:
@@ -86,7 +80,6 @@ class AgentSources:
         if previous_text == file.text:
             return
         if previous_text is not None:
-            self.changed_files.add(file.name)
             self.rules = {name: rule for name, rule in self.rules.items() if rule.file != file.name}
         self.texts[file.name] = file.text
         for definition in definitions(file.text):
@@ -96,7 +89,7 @@ class AgentSources:
             self.goal_classes.update(_find_goal_class_names(definition.node))
 
     def add_source(self, source: RunSource | SourceRead, *, include_core: bool) -> None:
-        """Add the names of a recorded source: a CLIPS file, a PDDL domain or a configuration.
+        """Add the names of a recorded source: a CLIPS file or a PDDL domain.
 
         :param include_core: whether to include the built-in core.
         """
@@ -109,9 +102,6 @@ class AgentSources:
             self.add_file(TextFile(source.name, text))
         elif source.role == "pddl" and source.details.get("kind") == "domain":
             self.add_domain(text)
-        elif source.role == "config-tree":
-            self.unwatched_rules.update(_LOOP_RULES)
-            self.unwatched_rules.update(_read_unwatched_rules(text))
 
     def add_domain(self, text: str) -> None:
         """Add the operators of a PDDL domain."""
@@ -221,22 +211,9 @@ def add_recorded_agent(agent: AgentSources, run: Run, env: str, *, include_core:
     :param include_core: whether to include the built-in core.
     """
     steps = [step for step in find_building_steps(run, env) if step.role == "clips" and step.data is not None]
-    for source in (*steps, *run_sources(run, "pddl", "config-tree")):
+    for source in (*steps, *run_sources(run, "pddl")):
         agent.add_source(source, include_core=include_core)
     return bool(steps)
-
-
-def _read_unwatched_rules(tree: str) -> list[str]:
-    """Return the rules that a recorded configuration does not watch; empty if it is unreadable.
-
-    :param tree: the configuration as JSON: values by path.
-    """
-    try:
-        names = json.loads(tree).get(_UNWATCHED_PATH, [])
-    except (ValueError, AttributeError, RecursionError):
-        return []
-    names = [names] if isinstance(names, str) else names
-    return list(map(str, names)) if isinstance(names, list) else []
 
 
 @dataclass(frozen=True, slots=True)
@@ -314,16 +291,13 @@ def compute_coverage(agent: AgentSources, recorded_use: RecordedUse, globs: tupl
         if not globs or _matches_any_glob(rule.file, globs):
             firings = recorded_use.firings.get(rule.name, 0)
             # An unwatched rule without recorded firings may have fired.
-            count = None if not firings and rule.name in agent.unwatched_rules else firings
+            count = None if not firings and rule.name in _LOOP_RULES else firings
             rules_by_file.setdefault(rule.file, []).append((rule, count))
     files = tuple(
         FileCoverage(file, tuple(sorted(rules, key=lambda item: item[0].lines[0])))
         for file, rules in sorted(rules_by_file.items())
     )
-    notes = [
-        f"{file} differs between the runs; the last version counts" for file in sorted(agent.changed_files)
-    ]
-    notes += [f"{run}: no firings recorded (level rules)" for run in recorded_use.runs_without_firings]
+    notes = [f"{run}: no firings recorded (level rules)" for run in recorded_use.runs_without_firings]
     return Coverage(
         recorded_use.run_count,
         files,

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
 
-from cxbridge.clipstext.values import show, show_alone
+from cxbridge.clipstext.values import show_alone
 from cxbridge.errors import ClipsError
 from cxbridge_studio.agent.condition import CE, GroupCE, PatternCE, TestCE
 from cxbridge_studio.agent.rule import Condition, Prefix, parse_rule
@@ -78,14 +78,14 @@ class _Diagnoser:
             elements.append(CECount(number, ce.text, self._count_alone(ces[: number - 1], ce), joined))
         if unknown:
             return Diagnosis(
-                self._find_salience(), tuple(elements), errors=tuple(matcher.errors), unknown=unknown
+                self._condition.salience, tuple(elements), errors=tuple(matcher.errors), unknown=unknown
             )
         failure = (
             self._explain_element(list(ces[: failing_ce - 1]), ces[failing_ce - 1]) if failing_ce else None
         )
         bases = () if failing_ce else tuple(matcher.match_bases([ce.text for ce in ces], MAX_BASES))
         return Diagnosis(
-            self._find_salience(),
+            self._condition.salience,
             tuple(elements),
             failing_ce,
             failure,
@@ -93,15 +93,6 @@ class _Diagnoser:
             bases,
             tuple(matcher.errors),
         )
-
-    def _find_salience(self) -> str:
-        if not self._condition.salience:
-            return ""
-        try:
-            return show(self._matcher.evaluate(self._condition.salience))
-        except ClipsError:
-            # the salience depends on the state of the run, so the report shows its source text
-            return self._condition.salience
 
     def _count_alone(self, previous_ces: Sequence[CE], ce: CE) -> Count | None:
         """Return the number of facts that match a CE's single pattern alone, without the CEs before it.

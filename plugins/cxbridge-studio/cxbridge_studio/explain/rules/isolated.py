@@ -9,17 +9,14 @@ evaluates text, changes facts, or calls into the process. See "A recording is da
 
 from __future__ import annotations
 
-import re
 from typing import Final
 
-from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.recursion import GUARD_FUNCTION
 from cxbridge.executive.host.shims import CLIPS630_NAMES, FUNCTIONS, OWN_NAMES
 from cxbridge.executive.host.source import check_parser_limits, prepare_source
 from cxbridge.executive.host.udf import UNBOUNDED
-from cxbridge.executive.host.values import Value, show
 
 # The functions with a shim that are not allowed: they set the state of `random` and `gensym`.
 _OMITTED_SHIMS: Final = ("seed", "setgen")
@@ -52,7 +49,7 @@ _FUNCTIONS_BY_REASON: Final = {
         (query-fact-slot) (set-evaluation-error)""",
     "draws a number or a name, in the process of the diagnosis alone": "gensym gensym* random",
     "tells the time of the snapshot": "now now-systime",
-    "does nothing but return its text, or nothing": "format print println printout",
+    "does nothing": "print println printout",
     "computes as in CLIPS 6.30": " ".join(name for name in CLIPS630_NAMES if name not in _OMITTED_SHIMS),
     "is a part of the shims for CLIPS 6.30, without an effect": " ".join(
         (GUARD_FUNCTION, *(own for own, name in OWN_NAMES.items() if name not in _OMITTED_SHIMS))
@@ -65,11 +62,6 @@ ALLOWED_FUNCTIONS: Final = {
 }
 
 _FUNCTION_LIST: Final = "get-function-list"
-# A directive of C's printf. At most three digits of width: the text of a stranger's recording must not fill
-# the memory.
-_DIRECTIVE: Final = re.compile(r"%(-?)(\d{0,3})(?:\.(\d{1,3}))?([dfegoxsucnrt%])")
-# Directives of CLIPS that take no value, with their texts.
-_ESCAPE_TEXTS: Final = {"n": "\n", "r": "\r", "t": "\t", "%": "%"}
 
 
 class IsolatedEnvironment(ClipsEnvironment):
@@ -85,11 +77,9 @@ class IsolatedEnvironment(ClipsEnvironment):
         # Remove functions before the first construct: CLIPS keeps pointers to the functions that constructs
         # call. The second removal, in the constructor, needs the list of functions once more.
         self._remove_forbidden_functions(kept_function=_FUNCTION_LIST)
-        for function in ("print", "println", "printout", "format"):
-            self.api.remove_udf(function)
         for function in ("print", "println", "printout"):
+            self.api.remove_udf(function)
             self.define(function, lambda *_: None, 0, UNBOUNDED)
-        self.define("format", _format_text, 2, UNBOUNDED)
         for source in FUNCTIONS:
             if not any(f"(cx-{name} " in source for name in _OMITTED_SHIMS):
                 self._clips630_functions.build(source)
@@ -112,28 +102,3 @@ class IsolatedEnvironment(ClipsEnvironment):
         """
         check_parser_limits(construct)
         super().build(prepare_source(construct, self.loader.has_function).text)
-
-
-def _format_text(_target: Value, text: Value, *values: Value) -> str:
-    """Return the text that CLIPS' ``format`` returns: CLIPS itself writes wide fields past its buffer."""
-    remaining_values = iter(values)
-
-    def format_value(match: re.Match[str]) -> str:
-        minus, width, precision, conversion = match.groups()
-        if conversion in _ESCAPE_TEXTS:
-            return _ESCAPE_TEXTS[conversion]
-        value = next(remaining_values, None)
-        if value is None:
-            raise ClipsError(f"format: there is no value for {match[0]}")
-        flags = f"%{minus}{width}" + (f".{precision}" if precision else "")
-        if conversion == "s":
-            return f"{flags}s" % (value if isinstance(value, str) else show(value))
-        if conversion == "c":  # as in C, a number is the code of a character, here of ASCII
-            return f"%{minus}{width}s" % (value[:1] if isinstance(value, str) else chr(int(value) % 128))
-        if isinstance(value, str) or not isinstance(value, (int, float)):
-            raise ClipsError(f"format: {match[0]} needs a number, not {show(value)}")
-        return f"{flags}{'d' if conversion == 'u' else conversion}" % (
-            float(value) if conversion in "feg" else int(value)
-        )
-
-    return _DIRECTIVE.sub(format_value, str(text))

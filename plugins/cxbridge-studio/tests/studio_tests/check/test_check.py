@@ -296,14 +296,6 @@ def test_a_sub_type_that_is_misspelt(tmp_path, sub_type, hint):
     assert (finding.code.name, finding.hint) == ("CX508", hint)
 
 
-def test_a_sub_type_that_a_rule_gives_later(tmp_path):
-    made = "(assert (goal (id G) (class WALK)))"
-    clips = SUB_TYPE.format(made=made).replace("(mode EXPANDED)", "(sub-type RETRY-SUBGOALS) (mode EXPANDED)")
-    assert found(agent(tmp_path, clips)) == [("CX508", "agent.clp", 5, 56)]
-    of_routes = "(deftemplate route (slot sub-type))"  # the fact may be one of these
-    assert "CX508" not in [each[0] for each in found(agent(tmp_path, clips + of_routes))]
-
-
 @pytest.mark.parametrize("name", share(MAKERS, 3))
 def test_a_function_of_the_core_gives_a_sub_type_whose_file_is_not_loaded(tmp_path, name):
     clips = SUB_TYPE.format(made=f"({name} WALK NONE (assert (goal (id G) (class RUN))))")

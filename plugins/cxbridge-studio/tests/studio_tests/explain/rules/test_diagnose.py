@@ -216,11 +216,6 @@ def test_what_is_before_a_function_of_the_host_is_told():
     assert found.failing == 1
 
 
-def test_salience_is_evaluated():
-    found = diagnosis_of("(declare (salience ?*first*)) (robot)", "(defglobal ?*first* = 4000)")
-    assert found.salience == "4000"
-
-
 def test_errors_in_a_condition_are_told():
     found = diagnosis_of("(robot (battery ?b)) (test (> ?b 1))", "(robot (name r) (battery low))")
     assert any("low" in error or "expected argument" in error for error in found.errors)
