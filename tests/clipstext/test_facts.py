@@ -90,10 +90,6 @@ def test_the_fast_way_and_the_careful_one_agree(text: str) -> None:
         assert fast == parsed()
 
 
-def test_a_quote_before_a_parenthesis_ends_no_string() -> None:
-    assert parse_fact('(s (text "x" (y z") (n 1))')[1]["text"] == '"x" (y z"'
-
-
 @pytest.mark.parametrize(
     ("slots", "text"),
     [
@@ -186,12 +182,6 @@ def test_a_fact_that_is_cut_off_is_never_taken_for_a_whole_one(
     assume(not text.endswith("))"))
     with pytest.raises(FactSyntaxError):
         parse_fact(text)
-
-
-@pytest.mark.parametrize("message", ['said "stop" in try 1', 'a "b" c "d" e', '"', ") (", 'two\nlines "q" x'])
-def test_words_in_quotes_within_a_message_end_no_string(message: str) -> None:
-    slots = dict.fromkeys(LAYOUTS["goal"], "x") | {"message": f'"{message}"', "meta": '"a b" c'}
-    assert parse_fact(printed("goal", slots)) == ("goal", slots)
 
 
 @given(facts=st.lists(tracked_facts(), max_size=8))

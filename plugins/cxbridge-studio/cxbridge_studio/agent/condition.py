@@ -68,27 +68,6 @@ class FieldConstraint:
         """The variables in the terms, which exclude the binder."""
         return frozenset().union(*(find_variables(term) for terms in self.alternatives for term in terms))
 
-    def loosened_text(self, bound: frozenset[str], *, bind: bool) -> str:
-        """Return the text of the constraint with only those terms whose variables have a value.
-
-        :param bound: the variables with a value.
-        :param bind: whether to keep the binder.
-        """
-        # CLIPS cannot test a term whose variables have no value. Without the term, the field matches more
-        # facts.
-        head = self.binder if bind and self.name else self.wildcard
-        usable_terms = [
-            [term for term in terms if find_variables(term) <= bound | ({self.name} if bind else set())]
-            for terms in self.alternatives
-        ]
-        # An alternative without terms allows any value, and so does the whole field then.
-        if not all(usable_terms) or not usable_terms:
-            return head
-        tests = "|".join(
-            "&".join("".join(node.text for node in term) for term in terms) for terms in usable_terms
-        )
-        return f"{head}&{tests}" if head not in ("?", "$?") else tests
-
 
 @dataclass(frozen=True, slots=True)
 class SlotConstraint:
@@ -211,23 +190,6 @@ class PatternCE(Struct, frozen=True, dict=True):
     def text_without_variable(self) -> str:
         """Return the text without the variable of the fact."""
         return self.text.split("<-", 1)[1].strip() if self.variable else self.text
-
-    def standalone_text(self, foreign_variables: frozenset[str]) -> str:
-        """Return the pattern without the constraints on variables of earlier CEs.
-
-        :param foreign_variables: the variables that earlier CEs bind.
-        """
-        bound: set[str] = set()
-        texts = []
-        for part in self.parts:
-            fields = []
-            for field in part.fields:
-                is_own = field.name not in foreign_variables
-                if is_own and field.name:
-                    bound.add(field.name)
-                fields.append(field.loosened_text(frozenset(bound), bind=is_own))
-            texts.append(part.join_fields(fields))
-        return f"({' '.join([self.template, *texts])})"
 
     def restricted_text(self, selected: SlotConstraint, foreign_variables: frozenset[str]) -> str:
         """Return the pattern with one part only, and with the bindings that this part needs.

@@ -13,7 +13,7 @@ from types import MappingProxyType
 from typing import Final
 
 from cxbridge.clipstext.syntax import definitions, without_module
-from cxbridge.suggestions import nearest_names
+from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.agent.condition import CE, GroupCE, PatternCE, parse_condition
 
 SUB_TYPE_SLOT: Final = "sub-type"
@@ -66,13 +66,5 @@ def make_hint(sub_type: str, handled_sub_types: Collection[str], files: Mapping[
     :param files: the result of :func:`find_core_files`.
     """
     if sub_type in files:
-        return _make_addition_hint(files[sub_type])
-    similar = nearest_names(sub_type, {*handled_sub_types, *files})
-    if not similar:
-        return ""
-    addition = "" if similar[0] in handled_sub_types else f" Then {_make_addition_hint(files[similar[0]])}"
-    return f"did you mean {' or '.join(similar)}?{addition}"
-
-
-def _make_addition_hint(file: str) -> str:
-    return f"add {file} to the files of the spec"
+        return f"add {files[sub_type]} to the files of the spec"
+    return did_you_mean(sub_type, {*handled_sub_types, *files})

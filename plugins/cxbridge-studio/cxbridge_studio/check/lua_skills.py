@@ -6,8 +6,8 @@ name has no finding about it.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Sequence
-from itertools import pairwise
 from typing import Final
 
 from cxbridge.errors import InterfaceError
@@ -26,6 +26,10 @@ INTERFACE_METHODS: Final = frozenset(
 )
 """The methods of each interface in Lua, besides the methods of its fields."""
 
+# An entry such as `hand = hand`, of a closure, binds the name to the same value, so it does not count.
+_BINDING: Final = re.compile(
+    r"\b(?:local|for)[ \t]+(?!function)([\w \t,]+)|\bfunction\b[^()]*\(([^)]*)\)|\b(\w+)\s*+=\s*+(?!=|\3\b)"
+)
 _CONDITIONS: Final = frozenset({"cond", "precond", "cond_and_precond"})
 
 
@@ -42,7 +46,6 @@ def find_load_mistakes(
         state = "makes no Lua module" if tokens else "is empty"
         yield 0, f"the file {state}, so there is no skill", "begin it with module(..., skillenv.module_init)"
         return
-    yield from _find_missing_settings(tokens)
     if find_schema is not None:
         for type_token in _find_dependencies(tokens).values():
             try:
@@ -54,7 +57,7 @@ def find_load_mistakes(
 def find_unknown_methods(text: str, find_schema: Callable[[str], InterfaceSchema]) -> Iterator[SkillMistake]:
     """Yield the calls of methods that the interfaces of a skill lack, in code and in conditions."""
     tokens = read_tokens(text)
-    bound_names = set(_find_bound_names(tokens))
+    bound_names = _find_bound_names(text)
     methods: dict[str, tuple[str, frozenset[str]]] = {}
     for variable, type_token in _find_dependencies(tokens).items():
         if variable not in bound_names:
@@ -97,48 +100,10 @@ def _find_method_calls(tokens: Sequence[Token]) -> Iterator[tuple[str, Token]]:
             yield token.text, after[1]
 
 
-def _find_bound_names(tokens: Sequence[Token]) -> Iterator[str]:
-    """Yield the names that the text binds: local variables, parameters, loop variables, assigned names.
-
-    An entry such as ``hand = hand``, of a closure, binds the name to the same value.
-    """
-    is_binding = False
-    for index, token in enumerate(tokens):
-        next_text = tokens[index + 1].text if index + 1 < len(tokens) else ""
-        if token.text in {"local", "for", "function"}:
-            is_binding = True
-        elif is_binding and token.kind == "name" and token.text not in {"in", "do"}:
-            yield token.text
-        elif token.text not in {",", "(", ".", ":"}:
-            is_binding = False
-        value = tokens[index + 2].text if index + 2 < len(tokens) else ""
-        if next_text == "=" and token.kind == "name" and value != token.text:
-            yield token.text
-
-
-def _find_missing_settings(tokens: Sequence[Token]) -> Iterator[SkillMistake]:
-    """Yield the settings without which ``skill_module`` refuses a skill."""
-    # calls within a function are left out: a function that makes skills sets them in its own table
-    calls = [
-        token
-        for token, bracket in pairwise(tokens)
-        if token.text == "skill_module" and bracket.text == "(" and not token.depth
-    ]
-    if not calls:
-        return
-    assigned_names = {
-        token.text
-        for token, sign in pairwise(tokens)
-        if sign.text in {"=", ","} and token.kind == "name" and not token.depth
-    }
-    # A setting may be written through the module's table or by another function.
-    if any(token.text in {"_M", "setfenv"} and token.depth == 0 for token in tokens):
-        return
-    for setting in ("name", "documentation"):
-        if setting not in assigned_names:
-            suggestion = did_you_mean(setting, assigned_names, f"add {setting} = ... above skill_module")
-            hint = suggestion.replace("did you mean", "is it")
-            yield calls[0].offset, f"the skill sets no '{setting}'", hint
+def _find_bound_names(text: str) -> set[str]:
+    """Return the names that the text binds: local variables, parameters, loop variables, assigned names."""
+    groups = (group for match in _BINDING.finditer(text) for group in match.groups(""))
+    return {name for group in groups for name in re.findall(r"\w+", group)}
 
 
 def _find_dependencies(tokens: Sequence[Token]) -> dict[str, Token]:

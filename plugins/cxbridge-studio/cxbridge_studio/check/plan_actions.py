@@ -36,31 +36,6 @@ class SourceAction:
     values: ValueNodes | None
 
 
-@dataclass(frozen=True, slots=True)
-class _Builder:
-    """A function that asserts a plan-action from its arguments.
-
-    :param action_index: the index of the argument with the action's name.
-    :param names_index: the index of the argument with the parameters' names, or None.
-    :param values_index: the index of the argument with the parameters' values, or None.
-    :param wildcard_index: the index of the wildcard parameter ``$?NAME``, or None.
-    """
-
-    action_index: int
-    names_index: int | None
-    values_index: int | None
-    wildcard_index: int | None
-
-    def read_argument(self, call: SyntaxNode, index: int | None) -> ValueNodes | None:
-        """Return the values of an argument of a call; None if they are missing or computed."""
-        if index is None or index >= len(call.arguments):
-            # A call may omit the wildcard, which is then an empty list.
-            return () if index is not None and index == self.wildcard_index else None
-        if index == self.wildcard_index:  # the wildcard takes all remaining arguments
-            return call.arguments[index:]
-        return literal_values(call.arguments[index : index + 1])
-
-
 def find_source_actions(files: Iterable[ClipsFile]) -> Iterator[SourceAction]:
     """Yield the plan-actions with literal names."""
     files = list(files)
@@ -71,16 +46,9 @@ def find_source_actions(files: Iterable[ClipsFile]) -> Iterator[SourceAction]:
                 if fact.head == _PLAN_ACTION:
                     yield from _find_fact_actions(file, fact)
         for call in file.find_calls(*builders):
-            builder = builders[call.head]
-            if len(call.arguments) > builder.action_index and literal(call.arguments[builder.action_index]):
-                yield SourceAction(
-                    file,
-                    call.arguments[builder.action_index],
-                    call,
-                    # An empty list of names means that the operator of the domain has the names.
-                    builder.read_argument(call, builder.names_index) or None,
-                    builder.read_argument(call, builder.values_index),
-                )
+            for name in call.arguments[builders[call.head] :][:1]:
+                if literal(name):
+                    yield SourceAction(file, name, call, None, None)
 
 
 def _find_fact_actions(file: ClipsFile, fact: SyntaxNode) -> Iterator[SourceAction]:
@@ -98,32 +66,17 @@ def _find_fact_actions(file: ClipsFile, fact: SyntaxNode) -> Iterator[SourceActi
         )
 
 
-def _find_builders(file: ClipsFile) -> Iterator[tuple[str, _Builder]]:
-    """Yield the name and the builder of each function that asserts a plan-action named by an argument."""
+def _find_builders(file: ClipsFile) -> Iterator[tuple[str, int]]:
+    """Yield the name of each function that asserts a plan-action, and the index of the action's argument."""
     for construct in file.constructs:
         if construct.kind != "deffunction":
             continue
         # The list of parameters follows the name, or the optional comment after the name.
         items = next((node.items for node in construct.node.arguments[1:3] if node.items is not None), ())
         parameters = [item.text for item in items]
-        # The body may refer to the parameter $?x as ?x or as $?x.
-        names = [text.removeprefix("$") for text in parameters]
-
-        # The default of `names` keeps the names of this construct; a closure would see those of later ones.
-        def find_parameter_index(fact: SyntaxNode, slot: str, names: list[str] = names) -> int | None:
-            """Return the index of the parameter that is the only value of a slot."""
-            values = next((item.arguments for item in fact.arguments if item.head == slot), ())
-            text = values[0].text.removeprefix("$") if len(values) == 1 else ""
-            return names.index(text) if text in names else None
-
-        for fact in construct.node.walk():
-            action_index = find_parameter_index(fact, "action-name") if fact.head == _PLAN_ACTION else None
-            if action_index is not None:
-                wildcards = (index for index, text in enumerate(parameters) if text.startswith("$"))
-                names_index = find_parameter_index(fact, "param-names")
-                values_index = find_parameter_index(fact, "param-values")
-                builder = _Builder(action_index, names_index, values_index, next(wildcards, None))
-                yield construct.name, builder
+        for slot in construct.node.walk():
+            if slot.head == "action-name" and slot.arguments and slot.arguments[0].text in parameters:
+                yield construct.name, parameters.index(slot.arguments[0].text)
 
 
 def literal_values(values: ValueNodes) -> ValueNodes | None:

@@ -6,29 +6,16 @@ a loop over a list. A space with any other call computes its skills, so they are
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Final
 
 from cxbridge.errors import SkillError
 from cxbridge.lua_syntax import LuaCompiler
 from cxbridge.skiller.lua.modulepath import ModulePath
 from cxbridge_studio.agent.lua import read_lua
+from cxbridge_studio.agent.lua_tokens import Table, Token, read_table, read_tokens
 from cxbridge_studio.agent.names import NameKind
 from cxbridge_studio.check.lua_skills import find_load_mistakes
-
-# The beginning of a comment or a long string, or a whole short string.
-_LEXEME: Final = re.compile(r"""--|\[=*\[|"(?:[^"\\]|\\.)*"|'(?:[^'\\]|\\.)*'""", re.DOTALL)
-_LONG_BRACKET: Final = re.compile(r"\[(=*)\[")
-_USE_SKILL: Final = re.compile(r"\buse_skill\b")
-# A call for a literal skill: use_skill("skills.test.say")
-_LITERAL_USE: Final = re.compile(r"""\buse_skill\s*\(?\s*["']([^"'\\]*)["']\s*\)?""")
-# A loop over literal skills: for _, name in ipairs({"say", "goto"}) do use_skill("skills.test." .. name)
-_LOOP_USE: Final = re.compile(
-    r"""\bipairs\s*\(?\s*\{([^{}]*)\}\s*\)?\s*do\s+(?:\w+\.)*use_skill\s*\(\s*["']([^"'\\]*)["']\s*\.\.\s*\w+\s*\)"""
-)
-_STRING: Final = re.compile(r"""["']([^"'\\]*)["']""")
 
 
 def find_space_skills(space: str, folders: Sequence[Path], compiler: LuaCompiler) -> dict[str, Path] | None:
@@ -58,12 +45,10 @@ class _SpaceReader:
     def read_skills(self, module: str) -> dict[str, Path] | None:
         """Return the file of each skill that a module loads; None if the module computes its skills."""
         path, text = self._read_module(module)
-        code = _blank_comments(text)
-        calls = list(_find_skill_uses(code))
-        if len(calls) != len(_USE_SKILL.findall(code)) or not calls:
-            return None
         skill_files: dict[str, Path] = {}
-        for offset, names in calls:
+        for offset, names in _find_skill_uses(read_tokens(text)):
+            if names is None:
+                return None
             for name in names:
                 skill = self._read_skill(name, path, text.count("\n", 0, offset) + 1)
                 if skill is None:
@@ -73,7 +58,7 @@ class _SpaceReader:
                     # Fawkes reports the same text.
                     raise SkillError(f"A skill with the name {skill_name} already exists", file=path)
                 skill_files[skill_name] = skill_file
-        return skill_files
+        return skill_files or None
 
     def _read_skill(self, module: str, space: Path, line: int) -> tuple[str, Path] | None:
         """Return the name and the file of the skill in a module; None if the name is computed.
@@ -106,31 +91,24 @@ class _SpaceReader:
         return path, text
 
 
-def _find_skill_uses(code: str) -> Iterator[tuple[int, list[str]]]:
-    """Yield the offset and the loaded modules of each call of ``use_skill`` with literal names."""
-    for match in _LITERAL_USE.finditer(code):
-        if not code.startswith("..", match.end()):  # a concatenated name is computed
-            yield match.start(), [match[1]]
-    for match in _LOOP_USE.finditer(code):
-        yield match.start(), [match[2] + name for name in _STRING.findall(match[1])]
+def _find_skill_uses(tokens: Sequence[Token]) -> Iterator[tuple[int, list[str] | None]]:
+    """Yield the offset and the loaded modules of each call of ``use_skill``; None for computed names.
 
-
-def _blank_comments(text: str) -> str:
-    """Return Lua code with its comments blanked out, so that offsets stay the same."""
-    pieces, offset = [], 0
-    while (match := _LEXEME.search(text, offset)) is not None:
-        start, end = match.span()
-        pieces.append(text[offset:start])
-        is_comment = match[0] == "--"
-        # Long brackets, [[...]] or [==[...]==], enclose a string, or after -- a comment of several lines.
-        bracket = _LONG_BRACKET.match(text, end if is_comment else start)
-        if bracket is not None:
-            close = text.find(f"]{bracket[1]}]", bracket.end())
-            end = len(text) if close < 0 else close + len(bracket[1]) + 2
-        elif is_comment:
-            close = text.find("\n", end)
-            end = len(text) if close < 0 else close
-        lexeme = text[start:end]
-        pieces.append(re.sub(r"[^\n]", " ", lexeme) if is_comment else lexeme)
-        offset = end
-    return "".join(pieces) + text[offset:]
+    The names are literal in ``use_skill("skills.say")``, and in a loop over a list of literals:
+    ``for _, name in ipairs({"say", "goto"}) do use_skill("skills." .. name) end``.
+    """
+    skill_list: Table | None = None
+    for index, token in enumerate(tokens):
+        is_bracketed = len(tokens) > index + 1 and tokens[index + 1].text == "("
+        arguments = tokens[index + 1 + is_bracketed :]
+        if token.text == "ipairs":
+            skill_list = read_table(arguments)
+        elif token.text == "use_skill":
+            prefix = arguments[0].literal if arguments else None
+            names: list[str | None] = [""]
+            if [argument.text for argument in arguments[1:2]] == [".."]:
+                is_loop = arguments[2].kind == "name" and skill_list is not None
+                items = skill_list.items if is_loop and skill_list is not None else [[]]
+                names = [item[0].literal if len(item) == 1 else None for item in items]
+            is_literal = prefix is not None and all(name is not None for name in names)
+            yield token.offset, [f"{prefix}{name}" for name in names] if is_literal else None

@@ -80,7 +80,7 @@ def diagnose_action(find_facts: FactLookup, action_key: ActionKey) -> ActionDiag
         problem,
         tuple(slots.get("name", "") for slots in find_facts("skill-action-mapping")),
         tuple(slots.get("name", "") for slots in find_facts("domain-operator")),
-        _describe_skiller_problem(find_facts, action, action_key),
+        _describe_skiller_problem(find_facts, action),
         unquote(action.get("error-msg", "")),
     )
 
@@ -142,20 +142,11 @@ def _describe_missing_effects(
     return f"it waits for the sensed effect {', '.join(atoms)}, which no rule has asserted" if atoms else ""
 
 
-def _describe_skiller_problem(
-    find_facts: FactLookup, action: Mapping[str, str], action_key: ActionKey
-) -> str:
+def _describe_skiller_problem(find_facts: FactLookup, action: Mapping[str, str]) -> str:
     """Return why the Skiller of an action does not execute the action; empty if it can or does."""
     skiller = unquote(action.get("skiller", ""))
     if skiller in _UNSET_SKILLER_VALUES:
         return ""
-    for execution in find_facts("skill-action-execinfo"):
-        if unquote(execution.get("skiller", "")) == skiller:
-            goal, plan, action_id = (execution.get(slot, "") for slot in ("goal-id", "plan-id", "action-id"))
-            if (goal, plan, action_id) == action_key:
-                return ""
-            skill = execution.get("skill-name", "")
-            return f"the Skiller {skiller} executes action {action_id} {skill} of goal {goal}"
     # A Skiller takes skills only from the program that has its exclusive control.
     controls = find_facts("skiller-control")
     control = next((slots for slots in controls if unquote(slots.get("skiller", "")) == skiller), None)

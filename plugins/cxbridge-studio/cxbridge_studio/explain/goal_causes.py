@@ -107,16 +107,8 @@ class RootCauseFinder:
                 for goal_id, slots in facts.items()
                 if goal_id != goal.id and resource in slots.get("acquired-resources", "").split()
             ]
-            # The core locks the mutex `resource-NAME` of a resource, also for agents on other robots.
-            locks = [
-                slots.get("locked-by", "")
-                for slots in self._find_facts("mutex")
-                if slots.get("name") == f"resource-{resource}" and slots.get("state") == "LOCKED"
-            ]
             if holders:
                 yield f"resource {resource} is held by goal {', '.join(holders)}"
-            elif locks and locks[0]:
-                yield f"resource {resource} is locked by {locks[0]}"
             else:
                 yield f"resource {resource}{self._describe_missing_holder()}"
 
@@ -230,20 +222,8 @@ def _describe_rule_for_similar_action(
 def _describe_missing_selection(texts: Mapping[str, str], diagnosis: ActionDiagnosis) -> str:
     """Return which action selection the plan's type lacks; empty if a rule selects the action."""
     rules = _find_action_rules(texts, "FORMULATED", _SELECTION)
-    plan_type = diagnosis.plan_type
-    hint = f"add action-selection/{plan_type.lower() or 'sequential'}.clp to the files of the spec"
-    if not rules:
-        return f"no action selection is loaded: {hint}"
-    types_by_rule = [_find_named_plan_types(texts[name]) for name in rules]
-    if plan_type and not any(not types or plan_type in types for types in types_by_rule):
-        return f"no action selection is loaded for plans of type {plan_type}: {hint}"
-    return ""
-
-
-def _find_named_plan_types(text: str) -> list[str]:
-    """Return the plan types that a rule names; empty if the rule applies to all types."""
-    plans = (pattern for pattern in find_patterns(parse_rule(text).ces) if pattern.template == "plan")
-    return [plan_type for pattern in plans for plan_type in sorted(pattern.slots.get("type", ()))]
+    file = f"action-selection/{diagnosis.plan_type.lower() or 'sequential'}.clp"
+    return "" if rules else f"no action selection is loaded: add {file} to the files of the spec"
 
 
 def _describe_missing_executor(texts: Mapping[str, str], diagnosis: ActionDiagnosis) -> str:

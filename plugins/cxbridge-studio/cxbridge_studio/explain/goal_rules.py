@@ -13,7 +13,7 @@ from typing import Final
 
 from cxbridge.errors import ClipsError
 from cxbridge.suggestions import likeness
-from cxbridge_studio.agent.condition import FieldConstraint, PatternCE, find_patterns
+from cxbridge_studio.agent.condition import PatternCE, find_patterns
 from cxbridge_studio.agent.rule import parse_rule
 from cxbridge_studio.explain.rules.missing import MissingRule
 
@@ -125,29 +125,7 @@ def _compute_specificity(pattern: PatternCE, slots: Mapping[str, str]) -> int:
     # A pattern without a fact variable cannot be the goal that the rule modifies.
     if pattern.template != _GOAL_TEMPLATE or not pattern.variable:
         return 0
-    named_slots: set[str] = set()
-    for constraint in pattern.parts:
-        value = slots.get(constraint.slot)
-        if value is None or len(constraint.fields) != 1:
-            continue
-        is_named, is_match = _match_constraint(constraint.fields[0], value)
-        if not is_match:
-            return 0
-        named_slots |= {constraint.slot} if is_named else set()
-    return sum(_SLOT_WEIGHTS[slot] for slot in named_slots) if "mode" in named_slots else 0
-
-
-def _match_constraint(field: FieldConstraint, value: str) -> tuple[bool, bool]:
-    """Return whether a constraint names a value, and whether it can match the value.
-
-    Functions and variables count as matches.
-    """
-    is_named = False
-    is_match = not field.alternatives
-    for terms in field.alternatives:
-        words = ["".join(node.text for node in term) for term in terms]
-        literals = [word for word in words if not word.startswith(("~", ":", "=", "?"))]
-        if f"~{value}" not in words and all(word == value for word in literals):
-            is_match = True
-            is_named = is_named or bool(literals)
-    return is_named, is_match
+    named_slots = _SLOT_WEIGHTS.keys() & pattern.slots
+    if "mode" not in named_slots or not all(_names_value(pattern, slot, slots[slot]) for slot in named_slots):
+        return 0
+    return sum(_SLOT_WEIGHTS[slot] for slot in named_slots)

@@ -50,7 +50,7 @@ MAX_COPIED_FACTS: Final = 10_000
 FactsByTemplate = Mapping[str, list[Mapping[str, str]]]
 
 # The templates whose facts explain why a goal waits.
-FACT_TEMPLATES: Final = ("goal", "mutex", *ACTION_TEMPLATES)
+FACT_TEMPLATES: Final = ("goal", *ACTION_TEMPLATES)
 
 
 @dataclass(frozen=True, slots=True)

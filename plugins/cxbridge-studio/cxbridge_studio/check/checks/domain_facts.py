@@ -1,4 +1,4 @@
-"""Checks for asserted facts with an unknown predicate, a wrong number of parameters, or unknown objects."""
+"""Checks for asserted facts with an unknown predicate, a wrong number of parameters."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from cxbridge.executive.pddl import names_of
 from cxbridge.suggestions import did_you_mean, nearest_names
 from cxbridge_studio.agent.names import NameKind, Use
 from cxbridge_studio.check.agent import Agent
-from cxbridge_studio.check.domain_calls import MIN_PREDICATE_LIKENESS, find_domain_calls, find_objects
+from cxbridge_studio.check.domain_calls import MIN_PREDICATE_LIKENESS, find_domain_calls
 from cxbridge_studio.check.findings import Code, Finding, Severity
 from cxbridge_studio.check.plan_actions import ValueNodes, count_literals
 from cxbridge_studio.check.usage import Construct
@@ -21,8 +21,8 @@ WRONG_FACT: Final = Code(
     Severity.WARNING,
     "an asserted fact that the domain lacks",
     "A rule asserts a (domain-fact ...) or a (wm-fact (key domain fact ...)) of a predicate that no domain "
-    "declares and no rule matches, with a wrong number of parameters, or about an object that nothing "
-    "declares: actions ignore the fact, or a planner refuses it.",
+    "declares and no rule matches, or with a wrong number of parameters: actions ignore the fact, or a "
+    "planner refuses it.",
 )
 
 CODES: Final = (WRONG_FACT,)
@@ -61,7 +61,6 @@ def check(agent: Agent) -> Iterator[Finding]:
         for domain in domains
         for function in domain.functions
     }
-    objects = find_objects(agent, domains)
     matched_names = agent.model.find_names(NameKind.PREDICATE, Use.MATCHED, Use.CHANGED)
     names_in_rules = matched_names | _find_compared_words(agent)
     if agent.own_facts("domain-predicate"):
@@ -82,14 +81,6 @@ def check(agent: Agent) -> Iterator[Finding]:
             if count is not None and count != (expected_count := parameter_counts[name]):
                 message = f"the predicate '{name}' has {expected_count} parameters, but this fact has {count}"
                 yield _make_finding(construct, fact.name, message, "")
-            for value in fact.values if objects is not None else ():
-                word = value.text
-                if value.items is None and _SYMBOL.fullmatch(word) and word not in (objects or ()):
-                    hint = (
-                        did_you_mean(word, objects or ())
-                        or "declare it: (domain-object (name ...) (type ...))"
-                    )
-                    yield _make_finding(construct, value, f"there is no object '{word}'", hint)
 
 
 def _find_compared_words(agent: Agent) -> set[str]:

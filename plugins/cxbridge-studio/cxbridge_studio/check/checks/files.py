@@ -39,9 +39,6 @@ def check(agent: Agent) -> Iterator[Finding]:
             (path, why_unreadable(path)) for path in (folder / missing_file.name for folder in folders)
         )
         problem = next((f"{path} {reason}" for path, reason in reasons if reason != ABSENT), "")
-        names = missing_file.name.split()
-        if len(names) > 1 and all(name.endswith(".clp") for name in names):
-            problem = f"a comma is missing: write {', '.join(names)}"
         # The user more likely means an unreadable file of this name than a file of a similar name.
         hint = problem or did_you_mean(
             missing_file.name, _find_clips_files(folders), f"searched: {searched_folders}"

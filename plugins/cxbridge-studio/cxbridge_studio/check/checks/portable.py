@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 from typing import Final
 
-from cxbridge.clipstext.syntax import Lines, SyntaxNode, literal
+from cxbridge.clipstext.syntax import Lines
 from cxbridge.errors import CxbridgeError, PddlError
 from cxbridge.executive.host.shims import ADDED, CLIPS630_NAMES
 from cxbridge.executive.pddl import load_domain
@@ -39,13 +39,6 @@ REDEFINED_FUNCTION: Final = Code(
     "not in Fawkes: an agent's function with the name of a built-in function",
     "CLIPS 6.30 has a function of this name, and drops a deffunction that would replace the function.",
 )
-READ_AND_WRITTEN_TYPE: Final = Code(
-    "CX604",
-    Severity.WARNING,
-    "not in Fawkes: an interface type that is read and written",
-    "One environment opens interfaces of one type for reading and for writing. Fawkes builds the type's "
-    "deftemplate for both, and CLIPS refuses the second deftemplate.",
-)
 LUA_SECONDS: Final = Code(
     "CX606",
     Severity.WARNING,
@@ -65,7 +58,6 @@ CODES: Final = (
     REFUSED_CALL,
     ADDED_FUNCTION,
     REDEFINED_FUNCTION,
-    READ_AND_WRITTEN_TYPE,
     LUA_SECONDS,
     REFUSED_DOMAIN,
 )
@@ -73,8 +65,6 @@ CODES: Final = (
 _ADDED_FEATURES: Final = ("planner", "problem-expert", "skill-board")  # features that Fawkes lacks
 _CHANGE_FUNCTIONS: Final = ("modify", "duplicate")
 _MULTI_ARGUMENT_FUNCTIONS: Final = ("max", "min")
-_READING_FUNCTIONS: Final = ("blackboard-open", "blackboard-open-reading")
-_WRITING_FUNCTIONS: Final = ("blackboard-open-writing",)
 _LUA_SECONDS: Final = re.compile(r":\s*in_sec\s*\(")
 _LUA_COMMENT: Final = re.compile(r"--[^\n]*")
 
@@ -86,7 +76,6 @@ def check(agent: Agent) -> Iterator[Finding]:
         yield from _check_expressions(file)
         yield from _check_names(file)
     yield from _check_functions(agent)
-    yield from _check_opened_types(agent_files)
     yield from _check_domains(agent)
     fawkes_dir = agent.options.fawkes_dir
     # The skills of cxbridge and of a Fawkes checkout do not belong to the agent.
@@ -139,25 +128,6 @@ def _check_functions(agent: Agent) -> Iterator[Finding]:
                 else "CLIPS 6.30 lacks it"
             )
             yield Finding(ADDED_FUNCTION, place, f"Fawkes has no function '{name}': {reason}")
-
-
-def _check_opened_types(files: list[ClipsFile]) -> Iterator[Finding]:
-    """Yield the interface types that the agent opens for reading and for writing."""
-    read_types = {name for file in files for name, _ in _find_opened_types(file, _READING_FUNCTIONS)}
-    for file in files:
-        for name, node in _find_opened_types(file, _WRITING_FUNCTIONS):
-            if name in read_types:
-                message = f"interfaces of type {name} are opened for reading and for writing"
-                hint = "open it for writing in another environment or program"
-                yield Finding(READ_AND_WRITTEN_TYPE, file.place(node), message, hint)
-
-
-def _find_opened_types(file: ClipsFile, functions: tuple[str, ...]) -> Iterator[tuple[str, SyntaxNode]]:
-    """Yield the literal interface types in calls of these functions, with their nodes."""
-    for call in file.find_calls(*functions):
-        name = literal(call.arguments[0]) if call.arguments else ""
-        if name:
-            yield name, call.arguments[0]
 
 
 def _check_domains(agent: Agent) -> Iterator[Finding]:

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator, Sequence
-from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 from cxbridge.printing import format_count, short_path
 from cxbridge_studio.explain.coverage.model import Coverage, FileCoverage, NameCoverage
-
-_MAX_KEPT_FOLDER_LENGTH: Final = 12  # a common folder with a shorter path stays in the file names
 
 
 def format_report(coverage: Coverage, *, has_firings: bool) -> Iterator[str]:
@@ -36,27 +32,17 @@ def format_report(coverage: Coverage, *, has_firings: bool) -> Iterator[str]:
 
 
 def _format_file_table(coverage: Coverage) -> Iterator[str]:
-    folder, names = _split_folder(coverage.files)
-    title = f"below {folder}" if folder else "file"
-    width = max(map(len, [*names, title]))
-    yield f"{title.ljust(width)}  rules  fired      %"
+    names = shorten_names(coverage.files)
+    width = max(map(len, [*names, "file"]))
+    yield f"{'file'.ljust(width)}  rules  fired      %"
     for name, file in zip(names, coverage.files, strict=True):
         percent = f"{100 * file.fired_count / file.watched_count:6.1f}" if file.watched_count else "     -"
         yield f"{name.ljust(width)}  {file.watched_count:5d}  {file.fired_count:5d} {percent}"
 
 
-def _split_folder(files: Sequence[FileCoverage]) -> tuple[str, list[str]]:
-    """Return the common folder of the files, empty if it is short, and the file names relative to it."""
-    names = [short_path(file.file) for file in files]
-    folder = os.path.commonpath([str(Path(name).parent) for name in names]) if len(names) > 1 else ""
-    if len(folder) <= _MAX_KEPT_FOLDER_LENGTH:
-        return "", names
-    return folder, [str(Path(name).relative_to(folder)) for name in names]
-
-
 def shorten_names(files: Sequence[FileCoverage]) -> list[str]:
-    """Return the file names, relative to their common folder if its path is long."""
-    return _split_folder(files)[1]
+    """Return the names of the files, relative to the working directory if they are within it."""
+    return [short_path(file.file) for file in files]
 
 
 def _list_unfired_rules(coverage: Coverage) -> Iterator[str]:

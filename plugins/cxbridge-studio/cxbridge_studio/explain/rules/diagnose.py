@@ -97,13 +97,17 @@ class _Diagnoser:
     def _count_alone(self, previous_ces: Sequence[CE], ce: CE) -> Count | None:
         """Return the number of facts that match a CE's single pattern alone, without the CEs before it.
 
-        The result is None if the CE is not a pattern, or the pattern cannot be matched.
+        The result is None if the CE is not a pattern, has variables of the CEs before it, or cannot be
+        matched.
         """
         inner = ce.items[0] if isinstance(ce, GroupCE) and len(ce.items) == 1 else ce
         if not isinstance(inner, PatternCE):
             return None
+        variables = inner.bound_variables.union(*(part.used_variables for part in inner.parts))
+        if variables & Prefix(previous_ces).bound_variables:
+            return None
         try:
-            pattern = f"?cx-why-fact <- {inner.standalone_text(Prefix(previous_ces).bound_variables)}"
+            pattern = f"?cx-why-fact <- {inner.text_without_variable()}"
             # A multislot can match in several ways, but the fact counts once.
             matches = self._matcher.match_values([pattern], ["cx-why-fact"], limit=_UNLIMITED)
         except ClipsError:

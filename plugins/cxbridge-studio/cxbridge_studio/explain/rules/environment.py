@@ -97,7 +97,6 @@ def take_snapshot(env: ClipsEnvironment, rule: str, max_facts: int | None = None
         clips_counts=_read_clips_counts(env, rule_pointer),
         uncopied_count=fact_count if fact_count > limit else 0,
         needs_all_facts=dependencies.needs_all_facts,
-        halt_reason=_find_halt_reason(env),
     )
 
 
@@ -152,15 +151,6 @@ def _read_clips_counts(env: ClipsEnvironment, rule: CData) -> tuple[str, ...]:
     finally:
         env.output.redirect(outer_sink)
     return tuple(lines)
-
-
-def _find_halt_reason(env: ClipsEnvironment) -> str:
-    """Return why no rule fires any more; empty while rules fire."""
-    if env.faults:
-        return env.faults[0]
-    if env.quit_requested:
-        return "the agent has quit"
-    return "the run was interrupted" if env.is_ended else ""
 
 
 def restore_sources(texts: Mapping[str, str]) -> dict[str, str]:

@@ -81,9 +81,8 @@ def explain_missing_rule(rule: str, rulebook: Rulebook) -> str:
         messages = [
             str(diagnostic) for diagnostic in rulebook.diagnostics if diagnostic.file == position.file
         ]
-        if messages:
-            return f"{position} defines it, but the file was not loaded as a whole: {messages[0]}"
-        return f"{position} defines it, and it was loaded, but it is gone: undefined later, or not loaded yet"
+        reason = messages[0] if messages else "it was undefined later, or is not loaded yet"
+        return f"{position} defines it, but it is gone: {reason}"
     position = find_rule(rule, _find_unloaded_files(rulebook))
     return "" if position is None else f"{position} defines it, but the spec does not load that file"
 

@@ -112,7 +112,6 @@ def to_json(story: RuleStory) -> dict[str, Any]:
             "ahead_on_agenda": None
             if story.ahead is None
             else [asdict(activation) for activation in story.ahead],
-            "halted": story.snapshot.halt_reason,
         }
     return result
 
@@ -177,10 +176,10 @@ def make_verdict(story: RuleStory) -> str:
         return f"{fired}its condition does not match: condition {diagnosis.failing} has no match" + (
             " together with the conditions before" if diagnosis.failing > 1 else ""
         )
-    return _explain_matches(story, diagnosis, snapshot)
+    return _explain_matches(story, diagnosis)
 
 
-def _explain_matches(story: RuleStory, diagnosis: Diagnosis, snapshot: Snapshot) -> str:
+def _explain_matches(story: RuleStory, diagnosis: Diagnosis) -> str:
     """Return why the complete matches do not make the rule fire, in the same form as :func:`make_verdict`."""
     is_single = diagnosis.matches == Count(1)
     matches = "its condition matches" + (" in one way" if is_single else f" in {diagnosis.matches} ways")
@@ -193,8 +192,7 @@ def _explain_matches(story: RuleStory, diagnosis: Diagnosis, snapshot: Snapshot)
             turn_text = (
                 f"it comes after {len(story.ahead)} others, first {first.rule} (salience {first.salience})"
             )
-        halt_reason = f"; but no rule fires any more: {snapshot.halt_reason}" if snapshot.halt_reason else ""
-        return f"{matches}, {story.activations} of them {verb} on the agenda: {turn_text}{halt_reason}"
+        return f"{matches}, {story.activations} of them {verb} on the agenda: {turn_text}"
     if story.activations is None and story.firings is None:
         return f"{matches}; whether it has fired for them was not recorded (level rules)"
     # A recording has no agenda: there, the firings tell which matches are still to fire.

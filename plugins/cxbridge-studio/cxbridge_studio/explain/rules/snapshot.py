@@ -50,7 +50,6 @@ class Snapshot:
     :param uncopied_count: the number of facts if there are too many to copy, else 0; the count ends at the
         first fact beyond the limit.
     :param needs_all_facts: whether a function in the condition may query facts of any template.
-    :param halt_reason: why rules no longer fire; empty while they do.
     """
 
     env: str
@@ -65,7 +64,6 @@ class Snapshot:
     clips_counts: tuple[str, ...] = ()
     uncopied_count: int = 0
     needs_all_facts: bool = False
-    halt_reason: str = ""
 
     @property
     def activations(self) -> int | None:

@@ -8,7 +8,6 @@ import pytest
 
 from cxbridge_studio.agent.model import AgentModel
 from cxbridge_studio.agent.names import Name, NameKind, Use
-from cxbridge_studio.agent.top_level import find_open_lists, split_top_level_lists
 from tests.support import FAWKES_DIR, ROBOTINO_DIR, ROOT, needs_fawkes, needs_robotino
 
 CLIPS = """\
@@ -95,11 +94,6 @@ def test_a_mistake_loses_no_other_construct(text, expected):
     (file,) = model_of(a__clp=text).files
     found = [(p.piece.name.text, p.piece.is_closed) for p in file.pieces if p.piece.name is not None]
     assert found == expected
-
-
-def test_the_open_parentheses_of_a_part():
-    (part, _) = split_top_level_lists("(defrule a (b (c) => (d)\n(defrule e =>)")
-    assert find_open_lists(part.text) == [0, 11]
 
 
 def test_only_what_changed_is_read_again():
@@ -209,22 +203,6 @@ def test_skills_and_interfaces():
     for file in model.files:
         for mention in file.mentions:
             assert file.text[mention.start : mention.end] == mention.name.text
-
-
-def test_a_name_is_found_in_all_sorts_of_files():
-    model = model_of(a__clp=CLIPS, d__pddl=DOMAIN, s__yaml=YAML)
-    found = [(Path(f.path).name, m.use.value) for f, m in model.find_mentions(Name(NameKind.ACTION, "pour"))]
-    assert found == [("a.clp", "asserted"), ("d.pddl", "defined"), ("s.yaml", "named")]
-    model.remove("/agent/a.clp")
-    assert not model.is_defined(Name(NameKind.TEMPLATE, "cup"))
-
-
-def test_the_name_at_a_place():
-    (file,) = model_of(s__yaml=YAML).files
-    at = file.mention_at(YAML.index("?(what)s") + 3)
-    assert at is not None
-    assert at.name == Name(NameKind.PARAMETER, "what", "pour")
-    assert file.mention_at(YAML.index("drink: >") - 1) is None
 
 
 @needs_fawkes

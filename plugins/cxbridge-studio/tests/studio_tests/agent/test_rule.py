@@ -46,25 +46,6 @@ def test_a_rule_with_everything():
     assert [branch.text for branch in branches.items] == ["?g <- (f)", "(and (g) (h))"]
 
 
-@pytest.mark.parametrize(
-    ("pattern", "foreign", "alone"),
-    [
-        ("(a (x ?x) (y ?x))", "", "(a (x ?x) (y ?x))"),
-        ("(a (x ?x) (y ?x))", "x", "(a (x ?) (y ?))"),
-        ("(a (x ?x&~?y&:(> ?x 1)))", "y", "(a (x ?x&:(> ?x 1)))"),
-        ("(a (x ?x&~b&:(> ?x 1)))", "y", "(a (x ?x&~b&:(> ?x 1)))"),
-        ("(a (x b|?y))", "y", "(a (x ?))"),
-        ("(a (x $? ?k&:(> ?k 1) $?r))", "r", "(a (x $? ?k&:(> ?k 1) $?))"),
-        ("(o ?x b =(+ ?x 1) $?)", "", "(o ?x b =(+ ?x 1) $?)"),
-        ("(o ?x b =(+ ?x 1) $?)", "x", "(o ? b ? $?)"),
-        ("(o)", "", "(o)"),
-        ('(a (s "x y") (t ?*g*))', "", '(a (s "x y") (t ?*g*))'),
-    ],
-)
-def test_a_pattern_without_what_others_say(pattern, foreign, alone):
-    assert first(pattern).standalone_text(frozenset(foreign)) == alone
-
-
 def test_one_part_and_what_it_needs():
     pattern = first("(a (x ?x&c) (y ?y) (z ?z&:(> ?z ?x)&~?w))")
     foreign = frozenset("w")

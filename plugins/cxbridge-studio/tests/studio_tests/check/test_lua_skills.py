@@ -40,8 +40,6 @@ BROKEN = {
         4,
         "SpeechSynthInterface",
     ),
-    "the name": ("\nname =", "\nnme =", 6, "nme"),
-    "the documentation": ("documentation =", "documentatin =", 6, "documentatin"),
 }
 UNKNOWN = {
     "in code": ("speech:is_final", "speech:is_finl", 8),
@@ -110,10 +108,3 @@ def test_the_methods_of_interfaces_are_those_of_the_engine():
     methods = set(re.findall(r"function (?:methods|class):(\w+)", text)) | {"msgq_enqueue_copy"}
     (questions,) = re.findall(r"for _, question in ipairs \{(.*?)\}", text, re.DOTALL)
     assert methods - {"new"} | set(re.findall(r"\w+", questions)) == INTERFACE_METHODS
-
-
-def test_a_function_that_makes_skills_sets_their_names_itself():
-    text = (
-        "function make(name) local M = {} skillenv.module_init(M) M.name = name skillenv.skill_module(M) end"
-    )
-    assert not list(find_load_mistakes(f"module(..., package.seeall)\n{text}"))

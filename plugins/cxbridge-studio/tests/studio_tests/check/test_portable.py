@@ -64,14 +64,6 @@ def test_what_clips_6_30_refuses(tmp_path, clips, code):
     assert not [each for each in check(RunOptions(scenario=folder)) if each.code.name.startswith("CX6")]
 
 
-def test_an_interface_that_is_only_read_or_only_written(tmp_path):
-    clips = (
-        '(defrule r (executive-init) => (blackboard-open-reading "SkillerInterface" "a")'
-        ' (blackboard-open-writing "Position3DInterface" "b") (blackboard-write "Position3DInterface::b"))'
-    )
-    assert portable(RunOptions(scenario=agent(tmp_path, clips))) == []
-
-
 @pytest.mark.parametrize(
     ("domain", "code"),
     [

@@ -60,10 +60,6 @@ def test_a_failure_is_followed_to_the_skill():
     ) in text
 
 
-def test_the_steps_tell_the_reason_of_the_skill():
-    assert "\n    3.100    action 10 say EXECUTION-FAILED: probably no speaker" in told(FAILED, "talk1")
-
-
 def test_a_parent_without_an_error_is_followed_to_the_sub_goal_that_ended_last():
     events = [*FAILED[:-1], goal(3.3, "top1", "FINISHED", "FAILED")]
     assert "├─ talk1 (TALK) FAILED at 3.200 s" in told(events, "top1")
@@ -134,14 +130,6 @@ def test_the_plan_and_the_planner_call_of_the_first_try_are_no_causes_later():
     assert told(events, "a1").startswith("a1 (A) FAILED at 3.000 s: the rule that decided this is unknown")
 
 
-def test_a_sub_goal_of_the_first_try_is_no_cause_later():
-    below = [*started(0, "b1", "a1"), goal(0.5, "b1", "FINISHED", "FAILED", parent="a1")]
-    first = [*started(0, "a1"), *below, goal(1, "a1", "FINISHED", "FAILED")]
-    events = [*first, *started(2, "a1"), goal(3, "a1", "FINISHED", "FAILED")]
-    assert "b1 (B) FAILED" in told(first, "a1")
-    assert "b1" not in told(events, "a1").split("\n\n")[2]
-
-
 def test_a_skill_of_somebody_else_is_not_taken_for_an_action_s():
     events = [
         *started(0, "a1"),
@@ -200,15 +188,6 @@ def test_resources_that_another_goal_has():
     assert "└─ resource arm is held by goal b1\n" in text
 
 
-def test_a_resource_that_another_agent_has_locked():
-    events = [
-        *started(0, "a1", modes=MODES[:4]),
-        fact(1, 1, "(goal (id a1) (required-resources arm) (acquired-resources))"),
-        fact(1, 2, '(mutex (name resource-arm) (state LOCKED) (locked-by "robot2"))'),
-    ]
-    assert '└─ resource arm is locked by "robot2"\n' in told(events, "a1")
-
-
 def test_a_goal_that_was_never_selected_is_told_with_those_above():
     events = [
         *started(0, "top1", modes=MODES),
@@ -244,10 +223,6 @@ def test_a_class_its_numbers_and_begins_of_ids():
         told(events, "wal")
     with pytest.raises(CxbridgeError, match="there is no goal 'run'"):
         told(events, "run")
-
-
-def test_a_unique_begin_of_an_id():
-    assert "\ngoal walking1 " in told(started(0, "walking1"), "walk")
 
 
 LOG = SHARED / "traces" / "test-scenario" / "skiller-1" / "fawkes.log"

@@ -26,7 +26,7 @@ def test_an_agent_that_sets_no_goal_is_stuck_with_status_3(tmp_path):
     ("sub_type", "hint"),
     [
         ("RETRY-SUBGOAL", ": add goals/retry.clp to the files of the spec"),
-        ("RETRY-SUBGOALS", ": did you mean RETRY-SUBGOAL? Then add goals/retry.clp to the files of the spec"),
+        ("RETRY-SUBGOALS", ": did you mean RETRY-SUBGOAL?"),
         ("OTHER", ""),
     ],
 )

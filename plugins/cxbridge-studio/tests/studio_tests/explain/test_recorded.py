@@ -58,11 +58,6 @@ def test_firings_tell_what_became_of_a_match():
     assert to_json(after)["last_fired"] == {"seconds": 5.0, "facts": "f-4,f-3"}
 
 
-def test_without_firings_nobody_knows():
-    story = joined(4.5, events=EVENTS[:-1])[1]
-    assert "was not recorded (level rules)" in to_json(story)["verdict"]
-
-
 def test_of_two_rules_of_one_name_the_later_counts():
     found = joined(None, "old")[1].diagnosis
     assert found is not None
@@ -110,9 +105,3 @@ def test_a_name_that_is_no_goal_where_the_rules_are_not_known():
     )
     with pytest.raises(CxbridgeError, match="several goals begin with 'g'"):
         explain(RecordedEvidence(ListRun((*EVENTS, goal(9, "g2", "FORMULATED"))), None, None), "g")
-
-
-def test_a_goal_is_told_without_files_or_facts():
-    answer = explain(RecordedEvidence(ListRun(EVENTS[:1]), None, None), "g1")
-    assert answer.lines[0].startswith("g1 (G) has been FORMULATED since 0.000 s")
-    assert answer.lines[2] == "goal g1 (G#1)"

@@ -25,11 +25,6 @@ def test_why_is_asked_by_number(recorded: Path, name: str):
     assert answer.data["goals"][0]["outcome"] == "COMPLETED"
 
 
-def test_why_without_a_number_tells_of_both(recorded: Path):
-    answer = explain(RecordedEvidence(open_run(recorded).source, None, None), "ROOM", "goal")
-    assert [goal["outcome"] for goal in answer.data["goals"]] == ["FAILED", "COMPLETED"]
-
-
 def test_why_is_asked_by_time(recorded: Path):
     run = open_run(recorded)
     for life, name in enumerate(("ROOM", "ROOM#2")):

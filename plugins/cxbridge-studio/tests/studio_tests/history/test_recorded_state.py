@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cxbridge.events import FactChange, InterfaceWrite, RuleFired
-from cxbridge_studio.recorded_state import EnvironmentFacts, RunState
+from cxbridge_studio.recorded_state import RunState
 from tests.trace.runs import action, family, goal, skill
 
 
@@ -42,18 +42,6 @@ def test_a_goal_is_there_as_long_as_its_fact_where_facts_are_recorded():
     assert not made.has_goal("executive", "g1")
     made.add_event(fact(2, "(goal cut off"))
     assert not made.has_goal("executive", "g1")
-
-
-def test_facts_come_and_go_in_each_environment():
-    tables = EnvironmentFacts()
-    for event in (fact(1, "(a 1)"), fact(2, "(b (n 3))"), fact(1, "(c)", env="other")):
-        tables.add_change(event)
-    tables.add_change(fact(1, "(a 1)", asserted=False))
-    tables.add_change(fact(7, "(a 7)", asserted=False))
-    assert [list(found) for found in tables.by_env.values()] == [[2], [1]]
-    assert tables.templates == {"executive": {"a", "b"}, "other": {"c"}}
-    assert tables.read_slots("executive", "b") == [{"n": "3"}]
-    assert tables.read_slots("nobody", "b") == []
 
 
 def test_a_copy_stays_as_it_was():

@@ -62,7 +62,6 @@ HEAVY = {
     "memory": "(test (grow))",
     "many-matches": " ".join("(number ? ?)" for _ in range(8)),
     "recursion": "(test (endless 1))",
-    "wide": '(test (format nil (str-cat "%9999" "9999d") 1))',
     "deep": "(test " + "(not " * 2_000 + "TRUE" + ")" * 2_000 + ")",
 }
 TOLD = {
@@ -71,7 +70,6 @@ TOLD = {
     "memory": ("too much memory", "within 25 s"),
     "many-matches": ("within 1 s", "too much memory"),
     "recursion": ("is nested too deeply", "calls itself"),
-    "wide": ("matches in one way",),
     "deep": ("nested more than 500 deep", "nested too deep"),
 }
 """The reports about them."""

@@ -63,15 +63,6 @@ def test_rules_by_file_and_line():
     }
 
 
-def test_several_runs_add_up():
-    found = covered(RUN, ListRun([fired(0, "two"), fired(0, "one")]))
-    assert {rule.name: count for file in found.files for rule, count in file.rules} == {
-        "one": 3,
-        "two": 1,
-        "three": 0,
-    }
-
-
 def test_goal_classes_and_modes():
     events = [goal(0, "walk1", mode) for mode in ("FORMULATED", "SELECTED", "FINISHED")]
     events += [goal(1, "walk2", "FORMULATED"), goal(1, "walk2", "FORMULATED", parent="walk1")]
