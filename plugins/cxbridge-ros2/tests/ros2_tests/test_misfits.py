@@ -64,6 +64,14 @@ def test_another_type_on_the_topic(join: Join):
     ]
 
 
+def test_it_is_found_whoever_was_there_first(join: Join):
+    (ours, said), (theirs, _) = join(), join()
+    theirs.create_publisher("/chatter", "std_msgs/msg/Int32")
+    poll_until(ours, lambda: any(ours._discovery._discovered_endpoints.values()))
+    ours.subscribe("/chatter", "std_msgs/msg/String", lambda _message: None)
+    assert [each.partition(":")[0] for each in said] == ["/chatter"]
+
+
 def test_another_definition_of_the_type(join: Join, tmp_path: Path):
     ours, said = join(a_package(tmp_path / "new", "float64 value\nstring unit\n"))
     theirs, _ = join(a_package(tmp_path / "old", "float32 value\nstring unit\n"))

@@ -416,6 +416,26 @@ def test_an_endpoint_that_comes_while_the_wheel_counts_is_counted():
     assert list_matched_handles(handles) == [1, 2]
 
 
+def test_what_has_ended_is_gone_for_others_and_does_nothing_more(domain: int):
+    service = "example_interfaces/srv/AddTwoInts"
+    types = Definitions([PACKAGES], environment={})
+    with DdsNode("server", types, domain + 7) as server, DdsNode("asks", types, domain + 7) as asks:
+        replies: list[Callable[[dict[str, Any]], None]] = []
+        end = server.serve_later("/ends", service, lambda _request, reply: replies.append(reply))
+        client = asks.create_client("/ends", service)
+        poll_until(asks, lambda: client.has_server)
+        client.call({"a": 1}, lambda _message: None)
+        poll_until(server, lambda: replies)
+        end()
+        end()
+        replies[0]({"sum": 1})  # the server has ended: nothing happens
+        poll_until(asks, lambda: not client.has_server)
+        client.close()
+        assert not client.has_server
+        client.close()
+    replies[0]({"sum": 1})
+
+
 def test_a_cancel_that_came_before_the_goal_was_accepted_is_sent_again(domain: int):
     action, types = "example_interfaces/action/Fibonacci", Definitions([PACKAGES], environment={})
     with DdsNode("server", types, domain + 7) as server, DdsNode("asks", types, domain + 7) as asks:
