@@ -77,7 +77,6 @@ class LiveRun:
         self._agents: list[DebuggedAgent] = []
         self._breakpoint_groups: dict[str, Mapping[int, Breakpoint]] = {}
         self._is_interrupted = False
-        self._step_unit = ""
 
     @property
     def agents(self) -> Sequence[str]:
@@ -134,7 +133,6 @@ class LiveRun:
         # a stop on entry is made like a pause: only its position is special
         if reason == "pause" and self._stop_on_entry and stop.loop == 1 and stop.fired == 0:
             reason = "entry"
-        self._end_steps()
         run_stop = RunStop(
             thread_id,
             reason,
@@ -145,14 +143,6 @@ class LiveRun:
         client.serve_stop(run_stop, lambda: agent.debugger.stopped is None or agent.env.is_ended)
         if agent.debugger.stopped is not None:
             agent.debugger.go_on()
-
-    def _end_steps(self) -> None:
-        """End the steps of further agents after an agent has stopped."""
-        if self._step_unit:
-            for agent in self._agents:
-                if agent.debugger.stopped is None:
-                    agent.debugger.go_on()
-        self._step_unit = ""
 
     def interrupt(self) -> None:
         """End the run as soon as possible. Any thread may call this."""
@@ -174,7 +164,6 @@ class LiveRun:
 
     def step(self, unit: str) -> None:
         """Resume until a ``rule``, ``loop``, ``transition`` or ``line`` of any agent."""
-        self._step_unit = unit
         for agent in self._agents:
             agent.debugger.step(unit)
 
