@@ -92,21 +92,12 @@ def _check_names(allow: Sequence[str]) -> None:
 
 def _with_tool_errors(tool: Callable[..., Any]) -> Callable[..., Any]:
     """Return a tool whose errors reach the assistant with their texts."""
-    if inspect.iscoroutinefunction(tool):
-
-        @functools.wraps(tool)
-        async def call_async(*args: Any, **kwargs: Any) -> Any:
-            try:
-                return await tool(*args, **kwargs)
-            except CxbridgeError as error:
-                raise ToolError(str(error)) from error
-
-        return call_async
 
     @functools.wraps(tool)
-    def call(*args: Any, **kwargs: Any) -> Any:
+    async def call(*args: Any, **kwargs: Any) -> Any:
         try:
-            return tool(*args, **kwargs)
+            answer = tool(*args, **kwargs)
+            return await answer if inspect.isawaitable(answer) else answer
         except CxbridgeError as error:
             raise ToolError(str(error)) from error
 

@@ -11,7 +11,6 @@ from typing import Protocol, TypeAlias
 
 from cxbridge_protobuf.frames import Frame
 from cxbridge_protobuf.inbox import InboxEvent
-from cxbridge_protobuf.settings import NetworkSettings
 from cxbridge_protobuf.types import MessageTypes
 
 
@@ -55,5 +54,5 @@ class Connections(Protocol):
         """Close all connections."""
 
 
-# creates connections from message types, settings, and a function that returns the time in microseconds
-MakeConnections: TypeAlias = Callable[[MessageTypes, NetworkSettings, Callable[[], int]], Connections]
+# creates connections from message types, and a function that returns the time in microseconds
+MakeConnections: TypeAlias = Callable[[MessageTypes, Callable[[], int]], Connections]

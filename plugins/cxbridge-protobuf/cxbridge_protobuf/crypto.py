@@ -12,7 +12,6 @@ import os
 from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.errors import ProtobufError
-from cxbridge.extras import plugin_command
 
 if TYPE_CHECKING:
     from cryptography.hazmat.primitives.ciphers import Cipher
@@ -40,7 +39,7 @@ class Crypter:
     """Encrypts with a configured cipher, and decrypts with the cipher that a frame names.
 
     :param cipher: a name in :data:`CIPHER_NUMBERS`.
-    :raises ProtobufError: if the cipher is unknown, or the package cryptography is missing.
+    :raises ProtobufError: if the cipher is unknown.
     """
 
     def __init__(self, secret: str, cipher: str) -> None:
@@ -48,7 +47,6 @@ class Crypter:
             raise ProtobufError(
                 f"there is no cipher '{cipher}'", hint=f"there are: {', '.join(CIPHER_NUMBERS)}"
             )
-        _import_cryptography()  # reports a missing package now, not with the first message
         self._keys = {size: derive_key(secret, size) for size in (16, 32)}
         self.cipher_number: Final = CIPHER_NUMBERS[cipher]
 
@@ -79,25 +77,14 @@ class Crypter:
         return bytes(padded_payload[:-padding])
 
     def _make_cipher(self, cipher_number: int, vector: bytes) -> Cipher[Any]:
-        ciphers, algorithms, modes = _import_cryptography()
+        # slow to import, and few agents encrypt messages
+        from cryptography.hazmat.primitives import ciphers  # noqa: PLC0415
+        from cryptography.hazmat.primitives.ciphers import algorithms, modes  # noqa: PLC0415
+
         key = self._keys[16 if "128" in _CIPHER_NAMES[cipher_number] else 32]
-        mode = modes.CBC(vector) if vector else modes.ECB()
-        cipher: Cipher[Any] = ciphers.Cipher(algorithms.AES(key), mode)
-        return cipher
+        mode = modes.CBC(vector) if vector else modes.ECB()  # noqa: S305 - the format of protobuf_comm
+        return ciphers.Cipher(algorithms.AES(key), mode)
 
 
 def _has_vector(cipher_number: int) -> bool:
     return _CIPHER_NAMES[cipher_number].endswith("cbc")
-
-
-def _import_cryptography() -> tuple[Any, Any, Any]:
-    """Return the modules of the package cryptography."""
-    try:
-        # slow to import, and few agents encrypt messages
-        from cryptography.hazmat.primitives import ciphers  # noqa: PLC0415
-        from cryptography.hazmat.primitives.ciphers import algorithms, modes  # noqa: PLC0415
-    except ImportError:
-        raise ProtobufError(
-            "encrypted peers need the package cryptography", hint=plugin_command("cxbridge-protobuf")
-        ) from None
-    return ciphers, algorithms, modes

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterable
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -32,7 +31,6 @@ if TYPE_CHECKING:
 _CLIPS_FILE = Path(__file__).with_name("protobuf.clp")
 _LOG_COMPONENT = "CLIPS-Protobuf"
 _FIRST_HANDLE = 1 << 40  # differs from 0, the null pointer, and from the addresses of further features
-_MANY_MESSAGES = 100_000  # this number suggests that a rule lacks a pb-destroy
 
 _INVALID_MESSAGE = Symbol("INVALID-MESSAGE")
 _UNKNOWN_FIELD = Symbol("DOES-NOT-EXIST")
@@ -89,13 +87,8 @@ class ProtobufFeature(Feature):
 
 
 def make_feature(context: Run) -> ProtobufFeature:
-    """Return the feature of a run.
-
-    An inspection of an agent does not import the compiled message modules, since they are programs.
-    """
+    """Return the feature of a run."""
     settings = ProtobufSettings.from_config(context.config, context.paths.expand)
-    if context.is_inspection:
-        settings = replace(settings, modules=())
     return ProtobufFeature(settings, context.additions.values.get(CONNECTIONS_KEY))
 
 
@@ -115,12 +108,14 @@ class ProtobufState:
         self._log: Logger = env.bus.logger(_LOG_COMPONENT)
         self.types = types.MessageTypes(self._log.warn)
         self.types.add_folders(settings.folders)
-        for module in settings.modules:
-            self.types.add_module(module)
-        self.network = (make_connections or Network)(self.types, settings.network, env.bus.clock.now_us)
+        now_us = env.bus.clock.now_us
+        self.network: Connections = (
+            Network(self.types, now_us, settings.server_address)
+            if make_connections is None
+            else make_connections(self.types, now_us)
+        )
         self._messages: dict[int, Any] = {}
         self._handles = itertools.count(_FIRST_HANDLE)
-        self._next_warning_count = _MANY_MESSAGES
 
     def define(self) -> None:
         # CLIPS' codes for the types of arguments: the default (*: any type), then a code for each argument
@@ -172,11 +167,6 @@ class ProtobufState:
     def _add_message(self, message: Any) -> ExternalAddress:
         handle = next(self._handles)
         self._messages[handle] = message
-        if len(self._messages) >= self._next_warning_count:
-            self._log.warn(
-                f"{len(self._messages)} messages are alive in CLIPS: does a rule forget pb-destroy?"
-            )
-            self._next_warning_count *= 2
         return ExternalAddress(handle)
 
     def _find_message(self, address: Value) -> Any:

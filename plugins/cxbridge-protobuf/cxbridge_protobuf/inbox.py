@@ -12,10 +12,13 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Final, TypeAlias
 
+from cxbridge.blackboard.kit.complaints import Complaints
 from cxbridge_protobuf.types import Message
 
 # bounds the memory for large messages, of which few are enough to fill it
 _MAX_BYTES: Final = 64 << 20
+
+MAX_MESSAGES: Final = 10_000  # the number of waiting messages at which reading pauses
 
 
 class Origin(Enum):
@@ -72,25 +75,23 @@ InboxEvent: TypeAlias = ReceivedMessage | ConnectionChange | LogWarning
 class Inbox:
     """Events in order of arrival; thread-safe.
 
-    :param max_messages: the number of waiting messages at which reading pauses.
     :param now_us: the clock for the time stamps of messages.
     """
 
-    def __init__(self, max_messages: int, now_us: Callable[[], int]) -> None:
+    def __init__(self, now_us: Callable[[], int]) -> None:
         self.now_us: Final = now_us
-        self._max_messages = max_messages
         self._lock = threading.Lock()
         self._events: list[InboxEvent] = []
         self._message_count = 0
         self._byte_count = 0
         self._was_full = False
-        self._warning_counts: dict[str, int] = {}
+        self._complaints = Complaints(lambda text: self.add_event(LogWarning(text)))
 
     @property
     def is_full(self) -> bool:
         """Whether reading should pause; if true, the next :meth:`drain` reports that the inbox was full."""
         with self._lock:
-            is_full = self._message_count >= self._max_messages or self._byte_count >= _MAX_BYTES
+            is_full = self._message_count >= MAX_MESSAGES or self._byte_count >= _MAX_BYTES
             # recorded, since a caller that sees a full inbox pauses, and the next drain must resume it
             self._was_full |= is_full
             return is_full
@@ -106,15 +107,11 @@ class Inbox:
             self._byte_count += size
 
     def warn(self, text: str, kind: str) -> None:
-        """Add the 1st, 2nd, 4th, 8th ... warning of a kind, since a peer may cause many warnings.
+        """Add a warning, at most one a minute of a kind, since a peer may cause many warnings.
 
-        :param kind: a text that peers cannot influence, so that the number of kinds is bounded.
+        :param kind: a text that peers cannot influence.
         """
-        with self._lock:
-            count = self._warning_counts[kind] = self._warning_counts.get(kind, 0) + 1
-            if count & (count - 1) == 0:  # a power of two
-                suffix = f" ({count} times so far)" if count > 1 else ""
-                self._events.append(LogWarning(text + suffix))
+        self._complaints.add(kind, text)
 
     def drain(self) -> tuple[list[InboxEvent], bool]:
         """Remove and return all events; also return whether :attr:`is_full` was true since the last call."""

@@ -15,7 +15,6 @@ from typing import Final
 from cxbridge.errors import ProtobufError
 from cxbridge_protobuf.frames import Frame
 from cxbridge_protobuf.inbox import ConnectionChange, InboxEvent, LogWarning, Origin, ReceivedMessage
-from cxbridge_protobuf.settings import NetworkSettings
 from cxbridge_protobuf.types import MessageTypes
 
 LOCAL_HOST: Final = "127.0.0.1"  # the address of all senders
@@ -57,9 +56,7 @@ class LocalNetwork:
         self.members: list[LocalConnections] = []
         self.ports = count(49152)  # ports of clients, from the start of the range of dynamic ports
 
-    def join(
-        self, types: MessageTypes, _settings: NetworkSettings, now_us: Callable[[], int]
-    ) -> LocalConnections:
+    def join(self, types: MessageTypes, now_us: Callable[[], int]) -> LocalConnections:
         """Return the connections of a further environment. The method is a :data:`MakeConnections`."""
         member = LocalConnections(self, types, now_us)
         self.members.append(member)

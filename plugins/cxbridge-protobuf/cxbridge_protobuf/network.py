@@ -16,13 +16,13 @@ from typing import Any, Final, TypeVar
 
 from cxbridge.blackboard.kit.event_loop import LoopThread
 from cxbridge.errors import ProtobufError
+from cxbridge.listening import LOOPBACK
 from cxbridge_protobuf import frames
 from cxbridge_protobuf.crypto import Crypter
 from cxbridge_protobuf.frames import Frame
 from cxbridge_protobuf.inbox import ConnectionChange, Inbox, InboxEvent, Origin, ReceivedMessage
 from cxbridge_protobuf.peer import MAX_PEER_BYTES, Peer
-from cxbridge_protobuf.settings import NetworkSettings
-from cxbridge_protobuf.stream import StreamLink
+from cxbridge_protobuf.stream import MAX_MESSAGE_BYTES, StreamLink
 from cxbridge_protobuf.types import MessageTypes
 
 ResultT = TypeVar("ResultT")
@@ -39,12 +39,15 @@ class Network:
 
     :param types: the parser of messages.
     :param now_us: the clock for time stamps of messages.
+    :param server_address: the address of the server; ``*``: all network interfaces.
     """
 
-    def __init__(self, types: MessageTypes, settings: NetworkSettings, now_us: Callable[[], int]) -> None:
-        self._settings = settings
+    def __init__(
+        self, types: MessageTypes, now_us: Callable[[], int], server_address: str = LOOPBACK
+    ) -> None:
         self._types = types
-        self._inbox = Inbox(settings.max_waiting_messages, now_us)
+        self._server_address = server_address
+        self.inbox: Final = Inbox(now_us)
         self._ids = itertools.count(1)
         self._lock = threading.Lock()
         self._links: dict[int, StreamLink] = {}
@@ -56,7 +59,7 @@ class Network:
 
     def drain(self) -> list[InboxEvent]:
         """Return the events since the last call, and resume paused reading."""
-        events, was_full = self._inbox.drain()
+        events, was_full = self.inbox.drain()
         if was_full:
             self._call_in_thread(self._resume_reading)
         return events
@@ -118,14 +121,13 @@ class Network:
             return 0
         for port in (send_port, recv_port):
             _check_port(port)
-        crypter = self._make_crypter(secret, cipher)
+        crypter = _make_crypter(secret, cipher)
         peer = Peer(
             next(self._ids),
             address,
             send_port,
-            self._settings.frame_version,
             self._receive_message,
-            self._inbox,
+            self.inbox,
         )
         peer.crypter = crypter
         self._run_in_thread(peer.open(recv_port if recv_port > 0 else send_port))
@@ -144,7 +146,7 @@ class Network:
         """Encrypt a peer's further messages; an empty secret or cipher ends encryption."""
         peer = self._peers.get(peer_id)
         if peer is not None:
-            peer.crypter = self._make_crypter(secret, cipher)
+            peer.crypter = _make_crypter(secret, cipher)
 
     def send(self, link_id: int, frame: Frame) -> None:
         """Send over a connection or a peer; unknown ids are ignored.
@@ -155,11 +157,11 @@ class Network:
         if link is None:
             self.broadcast(link_id, frame)
             return
-        if len(frame.data) > self._settings.max_message_size:
+        if len(frame.data) > MAX_MESSAGE_BYTES:
             raise ProtobufError("Serialized message too big")
         if not link.connected:
             raise ProtobufError("Cannot send while not connected")
-        self._call_in_thread(link.write, frames.encode_frame(frame, self._settings.frame_version))
+        self._call_in_thread(link.write, frames.encode_frame(frame))
 
     def broadcast(self, peer_id: int, frame: Frame) -> None:
         """Send over a peer; unknown ids are ignored.
@@ -184,16 +186,9 @@ class Network:
         if thread is not None:
             thread.close()
 
-    def _make_crypter(self, secret: str, cipher: str) -> Crypter | None:
-        if not secret or not cipher:
-            return None
-        if self._settings.frame_version == 1:
-            raise ProtobufError("frames of version 1 cannot be encrypted")
-        return Crypter(secret, cipher)
-
     def _open_server_socket(self, port: int) -> socket.socket:
         _check_port(port)
-        address = self._settings.server_address
+        address = self._server_address
         try:
             if address == _ALL_INTERFACES:
                 if socket.has_dualstack_ipv6():
@@ -239,7 +234,7 @@ class Network:
         try:
             await asyncio.get_running_loop().create_connection(lambda: link, host, port)
         except (OSError, OverflowError, UnicodeError) as error:
-            self._inbox.warn(f"Cannot connect to {host}:{port}: {error}", kind=f"connect {host}:{port}")
+            self.inbox.warn(f"Cannot connect to {host}:{port}: {error}", kind=f"connect {host}:{port}")
             self._report_end(link)
 
     def _make_server_link(self) -> StreamLink:
@@ -250,14 +245,6 @@ class Network:
             link.resume_reading()
 
     # -- events of connections, in the thread
-
-    @property
-    def settings(self) -> NetworkSettings:
-        return self._settings
-
-    @property
-    def inbox(self) -> Inbox:
-        return self._inbox
 
     def accept_link(self, link: StreamLink) -> bool:
         """Add a new connection, and return whether the connection may stay open."""
@@ -271,17 +258,17 @@ class Network:
                 if is_accepted:
                     self._links[link.id] = link
         if is_accepted:
-            self._inbox.add_event(
+            self.inbox.add_event(
                 ConnectionChange(link.origin, link.id, connected=True, host=link.host, port=link.port)
             )
         elif link.origin is Origin.SERVER:
-            self._inbox.warn(f"Client {link.host} is rejected: there are too many clients", kind="many")
+            self.inbox.warn(f"Client {link.host} is rejected: there are too many clients", kind="many")
         return is_accepted
 
     def report_loss(self, link: StreamLink, reason: str) -> None:
         """Report a lost connection with its reason."""
         if reason:
-            self._inbox.warn(
+            self.inbox.warn(
                 f"Connection {link.id} to {link.host}:{link.port} closed: {reason}", kind="closed"
             )
         self._report_end(link)
@@ -294,7 +281,7 @@ class Network:
             if link.origin is Origin.SERVER:
                 self._links.pop(link.id, None)
         if was_open:
-            self._inbox.add_event(ConnectionChange(link.origin, link.id, connected=False))
+            self.inbox.add_event(ConnectionChange(link.origin, link.id, connected=False))
 
     def receive_frame(self, link: StreamLink, frame: Frame) -> None:
         """Add the message of a frame from a connection to the inbox."""
@@ -309,18 +296,22 @@ class Network:
         except ProtobufError as error:
             problem = error.message
         if message is None and origin is Origin.PEER:
-            self._inbox.warn(
+            self.inbox.warn(
                 f"Failed to receive peer message from {host}:{port}: Deserialization fail: {problem}",
                 kind=f"message for {link_id}",
             )
             return
-        arrival_us = self._inbox.now_us()
-        self._inbox.add_event(
+        arrival_us = self.inbox.now_us()
+        self.inbox.add_event(
             ReceivedMessage(
                 origin, link_id, host, port, frame.component, frame.type, arrival_us, message, problem
             ),
             size=len(frame.data),
         )
+
+
+def _make_crypter(secret: str, cipher: str) -> Crypter | None:
+    return Crypter(secret, cipher) if secret and cipher else None
 
 
 def _check_port(port: int) -> None:

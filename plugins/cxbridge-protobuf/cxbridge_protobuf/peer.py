@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import asyncio
 import socket
-from collections import deque
 from collections.abc import Callable
 from contextlib import ExitStack
 from typing import Final
@@ -22,10 +21,6 @@ from cxbridge_protobuf.inbox import Inbox, Origin
 # the limit of a message: the peers of protobuf_comm receive into a buffer of this size
 MAX_PEER_BYTES: Final = 1024
 
-_RETRY_S = 2.0  # seconds between two attempts to resolve the host
-# frames that wait until the host is resolved; more frames displace the oldest frames
-_MAX_WAITING_FRAMES = 64
-
 ReceiveFrame = Callable[[Origin, int, str, int, Frame], None]
 
 
@@ -34,33 +29,36 @@ class Peer(asyncio.DatagramProtocol):
 
     :param peer_id: the id of the peer in the environment.
     :param address: the IPv4 address or the name of the host to which the peer sends.
-    :param version: the version of frames.
     :param receive: called with the sender and the frame of each received datagram.
     :param inbox: gets warnings; while the inbox is full, datagrams are dropped.
     """
 
-    def __init__(
-        self, peer_id: int, address: str, port: int, version: int, receive: ReceiveFrame, inbox: Inbox
-    ) -> None:
+    def __init__(self, peer_id: int, address: str, port: int, receive: ReceiveFrame, inbox: Inbox) -> None:
         self.id: Final = peer_id
         self.crypter: Crypter | None = None
         self._address = address
         self._port = port
-        self._version = version
         self._receive = receive
         self._inbox = inbox
         self._transport: asyncio.DatagramTransport | None = None
-        self._target: tuple[str, int] | None = None
-        self._own_address: tuple[str, int] | None = None
-        self._waiting_frames: deque[Frame] = deque(maxlen=_MAX_WAITING_FRAMES)
-        self._resolution_task: asyncio.Task[None] | None = None
+        self._target = ("", 0)
+        self._own_address = ("", 0)
         self._closed = asyncio.Event()
 
     async def open(self, port: int) -> None:
-        """Open the receiving port and start resolving the target host.
+        """Resolve the target host, and open the receiving port.
 
-        :raises ProtobufError: if the port is unavailable.
+        :raises ProtobufError: if the host is unknown or the port is unavailable.
         """
+        loop = asyncio.get_running_loop()
+        try:
+            addresses = await loop.getaddrinfo(
+                self._address, self._port, family=socket.AF_INET, type=socket.SOCK_DGRAM
+            )
+        except (OSError, UnicodeError):
+            raise ProtobufError(f"cannot resolve the host {self._address}") from None
+        self._target = (str(addresses[0][4][0]), self._port)
+        self._own_address = (_find_source_address(self._target[0]), port)
         with ExitStack() as cleanup:
             udp_socket = cleanup.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
             try:
@@ -68,15 +66,11 @@ class Peer(asyncio.DatagramProtocol):
                 udp_socket.bind((LOOPBACK if is_loopback(self._address) else "", port))
             except OSError as error:
                 raise ProtobufError(f"Cannot receive on UDP port {port}: {error.strerror}") from None
-            loop = asyncio.get_running_loop()
             self._transport, _ = await loop.create_datagram_endpoint(lambda: self, sock=udp_socket)
             cleanup.pop_all()
-        self._resolution_task = asyncio.create_task(self._resolve_host(port))
 
     async def close(self) -> None:
         """Close the socket, and wait until the port is available again."""
-        if self._resolution_task is not None:
-            self._resolution_task.cancel()
         if self._transport is not None:
             self._transport.close()
             await self._closed.wait()
@@ -85,13 +79,11 @@ class Peer(asyncio.DatagramProtocol):
         self._closed.set()
 
     def send(self, frame: Frame) -> None:
-        """Send a frame, at once or after the host is resolved."""
-        if self._target is None or self._transport is None:
-            self._waiting_frames.append(frame)
+        if self._transport is None:
             return
         crypter = self.crypter
         if crypter is None:
-            data = frames.encode_frame(frame, self._version)
+            data = frames.encode_frame(frame)
         else:
             data = frames.add_header(crypter.cipher_number, crypter.encrypt(frames.encode_payload(frame)))
         self._transport.sendto(data, self._target)
@@ -115,7 +107,7 @@ class Peer(asyncio.DatagramProtocol):
         self._inbox.warn(f"Failed to send peer message: {exc}", kind=f"send {self.id}")
 
     def _decode_datagram(self, data: bytes) -> Frame:
-        cipher_number, payload = frames.decode_datagram(data, self._version)
+        cipher_number, payload = frames.decode_datagram(data)
         crypter = self.crypter
         if crypter is None:
             if cipher_number != frames.NO_CIPHER:
@@ -131,24 +123,8 @@ class Peer(asyncio.DatagramProtocol):
             f"Failed to receive peer message from {addr[0]}:{addr[1]}: {problem}", kind=f"frame for {self.id}"
         )
 
-    async def _resolve_host(self, port: int) -> None:
-        """Resolve the host, with further attempts after failures, then send the waiting frames."""
-        loop = asyncio.get_running_loop()
-        while self._target is None:
-            try:
-                addresses = await loop.getaddrinfo(
-                    self._address, self._port, family=socket.AF_INET, type=socket.SOCK_DGRAM
-                )
-                self._own_address = (_find_source_address(addresses[0][4][0]), port)
-                self._target = (str(addresses[0][4][0]), self._port)
-            except (OSError, UnicodeError):
-                self.error_received(ProtobufError(f"cannot resolve the host {self._address}, retrying"))
-                await asyncio.sleep(_RETRY_S)
-        while self._waiting_frames:
-            self.send(self._waiting_frames.popleft())
 
-
-def _find_source_address(address: str | int) -> str:
+def _find_source_address(address: str) -> str:
     """Return the local address from which datagrams to another address are sent."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)

@@ -9,7 +9,9 @@ from typing import Final, Protocol
 from cxbridge.errors import ProtobufError
 from cxbridge_protobuf.frames import Frame, StreamDecoder
 from cxbridge_protobuf.inbox import Inbox, Origin
-from cxbridge_protobuf.settings import NetworkSettings
+
+MAX_MESSAGE_BYTES: Final = 1 << 20  # the maximum size of a message
+MAX_OUTBOUND_BYTES: Final = 8 << 20  # the maximum number of bytes that wait to be sent over a connection
 
 _MAPPED_PREFIX = "::ffff:"  # the prefix of an IPv4 address at a socket for IPv4 and IPv6
 _MESSAGE_HEADER_BYTES = 4  # the message header, which the size in a frame includes
@@ -18,10 +20,6 @@ _READ_BYTES = 65536  # bytes of one read
 
 class LinkOwner(Protocol):
     """The receiver of a connection's events."""
-
-    @property
-    def settings(self) -> NetworkSettings:
-        """The limits of frames and of waiting bytes."""
 
     @property
     def inbox(self) -> Inbox:
@@ -51,11 +49,8 @@ class StreamLink(asyncio.Protocol):
         self.connected = False
         self.host = ""
         self.port = 0
-        settings = network.settings
         self._network = network
-        self._decoder = StreamDecoder(
-            settings.max_message_size + _MESSAGE_HEADER_BYTES, settings.frame_version
-        )
+        self._decoder = StreamDecoder(MAX_MESSAGE_BYTES + _MESSAGE_HEADER_BYTES)
         self._transport: asyncio.Transport | None = None
         self._abort_reason = ""
 
@@ -114,7 +109,7 @@ class StreamLink(asyncio.Protocol):
         if not self.connected or self._transport is None:
             return
         self._transport.write(data)
-        if self._transport.get_write_buffer_size() > self._network.settings.max_outbound_bytes:
+        if self._transport.get_write_buffer_size() > MAX_OUTBOUND_BYTES:
             self._abort("the receiver reads too slowly")
 
     def close(self) -> None:

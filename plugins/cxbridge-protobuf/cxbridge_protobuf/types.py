@@ -6,7 +6,6 @@ A type with numbers has a nested enumeration ``CompType`` with the values ``COMP
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -27,9 +26,9 @@ _MAX_NUMBER = 65535  # in frames, both numbers have 16 bits
 
 
 class MessageTypes:
-    """Message types from .proto files and compiled modules.
+    """Message types from .proto files.
 
-    :param warn: called with a line about each unusable file, module or type.
+    :param warn: called with a line about each unusable folder, file or type.
     """
 
     def __init__(self, warn: Callable[[str], None]) -> None:
@@ -46,24 +45,13 @@ class MessageTypes:
                 self._warn(f"There is no folder {folder} for .proto files (/clips-protobuf/proto-dirs)")
         for folder in existing_folders:
             try:
-                files, problems = compile_folder(folder, [folder, *existing_folders])
+                files = compile_folder(folder, [folder, *existing_folders])
             except ProtobufError as error:
                 self._warn(f"Cannot read the .proto files of {folder}: {error}")
-                return
-            for problem in problems:
-                self._warn(f"Skipping a .proto file of {folder}: {problem}")
+                continue
             for file in files:
                 # the types of imported files are known, but only the types of this folder are registered
                 self._add_file(file, register="/" not in file.name and (folder / file.name).is_file())
-
-    def add_module(self, name: str) -> None:
-        """Import a module that protoc has generated, and register its types with numbers."""
-        try:
-            descriptor = importlib.import_module(name).DESCRIPTOR
-        except Exception as error:  # noqa: BLE001 - the code of a module may raise anything
-            self._warn(f"Cannot read the module {name} (/clips-protobuf/modules): {error}")
-            return
-        self._register_numbered_types(descriptor)
 
     def _add_file(self, file: Any, *, register: bool) -> None:
         if file.name in self._file_names:
@@ -123,14 +111,11 @@ class MessageTypes:
         return parsed
 
     def _find_class(self, full_name: str) -> Any:
-        # as in protobuf_comm, compiled modules, which are in the default pool, come first
-        for pool in (descriptor_pool.Default(), self._pool):
-            try:
-                descriptor = pool.FindMessageTypeByName(full_name)
-            except KeyError:
-                continue
-            return message_factory.GetMessageClass(descriptor)
-        raise ProtobufError("Unknown message type")
+        try:
+            descriptor = self._pool.FindMessageTypeByName(full_name)
+        except KeyError:
+            raise ProtobufError("Unknown message type") from None
+        return message_factory.GetMessageClass(descriptor)
 
 
 def message_numbers(descriptor: Any) -> tuple[int, int]:

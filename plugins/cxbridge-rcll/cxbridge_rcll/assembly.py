@@ -106,7 +106,7 @@ class GameSetup:
         config.set(_SIMULATOR_PATH, False)
         config.set(_PROTO_DIRS_PATH, [str(message_folder)])
         if settings.simtest:
-            enable_simtest(config, spec, settings.simtest, checkouts)
+            enable_simtest(config, spec, settings.simtest)
 
     def _configure_robots(self, config: Configuration, spec: str) -> list[str]:
         """Add the robots to the configuration, and return their names."""

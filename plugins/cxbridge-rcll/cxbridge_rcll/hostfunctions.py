@@ -28,46 +28,33 @@ _IGNORED_FUNCTIONS: Final = {
 _NO_FIELD: Final = (Symbol("INVALID-GENERATION"),)  # the result before a field has been generated
 
 
-def _to_clips_bool(value: object) -> Symbol:
-    return TRUE if value else FALSE
-
-
-class ConfigFunctions:
-    """Defines the functions ``config-...`` and ``load-config`` in an environment.
+def define_config_functions(env: ClipsEnvironment, config: Configuration, refbox: Refbox) -> None:
+    """Define the functions ``config-...`` and ``load-config`` in an environment.
 
     :param config: the referee's configuration.
     """
 
-    def __init__(self, env: ClipsEnvironment, config: Configuration, refbox: Refbox) -> None:
-        self._env = env
-        self._config = config
-        define = env.define
-        define("get-clips-dirs", lambda: (f"{refbox.rules_folder}/",))
-        define("load-config", self._load_config, 1, types=_TEXT_ARGUMENT)
-        define(
-            "config-path-exists", lambda path: _to_clips_bool(config.exists(path)), 1, types=_TEXT_ARGUMENT
-        )
-        define("config-get-bool", self._get_bool, 1, types=_TEXT_ARGUMENT)
-        define("config-get-int", self._get_int, 1, types=_TEXT_ARGUMENT)
-        for kind in ("float", "uint", "int", "bool", "string"):
-            define(f"config-update-{kind}", self._update_config, 2, types=_TEXT_ARGUMENT)
+    def load_config(prefix: str) -> None:
+        for slots in confvals(config, prefix):
+            env.assert_fact("confval", slots)
 
-    def _load_config(self, prefix: str) -> None:
-        for slots in confvals(self._config, prefix):
-            self._env.assert_fact("confval", slots)
-
-    def _get_bool(self, path: str) -> Value:
-        return _to_clips_bool(self._config.get_bool(path, default=False))
-
-    def _get_int(self, path: str) -> Value:
-        return self._config.get_int(path, default=0)
-
-    def _update_config(self, path: str, value: Value) -> None:
+    def update_config(path: str, value: Value) -> None:
         if value in (TRUE, FALSE):
-            self._config.set(path, value == TRUE)
+            config.set(path, value == TRUE)
         elif isinstance(value, str | int | float):
             # str() turns a Symbol into plain text
-            self._config.set(path, str(value) if isinstance(value, str) else value)
+            config.set(path, str(value) if isinstance(value, str) else value)
+
+    env.define("get-clips-dirs", lambda: (f"{refbox.rules_folder}/",))
+    for name, function in (
+        ("load-config", load_config),
+        ("config-path-exists", config.exists),
+        ("config-get-bool", lambda path: config.get_bool(path, default=False)),
+        ("config-get-int", lambda path: config.get_int(path, default=0)),
+    ):
+        env.define(name, function, 1, types=_TEXT_ARGUMENT)
+    for kind in ("float", "uint", "int", "bool", "string"):
+        env.define(f"config-update-{kind}", update_config, 2, types=_TEXT_ARGUMENT)
 
 
 class MachineFunctions:
@@ -149,25 +136,25 @@ class FieldFunctions:
         define("mps-generator-remove-machine", self._remove_machine, 1, types="*;l")
         define("mps-generator-start", self._generate_field)
         define("mps-generator-abort", lambda: None)
-        define("mps-generator-running", lambda: FALSE)
-        define("mps-generator-field-generated", lambda: _to_clips_bool(self._placements))
+        define("mps-generator-running", lambda: False)
+        define("mps-generator-field-generated", lambda: bool(self._placements))
         define("mps-generator-get-generated-field", self._get_generated_field)
 
-    def _set_field(self, width: int, height: int) -> Value:
+    def _set_field(self, width: int, height: int) -> bool:
         if width <= 0 or height <= 0:
-            return FALSE
+            return False
         self._field_size = (width, height)
-        return TRUE
+        return True
 
-    def _add_machine(self, number: int) -> Value:
+    def _add_machine(self, number: int) -> bool:
         is_new = number not in self._machines
         self._machines.add(number)
-        return _to_clips_bool(is_new)
+        return is_new
 
-    def _remove_machine(self, number: int) -> Value:
+    def _remove_machine(self, number: int) -> bool:
         was_known = number in self._machines
         self._machines.discard(number)
-        return _to_clips_bool(was_known)
+        return was_known
 
     def _generate_field(self) -> None:
         self._placements = arrange_machines(self._random, self._machines, *self._field_size)

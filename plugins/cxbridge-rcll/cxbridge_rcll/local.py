@@ -12,7 +12,6 @@ from cxbridge_explore.game.judge import GameState
 from cxbridge_explore.game.score import POST_GAME, Score
 from cxbridge_protobuf.connections import MakeConnections
 from cxbridge_protobuf.local import LOCAL_HOST, LocalNetwork
-from cxbridge_protobuf.settings import NetworkSettings
 from cxbridge_protobuf.types import Message, MessageTypes, make_frame
 from cxbridge_rcll.controller import Controller
 from cxbridge_rcll.machines import Machine
@@ -61,7 +60,7 @@ class LocalReferee:
         def make_controller(context: Run) -> Component:
             types = MessageTypes(context.bus.logger("Controller").warn)
             types.add_folders((self._message_folder,))
-            connections = self._network.join(types, NetworkSettings(), context.clock.now_us)
+            connections = self._network.join(types, context.clock.now_us)
             port = self._config.get_uint(SERVER_PORT_PATH, default=0)
 
             def send(message: Message) -> None:

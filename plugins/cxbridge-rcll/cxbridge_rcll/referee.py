@@ -17,7 +17,7 @@ from cxbridge.run.components.component import Component
 from cxbridge_protobuf.feature import ProtobufFeature
 from cxbridge_protobuf.local import LocalNetwork
 from cxbridge_protobuf.settings import ProtobufSettings
-from cxbridge_rcll.hostfunctions import ConfigFunctions, FieldFunctions, MachineFunctions
+from cxbridge_rcll.hostfunctions import FieldFunctions, MachineFunctions, define_config_functions
 from cxbridge_rcll.machines import Machine
 from cxbridge_rcll.refbox import Refbox
 
@@ -65,7 +65,7 @@ class Referee(Component):
         """Define the global variables and functions that the rules expect from the referee box."""
         env = self.env
         env.build_unrecorded(_VERSION_GLOBALS)
-        ConfigFunctions(env, config, refbox)  # the environment keeps the functions alive
+        define_config_functions(env, config, refbox)
         self._machines = MachineFunctions(env, self._make_machine)
         FieldFunctions(env, Random(seed))  # noqa: S311 - a game, not a secret
         env.define("print-fact-list", self._print_facts, 2, types="*;m;m")

@@ -191,15 +191,6 @@ def pack_entry(since_us: int, block: bytes) -> bytes:
     return _ENTRY.pack(seconds, microseconds) + block
 
 
-def is_header_of_scenario(head: bytes, scenario: str) -> bool:
-    """Return whether a file with these first bytes is a bblogger file of a scenario."""
-    start = COUNT_OFFSET + _COUNT.size
-    field = head[start : start + _SCENARIO_SIZE]
-    return is_bblogger_start(head) and field == _pack_text(scenario, _SCENARIO_SIZE).ljust(
-        _SCENARIO_SIZE, b"\0"
-    )
-
-
 def file_name(scenario: str, uid: str, start_us: int, *, utc: bool = False) -> str:
     """Return Fawkes' name for a file: ``<scenario>-<Type>-<ID>-YYYY-MM-DD-HH-MM-SS.log``.
 
@@ -210,11 +201,6 @@ def file_name(scenario: str, uid: str, start_us: int, *, utc: bool = False) -> s
     """
     kind, _, interface_id = uid.partition("::")
     return f"{_quote_name(scenario)}-{kind}-{_quote_name(interface_id)}-{_format_date(start_us, utc=utc)}.log"
-
-
-def file_pattern(scenario: str, start_us: int, *, utc: bool = False) -> str:
-    """Return a shell pattern that matches at least the files of a scenario and start."""
-    return f"{_quote_name(scenario)}-*-{_format_date(start_us, utc=utc)}.log"
 
 
 def _quote_name(text: str) -> str:

@@ -19,10 +19,7 @@ from cxbridge.trace.formats.base import RecordedRun, RunWriter
 from cxbridge.trace.formats.files import writing
 from cxbridge_fawkes.bblogger.header import (
     COUNT_OFFSET,
-    HEADER_SIZE,
     file_name,
-    file_pattern,
-    is_header_of_scenario,
     pack_count,
     pack_entry,
     pack_header,
@@ -35,8 +32,7 @@ class BBLoggerWriter(RunWriter):
     Each write, changed or not, becomes an entry, which is complete in the file when :meth:`write` returns.
     The header has the number of entries only after the file is closed.
 
-    :param folder: created if necessary. Files of an earlier run with the same scenario and start are removed:
-        they would look like files of this run.
+    :param folder: created if necessary.
     :param scenario: the name of the run.
     :param start_us: the start of the run in microseconds since the epoch.
     :param utc: use UTC in file names, for runs on the virtual clock; otherwise the machine's zone as in
@@ -58,22 +54,10 @@ class BBLoggerWriter(RunWriter):
             )
         with writing(self.folder):
             self.folder.mkdir(parents=True, exist_ok=True)
-            for path in self._find_files_of_earlier_run():
-                path.unlink()
         if not os.access(self.folder, os.W_OK | os.X_OK):
             raise TraceError(
                 "no file can be created in this folder", file=folder, hint="check its permissions"
             )
-
-    def _find_files_of_earlier_run(self) -> list[Path]:
-        """Return the files of an earlier run with the same scenario and start."""
-        pattern = file_pattern(self._scenario, self._start_us, utc=self._utc)
-        return [path for path in self.folder.glob(pattern) if path.is_file() and self._has_scenario(path)]
-
-    def _has_scenario(self, path: Path) -> bool:
-        """Return whether a file is a bblogger file of this scenario."""
-        with path.open("rb") as file:
-            return is_header_of_scenario(file.read(HEADER_SIZE), self._scenario)
 
     def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:  # noqa: ARG002 - bblogger has all writes at any level
         return frozenset({BlockWrite})

@@ -22,6 +22,7 @@ from cxbridge.skiller.simulation.estimators import StaticEstimator
 from cxbridge.skiller.simulation.simulator import SkillerSimulator
 from cxbridge_fawkes.gateway.service import run_gateway
 from cxbridge_fawkes.network.server import FawkesServer
+from tests.blackboard.zmq.support import eventually
 from tests.run.mini import write_scenario
 
 WAIT_S = 8
@@ -53,16 +54,6 @@ AGENT = """
   (modify ?g (mode RETRACTED)))
 """
 """One skill, at most three tries. It asks for control again sooner than the core does."""
-
-
-def until(condition: Callable[[], bool], what: str) -> None:
-    """Wait until a condition holds."""
-    pause = threading.Event()
-    for _ in range(WAIT_S * 100):
-        if condition():
-            return
-        pause.wait(0.01)
-    raise AssertionError(f"it did not come: {what}")
 
 
 class Wire(threading.Thread):
@@ -128,7 +119,7 @@ class Robot:
         self.tries = 0
         self._start()
         self.wire = Wire(self._port)
-        self.url = f"fawkes://127.0.0.1:{self.wire.port}?timeout={TIMEOUT_S}&silence=0.2"
+        self.url = f"fawkes://127.0.0.1:{self.wire.port}"
         self._thread = threading.Thread(target=self._run)
         self._thread.start()
 
@@ -230,7 +221,7 @@ def through_a_gateway(folder: Path, url: str) -> Iterator[str]:
         stack.callback(thread.join, WAIT_S)
         assert ready.wait(WAIT_S)
         stack.callback(stops[0])
-        until(lambda: any(info.has_writer for info in board.list_all()), "the mirrored Skiller")
+        eventually(lambda: any(info.has_writer for info in board.list_all()))
         yield here
 
 

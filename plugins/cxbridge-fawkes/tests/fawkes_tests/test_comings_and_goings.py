@@ -5,12 +5,15 @@ The table: what happens to the robot, in which state of a skill string, and who 
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import pytest
 
 from cxbridge.run.result import COMPLETED, FAULT
-from fawkes_tests.comings_and_goings import TIMEOUT_S, Client, Robot, until
+from cxbridge_fawkes.network.client import FawkesBlackBoard
+from fawkes_tests.comings_and_goings import TIMEOUT_S, Client, Robot
+from tests.blackboard.zmq.support import eventually
 from tests.support import FULL, share
 
 STATES = ("asked", "sent", "running", "ended")
@@ -41,26 +44,24 @@ def befall(fate: str, robot: Robot) -> None:
 
 @pytest.mark.parametrize(("way", "fate", "state"), share(USUAL, 8))
 def test_an_action_fails_when_the_skiller_is_lost_and_the_agent_goes_on_when_it_is_back(
-    way: str, fate: str, state: str, tmp_path: Path
+    way: str, fate: str, state: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    connect = partial(FawkesBlackBoard, timeout=TIMEOUT_S, silence=0.2)
+    monkeypatch.setattr("cxbridge_fawkes.network.transport.FawkesBlackBoard", connect)
     robot = Robot(state)
     try:
         client = Client(way, tmp_path, robot.url)
         client.start()
-        until(robot.reached.is_set, f"the skill string is {state}")
+        eventually(robot.reached.is_set)
         befall(fate, robot)
         lost = fate != "stopped for a moment"
         if way == "daemon":
             if fate == "killed":
-                until(
-                    lambda: client.has_logged("SkillerInterface::Skiller is no longer mirrored"), "the loss"
-                )
+                eventually(lambda: client.has_logged("SkillerInterface::Skiller is no longer mirrored"))
                 if state == "running":
-                    until(
-                        lambda: client.has_logged("Execution of act FAILED"), "the failure, before it is back"
-                    )
+                    eventually(lambda: client.has_logged("Execution of act FAILED"))  # before it is back
                 robot.come_back()
-            until(lambda: client.has_logged("TRY has COMPLETED"), "the end of the goal")
+            eventually(lambda: client.has_logged("TRY has COMPLETED"))
             assert robot.tries <= 2 if lost else robot.tries == 1
         else:
             client.join(20)
@@ -72,6 +73,6 @@ def test_an_action_fails_when_the_skiller_is_lost_and_the_agent_goes_on_when_it_
                 assert "is gone, and with it the skills under way" in reason
         client.close()
         if way == "daemon" or fate != "killed":
-            until(lambda: robot.controller() == "", "control is given back")
+            eventually(lambda: robot.controller() == "")
     finally:
         robot.close()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
@@ -12,8 +11,8 @@ import pytest
 from cxbridge_protobuf import compiler
 from cxbridge_protobuf.inbox import ConnectionChange, InboxEvent, LogWarning, ReceivedMessage
 from cxbridge_protobuf.network import Network
-from cxbridge_protobuf.settings import NetworkSettings
 from cxbridge_protobuf.types import MessageTypes
+from tests.blackboard.zmq.support import eventually
 from tests.executive.conftest import bus, env, log
 from tests.support import ROOT
 
@@ -27,22 +26,9 @@ T = TypeVar("T")
 class Net(Network):
     """A network whose inbox can be waited for."""
 
-    def __init__(self, types: MessageTypes, settings: NetworkSettings) -> None:
-        super().__init__(types, settings, lambda: 7)
+    def __init__(self, types: MessageTypes, server_address: str) -> None:
+        super().__init__(types, lambda: 7, server_address)
         self.seen: list[InboxEvent] = []
-        self._arrived = threading.Condition()
-        put, warn = self.inbox.add_event, self.inbox.warn
-
-        def tell(function):
-            def told(*args, **kwargs):
-                function(*args, **kwargs)
-                with self._arrived:
-                    self._arrived.notify_all()
-
-            return told
-
-        self.inbox.add_event = tell(put)  # type: ignore[method-assign]
-        self.inbox.warn = tell(warn)  # type: ignore[method-assign]
 
     def wait(self, count: int, kind: type[T]) -> list[T]:
         """Wait for a number of events of a kind, and return them."""
@@ -51,8 +37,7 @@ class Net(Network):
             self.seen += self.drain()
             return sum(isinstance(event, kind) for event in self.seen) >= count
 
-        with self._arrived:
-            assert self._arrived.wait_for(there, WAIT), self.seen
+        eventually(there)
         found: list[Any] = [event for event in self.seen if isinstance(event, kind)][:count]
         self.seen = [event for event in self.seen if all(event is not other for other in found)]
         return found
@@ -70,18 +55,18 @@ class Net(Network):
         return event.text
 
 
-_compiled: dict[object, tuple[bytes | None, str]] = {}
-_compile = compiler._compile_files
+_compiled: dict[object, bytes] = {}
+_compile = compiler.compile_files
 
 
-def _compile_once(names: Sequence[str], here: Path, path: Sequence[Path]) -> tuple[bytes | None, str]:
+def _compile_once(names: Sequence[str], here: Path, path: Sequence[Path]) -> bytes:
     """What :mod:`cxbridge_protobuf.compiler` does, a process each time, once for the same files."""
     texts = tuple(
         (file.relative_to(folder), file.read_bytes())
         for folder in path
         for file in sorted(folder.rglob("*.proto"))
     )
-    key = (*compiler._find_compiler(), compiler._COMPILER_TIMEOUT_S, *names, texts)
+    key = (*names, texts)
     if key not in _compiled:
         _compiled[key] = _compile(names, here, path)
     return _compiled[key]
@@ -91,7 +76,7 @@ def _compile_once(names: Sequence[str], here: Path, path: Sequence[Path]) -> tup
 def _fast_compiler() -> Iterator[None]:
     """The compiler of .proto files takes its time, and most tests want the same of it."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(compiler, "_compile_files", _compile_once)
+        patch.setattr(compiler, "compile_files", _compile_once)
         yield
 
 
@@ -109,8 +94,8 @@ def nets(types):
     """Makes networks, and closes them."""
     made = []
 
-    def make(**settings):
-        made.append(Net(types, NetworkSettings(**settings)))
+    def make(server_address="127.0.0.1"):
+        made.append(Net(types, server_address))
         return made[-1]
 
     yield make

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import builtins
 import contextlib
 
 import pytest
@@ -57,17 +56,3 @@ def test_an_unknown_cipher_names_those_there_are():
     with pytest.raises(ProtobufError, match="no cipher 'rot13'") as refused:
         Crypter("k", "rot13")
     assert "aes-256-cbc" in str(refused.value)
-
-
-def test_without_the_package_one_is_told_what_to_install(monkeypatch):
-    real = builtins.__import__
-
-    def refuse(name, *args, **kwargs):
-        if name.startswith("cryptography"):
-            raise ImportError(name)
-        return real(name, *args, **kwargs)
-
-    monkeypatch.setattr(builtins, "__import__", refuse)
-    with pytest.raises(ProtobufError, match="cryptography") as refused:
-        Crypter("k", "aes-128-cbc")
-    assert "cxbridge-protobuf" in str(refused.value)

@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 import socket
-import threading
 from functools import partial
 
 import pytest
 
 from cxbridge.config import Configuration
 from cxbridge.config.checkouts import Checkouts
-from cxbridge.errors import ClipsError, ConfigError
+from cxbridge.errors import ClipsError
 from cxbridge.events import Level
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import ExternalAddress, Symbol
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge_protobuf.feature import ProtobufFeature
 from cxbridge_protobuf.frames import Frame, encode_frame
-from cxbridge_protobuf.settings import NetworkSettings, ProtobufSettings
+from cxbridge_protobuf.settings import ProtobufSettings
 from protobuf_tests.conftest import PROTOS, WAIT
+from tests.blackboard.zmq.support import eventually
 from tests.support import free_port
 
 REPORT, ORDER = "test_msgs.Report", "test_msgs.Order"
@@ -27,7 +27,7 @@ NULL = ExternalAddress(0)
 
 @pytest.fixture
 def feature():
-    return ProtobufFeature(ProtobufSettings((PROTOS,), network=NetworkSettings(max_waiting_messages=500)))
+    return ProtobufFeature(ProtobufSettings((PROTOS,)))
 
 
 @pytest.fixture
@@ -42,26 +42,12 @@ def pb(bus, feature, log):
 
 def arrive(feature, env: ClipsEnvironment, relation, count=1):
     """Let loops pass until this many facts of a relation came; rules do not run."""
-    inbox = feature._states[env.name].network.inbox
-    arrived = threading.Condition()
-    put, warn = inbox.add_event, inbox.warn
-
-    def tell(function):
-        def told(*args, **kwargs):
-            function(*args, **kwargs)
-            with arrived:
-                arrived.notify_all()
-
-        return told
 
     def there():
         feature.before_run(env)
         return len(list(env.facts(relation))) >= count
 
-    inbox.add_event, inbox.warn = tell(put), tell(warn)
-    with arrived:
-        assert arrived.wait_for(there, WAIT)
-    inbox.add_event, inbox.warn = put, warn
+    eventually(there)
     return [slots for _, _, slots in env.facts(relation)]
 
 
@@ -102,15 +88,6 @@ def test_a_reference_is_the_same_message_and_lives_on(pb):
     pb.call("pb-destroy", message)
     assert pb.call("pb-field-value", other, "id") == 5
     assert pb.call("pb-ref", message) == NULL
-
-
-def test_many_living_messages_are_told_of(pb, log, monkeypatch, feature):
-    feature._states["executive"]._next_warning_count = 3
-    for _ in range(5):
-        pb.call("pb-create", ORDER)
-    assert [text for text in log.texts(Level.WARN) if "forget pb-destroy" in text] == [
-        "3 messages are alive in CLIPS: does a rule forget pb-destroy?"
-    ]
 
 
 # --- fields
@@ -521,17 +498,7 @@ def settings(text, folder):
 
 
 def test_the_settings(tmp_path):
-    read = settings(
-        "clips-protobuf: {proto-dirs: ['@BASEDIR@/msgs', near], modules: [x_pb2], frame-version: 1, "
-        "server-address: '*', max-waiting: 5}",
-        tmp_path,
-    )
+    read = settings("clips-protobuf: {proto-dirs: ['@BASEDIR@/msgs', near], server-address: '*'}", tmp_path)
     assert [str(folder) for folder in read.folders] == ["/base/msgs", f"{tmp_path}/near"]
-    assert read.modules == ("x_pb2",)
-    assert read.network == NetworkSettings(frame_version=1, server_address="*", max_waiting_messages=5)
+    assert read.server_address == "*"
     assert settings("a: 1", tmp_path) == ProtobufSettings()
-
-
-def test_a_frame_version_there_is_not(tmp_path):
-    with pytest.raises(ConfigError, match="the version must be 1 or 2"):
-        settings("clips-protobuf: {frame-version: 3}", tmp_path)

@@ -10,32 +10,26 @@ from hypothesis import strategies as st
 
 from cxbridge.errors import ProtobufError
 from cxbridge_protobuf.frames import (
-    VERSIONS,
     Frame,
     StreamDecoder,
     add_header,
     decode_datagram,
     decode_payload,
     encode_frame,
-    encode_payload,
 )
 
 NUMBERS = st.integers(0, 65535)
 FRAMES = st.builds(Frame, NUMBERS, NUMBERS, st.binary(max_size=60))
 
 
-def test_a_frame_of_version_2_byte_by_byte():
+def test_a_frame_byte_by_byte():
     assert encode_frame(Frame(2000, 1, b"abc")).hex() == "020000000000000707d00001616263"
 
 
-def test_a_frame_of_version_1_byte_by_byte():
-    assert encode_frame(Frame(2000, 1, b"abc"), 1).hex() == "07d0000100000003616263"
-
-
-@given(st.sampled_from(VERSIONS), st.lists(FRAMES, max_size=6), st.data())
-def test_a_stream_gives_the_frames_however_it_is_cut(version, frames, data):
-    stream = b"".join(encode_frame(frame, version) for frame in frames)
-    decoder = StreamDecoder(100, version)
+@given(st.lists(FRAMES, max_size=6), st.data())
+def test_a_stream_gives_the_frames_however_it_is_cut(frames, data):
+    stream = b"".join(encode_frame(frame) for frame in frames)
+    decoder = StreamDecoder(100)
     found: list[Frame] = []
     while stream:
         size = data.draw(st.integers(1, len(stream)))
@@ -44,20 +38,20 @@ def test_a_stream_gives_the_frames_however_it_is_cut(version, frames, data):
     assert found == frames
 
 
-@given(st.sampled_from(VERSIONS), FRAMES)
-def test_a_datagram_gives_its_frame(version, frame):
-    cipher, content = decode_datagram(encode_frame(frame, version), version)
+@given(FRAMES)
+def test_a_datagram_gives_its_frame(frame):
+    cipher, content = decode_datagram(encode_frame(frame))
     assert (cipher, decode_payload(content)) == (0, frame)
 
 
-@given(st.sampled_from(VERSIONS), st.binary(max_size=200))
-def test_garbage_gives_frames_or_one_error(version, garbage):
-    decoder = StreamDecoder(50, version)
+@given(st.binary(max_size=200))
+def test_garbage_gives_frames_or_one_error(garbage):
+    decoder = StreamDecoder(50)
     with contextlib.suppress(ProtobufError):
         for frame in decoder.feed(garbage):
             assert len(frame.data) <= 50
     with contextlib.suppress(ProtobufError):
-        decode_payload(decode_datagram(garbage, version)[1])
+        decode_payload(decode_datagram(garbage)[1])
 
 
 @pytest.mark.parametrize(
@@ -94,8 +88,3 @@ def test_an_encrypted_datagram_is_not_measured_by_its_header():
 def test_a_datagram_that_is_no_frame_is_refused(data):
     with pytest.raises(ProtobufError):
         decode_payload(decode_datagram(data)[1])
-
-
-def test_the_payload_is_what_follows_the_header():
-    frame = Frame(1, 2, b"abc")
-    assert encode_frame(frame) == add_header(0, encode_payload(frame))

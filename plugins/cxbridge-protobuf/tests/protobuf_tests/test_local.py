@@ -8,7 +8,6 @@ from cxbridge.errors import ProtobufError
 from cxbridge_protobuf.frames import Frame
 from cxbridge_protobuf.inbox import ConnectionChange, LogWarning, Origin, ReceivedMessage
 from cxbridge_protobuf.local import LOCAL_HOST, LocalNetwork
-from cxbridge_protobuf.settings import NetworkSettings
 from cxbridge_protobuf.types import MessageTypes, make_frame
 from protobuf_tests.conftest import PROTOS
 
@@ -25,7 +24,7 @@ def types():
 @pytest.fixture
 def members(types):
     network = LocalNetwork()
-    return [network.join(types, NetworkSettings(), lambda: 7) for _ in range(3)]
+    return [network.join(types, lambda: 7) for _ in range(3)]
 
 
 @pytest.fixture

@@ -1,15 +1,11 @@
-"""Message types from .proto files and from compiled modules."""
+"""Message types from .proto files."""
 
 from __future__ import annotations
-
-import subprocess
-import sys
 
 import pytest
 from google.protobuf import descriptor_pb2
 
 from cxbridge.errors import ProtobufError
-from cxbridge_protobuf import compiler
 from cxbridge_protobuf.frames import Frame
 from cxbridge_protobuf.types import MessageTypes, make_frame, message_numbers
 from protobuf_tests.conftest import PROTOS
@@ -62,11 +58,9 @@ def test_a_message_without_its_required_fields_cannot_be_sent(types):
         make_frame(types.create("test_msgs.Report"))
 
 
-def test_a_file_with_a_mistake_is_told_with_its_line_and_left_out(tmp_path):
-    for file in PROTOS.glob("*.proto"):
-        (tmp_path / file.name).write_text(file.read_text())
+def test_a_file_with_a_mistake_is_told_with_its_line(tmp_path):
     (tmp_path / "broken.proto").write_text('syntax = "proto2";\nmessage M {\n  optional strin name = 1;\n}\n')
-    types, problems = known_types(tmp_path)
+    types, problems = known_types(tmp_path, PROTOS)
     (problem,) = problems
     assert "broken.proto:3" in problem
     assert types.create("test_msgs.Order").DESCRIPTOR.name == "Order"
@@ -99,44 +93,6 @@ def test_a_folder_imports_from_another(tmp_path):
     types, problems = known_types(tmp_path / "one", tmp_path / "two")
     assert not problems
     assert types.create("test_msgs.Place").DESCRIPTOR.full_name == "test_msgs.Place"
-
-
-def test_a_compiled_module(tmp_path, monkeypatch):
-    (tmp_path / "compiled_order.proto").write_text(
-        'syntax = "proto3";\npackage compiled_msgs;\n'
-        "message Note { enum CompType { ZERO = 0; COMP_ID = 5; MSG_TYPE = 6; } string text = 1; }\n"
-    )
-    command = [sys.executable, "-m", "grpc_tools.protoc", "-I.", "--python_out=.", "compiled_order.proto"]
-    subprocess.run(command, cwd=tmp_path, check=True)
-    monkeypatch.syspath_prepend(str(tmp_path))
-    problems: list[str] = []
-    types = MessageTypes(problems.append)
-    types.add_module("compiled_order_pb2")
-    note = types.create("compiled_msgs.Note")
-    note.text = "hello"
-    assert types.parse(make_frame(note)) == note
-    assert not problems
-
-
-def test_a_module_that_is_not_there():
-    problems: list[str] = []
-    MessageTypes(problems.append).add_module("no_such_module_pb2")
-    assert "no_such_module_pb2" in problems[0]
-
-
-def test_without_a_compiler_one_is_told_what_to_install(monkeypatch):
-    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
-    monkeypatch.setattr("shutil.which", lambda name: None)
-    types, problems = known_types(PROTOS)
-    assert "cxbridge-protobuf" in problems[0]
-    with pytest.raises(ProtobufError):
-        types.create("test_msgs.Order")
-
-
-def test_protoc_of_the_system_is_taken_without_the_package(monkeypatch):
-    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
-    monkeypatch.setattr("shutil.which", lambda name: f"/usr/bin/{name}")
-    assert compiler._find_compiler() == ["/usr/bin/protoc"]
 
 
 def test_numbers_of_a_type_without_any():

@@ -68,11 +68,6 @@ def test_points_are_grouped_by_what_the_referee_says(reason, category):
     assert find_award_category(reason) == category
 
 
-def test_a_construct_that_is_not_defined_is_told(options):
-    (undefined,) = options.play(3).undefined
-    assert "defrule team-broken is not defined" in undefined
-
-
 def test_one_seed_is_one_game(options, tmp_path):
     texts = []
     for number in range(2):
@@ -94,14 +89,6 @@ def test_a_world_says_what_fails(options, tmp_path):
     world.write_text("skills: [{name: moveto, fails: [{error: blocked, after: 7, probability: 1.0}]}]\n")
     result = replace(options, world=world).play(3)
     assert result.robots["robot1"].failed == {"blocked": 1}
-
-
-def test_a_game_that_does_not_end_says_so(options):
-    init = options.refbox_dir / "src/games/rcll/init.clp"
-    init.write_text(init.read_text().replace("(rcvd-via STREAM)", "(rcvd-via BROADCAST)"))
-    result = options.play(3)
-    assert not result.is_over
-    assert result.score.phase == "PRE_GAME"
 
 
 def test_a_configuration_is_laid_over_the_referees(options, tmp_path):

@@ -88,12 +88,3 @@ def test_tests_without_a_verdict_are_not_complete(options):
 def test_an_agent_without_tests(options):
     with pytest.raises(CxbridgeError, match="the spec 'team' has no parameters/simtest"):
         replace(options, simtest="FULL").play(3)
-
-
-def test_a_misspelt_testbed(options):
-    configure(options, SIMTEST)
-    folder = options.run_options.overlays[0] / "src/clips-specs/team"
-    folder.mkdir()
-    (folder / "simtest.clp").write_text('(switch ?t (case "FULL" then (f)) (case "ENTER-FIELD" then (g)))')
-    with pytest.raises(CxbridgeError, match=r"no testbed 'FUL'\n.*did you mean FULL"):
-        replace(options, simtest="FUL").play(3)

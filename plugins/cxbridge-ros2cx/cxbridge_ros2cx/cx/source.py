@@ -42,7 +42,6 @@ if TYPE_CHECKING:
     from cxbridge.run.agent import Run
     from cxbridge_protobuf.connections import Connections, MakeConnections
     from cxbridge_protobuf.local import LocalNetwork
-    from cxbridge_protobuf.settings import NetworkSettings
     from cxbridge_protobuf.types import MessageTypes
 
 # package and file that exist since pull request 33 of carologistics/clips_executive (June 2026)
@@ -202,11 +201,11 @@ def _make_local_connections() -> MakeConnections:
     """Return a factory of protobuf connections within this process, all in one network."""
     network: list[LocalNetwork] = []  # empty before the first connection
 
-    def join(types: MessageTypes, settings: NetworkSettings, now_us: Callable[[], int]) -> Connections:
+    def join(types: MessageTypes, now_us: Callable[[], int]) -> Connections:
         from cxbridge_protobuf.local import LocalNetwork  # noqa: PLC0415 - for agents with protobuf
 
         if not network:
             network.append(LocalNetwork())
-        return network[0].join(types, settings, now_us)
+        return network[0].join(types, now_us)
 
     return join

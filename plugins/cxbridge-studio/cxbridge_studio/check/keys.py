@@ -19,7 +19,7 @@ clips-executive/specs/SPEC: blackboard-preload action-mapping/ACTION parameters/
 clips-executive/specs/SPEC/init/STAGE/N: name feature-request file files wait-for
 clips: retract-early
 clips-motor-switch: interface-id
-clips-protobuf: proto-dirs modules frame-version max-message-size max-outbound max-waiting server-address
+clips-protobuf: proto-dirs server-address
 cxbridge: clock executive skiller speech core on-failure remote-control remote-programs watchdog
 cxbridge/agents/NAME: spec config/...
 cxbridge/robot-memory: backend file uri

@@ -15,7 +15,6 @@ from cxbridge_fawkes.bblogger.header import (
     ENTRY_HEADER_SIZE,
     HEADER_SIZE,
     file_name,
-    is_header_of_scenario,
     pack_entry,
     pack_header,
     read_header,
@@ -86,7 +85,6 @@ def test_headers_are_read_back(scenario: str, interface_id: str, start_us: int, 
     data = pack_header(scenario, uid, schema.hash, schema.datasize, start_us=start_us, count=count)
     header = read_header(data, Path("a.log"), default_registry())
     assert (header.count, header.start_us, header.schema) == (count, start_us, schema)
-    assert is_header_of_scenario(data, scenario)
     for given_name, kept, size in (
         (scenario, header.scenario, 32),
         (uid, header.uid, 64 + len("SkillerInterface::")),
@@ -100,16 +98,6 @@ def test_no_character_is_cut_in_two() -> None:
     data = pack_header("a" * 30 + "é", "AInterface::" + "é" * 40, bytes(16), 16, start_us=0)
     assert data[16:48] == b"a" * 30 + b"\0\0"
     assert data[96:160] == "é".encode() * 31 + b"\0\0"
-
-
-def test_headers_of_others_are_told_apart() -> None:
-    mine = pack_header("mine", "AInterface::a", bytes(16), 16, start_us=0)
-    assert is_header_of_scenario(mine, "mine")
-    assert not is_header_of_scenario(mine, "min")
-    assert not is_header_of_scenario(mine, "mine2")
-    assert not is_header_of_scenario(mine[:20], "mine")
-    assert not is_header_of_scenario(b"x" + mine[1:], "mine")
-    assert not is_header_of_scenario(b"", "")
 
 
 @pytest.mark.parametrize(

@@ -110,14 +110,6 @@ def test_definitions_of_an_interface_dir_are_used(tmp_path: Path, capsys: pytest
     assert '"final":true' in capsys.readouterr().out
 
 
-def test_a_folder_is_merged_by_time(tmp_path: Path) -> None:
-    (tmp_path / "a.log").write_bytes(make([(1, 10), (2, 30)]))
-    (tmp_path / "b.log").write_bytes(make([(1, 20), (2, 40)], count=9))
-    run = open_run(tmp_path)
-    assert [event.time_us // 10**6 for event in run] == [10, 20, 30, 40]
-    assert run.notes == ["b.log: the header counts 9 entries, the file has 2"]
-
-
 def test_a_folder_may_mix_versions_and_runs(tmp_path: Path) -> None:
     (tmp_path / "a.log").write_bytes(make([(1, 10)]))
     (tmp_path / "b.log").write_bytes(make([(1, 20)], version=b"y" * 16))

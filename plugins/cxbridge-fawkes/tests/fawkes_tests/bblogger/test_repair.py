@@ -8,7 +8,6 @@ import pytest
 
 from cxbridge.cli.main import invoke
 from cxbridge.trace.formats.registry import open_run
-from cxbridge_fawkes.bblogger.header import ENTRY_HEADER_SIZE, HEADER_SIZE
 from fawkes_tests.bblogger.bblog_files import make
 from tests.support import needs_plugin, needs_shared
 from tests.trace.runs import NAMES, RECORDINGS
@@ -46,19 +45,6 @@ def test_a_wrong_header_is_mended(tmp_path: Path) -> None:
     ]
     path.write_bytes(data)
     assert mend(path) == (data, [])
-
-
-def test_cut_off_anywhere_it_has_its_whole_entries(tmp_path: Path) -> None:
-    path = tmp_path / "a.log"
-    whole = make([(1, 0), (2, 0)], flag=0)
-    entry = (len(whole) - HEADER_SIZE) // 2
-    for length in range(HEADER_SIZE, len(whole) + 1, 7):
-        path.write_bytes(whole[:length])
-        data, actions = mend(path)
-        count = (length - HEADER_SIZE) // entry
-        assert data == make([(1, 0), (2, 0)][:count], flag=0, count=count)
-        assert bool(actions) == bool(length > HEADER_SIZE)
-    assert entry > ENTRY_HEADER_SIZE
 
 
 @needs_studio

@@ -13,12 +13,11 @@ import pytest
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.clock import VirtualClock
 from cxbridge.errors import TraceError
-from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import BlockWrite, EventBus, InterfaceWrite
 from cxbridge.interfaces.registry import InterfaceRegistry, default_registry
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.recorder import Recorder
-from cxbridge_fawkes.bblogger.header import pack_entry, pack_header
+from cxbridge_fawkes.bblogger.header import pack_entry
 from cxbridge_fawkes.bblogger.writer import BBLoggerWriter
 from tests.support import SHARED, needs_shared
 
@@ -54,25 +53,6 @@ def test_a_settled_file_counts_its_entries_until_the_next_one(tmp_path: Path) ->
         assert counts == [0, 1, 0, 2]
     assert count(path) == 2
     assert path.stat().st_size == 196 + 2 * ENTRY
-
-
-def test_each_write_is_an_entry_of_its_interface(tmp_path: Path) -> None:
-    events = [
-        block_write(1, time_us=START_US + 5),
-        block_write(2, interface_id="t", time_us=START_US + 1_000_006),
-        block_write(1, time_us=START_US + 2_000_007),
-    ]
-    with make(tmp_path) as writer:
-        assert writer.event_types(RecordLevel.TRANSITIONS) == {BlockWrite}
-        for event in events:
-            writer.write(event)
-    entries = [pack_entry(event.time_us - START_US, event.block) for event in events]
-    for interface_id, expected in (("s", [entries[0], entries[2]]), ("t", [entries[1]])):
-        data = (tmp_path / f"test-{KIND}-{interface_id}-{STAMP}.log").read_bytes()
-        uid = f"{KIND}::{interface_id}"
-        assert data[:160] == pack_header("test", uid, b"", 0, start_us=0, count=len(expected))[:160]
-        assert data[176:196] == pack_header("", "", b"", SCHEMA.datasize, start_us=START_US)[176:]
-        assert data[196:] == b"".join(expected)
 
 
 def test_a_run_without_writes_leaves_an_empty_folder(tmp_path: Path) -> None:
@@ -184,22 +164,6 @@ def test_one_file_that_fails_leaves_the_others_whole_and_the_run_going(tmp_path:
 
 
 # --- the folder ---------------------------------------------------------------------------------------------
-
-
-def test_a_run_of_the_same_name_and_start_replaces_the_one_before(tmp_path: Path) -> None:
-    others = make(tmp_path, "test-2"), BBLoggerWriter(tmp_path, "test", start_us=0, utc=True)
-    for writer in (make(tmp_path), *others):
-        with writer:
-            writer.write(block_write())
-            writer.write(block_write(interface_id="only in the first run"))
-    (tmp_path / f"test-notes-{STAMP}.log").write_text("not a file of bblogger")
-    (tmp_path / f"test-folder-{STAMP}.log").mkdir()
-    before = {path.name for path in tmp_path.iterdir()}
-    with make(tmp_path) as writer:
-        writer.write(block_write())
-    removed = f"test-{KIND}-only%20in%20the%20first%20run-{STAMP}.log"
-    assert {path.name for path in tmp_path.iterdir()} == before - {removed}
-    assert count(tmp_path / f"test-{KIND}-s-{STAMP}.log") == 1
 
 
 def test_a_file_in_the_place_of_the_folder_is_told(tmp_path: Path) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from contextlib import ExitStack
 
 import pytest
@@ -14,8 +13,7 @@ from cxbridge.clock import RealClock
 from cxbridge.interfaces import InterfaceRegistry, SkillerInterface
 from cxbridge_fawkes.gateway import Gateway
 from cxbridge_fawkes.network.server import FawkesServer
-
-WAIT_S = 20
+from tests.blackboard.zmq.support import eventually
 
 
 class Side:
@@ -51,16 +49,6 @@ class Side:
         return open_blackboard(self.url, InterfaceRegistry(), RealClock())
 
 
-def until(condition):
-    """Wait until a condition holds."""
-    pause = threading.Event()
-    for _ in range(WAIT_S * 50):
-        if condition():
-            return
-        pause.wait(0.02)
-    raise AssertionError("it did not come")
-
-
 @pytest.fixture(params=["zmq", "fawkes"])
 def side(request, tmp_path):
     made = Side(request.param, tmp_path)
@@ -86,9 +74,9 @@ def gateway(side, here):
 def test_what_appeared_while_the_connection_was_away_is_mirrored(side, here, gateway):
     """On both sides: a client is not notified of interfaces that were made during its absence."""
     side.board.open_for_writing(SkillerInterface, "old", owner="skiller")
-    until(gateway.mirrors)
+    eventually(gateway.mirrors)
     side.down()
-    until(lambda: not gateway.mirrors())
+    eventually(lambda: not gateway.mirrors())
     born_here = here.open_for_writing(SkillerInterface, "here", owner="skiller")
     born_here.skill_string = "from here"
     born_here.write()
@@ -99,10 +87,10 @@ def test_what_appeared_while_the_connection_was_away_is_mirrored(side, here, gat
         born_there.write()
 
     side.up(before_the_server)
-    until(lambda: {mirror.uid.partition("::")[2] for mirror in gateway.mirrors()} == {"here", "there"})
+    eventually(lambda: {mirror.uid.partition("::")[2] for mirror in gateway.mirrors()} == {"here", "there"})
     for board, id_, text in ((here, "there", "from there"), (side.board, "here", "from here")):
         reader = board.open_for_reading(SkillerInterface, id_, owner="test")
-        until(lambda reader=reader, text=text: (reader.read(), reader.skill_string)[1] == text)
+        eventually(lambda reader=reader, text=text: (reader.read(), reader.skill_string)[1] == text)
         assert reader.writer == ("gateway" if board is here or side.kind == "zmq" else "remote")
 
 
@@ -114,21 +102,21 @@ def test_a_gateway_lists_again_when_a_connection_is_back(side, here):
     ):
         side.board.open_for_writing(SkillerInterface, "old", owner="skiller")
         gateway.start()
-        until(gateway.mirrors)
+        eventually(gateway.mirrors)
         side.down()
-        until(lambda: not gateway.mirrors())
+        eventually(lambda: not gateway.mirrors())
         side.up(lambda board: board.open_for_writing(SkillerInterface, "new", owner="skiller"))
-        until(lambda: [mirror.uid for mirror in gateway.mirrors()] == ["SkillerInterface::new"])
+        eventually(lambda: [mirror.uid for mirror in gateway.mirrors()] == ["SkillerInterface::new"])
 
 
 def test_a_gateway_whose_side_is_away_ends_at_once(side, here, gateway, monkeypatch):
     """It used to wait for an answer of the side that was away."""
     side.board.open_for_writing(SkillerInterface, "Skiller", owner="skiller")
-    until(gateway.mirrors)
+    eventually(gateway.mirrors)
     remote = gateway._boards[0]
     side.down()
-    until(lambda: not remote.connected)
-    until(lambda: not gateway.mirrors())
+    eventually(lambda: not remote.connected)
+    eventually(lambda: not gateway.mirrors())
     asked = []
     monkeypatch.setattr(remote, "list", lambda *globs: asked.append(globs))
     gateway.request_sweep()

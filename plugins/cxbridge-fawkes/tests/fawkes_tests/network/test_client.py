@@ -15,7 +15,6 @@ from msgspec.structs import replace
 
 from cxbridge.blackboard import Listener, LocalBlackBoard, errors
 from cxbridge.blackboard.kit.errors import RemoteRefusalError
-from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.clock import RealClock, VirtualClock
 from cxbridge.errors import BlackBoardError
 from cxbridge.events import EventBus, InterfaceWrite, LogLine
@@ -278,19 +277,6 @@ def test_a_remote_that_does_not_answer():
         assert board.connected
 
 
-def test_a_silent_remote_is_asked_for_nothing_much():
-    asked = threading.Event()
-
-    def answer(question: bb.BlackBoardMessage) -> list[bb.BlackBoardMessage | bytes]:
-        asked.set()
-        return [bb.InterfaceList(())]
-
-    with scripted(answer, silence=0.01) as (script, board):
-        assert asked.wait(TIMEOUT)
-        assert script.asked[0] == bb.ListMatching("", "")
-        assert board.connected
-
-
 def test_a_remote_that_says_anything_is_there():
     """A busy server answers late, but shows its work."""
     link_of: list[Any] = []
@@ -477,10 +463,3 @@ def test_the_end_of_an_instance_is_told_before_that_of_its_interface(told, monke
     board.flush()
     uid = "SampleInterface::a"
     assert recorder.log == [("created", uid), ("-reader", uid, reader.serial), ("destroyed", uid)]
-
-
-@pytest.mark.parametrize("query", ["insecure=yes", "silence=inf", "silence=-1", "timeout=0"])
-def test_a_query_of_other_options_or_values_is_refused(query):
-    with pytest.raises(BlackBoardError, match="has an invalid query") as caught:
-        open_blackboard(f"fawkes://robot?{query}", SampleRegistry(), RealClock())
-    assert caught.value.hint

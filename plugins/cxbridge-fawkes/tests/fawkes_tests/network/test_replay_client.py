@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import socket
 import threading
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from contextlib import ExitStack
 from functools import partial
 from queue import SimpleQueue
@@ -22,6 +22,7 @@ from cxbridge_fawkes.network.messages.codec import limit_to_client
 from cxbridge_fawkes.network.messages.frames import FawkesFrame, FrameDecoder
 from fawkes_tests.network.recordings import Step, load
 from tests.blackboard.contract.recorder import Recorder
+from tests.blackboard.zmq.support import eventually
 from tests.support import needs_shared
 
 pytestmark = needs_shared
@@ -102,12 +103,8 @@ class RecordedServer:
 class Heard(Recorder):
     """Notes everything, and lets wait for it."""
 
-    def __init__(self) -> None:
-        super().__init__(_Log())
-
     def wait(self, *events: tuple[object, ...]) -> None:
-        assert isinstance(self.log, _Log)
-        assert self.log.wait(lambda log: log[: len(events)] == list(events)), (self.log, events)
+        eventually(lambda: self.log[: len(events)] == list(events))
         del self.log[: len(events)]
 
 
@@ -121,21 +118,6 @@ class Messages(Listener):
     def message_received(self, interface: Interface, message: Message) -> bool:
         self._messages.put(message)
         return False
-
-
-class _Log(list[Any]):
-    def __init__(self) -> None:
-        super().__init__()
-        self._news = threading.Condition()
-
-    def append(self, item: object) -> None:
-        with self._news:
-            super().append(item)
-            self._news.notify_all()
-
-    def wait(self, met: Callable[[list[Any]], bool]) -> bool:
-        with self._news:
-            return self._news.wait_for(lambda: met(self), TIMEOUT)
 
 
 @pytest.mark.parametrize("name", ["skillet-say", "skillet-say-wait"])

@@ -21,6 +21,7 @@ from cxbridge_fawkes.network.server import FawkesServer, ServerLimits
 from cxbridge_fawkes.network.session import NetworkHandler
 from fawkes_tests.network.raw import TIMEOUT, RawClient, raw_client
 from tests.blackboard.samples import SAMPLE_SCHEMA, SampleInterface
+from tests.blackboard.zmq.support import eventually
 from tests.support import many
 
 SIZE = SAMPLE_SCHEMA.datasize
@@ -219,7 +220,7 @@ def test_a_client_that_is_gone_leaves_nothing_behind(served):
         socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0)
     )  # a reset, no farewell
     client.close()
-    assert served.wait_for(lambda: sum("client disconnected" in line.text for line in served.lines) == 2)
+    eventually(lambda: sum("client disconnected" in line.text for line in served.lines) == 2)
     assert serves(served.server.port)
     assert list(served.board.list_all()) == []
 

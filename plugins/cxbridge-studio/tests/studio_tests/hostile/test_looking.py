@@ -95,7 +95,7 @@ clips-executive:
           - {name: robot_memory, feature-request: true}
         stage-3: [{name: agent, files: [FILES]}]
       action-mapping: {go: 'wave{}'}
-clips-protobuf: {modules: [evilmodule]}
+clips-protobuf: {proto-dirs: [.]}
 cxbridge: {robot-memory: {file: ran-memory.db}}
 skiller: {skillspace: evil}
 skill-board:
