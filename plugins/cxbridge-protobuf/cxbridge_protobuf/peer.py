@@ -53,7 +53,7 @@ class Peer(asyncio.DatagramProtocol):
         loop = asyncio.get_running_loop()
         try:
             addresses = await loop.getaddrinfo(
-                self._address, self._port, family=socket.AF_INET, type=socket.SOCK_DGRAM
+                self._address, None, family=socket.AF_INET, type=socket.SOCK_DGRAM
             )
         except (OSError, UnicodeError):
             raise ProtobufError(f"cannot resolve the host {self._address}") from None

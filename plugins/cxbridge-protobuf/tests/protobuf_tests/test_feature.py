@@ -299,7 +299,7 @@ def test_things_that_are_no_messages_are_no_messages(pb, log):
     [
         ("pb-create", (7,), "pb-create: argument 1 must be STRING or SYMBOL, not 7"),
         ("pb-connect", ("host", "x"), "pb-connect: argument 2 must be INTEGER, not 'x'"),
-        ("pb-peer-create", ("host", 4444.5), "pb-peer-create: argument 2 must be INTEGER, not 4444.5"),
+        ("pb-peer-create", ("127.0.0.1", 4444.5), "pb-peer-create: argument 2 must be INTEGER, not 4444.5"),
     ],
 )
 def test_a_value_of_the_wrong_type_is_told_as_the_users_mistake(pb, log, function, arguments, problem):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import socket
 import threading
+import time
 from contextlib import suppress
 
 import pytest
@@ -165,6 +166,7 @@ def test_a_flood_is_read_no_further_than_rules_can_take(nets, monkeypatch):
     with stranger(port) as flood:
         sender = threading.Thread(target=flood.sendall, args=(encode_frame(ORDER) * count,))
         sender.start()
+        time.sleep(0.3)  # long enough for all messages
         got, most = 0, 0
         while got < count:
             # messages that came before they were taken
@@ -237,6 +239,8 @@ def test_a_peer_does_not_hear_itself(nets):
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
         other.sendto(encode_frame(Frame(3000, 2, b"\x08\x06")), ("127.0.0.1", port))
     assert net.message().message.id == 6
+    time.sleep(0.1)  # the broadcast leaves in the thread of the network
+    assert net.drain() == []
 
 
 def test_a_port_is_free_as_soon_as_its_user_is_gone(nets):

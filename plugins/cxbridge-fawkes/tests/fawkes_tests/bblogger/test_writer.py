@@ -144,6 +144,8 @@ def test_an_entry_that_finds_no_room_is_cut_off(tmp_path: Path) -> None:
     assert caught.value.file == str(path)
     assert path.stat().st_size == 196 + ENTRY + 10
     writer.write(block_write(3))  # there is room again
+    with disk_of(196 + 2 * ENTRY + 10), pytest.raises(TraceError):
+        writer.write(block_write(4))
     writer.close()
     assert count(path) == 2
     assert path.read_bytes()[196:] == pack_entry(0, block_write(1).block) + pack_entry(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import ExitStack
+from functools import partial
 
 import pytest
 
@@ -71,6 +72,11 @@ def gateway(side, here):
         yield made
 
 
+def shows(reader, text):
+    reader.read()
+    return reader.skill_string == text
+
+
 def test_what_appeared_while_the_connection_was_away_is_mirrored(side, here, gateway):
     """On both sides: a client is not notified of interfaces that were made during its absence."""
     side.board.open_for_writing(SkillerInterface, "old", owner="skiller")
@@ -90,7 +96,7 @@ def test_what_appeared_while_the_connection_was_away_is_mirrored(side, here, gat
     eventually(lambda: {mirror.uid.partition("::")[2] for mirror in gateway.mirrors()} == {"here", "there"})
     for board, id_, text in ((here, "there", "from there"), (side.board, "here", "from here")):
         reader = board.open_for_reading(SkillerInterface, id_, owner="test")
-        eventually(lambda reader=reader, text=text: (reader.read(), reader.skill_string)[1] == text)
+        eventually(partial(shows, reader, text))
         assert reader.writer == ("gateway" if board is here or side.kind == "zmq" else "remote")
 
 

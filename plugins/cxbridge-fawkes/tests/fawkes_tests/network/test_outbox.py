@@ -66,8 +66,10 @@ def test_data_that_did_not_change_do_not_swallow_a_later_change() -> None:
     outbox.put_data(SERIAL, block(1), changed=False)
     outbox.put_data(SERIAL, block(1), changed=True)
     outbox.put_data(SERIAL, block(2), changed=False)
+    sent = bytearray()
     while outbox:
-        outbox.take_frames()
+        sent += outbox.take_frames()
+    assert sent.endswith(refreshed(2) + changed(2))
     outbox.put_data(SERIAL, block(2), changed=False)
     outbox.put_data(SERIAL, block(3), changed=True)
     assert outbox.take_frames() == refreshed(2) + changed(3)
