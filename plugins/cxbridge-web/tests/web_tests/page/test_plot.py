@@ -128,7 +128,7 @@ def test_a_recording_is_plotted_and_shares_its_moment(tab, site, daemon):
 
 def test_a_hundred_thousand_points_are_drawn_as_few_and_no_peak_is_lost(tab, site):
     tab.goto(f"{site.url}#/plot")
-    drawn, seen, ordered = tab.evaluate(
+    drawn, seen, ordered, greatest = tab.evaluate(
         """async () => {
           const { Series, decimate } = await import("cx/plot/series.js");
           const series = new Series({ name: "s", isStep: false });
@@ -136,11 +136,12 @@ def test_a_hundred_thousand_points_are_drawn_as_few_and_no_peak_is_lost(tab, sit
           const points = [];
           decimate(series, 0, series.count, 800, (time) => time / 125, (at) => points.push(at));
           return [points.length, points.includes(61_234),
-                  points.every((point, at) => !at || points[at - 1] < point)];
+                  points.every((point, at) => !at || points[at - 1] < point),
+                  series.range(0, 100_000)[1]];
         }"""
     )
     assert drawn <= 4 * 800
-    assert (seen, ordered) == (True, True)
+    assert (seen, ordered, greatest) == (True, True, 1e6)
 
 
 def test_series_are_limited_and_old_samples_make_room(tab, site):
