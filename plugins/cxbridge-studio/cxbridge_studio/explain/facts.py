@@ -65,9 +65,7 @@ def explain_fact(evidence: Evidence, name: str) -> FactStory:
         raise CxbridgeError(f"the origin of f-{index} is unknown: facts are not recorded", hint=_RECORD_HINT)
     life = history.fact_lives.get(index)
     if life is None:
-        # The history drops the oldest facts of a long run, so the first known index may be high.
-        hint = f"the known facts are f-{min(history.fact_lives)} to f-{max(history.fact_lives)}"
-        raise CxbridgeError(f"no fact f-{index} is known before this moment", hint=hint)
+        raise CxbridgeError(f"no fact f-{index} is known before this moment")
     previous_life = history.fact_lives.get(life.replaced_index)
     end_s = None if life.end_us is None else evidence.compute_seconds(life.end_us)
     return FactStory(

@@ -1,20 +1,17 @@
-"""Checks for code that cxbridge accepts and Fawkes does not: in CLIPS 6.30, features, the blackboard and Lua.
+"""Checks for code that cxbridge accepts and Fawkes does not: in CLIPS 6.30, features and PDDL.
 
 Only ``cxbridge check --portable`` reports these findings.
 """
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from contextlib import suppress
 from typing import Final
 
-from cxbridge.clipstext.syntax import Lines
 from cxbridge.errors import CxbridgeError, PddlError
 from cxbridge.executive.host.shims import ADDED, CLIPS630_NAMES
 from cxbridge.executive.pddl import load_domain
-from cxbridge.resources import shipped_dir
 from cxbridge_studio.agent.names import Name, NameKind, Use
 from cxbridge_studio.check.agent import Agent, ClipsFile
 from cxbridge_studio.check.domain_calls import find_domain_calls
@@ -39,13 +36,6 @@ REDEFINED_FUNCTION: Final = Code(
     "not in Fawkes: an agent's function with the name of a built-in function",
     "CLIPS 6.30 has a function of this name, and drops a deffunction that would replace the function.",
 )
-LUA_SECONDS: Final = Code(
-    "CX606",
-    Severity.WARNING,
-    "not in Fawkes: seconds with decimals of a Lua time",
-    "Time:in_sec() returns a 32-bit float in Fawkes: the time of day is off by up to 64 seconds, and "
-    "differences of two such numbers are 0 or multiples of 128 seconds.",
-)
 REFUSED_DOMAIN: Final = Code(
     "CX608",
     Severity.WARNING,
@@ -58,15 +48,12 @@ CODES: Final = (
     REFUSED_CALL,
     ADDED_FUNCTION,
     REDEFINED_FUNCTION,
-    LUA_SECONDS,
     REFUSED_DOMAIN,
 )
 
 _ADDED_FEATURES: Final = ("planner", "problem-expert", "skill-board")  # features that Fawkes lacks
 _CHANGE_FUNCTIONS: Final = ("modify", "duplicate")
 _MULTI_ARGUMENT_FUNCTIONS: Final = ("max", "min")
-_LUA_SECONDS: Final = re.compile(r":\s*in_sec\s*\(")
-_LUA_COMMENT: Final = re.compile(r"--[^\n]*")
 
 
 def check(agent: Agent) -> Iterator[Finding]:
@@ -77,14 +64,6 @@ def check(agent: Agent) -> Iterator[Finding]:
         yield from _check_names(file)
     yield from _check_functions(agent)
     yield from _check_domains(agent)
-    fawkes_dir = agent.options.fawkes_dir
-    # The skills of cxbridge and of a Fawkes checkout do not belong to the agent.
-    for folder in agent.context.paths.skill_dirs:
-        is_own = folder != shipped_dir("luaskills") and not (
-            fawkes_dir and folder.is_relative_to(fawkes_dir.resolve())
-        )
-        for path in sorted(folder.rglob("*.lua")) if is_own else ():
-            yield from _check_lua(str(path), path.read_text("utf-8", "surrogateescape"))
 
 
 def _check_expressions(file: ClipsFile) -> Iterator[Finding]:
@@ -139,12 +118,3 @@ def _check_domains(agent: Agent) -> Iterator[Finding]:
                 load_domain(path, fawkes_compat=True)
             except PddlError as error:
                 yield make_error_finding(error, REFUSED_DOMAIN)
-
-
-def _check_lua(path: str, text: str) -> Iterator[Finding]:
-    """Yield the calls of ``Time:in_sec()`` in a Lua file."""
-    # Blanks take the place of comments, so that offsets stay the same.
-    text_without_comments, lines = _LUA_COMMENT.sub(lambda match: " " * len(match[0]), text), Lines(text)
-    for match in _LUA_SECONDS.finditer(text_without_comments):
-        place = SourcePlace.at(path, lines, match.start())
-        yield Finding(LUA_SECONDS, place, "seconds with decimals of a Lua time", "use in_msec()")

@@ -10,7 +10,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cxbridge.clipstext.syntax import TOKEN
-from cxbridge.executive.executive import BUILTIN_CX
 from cxbridge_studio.agent.layout import indent_clips
 from tests.support import FAWKES_DIR, ROBOTINO_DIR, ROOT, needs_fawkes, needs_robotino
 
@@ -122,11 +121,6 @@ WORDS = st.sampled_from(
 )
 
 
-@given(st.lists(WORDS, max_size=40).map("".join))
-def test_any_text_keeps_its_words_and_a_second_time_nothing_changes(text):
-    check(text)
-
-
 @st.composite
 def balanced(draw: st.DrawFn) -> str:
     inner = st.recursive(
@@ -139,11 +133,6 @@ def balanced(draw: st.DrawFn) -> str:
 @given(balanced())
 def test_a_balanced_text_keeps_its_words_and_a_second_time_nothing_changes(text):
     check(text)
-
-
-@pytest.mark.parametrize("path", sorted(BUILTIN_CX.rglob("*.clp")), ids=lambda path: path.name)
-def test_the_files_of_the_core(path):
-    check(path.read_text("utf-8"))
 
 
 def test_a_line_that_its_author_has_indented_by_two_columns_stays():

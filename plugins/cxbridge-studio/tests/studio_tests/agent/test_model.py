@@ -8,7 +8,7 @@ import pytest
 
 from cxbridge_studio.agent.model import AgentModel
 from cxbridge_studio.agent.names import Name, NameKind, Use
-from tests.support import FAWKES_DIR, ROBOTINO_DIR, ROOT, needs_fawkes, needs_robotino
+from tests.support import FAWKES_DIR, ROBOTINO_DIR, needs_fawkes, needs_robotino
 
 CLIPS = """\
 (deftemplate cup "A cup." (slot colour) (multislot owners))
@@ -187,22 +187,6 @@ def test_a_configuration():
         ("parameter", "cup", "pour"),
         ("parameter", "cup", "drink"),
     }
-
-
-def test_skills_and_interfaces():
-    model = AgentModel()
-    for name in ("mobile/pick.lua", "mobile/goto_waypoints.lua"):
-        assert model.read(ROOT / "luaskills" / name)
-    assert model.read(ROOT / "interfaces" / "MotorInterface.xml")
-    assert model.find_names(NameKind.SKILL, Use.DEFINED) == {"pick", "goto_waypoints"}
-    assert "goto_place" in model.find_names(NameKind.SKILL, Use.NAMED)
-    assert model.find_names(NameKind.ARGUMENT, owner="pick") == {"what", "patience"}
-    (found,) = model.find_definitions(Name(NameKind.TEMPLATE, "MotorInterface"))
-    assert found.mention.name.kind is NameKind.INTERFACE
-    assert model.is_defined(Name(NameKind.SLOT, "motor_state", "MotorInterface"))
-    for file in model.files:
-        for mention in file.mentions:
-            assert file.text[mention.start : mention.end] == mention.name.text
 
 
 @needs_fawkes

@@ -291,20 +291,6 @@ def test_an_action_that_a_function_of_the_agent_plans(tmp_path, call, code):
     assert codes == [code] * (code is not None)
 
 
-@pytest.mark.parametrize(
-    ("condition", "is_known"),
-    [
-        ("executive-init", True),
-        ("executive-initx", False),
-        ("domain-loadedx", False),
-        ("skill-of-mine", True),
-    ],
-)
-def test_a_template_of_the_program_that_is_misspelt(tmp_path, condition, is_known):
-    clips = f"(defrule r ({condition}) => (assert (domain-loaded)))(defrule d (domain-loaded) => (halt))"
-    assert (found(agent(tmp_path, clips)) == []) is is_known
-
-
 MODULES = """\
 (defmodule ALONE)
 (deftemplate ALONE::thing (slot c))
@@ -441,11 +427,6 @@ def test_a_skill_of_another_skill_space_does_not_count(tmp_path):
     assert check(RunOptions(scenario=folder, skill_dirs=(tmp_path / "lua",))) == []
 
 
-def test_a_finding_is_one_line_without_escapes(tmp_path):
-    (finding,) = check(RunOptions(scenario=agent(tmp_path, "(defrule r (thing (b 1)) => (fo\no))")))
-    assert "\\u000a" not in format_text([finding])
-
-
 @pytest.mark.parametrize(
     ("clips", "word", "near"),
     [
@@ -578,9 +559,3 @@ def test_a_folder_named_scenario_yaml_is_named(tmp_path, capsys):
     (tmp_path / "scenario.yaml").mkdir()
     assert invoke(["run", str(tmp_path)]) == BAD_INPUT
     assert f"{tmp_path / 'scenario.yaml'}: the folder has no configuration file" in capsys.readouterr().err
-
-
-def test_a_run_with_simulated_skills_refuses_a_mapping_that_is_not_a_skill_string(tmp_path, capsys):
-    scenario = mini.write_scenario(tmp_path, mapping="act: say{text=?(text)s")
-    assert invoke(["run", str(scenario), "--skiller", "simulator"]) == BAD_INPUT
-    assert "the skill string of 'act' is wrong" in capsys.readouterr().err

@@ -91,12 +91,6 @@ def test_an_unknown_environment():
     assert caught.value.hint == "there are: executive"
 
 
-def test_a_name_that_is_neither():
-    with pytest.raises(CxbridgeError, match="neither a rule nor a goal 'drivee'") as caught:
-        explain(RecordedEvidence(ListRun(EVENTS, FILES), None, None), "drivee")
-    assert caught.value.hint == "did you mean drive?"
-
-
 def test_a_name_that_is_no_goal_where_the_rules_are_not_known():
     with pytest.raises(TraceError) as caught:
         explain(RecordedEvidence(ListRun(EVENTS), None, None), "drive")

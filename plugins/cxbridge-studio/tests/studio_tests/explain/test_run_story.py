@@ -65,11 +65,6 @@ def test_a_moment_after_the_end_is_named():
         assert list(explanation.data["notes"]) == ["the recording ends at 3.300 s, before --at 9999"]
 
 
-def test_how_the_run_ended_is_told():
-    story = told(started(0, "a1"), "run", status="3", reason="the timeout passed").data
-    assert story["wrong"][0]["text"] == "the run ended with status 3: the timeout passed"
-
-
 def test_the_end_by_the_time_limit_names_the_open_goals():
     story = told(started(0, "a1"), "run", status="3", reason="not over: a1 is DISPATCHED after 120 s").data
     assert (

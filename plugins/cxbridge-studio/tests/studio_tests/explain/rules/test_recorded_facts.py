@@ -5,7 +5,6 @@ from __future__ import annotations
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cxbridge.clipstext.facts import parse_fact
 from cxbridge.events import FactChange
 from cxbridge.executive.host.values import Symbol
 from cxbridge_studio.explain.rules.environment import take_snapshot
@@ -53,12 +52,6 @@ def change(index: int, text: str) -> FactChange:
     return FactChange(0, "e", True, index, text[1:].split(" ", maxsplit=1)[0].rstrip(")"), text)
 
 
-def test_quotes_within_a_string():
-    (row,) = parse_rows([change(1, '(s (text "say{text="Hello, you", wait=true}"))')], {})[1]
-    assert row.values == ('say{text="Hello, you", wait=true}',)
-    assert parse_values('"a b" c "d"') == ("a b", Symbol("c"), "d")
-
-
 def test_templates_that_nobody_knows_are_made_of_their_facts():
     changes = [
         change(1, "(t (a 1) (b x y))"),
@@ -84,8 +77,3 @@ def test_a_fact_address():
 def test_a_fact_that_is_cut_off_is_left_out():
     known = {"t": FactTemplate("t", (("a", False),))}
     assert parse_rows([change(1, "(t (a 1"), change(2, "(t (a 2))")], known)[1][0].index == 2
-
-
-def test_slots_and_values_have_one_rule_for_the_end_of_a_string():
-    text = parse_fact('(s (text "x" (y z") (n 1))')[1]["text"]
-    assert parse_values(text) == ('x" (y z',)
