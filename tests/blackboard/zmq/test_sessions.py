@@ -315,3 +315,30 @@ def test_what_an_open_brings_up_to_date_counts_as_skipped_in_the_client_too(tmp_
         assert reader.read()
         assert reader.count == 50
         assert slow.skipped == 41
+
+
+def test_a_listener_never_reads_older_data_than_were_read_before(made):
+    client = made.client()
+    reader = client.open_for_reading(SampleInterface, "a")
+    writer = made.client().open_for_writing(SampleInterface, "a")
+    entered, go_on, seen = threading.Event(), threading.Event(), []
+
+    class Slow(Listener):
+        def data_changed(self, interface):
+            entered.set()
+            go_on.wait(LONG)
+            interface.read()
+            seen.append(interface.count)
+
+    client.register_listener(Slow(), reader)
+    for count in (1, 2, 3):
+        writer.count = count
+        writer.write()
+    made.clients[1].flush()
+    client._sender.request(Sync(), timeout=LONG)
+    assert entered.wait(LONG)
+    assert reader.read()
+    assert reader.count == 3
+    go_on.set()
+    client.flush()
+    assert seen == [3, 3, 3]
