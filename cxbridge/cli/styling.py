@@ -30,7 +30,6 @@ _METAVARS: Final = {
     "order": "total|partial",
     "replay_order": "total|partial",
     "on_failure": "stop|continue",
-    "time_from": "thread|begin",
     "fawkes_host": "HOST",
     "fawkes_port": "PORT",
 }

@@ -36,7 +36,6 @@ from cxbridge.testing.members import find_member
 from cxbridge.testing.scripted import ScriptedSkills
 from cxbridge.testing.skills import check_number
 from cxbridge.testing.world import World
-from cxbridge.trace.compare.checks import TimeReference, Tolerance
 from cxbridge.trace.compare.model import Order, parse_choice
 
 PATIENCE_S: Final = 60.0
@@ -395,7 +394,6 @@ class AgentRun(Closing):
         order: str = "partial",
         level: str = "transitions",
         time_tolerance: float | None = None,
-        time_from: str = "thread",
     ) -> None:
         """Compare the run so far with a golden file, which ``pytest --update-golden`` writes.
 
@@ -403,21 +401,15 @@ class AgentRun(Closing):
         :param order: ``partial`` (the order of each goal's transitions) or ``total`` (the order of all).
         :param level: ``transitions`` or ``skills``.
         :param time_tolerance: the allowed difference between times in seconds; None: times are not compared.
-        :param time_from: the reference of times: ``thread`` or ``begin``.
         :raises AssertionError: if the runs differ, or there is no such file.
         """
         if self._golden is None:
             raise AssertionError("this run was not made by the fixture cx: it has no golden files")
-        tolerance = (
-            None
-            if time_tolerance is None
-            else Tolerance(time_tolerance, parse_choice(TimeReference, "time_from", time_from))
-        )
         self._golden.check(
             name,
             self.transitions,
             parse_choice(View, "level", level),
             parse_choice(Order, "order", order),
-            tolerance=tolerance,
+            tolerance_s=time_tolerance,
             start_us=self._start_us,
         )

@@ -14,7 +14,6 @@ from cxbridge.event_kinds import View
 from cxbridge.file_access import replaced_file
 from cxbridge.history.transitions import Transition
 from cxbridge.run.pages import write_document
-from cxbridge.trace.compare.checks import Tolerance
 from cxbridge.trace.compare.model import Order
 from cxbridge.trace.compare.render.text import make_report, text_report
 from cxbridge.trace.compare.runs import compare_runs
@@ -56,19 +55,20 @@ class GoldenFiles:
         view: View,
         order: Order,
         *,
-        tolerance: Tolerance | None = None,
+        tolerance_s: float | None = None,
         start_us: int = 0,
     ) -> None:
         """Compare a run with a golden file, or write the file.
 
-        :param tolerance: the allowed difference between times; None: times are neither compared nor written.
+        :param tolerance_s: the allowed difference between times in seconds; None: times
+            are neither compared nor written.
         :param start_us: the start of the run in microseconds.
         :raises AssertionError: if the runs differ, or there is no such file.
         :raises TraceError: if the file cannot be read, or lacks transitions or times.
         :raises CxbridgeError: if the file cannot be written.
         """
         file = self.file(name)
-        time_origin_us = None if tolerance is None else start_us
+        time_origin_us = None if tolerance_s is None else start_us
         if self.update:
             write_golden(file, transitions, time_origin_us)
             return
@@ -80,7 +80,13 @@ class GoldenFiles:
             else self.pages / f"{portable_file_name(f'{self.test} {file.stem}')}.html"
         )
         report_lines = compare_with_golden(
-            file, transitions, view=view, order=order, tolerance=tolerance, start_us=time_origin_us, page=page
+            file,
+            transitions,
+            view=view,
+            order=order,
+            tolerance_s=tolerance_s,
+            start_us=time_origin_us,
+            page=page,
         )
         if report_lines:
             raise AssertionError("\n".join(["this run differs from the golden run", *report_lines]))
@@ -111,7 +117,7 @@ def compare_with_golden(
     *,
     view: View,
     order: Order,
-    tolerance: Tolerance | None = None,
+    tolerance_s: float | None = None,
     start_us: int | None = None,
     page: Path | None = None,
 ) -> list[str]:
@@ -127,9 +133,9 @@ def compare_with_golden(
         run, golden = TransitionsText(run_file), TransitionsText(file)
         if not any(True for _ in golden):
             raise TraceError("holds no transitions", file=file, hint="write it with pytest --update-golden")
-        if tolerance is not None and not golden.has_times():
+        if tolerance_s is not None and not golden.has_times():
             raise TraceError("holds no times", file=file, hint="write it with pytest --update-golden")
-        comparison = compare_runs(run, [golden], view, order, tolerance=tolerance)
+        comparison = compare_runs(run, [golden], view, order, tolerance_s=tolerance_s)
         if comparison.same:
             return []
         report = make_report(comparison, run, [golden])

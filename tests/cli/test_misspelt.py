@@ -55,9 +55,6 @@ CASES = {
     ("why", "spec"): ("why MINI OWN --spec mimi", "it has: mini"),
     ("why", "core"): ("why MINI OWN --core builtn", "use one of: builtin"),
     ("why", "skiller"): ("why MINI OWN --skiller luaa", "use one of: lua"),
-    ("trace diff", "time_from"): (
-        "trace diff RECORDED RECORDED --time-tolerance 1 --time-from bgin", "is not one of begin, thread",
-    ),
     ("plan", "strict"): ("plan OWN/d.pddl OWN/p.pddl --strict fawks", "write --strict fawkes"),
     ("plan", "planner"): ("plan OWN/d.pddl OWN/p.pddl --planner pyperpln", "pyperplan"),
     ("trace diff", "only"): ("trace diff RECORDED RECORDED --only goall", "use one of goal"),

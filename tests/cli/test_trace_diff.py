@@ -50,17 +50,13 @@ def diff(*arguments: object) -> int:
     return invoke(["trace", "diff", *map(str, arguments)])
 
 
-def test_the_report_shows_both_runs_aligned(
-    runs: tuple[str, str], capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_report_shows_both_runs(runs: tuple[str, str], capsys: pytest.CaptureFixture[str]) -> None:
     assert diff(*runs) == 1
     lines = capsys.readouterr().out.splitlines()
     assert lines[0] == "differ in 2 places, total order: A has 18 transitions, B 17"
     assert lines[4] == "first difference: plan gen1-PLAN of goal gen1: an event that only A has"
     assert lines[6] == "  B [9] (nothing here)"
-    around = lines[lines.index("around it (- only A, + only B):") + 1 :]
-    marks = [line[0] for line in around[:14]]
-    assert "".join(marks) == "      -  -+   "
+    assert [line[0] for line in lines[lines.index("what led to it in A:") + 1 :][:9]] == [*"      >  "]
     assert "  rules that fired just before in B:" in lines
     assert "further differences:" in lines
 
@@ -69,11 +65,6 @@ def test_json_is_complete(runs: tuple[str, str], capsys: pytest.CaptureFixture[s
     assert diff(*runs, "--json", "--ignore", "goal:gen7", "--time-tolerance", "5") == 1
     captured = capsys.readouterr()
     report = json.loads(captured.out)
-    assert sorted(report) == [
-        "a", "alike", "b", "differences", "first", "hints", "level", "notes", "options", "order", "same",
-        "summary", "total", "version",
-    ]  # fmt: skip
-    assert report["version"] == 2
     assert report["options"]["ignore"] == ["goal:gen7"]
     assert report["options"]["time_tolerance"] == 5
     assert report["b"] == {"path": runs[1], "format": "mcap", "events": 17, "number": 1}
@@ -86,9 +77,6 @@ def test_json_is_complete(runs: tuple[str, str], capsys: pytest.CaptureFixture[s
         "a": {"event": 10, "text": "plan-action 1 goal=gen1 plan=gen1-PLAN action=say state=FORMULATED"},
         "b": {"event": 9, "text": "(nothing here)"},
     }
-    rows = report["first"]["rows"]
-    assert [row["same"] for row in rows[:8]] == [True] * 6 + [False, True]
-    assert (rows[6]["a"]["number"], rows[6]["b"]) == (10, None)
     assert report["first"]["a"]["goals"][0]["goal"] == "RUN-gen3"
     assert [rule.split()[2] for rule in report["first"]["b"]["rules"]][-1] == "goal-<rule>:"
     assert "pattern 'goal:gen7' matches no event" in captured.err
@@ -109,7 +97,7 @@ def test_junit_tells_ci(runs: tuple[str, str], tmp_path: Path, capsys: pytest.Ca
     assert case.get("classname") == "trace.diff.transitions.total"
     assert case.get("name") == f"{runs[0]} is the same as {runs[1]}"
     assert case[0].get("message") == "plan gen1-PLAN of goal gen1: an event that only A has"
-    assert "around it" in (case[0].text or "")
+    assert "what led to it" in (case[0].text or "")
     assert diff(runs[0], runs[0], "--junit", path) == 0
     assert ET.parse(path).getroot().get("failures") == "0"
     assert diff(*runs, "--junit", tmp_path / "absent" / "junit.xml") == 1
@@ -174,8 +162,6 @@ def test_the_page_of_equal_runs(runs: tuple[str, str], tmp_path: Path) -> None:
     ("arguments", "message"),
     [
         (["--only", "odd"], "pattern 'odd': unknown kind 'odd'"),
-        (["--only", "rule:x"], "the level transitions does not compare rule"),
-        (["--time-from", "odd"], "'odd' is not one of begin, thread"),
         (["--time-tolerance", "-1"], "-1"),
         (["--html", "A"], "is one of the runs"),
         (["--time-tolerance", "1", "--level", "rules", "--order", "partial"], "rules have no times"),

@@ -14,7 +14,6 @@ from cxbridge.history.transitions import Transition
 from cxbridge.run.options import RunOptions
 from cxbridge.testing.agent_run import AgentRun
 from cxbridge.testing.golden import compare_with_golden, write_golden
-from cxbridge.trace.compare.checks import Tolerance
 from cxbridge.trace.compare.model import Order
 from cxbridge.trace.formats.transitions_text import TransitionsWriter
 from tests.support import ROOT
@@ -125,33 +124,33 @@ def again() -> Sequence[Transition]:
 def test_a_mutant_is_found(mutated, order, golden):
     mutant, transitions = mutated
 
-    def found(file: str, tolerance: Tolerance | None = None) -> bool:
-        start_us = None if tolerance is None else 0
+    def found(file: str, tolerance_s: float | None = None) -> bool:
+        start_us = None if tolerance_s is None else 0
         return bool(
             compare_with_golden(
                 golden / file,
                 transitions,
                 view=View.TRANSITIONS,
                 order=order,
-                tolerance=tolerance,
+                tolerance_s=tolerance_s,
                 start_us=start_us,
             )
         )
 
-    assert found("times", Tolerance(TOLERANCE_S))
+    assert found("times", TOLERANCE_S)
     assert found("values") == (mutant.needs != "times")
     assert found("old") == (mutant.needs == "")  # so it was before: 9 of 15
 
 
 @pytest.mark.parametrize("order", Order)
 def test_the_scenario_itself_is_the_golden_run(order, golden, again):
-    for file, tolerance in (("times", Tolerance(0.0)), ("values", None), ("old", None)):
-        start_us = None if tolerance is None else 0
+    for file, tolerance_s in (("times", 0.0), ("values", None), ("old", None)):
+        start_us = None if tolerance_s is None else 0
         assert not compare_with_golden(
             golden / file,
             again,
             view=View.TRANSITIONS,
             order=order,
-            tolerance=tolerance,
+            tolerance_s=tolerance_s,
             start_us=start_us,
         )

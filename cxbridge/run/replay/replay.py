@@ -33,7 +33,6 @@ from cxbridge.run.result import ReplayOutcome
 from cxbridge.run.skillers import skiller_settings
 from cxbridge.skiller.board.executor import ExecutorContext
 from cxbridge.skiller.board.host import ExecutorHost
-from cxbridge.trace.compare.checks import Tolerance
 from cxbridge.trace.compare.model import Order
 from cxbridge.trace.compare.render.json import report_to_json
 from cxbridge.trace.compare.render.text import make_report, text_report
@@ -52,14 +51,14 @@ def judge(
     divergence: Divergence | None,
     *,
     is_complete: bool,
-    tolerance: Tolerance | None = None,
+    tolerance_s: float | None = None,
 ) -> ReplayOutcome:
     """Compare a run with the recorded one.
 
     :param this_run: the file with this run's transitions.
     :param is_complete: whether the recording reaches the end of its run; otherwise only its time span is
         compared.
-    :param tolerance: the permitted difference of times; None ignores times.
+    :param tolerance_s: the permitted difference of times in seconds; None ignores times.
     :raises TraceError: if there is nothing to compare.
     """
     compared = str(decisions.run.path)
@@ -74,11 +73,11 @@ def judge(
         return ReplayOutcome(
             compared, order.value, None, same=False, is_complete=is_complete, lines=no_events
         )
-    comparison = compare_runs(run, [recorded], view, order, tolerance=tolerance)
+    comparison = compare_runs(run, [recorded], view, order, tolerance_s=tolerance_s)
     report = make_report(comparison, run, [recorded])
     lines = list(text_report(report))
     if not comparison.same and order is Order.TOTAL:
-        in_partial_order = compare_runs(run, [recorded], view, Order.PARTIAL, tolerance=tolerance)
+        in_partial_order = compare_runs(run, [recorded], view, Order.PARTIAL, tolerance_s=tolerance_s)
         if in_partial_order.same:
             lines.append("In partial order they are the same: --replay-order partial")
     json_report = report_to_json(report)
@@ -148,7 +147,7 @@ class Replay:
     """The environment of a recorded run.
 
     :param order: the order in which transitions are compared.
-    :param tolerance: the permitted difference of times; None ignores times.
+    :param tolerance_s: the permitted difference of times in seconds; None ignores times.
     :param team: the replay of the team to which this agent belongs; None for a single agent or the team
         itself.
     :param agent: the agent of the team; empty for a single agent or the team itself.
@@ -160,7 +159,7 @@ class Replay:
         self,
         recordings: Recordings,
         order: Order,
-        tolerance: Tolerance | None = None,
+        tolerance_s: float | None = None,
         *,
         team: Replay | None = None,
         agent: str = "",
@@ -173,7 +172,7 @@ class Replay:
         self.is_exhausted = False
         """Whether a player reached the end of an incomplete recording."""
         self._order = order
-        self._tolerance = tolerance
+        self._tolerance_s = tolerance_s
         self._expected: list[Expectation[Command] | Expectation[Execution]] = []
         self._skillers: list[RecordedSkiller] = []
         self._has_sensors = False
@@ -192,7 +191,7 @@ class Replay:
         :raises TraceError: if the recordings have no events of the agent.
         """
         recordings = agent_recordings(self.recordings, name)
-        return Replay(recordings, self._order, self._tolerance, team=self, agent=name)
+        return Replay(recordings, self._order, self._tolerance_s, team=self, agent=name)
 
     @property
     def length_us(self) -> int:
@@ -213,7 +212,7 @@ class Replay:
                 self._order,
                 self.divergence,
                 is_complete=recordings.is_complete,
-                tolerance=self._tolerance,
+                tolerance_s=self._tolerance_s,
             )
 
     def components(self, context: Run) -> Iterator[Component]:
@@ -340,6 +339,4 @@ def open_replay(options: RunOptions) -> tuple[RunOptions, Replay]:
     recordings = Recordings.read(options.replay, InterfaceRegistry(interface_dirs))
     options = recordings.complete(options)
     options.check()
-    tolerance_s = options.replay_tolerance
-    tolerance = None if tolerance_s is None else Tolerance(tolerance_s)
-    return options, Replay(recordings, Order(options.replay_order), tolerance)
+    return options, Replay(recordings, Order(options.replay_order), options.replay_tolerance)

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Hashable
-from dataclasses import dataclass
-from enum import Enum
 from typing import Final
 
 from cxbridge.clock import MICROSECONDS
@@ -17,27 +15,6 @@ from cxbridge.trace.compare.keys import Key, thread_key
 
 # The slot `id` of the fact of an interface, which names the interface among those of its type.
 _FACT_ID: Final = re.compile(r'\(id "?([^")]*)')
-
-
-class TimeReference(Enum):
-    """The event from which compared times are measured."""
-
-    BEGIN = "begin"
-    """The start of the run."""
-
-    THREAD = "thread"
-    """The preceding event of the same goal, plan, Skiller or interface."""
-
-
-@dataclass(frozen=True, slots=True)
-class Tolerance:
-    """The allowed difference between the times of paired events.
-
-    :param reference: the event from which the times are measured.
-    """
-
-    seconds: float
-    reference: TimeReference = TimeReference.THREAD
 
 
 class MessageIdCheck:
@@ -68,27 +45,21 @@ class MessageIdCheck:
 
 
 class TimeCheck:
-    """Compares the times of paired events, measured from earlier events.
+    """Compares the times between the paired events of each goal, plan, Skiller or interface.
 
-    :param begin: the start of both runs in microseconds; None: the times of the first pair.
+    :param tolerance_s: the allowed difference between the times of paired events in seconds.
     """
 
-    def __init__(self, tolerance: Tolerance, begin: tuple[int, int] | None = None) -> None:
-        self._limit_us = round(tolerance.seconds * MICROSECONDS)
-        self._by_thread = tolerance.reference is TimeReference.THREAD
+    def __init__(self, tolerance_s: float) -> None:
+        self._limit_us = round(tolerance_s * MICROSECONDS)
         self._last_times: dict[Hashable, tuple[int, int]] = {}
-        self._begin = begin
 
     def measure_exceeding_lag_s(self, thread: Hashable, a_us: int, b_us: int) -> float | None:
         """Return the lag of the second run, negative if it is early; None within the tolerance."""
-        times = (a_us, b_us)
-        if self._by_thread:
-            # the first event of a thread has no earlier time, so its lag is 0
-            start_a_us, start_b_us = self._last_times.get(thread, times)
-            self._last_times[thread] = times
-        else:
-            start_a_us, start_b_us = self._begin = self._begin or times
-        lag_us = (b_us - start_b_us) - (a_us - start_a_us)
+        # the first event of a thread has no earlier time, so its lag is 0
+        last_a_us, last_b_us = self._last_times.get(thread, (a_us, b_us))
+        self._last_times[thread] = (a_us, b_us)
+        lag_us = (b_us - last_b_us) - (a_us - last_a_us)
         return None if abs(lag_us) <= self._limit_us else lag_us / MICROSECONDS
 
 

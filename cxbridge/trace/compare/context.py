@@ -24,20 +24,13 @@ RULES_BEFORE = 5
 """The number of firings shown before the event at the difference."""
 
 
-def read_context(
-    run: Run, view: View, position: int | None, selection: Selection | None = None
-) -> DifferenceContext:
-    """Read a run up to an event and return the context of the event.
-
-    :param position: the number of the event among the compared ones, from 0; None: the context is empty.
-    """
-    return read_contexts(run, view, [position], selection)[position]
-
-
 def read_contexts(
     run: Run, view: View, positions: Sequence[int | None], selection: Selection | None = None
 ) -> dict[int | None, DifferenceContext]:
-    """Read a run once, and return the context of each of several events; see :func:`read_context`."""
+    """Read a run once, and return the context of each of several events.
+
+    :param positions: the numbers of the events among the compared ones, from 0; the context of None is empty.
+    """
     contexts: dict[int | None, DifferenceContext] = {position: DifferenceContext() for position in positions}
     positions_in_order = sorted(position for position in contexts if position is not None)
     if not positions_in_order:

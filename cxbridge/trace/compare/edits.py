@@ -10,21 +10,15 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections import Counter
-from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Hashable, Iterable, Sequence
+from dataclasses import dataclass
 from functools import partial
 from itertools import chain
 from operator import itemgetter
 from typing import Final, TypeAlias
 
-from cxbridge.trace.compare.align import MISSING, align, longest_increasing, pop_equal_pairs
-from cxbridge.trace.compare.model import AlignedRow, DifferenceKind, EventLine
-
-ROWS_BEFORE: Final = 6
-"""The number of rows shown before the first difference."""
-
-ROWS_AFTER: Final = 16
-"""The number of rows shown from the first difference on."""
+from cxbridge.trace.compare.align import MISSING, align, pop_equal_pairs
+from cxbridge.trace.compare.model import DifferenceKind
 
 StateProperty: TypeAlias = Callable[[int, int], Hashable]
 """Gets a run, 0 or 1, and an index; returns a property of the state."""
@@ -62,22 +56,20 @@ class Alignment:
             *([numbers.setdefault(state, len(numbers)) for state in states] for states in (a, b))
         )
         self._lengths = (len(a), len(b))
-        # `find_edits` adds the changed states, which are shown side by side like pairs
-        self._row_pairs = self.pairs
 
     def unpaired_indices(self, run_index: int) -> list[int]:
         """Return the indices of the states of a run without a partner."""
         paired = {pair[run_index] for pair in self.pairs}
         return [index for index in range(self._lengths[run_index]) if index not in paired]
 
-    def pairs_before(self, run_index: int, index: int) -> int:
-        """Return the number of pairs before a state: states with the same number are in the same gap."""
+    def _count_pairs_before(self, run_index: int, index: int) -> int:
+        """Return the number of pairs before a state."""
         return bisect_left(self.pairs, index, key=itemgetter(run_index))
 
     def preceding_index(self, run_index: int, index: int) -> int:
-        """Return the index of the other run's last state before a state without partner, or -1."""
-        row = bisect_left(self._row_pairs, index, key=itemgetter(run_index))
-        return self._row_pairs[row - 1][1 - run_index] if row else MISSING
+        """Return the index of the other run's last paired state before a state without partner, or -1."""
+        count = self._count_pairs_before(run_index, index)
+        return self.pairs[count - 1][1 - run_index] if count else MISSING
 
     def has_ended(self, run_index: int, edit: Edit) -> bool:
         """Return whether a run has ended at an edit that continues to the end of the other run."""
@@ -92,7 +84,6 @@ class Alignment:
         thread: StateProperty,
         *,
         owner: StateProperty | None = None,
-        joined_kinds: tuple[DifferenceKind, ...] = (*ONE_SIDED_KINDS, DifferenceKind.ORDER),
     ) -> list[Edit]:
         """Return the edits in the order of the runs.
 
@@ -101,7 +92,6 @@ class Alignment:
             another state of the thread between the same pairs.
         :param owner: the goal of a state if only one run has the goal, else None. The states of such a goal
             become one edit.
-        :param joined_kinds: the kinds of which consecutive edits become one edit.
         """
         unpaired_a, unpaired_b = self.unpaired_indices(0), self.unpaired_indices(1)
         thread_steps = [self._count_thread_steps(run_index, thread) for run_index in (0, 1)]
@@ -110,8 +100,6 @@ class Alignment:
         changed = pop_equal_pairs(
             unpaired_a, unpaired_b, thread_steps[0].__getitem__, thread_steps[1].__getitem__
         )
-        # changed states may cross: rows show the longest series in order side by side
-        self._row_pairs = longest_increasing(sorted([*self.pairs, *changed]))
         edits = [
             Edit(kind, pair, min(self._make_sort_key(0, pair[0]), self._make_sort_key(1, pair[1])))
             for kind, pairs in ((DifferenceKind.ORDER, moved), (DifferenceKind.CHANGED, changed))
@@ -136,7 +124,7 @@ class Alignment:
                 edit.is_whole_goal = True
                 goal_edits[run_index, goal] = edit
         edits += goal_edits.values()
-        return _join_consecutive(sorted(edits, key=lambda edit: edit.sort_key), joined_kinds)
+        return _join_consecutive(sorted(edits, key=lambda edit: edit.sort_key))
 
     def _count_thread_steps(self, run_index: int, thread: StateProperty) -> list[Hashable]:
         """Return, for each state of a run, its thread and the number of the thread's pairs before it."""
@@ -153,52 +141,23 @@ class Alignment:
         """Return the sort key of a state; in a gap, states of A precede those of B."""
         if run_index == 0:
             return (index, 0, index)
-        pairs_before = self.pairs_before(1, index)
+        pairs_before = self._count_pairs_before(1, index)
         return (
             (self.pairs[pairs_before][0] if pairs_before < len(self.pairs) else self._lengths[0]) - 1,
             1,
             index,
         )
 
-    def make_rows(self, make_line: Callable[[int, int], EventLine]) -> list[AlignedRow]:
-        """Return both runs side by side around the first difference.
 
-        :param make_line: returns the displayed state of a run, 0 or 1, at an index.
-        """
-        pairs = list(self._list_row_indices())
-        first = next((number for number, (_, _, is_equal) in enumerate(pairs) if not is_equal), len(pairs))
-        start = max(0, first - ROWS_BEFORE)
-        rows: list[AlignedRow] = []
-        for number, (*indices, is_equal) in enumerate(pairs[start : first + ROWS_AFTER], start):
-            line_a, line_b = (
-                None if index == MISSING else replace(make_line(run_index, index), here=number == first)
-                for run_index, index in enumerate(indices)
-            )
-            rows.append(AlignedRow(line_a, line_b, bool(is_equal)))
-        return rows
-
-    def _list_row_indices(self) -> Iterator[tuple[int, int, bool]]:
-        """Yield the indices of rows, -1 for a missing state, and whether the states are equal."""
-        partners = set(self.pairs)
-        next_a = next_b = 0
-        for index_a, index_b in (*self._row_pairs, self._lengths):
-            yield from ((index, MISSING, False) for index in range(next_a, index_a))
-            yield from ((MISSING, index, False) for index in range(next_b, index_b))
-            if index_a < self._lengths[0]:
-                yield index_a, index_b, (index_a, index_b) in partners
-            next_a, next_b = index_a + 1, index_b + 1
-
-
-def _join_consecutive(edits: Iterable[Edit], kinds: tuple[DifferenceKind, ...]) -> list[Edit]:
-    """Join consecutive edits of the same kind; other edits are unchanged.
+def _join_consecutive(edits: Iterable[Edit]) -> list[Edit]:
+    """Join consecutive edits of the same kind; changed states are not joined.
 
     :param edits: sorted by position.
-    :param kinds: the kinds to join.
     """
     result: list[Edit] = []
     for edit in edits:
         previous = result[-1] if result else None
-        if previous is None or previous.kind is not edit.kind or edit.kind not in kinds:
+        if previous is None or previous.kind is not edit.kind or edit.kind is DifferenceKind.CHANGED:
             result.append(edit)
             continue
         following = tuple(

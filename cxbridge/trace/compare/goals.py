@@ -106,7 +106,6 @@ class GoalForest:
     :param events: the events of the run, read once by the constructor.
     :param missing: details that are not compared.
     :ivar count: the number of compared events.
-    :ivar start_us: the time of the first event in microseconds, 0 without events.
     :ivar roots: the goals without a known parent.
     """
 
@@ -114,10 +113,8 @@ class GoalForest:
         self.goals: dict[GoalKey, Goal] = {}
         self.skillers = ValueStreams()
         self.count = 0
-        self.start_us = 0
         self._detail_changes = DetailChanges(missing)
         for event in events:
-            self.start_us = event.time_us if not self.count else self.start_us
             if isinstance(event, GoalTransition):
                 self._add_goal_transition(event)
             elif isinstance(event, PlanActionTransition):
@@ -128,11 +125,6 @@ class GoalForest:
                 continue
             self.count += 1
         self.roots = self._link_goals()
-
-    @property
-    def scopes(self) -> set[str]:
-        """The classes of the goals, and the skills."""
-        return {f"goal class {goal.goal_class}" for goal in self.goals.values()} | self.skillers.scopes
 
     def _find_or_add_goal(self, env: str, name: str) -> Goal:
         # each event repeats its ids: long runs fit into memory if each id is stored once

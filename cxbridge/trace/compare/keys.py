@@ -33,7 +33,7 @@ from cxbridge.trace.compare.names import (
     replace_times_of_day,
     split_msgid,
 )
-from cxbridge.trace.compare.selection import Selection, events_with_content
+from cxbridge.trace.compare.selection import Selection, compared_contents
 from cxbridge.trace.formats.base import Run
 
 Key: TypeAlias = tuple[Any, ...]
@@ -44,12 +44,6 @@ NamedKey: TypeAlias = tuple[Key, Names]
 
 MAX_CHANGED_PARTS: Final = 3
 """The maximum number of differing parts of an event that counts as changed."""
-
-MIN_COMMON_SHARE: Final = 0.5
-"""The minimum share of common goal classes, rules and skills in two runs of one scenario."""
-
-MAX_LISTED_SCOPES: Final = 5
-"""The number of classes, rules and skills listed in the hint."""
 
 _PLACEHOLDER: Final = re.compile(r"(?:gen|uuid|fact)#")
 _END_STATUSES: Final = ("S_FINAL", "S_FAILED")
@@ -65,7 +59,6 @@ class KeyForm:
     :param thread_length: the number of leading parts, with the kind, that identify the thread of the event:
         its goal, plan, Skiller, interface, or the rules or facts of an environment.
     :param subject_format: the subject in reports as a format string, with the event as ``{0}``.
-    :param scope: the noun and index of the part that distinguishes scenarios.
     :param name_attributes: the attributes with names that differ between runs.
     :param details: the last parts, as ``parts``; they may also contain fact indices and absolute times.
     """
@@ -74,7 +67,6 @@ class KeyForm:
     parts: tuple[tuple[str, str], ...]
     thread_length: int
     subject_format: str
-    scope: tuple[str, int]
     name_attributes: frozenset[str] = frozenset()
     details: tuple[tuple[str, str], ...] = ()
 
@@ -94,7 +86,6 @@ KEY_FORMS: Final[Mapping[type[Event], KeyForm]] = {
         ),
         thread_length=3,
         subject_format="goal {0.goal} of class {0.goal_class}",
-        scope=("goal class", 3),
         name_attributes=frozenset({"goal", "parent", "error"}),
         details=(
             ("set of parameters", "params"),
@@ -115,7 +106,6 @@ KEY_FORMS: Final[Mapping[type[Event], KeyForm]] = {
         ),
         thread_length=4,
         subject_format="plan {0.plan} of goal {0.goal}",
-        scope=("action", 5),
         name_attributes=frozenset({"goal", "plan"}),
         details=(("set of parameters", "params"),),
     ),
@@ -129,7 +119,6 @@ KEY_FORMS: Final[Mapping[type[Event], KeyForm]] = {
         ),
         thread_length=3,
         subject_format="skiller {0.skiller} of {0.env}",
-        scope=("skill", 3),
         name_attributes=frozenset({"skill_string"}),
     ),
     RuleFired: KeyForm(
@@ -137,21 +126,18 @@ KEY_FORMS: Final[Mapping[type[Event], KeyForm]] = {
         (("environment", "env"), ("rule", "rule")),
         thread_length=2,
         subject_format="rules of {0.env}",
-        scope=("rule", 2),
     ),
     FactChange: KeyForm(
         "fact",
         (("environment", "env"), ("template", "template"), ("direction", "asserted"), ("text", "text")),
         thread_length=3,
         subject_format="facts {0.template} of {0.env}",
-        scope=("template", 2),
     ),
     InterfaceWrite: KeyForm(
         "interface",
         (("interface", "uid"), ("values", "values")),
         thread_length=2,
         subject_format="{0.uid}",
-        scope=("interface", 1),
     ),
 }
 """The form of the key of each kind of event."""
@@ -190,7 +176,6 @@ class TokenReader:
     """Reads the tokens of a run; can be iterated over once.
 
     :param missing: details that are not compared.
-    :ivar start_us: the start of the run in microseconds, 0 before the first event.
     """
 
     def __init__(
@@ -201,9 +186,8 @@ class TokenReader:
         missing: MissingDetails | None = None,
     ) -> None:
         self.count = 0
-        self.start_us = 0
         self.namer = Namer()
-        self._events = events_with_content(run, view, selection)
+        self._contents = compared_contents(run, view, selection)
         self._skillers = SkillerBacklog()
         self._key_makers = {
             event_type: _KeyMaker(form, self.namer, (missing or {}).get(event_type, frozenset()))
@@ -211,10 +195,7 @@ class TokenReader:
         }
 
     def __iter__(self) -> Iterator[Token]:
-        for event, content in self._events:
-            self.start_us = self.start_us or event.time_us
-            if content is None:
-                continue
+        for content in self._contents:
             number = self.count
             self.count += 1
             # reports number the events of the file, so that dropped states of Skillers count, too
@@ -313,37 +294,6 @@ def thread_key(key: Key) -> Key:
 def describe_subject(event: Event) -> str:
     """Return the goal, plan, Skiller or interface of an event."""
     return KEY_FORMS[type(event)].subject_format.format(event)
-
-
-def key_scope(key: Key) -> str:
-    """Return the part that distinguishes scenarios: goal class, rule, skill, deftemplate or interface."""
-    noun, index = _FORMS_BY_KIND[key[0]].scope
-    return skill_scope(key[index]) if key[0] == "skill" else f"{noun} {key[index]}"
-
-
-def skill_scope(skill_string: str) -> str:
-    """Return the scope of the skill that a skill string calls; empty if it calls none."""
-    name = re.split(r"[({]", skill_string)[0].strip()
-    return f"skill {name}" if name else ""
-
-
-def scenario_hints(scopes_a: set[str], scopes_b: set[str]) -> list[str]:
-    """Return a hint if two runs have too little in common to belong to one scenario.
-
-    :param scopes_a: the goal classes, rules and skills of run A.
-    :param scopes_b: the goal classes, rules and skills of run B.
-    """
-    all_scopes = (scopes_a | scopes_b) - {""}
-    # every run has the empty scope of an idle Skiller
-    if len(scopes_a & scopes_b & all_scopes) >= MIN_COMMON_SHARE * len(all_scopes):
-        return []
-    sentences = ["these look like runs of different scenarios"]
-    for run_name, scopes in (("A", scopes_a - scopes_b), ("B", scopes_b - scopes_a)):
-        listed = sorted(scope for scope in scopes if scope)
-        rest_text = f" and {len(listed) - MAX_LISTED_SCOPES} more" if len(listed) > MAX_LISTED_SCOPES else ""
-        if listed:
-            sentences.append(f"only {run_name} has {', '.join(listed[:MAX_LISTED_SCOPES])}{rest_text}")
-    return ["; ".join(sentences)]
 
 
 def describe_changed_parts(key_a: NamedKey, key_b: NamedKey) -> str:

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Final, TypeVar
+from typing import TypeVar
 
 from cxbridge.errors import TraceError
 from cxbridge.event_kinds import View
-
-MAX_DIFFERENCES: Final = 1000
-"""The maximum number of kept differences."""
 
 
 class Order(Enum):
@@ -95,6 +92,11 @@ class Difference:
         return min(side.position for side in (self.a, self.b) if side.position is not None)
 
 
+def sort_differences(differences: Iterable[Difference]) -> list[Difference]:
+    """Return differences by position."""
+    return sorted(differences, key=lambda difference: difference.position)
+
+
 @dataclass(frozen=True, slots=True)
 class EventLine:
     """A displayed event.
@@ -145,18 +147,6 @@ class DifferenceContext:
     goals: list[GoalAtDifference] = field(default_factory=list)
 
 
-@dataclass(frozen=True, slots=True)
-class AlignedRow:
-    """Two paired events, or an event without a partner.
-
-    :param same: whether both exist and are equal.
-    """
-
-    a: EventLine | None
-    b: EventLine | None
-    same: bool
-
-
 @dataclass(slots=True)
 class Comparison:
     """The result of a comparison.
@@ -165,10 +155,6 @@ class Comparison:
     :param count_b: the number of compared events of the second run.
     :param differences: in the order of the runs; empty for equal runs.
     :param other: the index of the run with the differences among the runs with which A was compared.
-    :param dropped: the number of differences that are not kept.
-    :param rows: both runs side by side around the first difference; may be empty.
-    :param paired_share: the share of paired events from 0 to 1; None if it was not computed.
-    :param hints: hints for the user.
     """
 
     view: View
@@ -177,35 +163,16 @@ class Comparison:
     count_b: int
     differences: list[Difference] = field(default_factory=list)
     other: int = 0
-    dropped: int = 0
-    rows: list[AlignedRow] = field(default_factory=list)
-    paired_share: float | None = None
-    hints: list[str] = field(default_factory=list)
-
-    def keep(self, differences: list[Difference]) -> None:
-        """Store found differences up to the maximum and count the rest."""
-        self.differences = differences[:MAX_DIFFERENCES]
-        self.dropped += len(differences) - len(self.differences)
 
     @property
     def same(self) -> bool:
         """Whether the runs are equal."""
-        return not self.differences and not self.dropped
+        return not self.differences
 
     @property
-    def total(self) -> int:
-        """The number of differences."""
-        return len(self.differences) + self.dropped
-
-
-def early_end_hints(differences: Sequence[Difference], count_a: int, count_b: int) -> list[str]:
-    """Return a hint if one run equals the start of the other."""
-    for kind, count, short, long in (
-        (DifferenceKind.ONLY_A, count_b, "B", "A"),
-        (DifferenceKind.ONLY_B, count_a, "A", "B"),
-    ):
-        if differences and all(
-            difference.kind is kind and difference.position >= count for difference in differences
-        ):
-            return [f"{short} ends after its event {count}, {long} continues"]
-    return []
+    def hints(self) -> list[str]:
+        """Advice to the user."""
+        kinds = {difference.kind for difference in self.differences}
+        if self.order is Order.TOTAL and kinds == {DifferenceKind.ORDER}:
+            return ["only the order differs: compare with --order partial if the order does not matter"]
+        return []

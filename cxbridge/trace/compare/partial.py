@@ -15,14 +15,12 @@ from typing import TypeAlias
 
 from cxbridge.event_kinds import View
 from cxbridge.events import Event, FactChange, RuleFired
-from cxbridge.trace.compare.checks import Tolerance
 from cxbridge.trace.compare.details import MissingDetails
-from cxbridge.trace.compare.goal_matching import GoalMatch, match_goals
+from cxbridge.trace.compare.goal_matching import GoalMatch
 from cxbridge.trace.compare.goals import Goal, GoalForest
-from cxbridge.trace.compare.keys import scenario_hints
-from cxbridge.trace.compare.model import Comparison, Difference, DifferenceKind, Order, Side
+from cxbridge.trace.compare.model import Comparison, Difference, DifferenceKind, Order, Side, sort_differences
 from cxbridge.trace.compare.names import replace_fact_names, replace_names
-from cxbridge.trace.compare.sequences import StepPair, Steps, compare_steps, state_text
+from cxbridge.trace.compare.sequences import StepPair, Steps, find_step_differences, state_text
 
 RelationKey: TypeAlias = tuple[Goal, str]
 """A goal of the first run and its plan; an empty plan stands for the transitions of the goal itself."""
@@ -31,7 +29,7 @@ RelationKey: TypeAlias = tuple[Goal, str]
 def compare_partial(
     a: Iterable[Event],
     others: Sequence[Iterable[Event]],
-    tolerance: Tolerance | None = None,
+    tolerance_s: float | None = None,
     missing: MissingDetails | None = None,
 ) -> Comparison:
     """Compare the transitions of a run with those of other runs, each read once.
@@ -46,52 +44,36 @@ def compare_partial(
     for number, run in enumerate(others):
         forest_b = GoalForest(run, missing)
         comparison = Comparison(View.TRANSITIONS, Order.PARTIAL, forest_a.count, forest_b.count, other=number)
-        match = match_goals(forest_a, forest_b)
+        match = GoalMatch(forest_a, forest_b)
         steps = chain(
             _pair_steps(match, (forest_a, forest_b)), forest_a.skillers.pair_streams(forest_b.skillers)
         )
-        begin = forest_a.start_us, forest_b.start_us
-        compare_steps(comparison, steps, begin, tolerance, _find_goal_differences(match))
+        comparison.differences = sort_differences(
+            chain(_find_goal_differences(match), find_step_differences(steps, tolerance_s))
+        )
         if not comparison.same:
-            comparison.hints += scenario_hints(forest_a.scopes, forest_b.scopes)
             return comparison
         _add_relations(relations, match)
     # no single run differs in a relation, because all other runs agree: the report shows the first of them
     comparison.other = 0
-    comparison.keep(sorted(_find_broken_relations(relations), key=lambda difference: difference.position))
+    comparison.differences = sort_differences(_find_broken_relations(relations))
     return comparison
 
 
 def _find_goal_differences(match: GoalMatch) -> Iterator[Difference]:
-    """Yield the goals that only one run has, or that differ in parent or class."""
+    """Yield the goals that only one run has."""
     missing = Side(None, "(no such goal)")
     for run_index, kind in enumerate((DifferenceKind.ONLY_A, DifferenceKind.ONLY_B)):
         for goal in match.unmatched_goals[run_index]:
             side = Side(goal.first_position, _describe_goal(goal))
             sides = (missing, side) if run_index else (side, missing)
             yield Difference(f"a goal that only {'AB'[run_index]} has", match.labels[goal], *sides, kind)
-    for noun, describe, pairs in (
-        ("another parent", _describe_parent, match.moved_pairs),
-        ("another class or id", _describe_class, match.renamed_pairs),
-    ):
-        for pair in pairs:
-            side_a, side_b = (Side(goal.first_position, describe(goal)) for goal in pair)
-            yield Difference(noun, f"goal {match.labels[pair[0]]}", side_a, side_b)
-
-
-def _describe_parent(goal: Goal) -> str:
-    """Return the text for the parent of a goal."""
-    return f"goal {goal.key[1]} below {goal.parent[1] if goal.parent else 'no parent'}"
-
-
-def _describe_class(goal: Goal) -> str:
-    """Return id, class and sub-type of a goal as text."""
-    return f"goal {goal.key[1]} of class {goal.goal_class}, sub-type {goal.sub_type}"
 
 
 def _describe_goal(goal: Goal) -> str:
     subtree = f", with {goal.goal_count - 1} below it" if goal.goal_count > 1 else ""
-    return f"goal {goal.key[1]} of class {goal.goal_class}{subtree}"
+    parent = f" below {goal.parent[1]}" if goal.parent else ""
+    return f"goal {goal.key[1]} of class {goal.goal_class}, sub-type {goal.sub_type}{parent}{subtree}"
 
 
 def _pair_steps(match: GoalMatch, forests: tuple[GoalForest, GoalForest]) -> Iterator[StepPair]:
@@ -127,7 +109,7 @@ def _label_errors(goal: Goal, forest: GoalForest, match: GoalMatch) -> Steps:
 
     def label(word: str) -> str:
         mentioned = forest.goals.get((goal.key[0], word))
-        return replace_names(word) if mentioned is None else match.labels[mentioned]
+        return match.labels.get(mentioned, replace_names(word)) if mentioned else replace_names(word)
 
     return [
         step._replace(state=(*step.state[:2], " ".join(map(label, step.state[2].split()))))
@@ -228,10 +210,8 @@ def compare_counts(a: Iterable[Event], b: Iterable[Event], view: View) -> Compar
             differences.append(
                 Difference("another number of times", text, side_a, side_b, DifferenceKind.COUNT, surplus)
             )
-    comparison = Comparison(view, Order.PARTIAL, runs[0].counts.total(), runs[1].counts.total())
-    comparison.keep(sorted(differences, key=lambda difference: difference.position))
-    comparison.hints = scenario_hints(runs[0].scopes, runs[1].scopes)
-    return comparison
+    count_a, count_b = (run.counts.total() for run in runs)
+    return Comparison(view, Order.PARTIAL, count_a, count_b, sort_differences(differences))
 
 
 class _EventCounts:
@@ -240,15 +220,12 @@ class _EventCounts:
     def __init__(self, events: Iterable[Event]) -> None:
         self.counts: Counter[str] = Counter()
         self.last_position: dict[str, int] = {}
-        self.scopes: set[str] = set()
         for position, event in enumerate(events):
             if isinstance(event, RuleFired):
                 text = f"{event.env}: {event.rule}"
-                self.scopes.add(f"rule {event.rule}")
             else:
                 assert isinstance(event, FactChange)
                 arrow = "==>" if event.asserted else "<=="
                 text = f"{event.env}: {arrow} {replace_fact_names(event.text)}"
-                self.scopes.add(f"template {event.template}")
             self.counts[text] += 1
             self.last_position[text] = position

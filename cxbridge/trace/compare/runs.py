@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 from cxbridge.errors import TraceError
 from cxbridge.event_kinds import View
-from cxbridge.trace.compare.checks import Tolerance
 from cxbridge.trace.compare.details import find_missing_details
 from cxbridge.trace.compare.model import Comparison, Order
 from cxbridge.trace.compare.partial import compare_counts, compare_partial
@@ -23,39 +22,37 @@ def compare_runs(
     order: Order = Order.TOTAL,
     *,
     selection: Selection | None = None,
-    tolerance: Tolerance | None = None,
+    tolerance_s: float | None = None,
 ) -> Comparison:
     """Compare a run with several runs; it must equal each of them.
 
     :param others: the runs to compare with, one at least.
     :param selection: the compared events; None: all.
-    :param tolerance: the allowed difference between times; None: times are not compared.
+    :param tolerance_s: the allowed difference between times in seconds; None: times are not compared.
     :raises TraceError: if a run cannot be read, or was not recorded at this level.
     """
     if not others:
         raise ValueError("nothing to compare with")
     # in partial order, firings and changes of facts are counted, and a count has no time
-    if tolerance and order is Order.PARTIAL and view in {View.RULES, View.FACTS}:
+    if tolerance_s is not None and order is Order.PARTIAL and view in {View.RULES, View.FACTS}:
         raise TraceError(
             f"in partial order, {view.value} have no times that could be compared",
             hint="use --order total with --time-tolerance",
         )
-    if selection:
-        selection.check_level(view)
     missing = find_missing_details([a, *others]) if view is View.TRANSITIONS else {}
     if view is View.TRANSITIONS and order is Order.PARTIAL:
         events, *other_events = (compared_contents(run, view, selection) for run in (a, *others))
-        comparison = compare_partial(events, other_events, tolerance, missing)
+        comparison = compare_partial(events, other_events, tolerance_s, missing)
         _need_events(a, comparison.count_a, view)
         _need_events(others[comparison.other], comparison.count_b, view)
         return comparison
     for number, other in enumerate(others):
         if order is Order.TOTAL:
-            comparison = compare_total(a, other, view, selection, tolerance, missing)
+            comparison = compare_total(a, other, view, selection, tolerance_s, missing)
         else:
             pair = compared_contents(a, view, selection), compared_contents(other, view, selection)
             if view in {View.SKILLS, View.BLACKBOARD}:
-                comparison = compare_streams(*pair, view, tolerance)
+                comparison = compare_streams(*pair, view, tolerance_s)
             else:
                 comparison = compare_counts(*pair, view)
         comparison.other = number

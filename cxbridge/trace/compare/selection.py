@@ -75,13 +75,7 @@ def parse_pattern(text: str) -> EventPattern:
         raise TraceError(f"pattern '{text}': unknown kind '{kind}'", hint=f"use one of {', '.join(kinds)}")
     fields = kinds[kind]
     tests = dict(_parse_tests(text, condition, fields))
-    if kind == "interface" and not field:
-        uid = tests.get("uid", "")
-        uid_glob, dot, field_glob = uid.rpartition(".")
-        # `interface:UID.FIELD`; a dot before `::` is in the name of a type
-        if dot and "uid=" not in condition and "::" not in field_glob:
-            field, tests["uid"] = field_glob, uid_glob
-    elif field and kind not in {"interface", "fact"} and not fields.get(field):
+    if field and kind not in {"interface", "fact"} and not fields.get(field):
         raise TraceError(
             f"pattern '{text}': {kind} has no field '{field}' to leave out", hint=_known_fields_hint(fields)
         )
@@ -120,28 +114,12 @@ class Selection:
         self.only = [parse_pattern(text) for text in only]
         self.ignore = [parse_pattern(text) for text in ignore]
         for pattern in self.only:
-            # a single field of another kind of event does not show to which goal or plan the field belongs
-            if pattern.field and pattern.kind != "interface":
-                raise TraceError(
-                    f"--only {pattern.text}: single fields can be selected only for interfaces",
-                    hint=f"use --only {pattern.kind}, and --ignore for its other fields",
-                )
+            if pattern.field:
+                raise TraceError(f"--only {pattern.text}: single fields can only be ignored")
         self._matched_patterns: set[str] = set()
 
     def __bool__(self) -> bool:
         return bool(self.only or self.ignore)
-
-    def check_level(self, view: View) -> None:
-        """Check that this level compares events that ``--only`` selects.
-
-        :raises TraceError: if the level compares none.
-        """
-        compared = [event_type.KIND.name for event_type in view.event_types]
-        if self.only and not any(pattern.kind in compared for pattern in self.only):
-            raise TraceError(
-                f"--only {self.only[0].text}: the level {view.value} does not compare {self.only[0].kind}",
-                hint=f"it compares {', '.join(compared)}",
-            )
 
     @property
     def unused_patterns(self) -> list[str]:
@@ -197,8 +175,9 @@ class _SelectionReader:
         values = self._pattern_values(event)
         content: Event | None = event
         if self._only:
-            patterns = [pattern for pattern in self._only if self._matches(pattern, kind, event, values)]
-            content = _keep_selected_fields(event, patterns) if patterns else None
+            # every pattern is tried, so that each one that matches counts as used
+            is_selected = [self._matches(pattern, kind, event, values) for pattern in self._only]
+            content = event if any(is_selected) else None
         for pattern in self._ignore:
             if content is not None and self._matches(pattern, kind, event, values):
                 content = _remove_field(content, pattern.field) if pattern.field else None
@@ -233,15 +212,6 @@ class _SelectionReader:
             return None
         self._last_contents[subject] = timeless
         return event
-
-
-def _keep_selected_fields(event: Event, patterns: Sequence[EventPattern]) -> Event:
-    """Return an interface write with only the selected fields; other events are unchanged."""
-    if not isinstance(event, InterfaceWrite) or any(not pattern.field for pattern in patterns):
-        return event
-    globs = [re.compile(translate(pattern.field)) for pattern in patterns]
-    values = {name: value for name, value in event.values.items() if any(glob.match(name) for glob in globs)}
-    return replace(event, values=values)
 
 
 def _remove_field(event: Event, field: str) -> Event:

@@ -5,27 +5,24 @@ A step is an event with its state: the content without names that differ between
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain
 from typing import NamedTuple, TypeAlias
 
-from cxbridge.clock import MICROSECONDS
 from cxbridge.event_kinds import View
 from cxbridge.events import Event, InterfaceWrite, SkillStatus
 from cxbridge.trace.compare.align import MISSING
-from cxbridge.trace.compare.checks import TimeCheck, Tolerance, describe_lag
+from cxbridge.trace.compare.checks import TimeCheck, describe_lag
 from cxbridge.trace.compare.edits import ONE_SIDED_KINDS, Alignment, Edit
-from cxbridge.trace.compare.keys import SkillerBacklog, scenario_hints, skill_scope
+from cxbridge.trace.compare.keys import SkillerBacklog
 from cxbridge.trace.compare.model import (
-    AlignedRow,
     Comparison,
     Difference,
     DifferenceKind,
-    EventLine,
     Order,
     Side,
-    early_end_hints,
+    sort_differences,
 )
 from cxbridge.trace.compare.names import interface_text, replace_fact_names, replace_names
 
@@ -46,8 +43,6 @@ class Step(NamedTuple):
 
 
 Steps: TypeAlias = Sequence[Step]
-RowMakers: TypeAlias = dict[str, Callable[[], list[AlignedRow]]]
-"""Functions that make the rows for a subject: both runs side by side around the first difference."""
 
 
 def step_states(steps: Steps) -> tuple[State, ...]:
@@ -70,33 +65,20 @@ class StepPair:
     steps: tuple[Steps, Steps]
     has_times: bool = True
 
-    def find_differences(
-        self, time_check: TimeCheck | None, begin: tuple[int, int], row_makers: RowMakers
-    ) -> list[Difference]:
-        """Return the differences in the order of the first run.
+    def find_differences(self, time_check: TimeCheck | None) -> Iterator[Difference]:
+        """Yield the differences in the order of the first run, those of times last.
 
-        :param begin: the start of each run in microseconds.
         :param time_check: compares the times; None: times are not compared.
-        :param row_makers: gets the function that makes the rows, if there are differences.
         """
         states = [step_states(steps) for steps in self.steps]
-        time_check = time_check if self.has_times else None
         if states[0] == states[1] and time_check is None:
-            return []
+            return
         alignment = Alignment(*states)
         # all states have the same subject, so that states between the same pairs count as changed
-        edits = alignment.find_edits(
-            lambda run, index: states[run][index], lambda _run, _index: None, joined_kinds=ONE_SIDED_KINDS
-        )
-        differences = [self._make_difference(alignment, edit) for edit in edits]
-        if time_check:
-            differences += self._find_late_steps(alignment, time_check)
-        if differences:
-            # rows are made only for the first difference of the report
-            row_makers[self.subject] = lambda: alignment.make_rows(
-                lambda run, index: self._make_line(run, index, begin)
-            )
-        return differences
+        edits = alignment.find_edits(lambda run, index: states[run][index], lambda _run, _index: None)
+        yield from (self._make_difference(alignment, edit) for edit in edits)
+        if time_check and self.has_times:
+            yield from self._find_late_steps(alignment, time_check)
 
     def _find_late_steps(self, alignment: Alignment, time_check: TimeCheck) -> Iterator[Difference]:
         for pair in alignment.pairs:
@@ -115,7 +97,7 @@ class StepPair:
         if edit.count > 1:
             description = f"its {self.noun}s number {index + 1} to {index + edit.count}"
         if edit.kind is DifferenceKind.ORDER:
-            description = f"{description} is its number {index_b + 1} in B"
+            description = f"{description}, in B from number {index_b + 1} on"
         elif edit.kind in ONE_SIDED_KINDS:
             description = f"{description}, which only {run_name} has"
         side_a, side_b = (
@@ -139,34 +121,16 @@ class StepPair:
             steps[preceding_index].position if preceding_index != MISSING else None, f"({adverb} {self.noun})"
         )
 
-    def _make_line(self, run: int, index: int, begin: tuple[int, int]) -> EventLine:
-        step = self.steps[run][index]
-        seconds = (step.time_us - begin[run]) / MICROSECONDS
-        return EventLine(step.position + 1, seconds, state_text(step.state), here=False)
 
+def find_step_differences(
+    pairs: Iterable[StepPair], tolerance_s: float | None = None
+) -> Iterator[Difference]:
+    """Yield the differences between the steps of both runs.
 
-def compare_steps(
-    comparison: Comparison,
-    pairs: Iterable[StepPair],
-    begin: tuple[int, int],
-    tolerance: Tolerance | None,
-    goal_differences: Iterable[Difference] = (),
-) -> None:
-    """Add the differences between steps to a comparison, sorted by position.
-
-    :param begin: the start of each run in microseconds.
-    :param goal_differences: differences between goals.
+    :param tolerance_s: the allowed difference between times; None: times are not compared.
     """
-    time_check = TimeCheck(tolerance, begin) if tolerance else None
-    row_makers: RowMakers = {}
-    differences = sorted(
-        chain(goal_differences, *(pair.find_differences(time_check, begin, row_makers) for pair in pairs)),
-        key=lambda difference: difference.position,
-    )
-    comparison.keep(differences)
-    comparison.hints += early_end_hints(differences, comparison.count_a, comparison.count_b)
-    if differences and differences[0].subject in row_makers:
-        comparison.rows = row_makers[differences[0].subject]()
+    time_check = None if tolerance_s is None else TimeCheck(tolerance_s)
+    return chain.from_iterable(pair.find_differences(time_check) for pair in pairs)
 
 
 def _make_side(step: Step) -> Side:
@@ -179,32 +143,26 @@ def state_text(state: State) -> str:
 
 
 def compare_streams(
-    a: Iterable[Event], b: Iterable[Event], view: View, tolerance: Tolerance | None = None
+    a: Iterable[Event], b: Iterable[Event], view: View, tolerance_s: float | None = None
 ) -> Comparison:
     """Compare the sequence of values of each interface or Skiller, without repetitions.
 
     :param a: the compared events of one run.
     :param b: the compared events of the other run.
     """
-    runs = ValueStreams(a), ValueStreams(b)
-    comparison = Comparison(view, Order.PARTIAL, runs[0].count, runs[1].count)
-    begin = runs[0].start_us, runs[1].start_us
-    compare_steps(comparison, runs[0].pair_streams(runs[1]), begin, tolerance)
-    comparison.hints += scenario_hints(runs[0].scopes, runs[1].scopes)
-    return comparison
+    streams_a, streams_b = ValueStreams(a), ValueStreams(b)
+    differences = find_step_differences(streams_a.pair_streams(streams_b), tolerance_s)
+    return Comparison(view, Order.PARTIAL, streams_a.count, streams_b.count, sort_differences(differences))
 
 
 class ValueStreams:
     """The sequences of values of interfaces, or of statuses of Skillers, without repetitions."""
 
     def __init__(self, events: Iterable[Event] = ()) -> None:
-        self.scopes: set[str] = set()
         self.count = 0
-        self.start_us = 0
         self._streams: dict[str, list[Step]] = {}
         self._skillers = SkillerBacklog()
         for event in events:
-            self.start_us = event.time_us if not self.count else self.start_us
             self.add(event, self.count)
             self.count += 1
 
@@ -212,12 +170,10 @@ class ValueStreams:
         """Add the next event of the run unless it repeats the last state."""
         if isinstance(event, InterfaceWrite):
             name, text = event.uid, replace_fact_names(interface_text(event.values))
-            self.scopes.add(f"interface {name}")
         elif isinstance(event, SkillStatus):
             fresh_state = self._skillers.fresh_state(event)
             if fresh_state is None:
                 return
-            self.scopes.add(skill_scope(fresh_state.skill_string))
             name = f"skiller {event.skiller} of {event.env}"
             text = replace_names(f'skill="{fresh_state.skill_string}" status={fresh_state.status}')
         else:

@@ -13,7 +13,7 @@ from cxbridge.history.builder import UNLIMITED, RunHistory
 from cxbridge.history.model import GoalRecord
 from cxbridge.history.outcome import goal_outcome
 from cxbridge.trace.compare.context import read_contexts
-from cxbridge.trace.compare.goal_matching import match_goals
+from cxbridge.trace.compare.goal_matching import GoalMatch
 from cxbridge.trace.compare.goals import GoalForest
 from cxbridge.trace.compare.render.json import report_to_json
 from cxbridge.trace.compare.render.text import ComparisonReport
@@ -65,7 +65,7 @@ def _compare_goals(a: Run, b: Run) -> dict[str, Any]:
     has_times = all(history.end > 0 for history in histories)
     bars = [_make_bars(history, has_times=has_times) for history in histories]
     ends = [history.end / MICROSECONDS if has_times else history.event_count for history in histories]
-    match = match_goals(GoalForest(_read_transitions(a)), GoalForest(_read_transitions(b)))
+    match = GoalMatch(GoalForest(_read_transitions(a)), GoalForest(_read_transitions(b)))
     rows: dict[str, dict[str, Any]] = {}
     for goal_a, goal_b in match.pairs:
         rows[match.labels[goal_a]] = {"a": bars[0].get(goal_a.key), "b": bars[1].get(goal_b.key)}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from cxbridge.event_kinds import View
 from cxbridge.events import Event, RuleFired
-from cxbridge.trace.compare.context import LINES_AFTER, LINES_BEFORE, RULES_BEFORE, read_context
+from cxbridge.trace.compare.context import LINES_AFTER, LINES_BEFORE, RULES_BEFORE, read_contexts
 from tests.trace.runs import MemoryRun, family, goal
 
 
@@ -15,7 +15,7 @@ def test_goals_are_a_tree_without_retracted_roots() -> None:
         goal("gen8", "FORMULATED", parent="gen7"),
         goal("gen9", "FORMULATED", parent="gen1"),
     ]
-    context = read_context(MemoryRun(events), View.TRANSITIONS, len(events) - 1)
+    context = read_contexts(MemoryRun(events), View.TRANSITIONS, [len(events) - 1])[len(events) - 1]
     assert [line.text for line in context.goals] == [
         "RUN-gen3 PARENT FINISHED FAILED (SUB-GOAL-FAILED gen2)",
         "  gen1 WORK FINISHED COMPLETED",
@@ -30,14 +30,9 @@ def test_so_many_lines_before_and_after_and_so_many_rules() -> None:
         time_us = number * 1_000_000
         events.append(RuleFired(time_us, "executive", number, f"rule-{number}", "*"))
         events.append(goal("gen1", f"MODE-{number}", time_us=time_us))
-    context = read_context(MemoryRun(events), View.TRANSITIONS, 19)
+    context = read_contexts(MemoryRun(events), View.TRANSITIONS, [None, 19])[19]
     assert len(context.rules) == RULES_BEFORE
     assert context.rules[-1].split()[2] == "rule-19:"
     assert [line.number for line in context.lines] == list(range(20 - LINES_BEFORE, 21 + LINES_AFTER))
     assert [line.number for line in context.lines if line.here] == [20]
     assert context.lines[LINES_BEFORE].seconds == 19
-
-
-def test_without_a_position_there_is_nothing() -> None:
-    context = read_context(MemoryRun(family()), View.TRANSITIONS, None)
-    assert (context.lines, context.rules, context.goals) == ([], [], [])

@@ -11,7 +11,6 @@ from msgspec.structs import replace
 from cxbridge.event_kinds import View
 from cxbridge.events import Event, RuleFired, SkillStatus
 from cxbridge.trace.compare.model import Comparison, DifferenceKind, Order
-from cxbridge.trace.compare.render.text import make_report, text_report
 from cxbridge.trace.compare.runs import compare_runs
 from tests.trace.runs import MemoryRun, action, family, goal, skill
 
@@ -159,25 +158,6 @@ def test_a_run_that_ends_early_is_told_so_in_both_orders() -> None:
     total, partial = compare(events, events[:9]), compare(events, events[:9], Order.PARTIAL)
     assert total.differences[0].what == "B ends here, A continues"
     assert total.differences[0].a.position == partial.differences[0].a.position == 9
-    assert partial.hints == ["B ends after its event 9, A continues"]
-    assert compare(events[:9], events, Order.PARTIAL).hints == ["A ends after its event 9, B continues"]
-
-
-@pytest.mark.parametrize("order", Order)
-def test_runs_of_different_scenarios_are_told_so(order: Order) -> None:
-    events = family()
-    other: list[Event] = [
-        goal(f"gen{number}", mode, goal_class=f"BAKE-{number}")
-        for number in range(5)
-        for mode in ("FORMULATED", "SELECTED")
-    ]
-    comparison = compare(events, other, order)
-    (hint,) = comparison.hints
-    assert hint.startswith("these look like runs of different scenarios; only A has ")
-    assert "goal class WORK" in hint
-    assert "only B has goal class BAKE-0, goal class BAKE-1" in hint
-    lines = list(text_report(make_report(comparison, MemoryRun(events), [MemoryRun(other)])))
-    assert f"hint: {hint}" in lines
 
 
 def test_rules_that_hardly_fire_once_are_aligned() -> None:
@@ -188,10 +168,10 @@ def test_rules_that_hardly_fire_once_are_aligned() -> None:
     assert comparison.differences[0].a.position == 100
 
 
-def test_the_differences_are_sorted_and_the_rest_counted() -> None:
+def test_the_differences_are_sorted() -> None:
     events = [goal("gen1", f"MODE-{at}") for at in range(4000)]
     other = [replace(event, outcome="ODD") if at % 2 else event for at, event in enumerate(events)]
     comparison = compare(events, other)
-    assert (comparison.total, len(comparison.differences)) == (2000, 1000)
+    assert len(comparison.differences) == 2000
     positions = [difference.position for difference in comparison.differences]
     assert positions == sorted(positions)

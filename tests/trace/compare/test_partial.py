@@ -27,7 +27,10 @@ def test_a_goal_may_have_its_parent_from_the_start() -> None:
 def test_the_last_parent_counts() -> None:
     child = [goal("R-gen2", "FORMULATED"), goal("gen1", "FORMULATED", parent="R-gen2")]
     comparison = compare(child, [goal("R-gen2", "FORMULATED"), goal("gen1", "FORMULATED")])
-    assert [difference.what for difference in comparison.differences] == ["another parent"]
+    assert [difference.what for difference in comparison.differences] == [
+        "a goal that only A has",
+        "a goal that only B has",
+    ]
 
 
 def test_equal_siblings_may_change_places() -> None:

@@ -75,7 +75,7 @@ def test_what_matches_one_only_and_no_ignore_counts() -> None:
     [
         ("skill.msgid", skill("a", "S_FINAL", 7), skill("a", "S_FINAL", 0)),
         ("goal.error:class=WORK", goal("g", "FINISHED", error="X"), goal("g", "FINISHED")),
-        ("interface:Skiller*.msg*", EVENTS[8], InterfaceWrite(0, "SkillerInterface::Skiller", {"status": 1})),
+        ("interface.msg*:Skiller*", EVENTS[8], InterfaceWrite(0, "SkillerInterface::Skiller", {"status": 1})),
         ("interface.status", EVENTS[8], InterfaceWrite(0, "SkillerInterface::Skiller", {"msgid": 3})),
         (
             "fact.b:t",
@@ -89,14 +89,9 @@ def test_a_field_can_be_left_out(pattern: str, event: Event, expected: Event) ->
     assert Selection(ignore=[pattern]).content_selector()(event) == expected
 
 
-def test_only_can_choose_fields_of_interfaces() -> None:
-    take = Selection(only=["interface:*.status"]).content_selector()
-    assert take(EVENTS[8]) == InterfaceWrite(0, "SkillerInterface::Skiller", {"status": 1})
-
-
 def test_an_event_that_differs_in_what_is_left_out_alone_does_not_count() -> None:
     beats: list[Event] = [InterfaceWrite(at, "A::1", {"beat": at, "x": at // 3}) for at in range(6)]
-    assert left(beats, ignore=["interface:A::1.beat"]) == [0, 3]
+    assert left(beats, ignore=["interface.beat:A::1"]) == [0, 3]
     errors = [goal("g", "FINISHED", "FAILED", error=error) for error in ("", "X", "Y")]
     assert left(errors, ignore=["goal.error"]) == [0]
     repeated = [errors[0], goal("h", "FINISHED", "FAILED"), errors[1]]
@@ -152,11 +147,9 @@ def test_what_is_no_pattern_is_refused(pattern: str, message: str) -> None:
     assert (caught.value.hint or "").startswith("use one of ")
 
 
-def test_only_needs_a_kind_that_the_level_compares() -> None:
-    with pytest.raises(TraceError, match="the level rules does not compare goal"):
-        compare_runs(MemoryRun(EVENTS), [MemoryRun(EVENTS)], View.RULES, selection=Selection(["goal"]))
-    with pytest.raises(TraceError, match="single fields can be selected only for interfaces"):
+def test_only_selects_whole_events_and_some_of_the_level() -> None:
+    with pytest.raises(TraceError, match="single fields can only be ignored"):
         Selection(only=["goal.error"])
     with pytest.raises(TraceError, match="has no events of level skills") as caught:
-        compare_runs(MemoryRun(EVENTS), [MemoryRun(EVENTS)], View.SKILLS, selection=Selection(["skill:x"]))
+        compare_runs(MemoryRun(EVENTS), [MemoryRun(EVENTS)], View.SKILLS, selection=Selection(["goal"]))
     assert "--only" in (caught.value.hint or "")

@@ -13,7 +13,6 @@ from cxbridge.cli.console import say, say_json
 from cxbridge.cli.option_groups import option_groups
 
 if TYPE_CHECKING:
-    from cxbridge.trace.compare.checks import Tolerance
     from cxbridge.trace.compare.render.text import ComparisonReport
     from cxbridge.trace.compare.selection import Selection
 
@@ -37,17 +36,13 @@ class _ComparisonOptions:
     ] = ()
     time_tolerance: Annotated[
         float | None,
-        typer.Option(min=0, metavar="S", help="also compare times, with a tolerance of S seconds"),
-    ] = None
-    time_from: Annotated[
-        str,
         typer.Option(
-            help=(
-                "measure times from the previous event of the same goal, plan, Skiller or interface "
-                "(thread), or from the start of the run (begin)"
-            )
+            min=0,
+            metavar="S",
+            help="also compare the times since the previous event of the same goal, plan, Skiller or "
+            "interface, with a tolerance of S seconds",
         ),
-    ] = "thread"
+    ] = None
 
     def to_json(self) -> dict[str, Any]:
         """Return the selection and the tolerance for JSON."""
@@ -55,7 +50,6 @@ class _ComparisonOptions:
             "only": [*self.only],
             "ignore": [*self.ignore],
             "time_tolerance": self.time_tolerance,
-            "time_from": self.time_from,
         }
 
 
@@ -96,8 +90,9 @@ def diff(
     view, order = parse_choice(View, "--level", options.level), parse_choice(Order, "--order", options.order)
     selection = Selection(options.only, options.ignore)
     run, other_runs = open_run(first_path), [open_run(path) for path in other_paths]
-    tolerance = _make_tolerance(options.time_tolerance, options.time_from)
-    comparison = compare_runs(run, other_runs, view, order, selection=selection, tolerance=tolerance)
+    comparison = compare_runs(
+        run, other_runs, view, order, selection=selection, tolerance_s=options.time_tolerance
+    )
     report = make_report(comparison, run, other_runs, selection)
     if outputs.html is not None:
         _write_page(outputs.html, page_report(report, options.to_json(), selection))
@@ -118,15 +113,6 @@ def _check_outputs(runs: tuple[Path, ...], *outputs: Path | None) -> None:
             and any(run.exists() and output.samefile(run) for run in runs)
         ):
             raise typer.BadParameter(f"'{output}' is one of the runs")
-
-
-def _make_tolerance(seconds: float | None, time_from: str) -> Tolerance | None:
-    """Return the tolerance of times, or None if times are not compared."""
-    from cxbridge.trace.compare.checks import TimeReference, Tolerance
-    from cxbridge.trace.compare.model import parse_choice
-
-    reference = parse_choice(TimeReference, "--time-from", time_from)
-    return None if seconds is None else Tolerance(seconds, reference)
 
 
 def _print_comparison(report: ComparisonReport, outputs: _DiffOutputs, method: dict[str, Any]) -> None:

@@ -9,7 +9,10 @@ from typing import Any, Final
 from cxbridge.trace.compare.model import Difference
 from cxbridge.trace.compare.render.text import ComparisonReport, summary
 
-VERSION: Final = 2
+MAX_DIFFERENCES: Final = 1000
+"""The maximum number of differences in the output."""
+
+VERSION: Final = 3
 """The version of the format; increased when a field is removed or changes its meaning."""
 
 
@@ -33,12 +36,15 @@ def report_to_json(report: ComparisonReport, options: Mapping[str, Any] | None =
             "events": comparison.count_b,
             "number": comparison.other + 1,
         },
-        "total": comparison.total,
-        "differences": [difference_to_json(difference) for difference in comparison.differences],
+        "total": len(comparison.differences),
+        "differences": [
+            difference_to_json(difference) for difference in comparison.differences[:MAX_DIFFERENCES]
+        ],
         "hints": list(comparison.hints),
         "notes": [f"{run.path}: {note}" for _, run, _ in report.sides for note in run.notes],
-        "alike": comparison.paired_share,
-        "first": _first_context(report) if comparison.differences else None,
+        "first": {"a": asdict(report.context_a), "b": asdict(report.context_b)}
+        if comparison.differences
+        else None,
     }
 
 
@@ -53,20 +59,4 @@ def difference_to_json(difference: Difference) -> dict[str, Any]:
             name: {"event": side.number, "text": side.text}
             for name, side in (("a", difference.a), ("b", difference.b))
         },
-    }
-
-
-def _first_context(report: ComparisonReport) -> dict[str, Any]:
-    """Return the events, rules and goals around the first difference."""
-    return {
-        "rows": [
-            {
-                "same": row.same,
-                "a": None if row.a is None else asdict(row.a),
-                "b": None if row.b is None else asdict(row.b),
-            }
-            for row in report.comparison.rows
-        ],
-        "a": asdict(report.context_a),
-        "b": asdict(report.context_b),
     }

@@ -8,7 +8,7 @@ from xml.etree import ElementTree as ET
 
 from cxbridge.file_access import replaced_file
 from cxbridge.printing import visible
-from cxbridge.trace.compare.render.text import ComparisonReport, difference_title, summary, text_report
+from cxbridge.trace.compare.render.text import ComparisonReport, difference_title, text_report
 
 # The characters that XML 1.0 forbids.
 _FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -28,9 +28,7 @@ def write_junit(path: Path, report: ComparisonReport) -> None:
     case = ET.SubElement(suite, "testcase", {"classname": f"trace.diff.{level}", "name": name})
     text = _make_xml_safe("\n".join(text_report(report)))
     if not comparison.same:
-        message = (
-            difference_title(comparison.differences[0]) if comparison.differences else summary(comparison)
-        )
+        message = difference_title(comparison.differences[0])
         failure = ET.SubElement(case, "failure", {"type": "difference", "message": _make_xml_safe(message)})
         failure.text = text
     else:

@@ -7,13 +7,11 @@ from dataclasses import dataclass
 from typing import Final
 
 from cxbridge.printing import one_line
-from cxbridge.trace.compare.context import read_context
+from cxbridge.trace.compare.context import read_contexts
 from cxbridge.trace.compare.model import (
-    AlignedRow,
     Comparison,
     Difference,
     DifferenceContext,
-    DifferenceKind,
     EventLine,
     Order,
     Side,
@@ -62,22 +60,13 @@ class ComparisonReport:
 def make_report(
     comparison: Comparison, a: Run, others: Sequence[Run], selection: Selection | None = None
 ) -> ComparisonReport:
-    """Build the report of a comparison; the runs are read again for the context of the first difference.
-
-    Sets the rows of the comparison if its first difference is a message id or a time.
-    """
+    """Build the report of a comparison; the runs are read again for the context of the first difference."""
     b = others[comparison.other]
     first = comparison.differences[0] if comparison.differences else None
-    contexts = [
-        read_context(run, comparison.view, None if side is None else side.position, selection)
-        for run, side in ((a, first and first.a), (b, first and first.b))
-    ]
-    # events that differ in message id or time are partners, and so are all events before them: the lines of
-    # both contexts correspond one to one
-    if first and first.kind in {DifferenceKind.MSGID, DifferenceKind.TIME} and not comparison.rows:
-        # one run may end just after the difference
-        lines = zip(contexts[0].lines, contexts[1].lines, strict=False)
-        comparison.rows = [AlignedRow(line_a, line_b, not line_a.here) for line_a, line_b in lines]
+    contexts = []
+    for run, side in ((a, first and first.a), (b, first and first.b)):
+        position = None if side is None else side.position
+        contexts.append(read_contexts(run, comparison.view, [position], selection)[position])
     return ComparisonReport(comparison, a, b, *contexts)
 
 
@@ -108,14 +97,8 @@ def _report_lines(report: ComparisonReport) -> Iterator[str]:
         yield f"first difference: {difference_title(first)}"
         yield f"  A {_side_text(first.a)}"
         yield f"  B {_side_text(first.b)}"
-        if comparison.rows:
-            yield ""
-            yield "around it (- only A, + only B):"
-            yield from _row_lines(comparison.rows)
         for name, _, context in report.sides:
-            yield from _context_lines(
-                name, context, lines=not comparison.rows or comparison.order is Order.PARTIAL
-            )
+            yield from _context_lines(name, context)
         yield from _further_lines(comparison)
 
 
@@ -128,7 +111,7 @@ def _further_lines(comparison: Comparison) -> Iterator[str]:
     yield "further differences:"
     for difference in further[:MAX_LISTED_DIFFERENCES]:
         yield f"  {difference_title(difference)}: A {_side_text(difference.a)}; B {_side_text(difference.b)}"
-    unlisted = len(further) - MAX_LISTED_DIFFERENCES + comparison.dropped
+    unlisted = len(further) - MAX_LISTED_DIFFERENCES
     if unlisted > 0:
         yield f"  and {unlisted} more"
 
@@ -136,7 +119,8 @@ def _further_lines(comparison: Comparison) -> Iterator[str]:
 def _difference_count_text(comparison: Comparison) -> str:
     """Return the number of differences as text."""
     noun = "place" if comparison.order is Order.TOTAL else "thing"
-    return f"{comparison.total} {noun}{'' if comparison.total == 1 else 's'}"
+    count = len(comparison.differences)
+    return f"{count} {noun}{'' if count == 1 else 's'}"
 
 
 def difference_title(difference: Difference) -> str:
@@ -159,28 +143,15 @@ def shorten(text: str) -> str:
     return f"{text[:half]} ... {text[-half:]}"
 
 
-def _row_lines(rows: Sequence[AlignedRow]) -> Iterator[str]:
-    """Yield both runs as one list in the style of diff."""
-    for row in rows:
-        if row.same and row.a is not None:
-            yield f"  {_format_line(row.a)}"
-            continue
-        for sign, line in (("-", row.a), ("+", row.b)):
-            if line is not None:
-                yield f"{sign} {_format_line(line)}"
-
-
 def _format_line(line: EventLine) -> str:
     return f"{line.number:6d} {line.seconds:+11.6f} {shorten(line.text)}"
 
 
-def _context_lines(name: str, context: DifferenceContext, *, lines: bool) -> Iterator[str]:
-    if lines and context.lines:
+def _context_lines(name: str, context: DifferenceContext) -> Iterator[str]:
+    if context.lines:
         yield ""
         yield f"what led to it in {name}:"
         yield from (f"{'>' if line.here else ' '} {_format_line(line)}" for line in context.lines)
-    if not lines and (context.rules or context.goals):
-        yield ""
     if context.rules:
         yield f"  rules that fired just before in {name}:"
         yield from (f"    {rule}" for rule in context.rules)

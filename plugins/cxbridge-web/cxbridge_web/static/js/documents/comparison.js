@@ -31,7 +31,6 @@ const momentLink = (report, side, seconds, attributes, text) =>
   linkTo(addressOf(report, side, "timeline", seconds), attributes, text + secondsText(seconds));
 
 function lineCells(line, report, side) {
-  if (!line) return el("td.gap", { colspan: 2 });
   const text = short(line.text);
   return [
     el("td.n.dim", momentLink(report, side, line.seconds, {}, "")),
@@ -39,31 +38,12 @@ function lineCells(line, report, side) {
   ];
 }
 
-function alignedRow({ a, b, same }, report) {
-  const [mark, word] = !b ? ["−", "only A has it"] : !a ? ["+", "only B has it"] : ["≠", "differ"];
-  return el.tr(
-    { class: same ? "same" : a && b ? "changed" : "one" },
-    lineCells(a, report, "a"),
-    el("td.sign", !same && el.span({ role: "img", "aria-label": word }, mark)),
-    lineCells(b, report, "b"),
-  );
-}
-
-/** The events around a difference; aligned events are next to each other. */
-function steps(number, report) {
-  const { rows } = number === 0 ? report.first : { rows: [] },
-    head = (text) => el.th({ scope: "col", colspan: 2 }, text);
-  if (rows.length)
-    return wideTable(
-      { class: "aligned" },
-      [head("A"), el.th(), head("B")],
-      rows.map((row) => alignedRow(row, report)),
-    );
-  return sides((side) => {
+/** The events around a difference. */
+const steps = (number, report) =>
+  sides((side) => {
     const lines = report.contexts[number][side].lines.map((line) => lineCells(line, report, side));
     return lines.length ? wideTable({ class: "aligned" }, [], lines) : none("This run has no such event");
   });
-}
 
 const rules = (list) =>
   list.length
@@ -210,9 +190,7 @@ function parting({ contexts: [context], unit, differences: [{ a, b }] }) {
 
 export function open(main, report) {
   const { same, summary, options, headlines, differences } = report,
-    given = Object.entries(options).filter(
-      ([name, value]) => value && value.length !== 0 && name !== "time_from",
-    ),
+    given = Object.entries(options).filter(([, value]) => value && value.length !== 0),
     { node, mark } = goalRows(report);
   const run = (side) => [
     linkTo(addressOf(report, side, "timeline"), { title: "open this run" }, report[side].path),
