@@ -14,8 +14,6 @@ import pytest
 
 from cxbridge.blackboard.kit.errors import EndpointError
 from cxbridge.blackboard.zmq.wire.sockets import make_context
-from cxbridge.cli.command_lines import StepKeys
-from cxbridge.errors import CxbridgeError
 from tests.support import ROOT, needs_plugin, share
 
 WITHOUT = """
@@ -126,13 +124,3 @@ def test_windows_is_told_that_zmq_is_not_there(monkeypatch):
         patch.setattr(sys, "platform", "win32")
         with pytest.raises(EndpointError, match="Windows"):
             make_context()
-
-
-def test_windows_is_told_that_keys_are_not_there(monkeypatch, tmp_path):
-    (tmp_path / "keys").touch()
-    with (tmp_path / "keys").open() as stream:
-        keys = StepKeys(stream)
-        with monkeypatch.context() as patch:
-            patch.setattr(sys, "platform", "win32")
-            with pytest.raises(CxbridgeError, match="Windows"):
-                keys.__enter__()

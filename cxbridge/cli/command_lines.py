@@ -1,4 +1,4 @@
-"""Lines and keys from a terminal or a pipe.
+"""Lines from a terminal or a pipe.
 
 A wait for input also ends when the caller's function ``is_done`` returns True, for example after a signal.
 """
@@ -9,14 +9,11 @@ import os
 import select
 import sys
 from collections.abc import Callable
-from typing import Any, Final, Self, TextIO
-
-from cxbridge.errors import CxbridgeError
+from typing import Final, TextIO
 
 _POLL_S: Final = 0.2  # seconds between calls of ``is_done`` without input
 _CHUNK: Final = 4096  # bytes of one read
 _MAX_LINE_BYTES: Final = 65_536  # a longer line is split, since the input may have no line feeds
-_QUIT_KEYS: Final = (b"q", b"Q", b"\x04")  # the last is Ctrl-D, which does not end the input in cbreak mode
 
 
 class CommandLines:
@@ -50,47 +47,9 @@ class CommandLines:
     def _read(self, size: int) -> None:
         """Add at most ``size`` bytes to the buffer, or return after `_POLL_S` without input."""
         assert self._stream is not None
-        # select instead of a blocking read, because ``is_done`` may end the wait at any time; on Windows,
-        # select accepts only sockets, so StepKeys refuses Windows
+        # select instead of a blocking read, because ``is_done`` may end the wait at any time
         ready, _, _ = select.select([self._stream], [], [], _POLL_S)
         if ready:
             data = os.read(self._stream.fileno(), size)
             self._buffer += data
             self._has_ended = not data
-
-
-class StepKeys(CommandLines):
-    """Reads keys on a terminal, otherwise lines; a context manager that restores the terminal.
-
-    :raises CxbridgeError: on entry, if the system is Windows.
-    """
-
-    _terminal_settings: list[Any] | None = None
-
-    def __enter__(self) -> Self:
-        if sys.platform == "win32":
-            raise CxbridgeError("reading single keys is not supported on Windows", hint="use --speed, or WSL")
-        if self.is_terminal:
-            import termios
-            import tty
-
-            assert self._stream is not None
-            self._terminal_settings = termios.tcgetattr(self._stream)
-            tty.setcbreak(self._stream)
-        return self
-
-    def __exit__(self, *_error: object) -> None:
-        if self._terminal_settings is not None and sys.platform != "win32":
-            import termios
-
-            assert self._stream is not None
-            termios.tcsetattr(self._stream, termios.TCSADRAIN, self._terminal_settings)
-
-    def __call__(self, is_done: Callable[[], bool]) -> bool:
-        """Wait for a key or a line; return False at the end of input or ``q``, or if ``is_done`` ends it."""
-        if not self.is_terminal:
-            return self.next(is_done) is not None
-        while not (self._buffer or self._has_ended or is_done()):
-            self._read(1)
-        key, self._buffer = self._buffer, b""
-        return bool(key) and key not in _QUIT_KEYS

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import io
 import json
-import re
 import sys
 from collections import Counter
 from dataclasses import dataclass
@@ -23,12 +22,8 @@ from cxbridge.events import Event, Level, LogLine
 from cxbridge.file_access import make_parent_folder
 from cxbridge.printing import VisibleStream, indent_lines, one_line, unfiltered_stream, visible
 
-# Endless rules print a hundred thousand lines at one moment of a virtual clock. The limits at one moment are
-# for equal lines, and for lines that differ in their numbers only.
+# Endless rules print a hundred thousand equal lines at one moment of a virtual clock.
 _MAX_EQUAL: Final = 3
-_MAX_SIMILAR: Final = 1000
-
-_NUMBER: Final = re.compile(r"\d+")
 
 # Duration of a moment in microseconds of the run's clock: less than a cycle, so that the lines of two cycles
 # are counted separately.
@@ -120,25 +115,16 @@ class ConsoleLog:
             self._levels |= {Level.INFO, Level.DEBUG}
         self._has_colour = sys.stderr.isatty()
         self._equal_counts: Counter[tuple[Level, str, str]] = Counter()
-        self._similar_counts: Counter[tuple[Level, str, str]] = Counter()
         self._time_us = 0
 
     def __call__(self, event: Event) -> None:
-        """Print a log line if its level is shown; equal and similar lines at one moment are limited."""
+        """Print a log line if its level is shown; equal lines at one moment are limited."""
         if not isinstance(event, LogLine) or event.level not in self._levels:
             return
-        if (
-            event.time_us - self._time_us > _MOMENT_US
-            or max(len(self._equal_counts), len(self._similar_counts)) > _MAX_COUNTED
-        ):
+        if event.time_us - self._time_us > _MOMENT_US or len(self._equal_counts) > _MAX_COUNTED:
             self.finish()
         self._time_us = event.time_us
         line = event.level, event.component, event.text
-        if line not in self._equal_counts:
-            similar = *line[:2], _NUMBER.sub("#", event.text)
-            self._similar_counts[similar] += 1
-            if self._similar_counts[similar] > _MAX_SIMILAR:
-                return
         self._equal_counts[line] += 1
         if self._equal_counts[line] <= _MAX_EQUAL:
             self._print(*line)
@@ -149,17 +135,11 @@ class ConsoleLog:
             self._levels.add(Level.INFO)
 
     def finish(self) -> None:
-        """Print how many equal and similar lines were omitted, and reset the counts."""
+        """Print how many equal lines were omitted, and reset the counts."""
         for (level, component, text), count in self._equal_counts.items():
             if count > _MAX_EQUAL:
                 self._print(level, component, f"{text} ... repeated {count - _MAX_EQUAL:,} times")
-        for (level, component, text), count in self._similar_counts.items():
-            if count > _MAX_SIMILAR:
-                self._print(
-                    level, component, f"{text} ... {count - _MAX_SIMILAR:,} more lines with other numbers"
-                )
         self._equal_counts.clear()
-        self._similar_counts.clear()
 
     def _print(self, level: Level, component: str, text: str) -> None:
         line = f"{level.value} {one_line(component)}: {indent_lines(text)}"

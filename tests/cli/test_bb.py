@@ -100,27 +100,6 @@ def test_watch_prints_what_changes_until_the_count(board, monkeypatch, capsys):
     ]
 
 
-def test_watch_hears_of_interfaces_that_come_later(board, capsys):
-    done = threading.Event()
-
-    def late():
-        while not done.wait(0.01):
-            with board.open_for_writing(SkillerInterface, "Late") as writer:
-                writer.msgid = 5
-                writer.write()
-                done.wait(0.05)
-
-    thread = threading.Thread(target=late)
-    thread.start()
-    try:
-        assert run("watch", "*::Late", "--count", "1", "--timeout", str(WAIT_S), "--json") == 0
-    finally:
-        done.set()
-        thread.join()
-    row = json.loads(capsys.readouterr().out)
-    assert row["uid"] == "SkillerInterface::Late"
-
-
 def test_watch_ends_at_its_timeout(board, skiller):
     assert run("watch", "*", "--timeout", "0.01") == 0
     assert run("watch", "*", "--timeout", "0.01", "--count", "1") == 3
@@ -135,40 +114,6 @@ def test_set_writes_the_named_fields_and_keeps_the_others(board, skiller, capsys
     assert reader.read()
     assert (reader.skill_string, reader.msgid, reader.status) == ("kept", 16, SkillerInterface.S_FAILED)
     assert reader.changed
-
-
-def test_set_arrays_and_elements(board):
-    reader = board.open_for_reading("Position3DInterface", "P")
-    assert run("set", "Position3DInterface::P", "translation=1,2.5,-3", "rotation=0,0,0,1", "frame=/map") == 0
-    reader.read()
-    values = reader.as_dict()
-    assert (values["translation"], values["rotation"], values["frame"]) == (
-        (1.0, 2.5, -3.0),
-        (0.0, 0.0, 0.0, 1.0),
-        "/map",
-    )
-
-
-def test_set_is_refused_when_there_is_a_writer(board, skiller, capsys):
-    assert run("set", "SkillerInterface::Skiller", "msgid=1") == 2
-    assert "skiller" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
-    ("assignment", "message"),
-    [
-        ("msgid", "'msgid' is not an assignment"),
-        ("nope=1", "has no field 'nope'"),
-        ("msgid=many", "SkillerInterface.msgid of type uint32 cannot be 'many'"),
-        ("msgid=-1", "SkillerInterface.msgid of type uint32 cannot be -1"),
-        ("status=S_LOST", "it holds one of S_INACTIVE, S_FINAL, S_RUNNING, S_FAILED"),
-    ],
-)
-def test_values_that_make_no_sense(board, capsys, assignment, message):
-    assert run("set", "SkillerInterface::X", assignment) == 2
-    captured = capsys.readouterr()
-    assert message in captured.err
-    assert "Traceback" not in captured.err
 
 
 def test_send_prints_the_id(board, skiller, capsys):

@@ -109,9 +109,3 @@ def test_bad_input_is_one_message_and_status_2(arguments, message, capsys, tmp_p
     captured = capsys.readouterr()
     assert message in captured.err
     assert "Traceback" not in captured.err
-
-
-def test_help(capsys):
-    for command in ([], ["start"], ["status"], ["reset"]):
-        assert invoke(["daemon", *command, "--help"]) == 0
-        assert "Usage" in capsys.readouterr().out

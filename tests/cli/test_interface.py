@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from cxbridge.cli.commands.interface import app
-from cxbridge.errors import CxbridgeError, InterfaceDefinitionError, InterfaceError
+from cxbridge.errors import InterfaceDefinitionError, InterfaceError
 from cxbridge.interfaces.registry import default_registry
 from tests.interfaces.samples import DATA, data_block, definition, measured_rows
 from tests.support import SHARED, needs_shared
@@ -52,19 +52,6 @@ def test_show_json_has_the_shape_of_the_measured_rows(row: dict[str, Any]) -> No
     assert shown["messages"] == [
         {key: message[key] for key in ("name", "datasize", "fields")} for message in row["messages"]
     ]
-
-
-def test_show_takes_a_type_from_a_folder(tmp_path: Path) -> None:
-    (tmp_path / "SampleInterface.xml").write_bytes(definition(DATA))
-    shown = json.loads(run("show", "SampleInterface", "--json", "--interface-dir", tmp_path))
-    assert shown["fields"][0]["name"] == "number"
-
-
-def test_check_is_content_with_a_correct_file(tmp_path: Path) -> None:
-    file = tmp_path / "SampleInterface.xml"
-    file.write_bytes(definition(DATA))
-    assert run("check", file) == f"{file}: correct\n"
-    assert json.loads(run("check", file, "--json")) == []
 
 
 def test_check_explains_every_mistake(tmp_path: Path) -> None:
@@ -115,12 +102,6 @@ def test_compile_writes_modules_and_stubs(tmp_path: Path) -> None:
     assert "def __init__(" in (folder / "SwitchInterface.pyi").read_text()
     run("compile", "SwitchInterface", "--stubs", "-o", folder / "stubs")
     assert [path.name for path in (folder / "stubs").iterdir()] == ["SwitchInterface.pyi"]
-
-
-def test_compile_tells_where_it_cannot_write(tmp_path: Path) -> None:
-    (tmp_path / "file").touch()
-    with pytest.raises(CxbridgeError, match="cannot be written: Not a directory"):
-        run("compile", "SwitchInterface", "-o", tmp_path / "file")
 
 
 def test_mistakes_of_the_user_are_clear_errors(tmp_path: Path) -> None:

@@ -88,13 +88,6 @@ def test_a_pytest_that_does_not_know_cxbridge_says_what_to_do(here, monkeypatch,
     assert "Traceback" not in done.stderr
 
 
-@needs_plugin("planning")
-def test_a_new_project_without_its_robot_says_how_to_run(here, capsys):
-    invoke(["new", "my-robot"])
-    assert invoke(["run", "my-robot/my-robot"]) == 2
-    assert "--skiller simulator" in capsys.readouterr().err
-
-
 def test_the_template_is_what_the_tutorial_says(here):
     invoke(["new", "courier"])
     made, said = here / "courier", here / "said"
@@ -152,13 +145,6 @@ def test_nothing_that_is_there_is_overwritten(there, here, capsys):
     assert (here / there).read_text() == "mine"
 
 
-def test_a_folder_with_other_files_is_taken(here):
-    (here / "courier").mkdir()
-    (here / "courier" / "notes").write_text("mine")
-    assert invoke(["new", "courier"]) == 0
-    assert (here / "courier" / "notes").read_text() == "mine"
-
-
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -174,10 +160,3 @@ def test_a_mistake_makes_nothing(arguments, message, here, capsys, monkeypatch):
     assert invoke(["new", *arguments]) == 2
     assert message in capsys.readouterr().err
     assert files_in(here) == set()
-
-
-def test_the_folder_around_the_agent_is_no_scenario_but_says_which_is(tmp_path, capsys):
-    project = tmp_path / "robo"
-    assert invoke(["new", str(project)]) == 0
-    assert invoke(["run", str(project)]) == 2
-    assert f"did you mean {project / 'robo'}?" in capsys.readouterr().err

@@ -11,26 +11,11 @@ from tests.programs import Started
 from tests.run.mini import write_scenario
 
 
-def test_the_goal_tree_is_shown(tmp_path, capsys):
-    assert invoke(["run", str(write_scenario(tmp_path))]) == 0
-    output = capsys.readouterr().out
-    assert "G (MINI): COMPLETED" in output
-    assert "mini: completed, every root goal ended COMPLETED" in output
-
-
 def test_the_result_as_json_is_alone_on_stdout(tmp_path, capsys):
     assert invoke(["run", str(write_scenario(tmp_path)), "--json"]) == 0
     result = json.loads(capsys.readouterr().out)
     assert (result["status"], result["result"], result["spec"]) == (0, "completed", "mini")
     assert result["goals"][0]["outcome"] == "COMPLETED"
-
-
-def test_quiet_and_verbose(tmp_path, capsys):
-    scenario = str(write_scenario(tmp_path))
-    invoke(["run", scenario, "-q"])
-    assert capsys.readouterr().err == ""
-    invoke(["run", scenario, "-v"])
-    assert "Initialization completed" in capsys.readouterr().err
 
 
 def test_bad_input_is_one_message_and_status_2(tmp_path, capsys):
@@ -45,20 +30,6 @@ def test_wrong_usage_is_status_2(capsys):
     assert invoke(["run", "--no-such-option"]) == 2
     assert invoke(["no-such-command"]) == 2
     assert "Traceback" not in capsys.readouterr().err
-
-
-def test_help_of_every_command(capsys):
-    for command in (
-        [],
-        ["run"],
-        ["doctor"],
-        ["trace"],
-        ["trace", "diff"],
-        ["interface"],
-        ["interface", "show"],
-    ):
-        assert invoke([*command, "--help"]) == 0
-        assert "Usage" in capsys.readouterr().out
 
 
 def test_version(capsys):

@@ -128,23 +128,6 @@ def test_without_a_skiller_it_is_status_2(board, capsys):
     assert run("list") == 0
 
 
-def test_a_skiller_that_leaves_is_a_failure(board, capsys):
-    writer = board.open_for_writing(SkillerInterface, "Skiller", owner="skiller")
-
-    class Leave(Listener):
-        def message_received(self, interface, message):
-            if message.type == "AcquireControlMessage":
-                interface.exclusive_controller = str(message.source_id)
-                interface.write()
-            elif message.type == "ExecSkillMessage":
-                interface.close()
-            return False
-
-    board.register_listener(Leave(), writer)
-    assert run("exec", "say{}", "--timeout", str(WAIT_S)) == 1
-    assert "the Skiller is gone" in capsys.readouterr().out
-
-
 def test_list_and_the_names_of_the_skills(board, skiller, capsys):
     debug = board.open_for_writing("SkillerDebugInterface", "Skiller", owner="skiller")
     shown = []

@@ -9,9 +9,8 @@ import pytest
 from cxbridge.cli.commands import skill
 from cxbridge.cli.main import invoke
 from cxbridge.clock import RealClock
-from cxbridge.daemon.services.executor import parse_settings, run_executor
+from cxbridge.daemon.services.executor import run_executor
 from cxbridge.daemon.services.options import ExecutorOptions
-from cxbridge.errors import SkillerError
 from cxbridge.skiller.board import ExecutorContext, SkillExecutor
 from cxbridge.skiller.board.host import ExecutorHost
 from tests.cli.boards import SharedBoard, board_of, silent_bus
@@ -128,10 +127,3 @@ def test_what_cannot_be_made_leaves_nothing_behind(tmp_path, monkeypatch, agent,
         run_executor(options)
     assert shared.list_all() == []
     shared.shutdown()
-
-
-def test_settings_are_numbers_truth_values_and_texts():
-    texts = ["a=1", "b=0.5", "c=true", "d=x=y", "e="]
-    assert parse_settings(texts) == {"a": 1, "b": 0.5, "c": True, "d": "x=y", "e": ""}
-    with pytest.raises(SkillerError, match="is not a setting"):
-        parse_settings(["=3"])

@@ -49,11 +49,6 @@ def test_rules_are_those_of_the_recording(capsys: pytest.CaptureFixture[str]) ->
     assert (len(rules), rules[0], rules[-1]) == (728, "executive-init-start", "skill-control-release")
 
 
-def test_the_same(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert invoke(["trace", "diff", str(run), str(run)]) == 0
-    assert capsys.readouterr().out == "same: 18 transitions, total order\n"
-
-
 def test_a_difference_is_shown_with_what_led_to_it(
     run: Path, changed: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -64,15 +59,6 @@ def test_a_difference_is_shown_with_what_led_to_it(
     assert "  A [17] FINISHED COMPLETED\n  B [17] FINISHED FAILED\n" in out
     assert ">     17   +0.000000 goal gen1 class=WORK" in out
     assert "    RUN-gen3 PARENT DISPATCHED\n      gen1 WORK FINISHED COMPLETED\n" in out
-
-
-def test_a_difference_as_json(run: Path, changed: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert invoke(["trace", "diff", str(run), str(run), str(changed), "--json"]) == 1
-    report = json.loads(capsys.readouterr().out)
-    assert (report["same"], report["level"], report["order"]) == (False, "transitions", "total")
-    assert report["b"]["path"] == str(changed)
-    assert [difference["a"]["event"] for difference in report["differences"]] == [17]
-    assert report["first"]["a"]["lines"][-1]["number"] == 18
 
 
 @pytest.mark.parametrize(

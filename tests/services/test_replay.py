@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import signal
 import threading
 from collections.abc import Callable
@@ -13,7 +12,6 @@ from typing import Any
 
 import pytest
 
-from cxbridge.cli.command_lines import StepKeys
 from cxbridge.cli.main import invoke
 from cxbridge.daemon.services.options import ReplayOptions
 from cxbridge.daemon.services.replay import DONE, INTERRUPTED, LOST, replay
@@ -35,9 +33,8 @@ RECORDING = SHARED / "traces" / "test-scenario" / "skiller-1" / "bblogger"
 class Running:
     """A replay in a thread."""
 
-    def __init__(self, options, keys=None):
+    def __init__(self, options):
         self.report = None
-        self._keys = keys
         self.seen = []
         self._options = options
         self._ready = threading.Event()
@@ -54,7 +51,6 @@ class Running:
         try:
             self.report = replay(
                 self._options,
-                keys=self._keys,
                 on_ready=on_ready,
                 announce=lambda move: self.seen.append(move.at_us),
             )
@@ -183,24 +179,6 @@ def test_stopped_between_its_last_write_and_its_end_it_is_done(tmp_path, monkeyp
     with Site("ipc", tmp_path) as site:
         report = replay(ReplayOptions(run=run, url=site.url, hold=True), on_ready=stops.append)
     assert (report.end, report.writes) == (DONE, {UID: 1})
-
-
-def test_one_write_a_line_and_the_last_line_ends_it(tmp_path):
-    run = record(tmp_path / "r.mcap", write(0, 1), write(3_600_000, 2), write(7_200_000, 3))
-    read, wrote = os.pipe()
-    with (
-        os.fdopen(read) as stream,
-        site_with_ear("ipc", tmp_path) as (site, ear),
-        StepKeys(stream) as keys,
-    ):
-        running = Running(ReplayOptions(run=run, url=site.url), keys=keys)
-        os.write(wrote, b"\n")
-        until(lambda: ear.values == [1])
-        os.write(wrote, b"next\n")
-        until(lambda: ear.values == [1, 2])
-        os.close(wrote)
-        report = running.join()
-    assert (report.end, report.writes) == (DONE, {UID: 2})
 
 
 def test_a_type_that_only_the_recording_knows_comes_from_its_attachment(tmp_path):

@@ -63,21 +63,6 @@ def test_a_skill_that_hangs_fails_the_test_in_time_of_the_run(cx, mini):
     assert 100 <= run.seconds < 100.1
 
 
-def test_the_log_says_that_a_skill_does_not_end(cx, mini):
-    run = cx.run(mini)
-    run.skills("work").hangs()
-    run.until(lambda: run.skills("work").calls)
-    assert [line.text for line in run.log if "Executing" in line.text] == [
-        """Executing 'work{what="hello"}', which does not end by itself"""
-    ]
-
-
-@pytest.mark.parametrize("option", ["config", "clips_dirs", "interface_dirs", "skill_dirs", "overlays"])
-def test_values_in_place_of_paths_are_refused(cx, mini, option):
-    with pytest.raises(CxbridgeError, match=f"'{option}' must be a path or a list of paths, not {{'a/b'"):
-        cx.run(mini, **{option: {"a/b": 1}})
-
-
 def test_until_ends_with_its_condition(cx, mini):
     run = cx.run(mini)
     run.until(lambda: run.goals("MINI") and run.goal("MINI").mode == "DISPATCHED")
@@ -186,15 +171,6 @@ def test_somebody_takes_control(cx, mini):
     assert run.read("SkillerInterface::Skiller")["exclusive_controller"] not in ("", ours)
 
 
-def test_an_effect_changes_the_world_when_the_skill_ends(cx, mini):
-    run = cx.run(mini)
-    seen = []
-    run.skills("work").succeeds(after=2.0, then=lambda: seen.append(run.seconds))
-    run.to_end()
-    assert len(seen) == 1
-    assert 2.0 <= seen[0] < 2.2
-
-
 def test_an_error_in_a_rule_fails_the_test(cx, tmp_path):
     agent = AGENT + "(defrule bad (begun) => (div 1 0))"
     run = cx.run(write_scenario(tmp_path, agent=agent), strict=False)
@@ -239,22 +215,3 @@ def test_real_skills_cannot_be_scripted(cx):
         run.skills("say").succeeds()
     run.to_end()
     assert run.goal("TALK").outcome == "COMPLETED"
-
-
-def test_a_scenario_that_is_not_there_is_one_clear_error(cx):
-    with pytest.raises(CxbridgeError, match="there is no such scenario"):
-        cx.run("nowhere")
-
-
-def test_several_runs_in_one_test(cx, mini):
-    first, second = cx.run(mini), cx.run(mini)
-    first.skills("work").fails("first")
-    first.to_end()
-    second.to_end()
-    assert (first.goal("G").outcome, second.goal("G").outcome) == ("FAILED", "COMPLETED")
-
-
-def test_several_skillers(cx):
-    run = cx.run("two-robots")
-    assert not run.is_over
-    run.advance(1.0)

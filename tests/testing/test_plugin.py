@@ -100,29 +100,6 @@ def test_recordings_of_failed_tests_are_kept(project, pytester):
     assert [str(path) for path in kept] == ["kept/test_agent/test_bad.mcap"]
 
 
-def test_parameters_are_part_of_the_golden_files_name(project, pytester):
-    more = """
-import pytest
-
-@pytest.mark.parametrize("after", [1.0, 2.0])
-def test_both(cx, after):
-    run = cx.run("mini")
-    run.skills("work").succeeds(after=after)
-    run.to_end()
-    run.assert_golden()
-    run.assert_golden("shared", order="total", level="skills")
-"""
-    project("succeeds()", "--update-golden", more=more).assert_outcomes(passed=3)
-    names = sorted(path.name for path in (pytester.path / "golden" / "test_agent").iterdir())
-    assert names == [
-        "shared.transitions",
-        "test_both_1.0.transitions",
-        "test_both_2.0.transitions",
-        "test_mini.transitions",
-    ]
-    project("succeeds()", more=more).assert_outcomes(passed=3)
-
-
 def test_a_skill_that_nothing_calls_fails_the_test(project):
     project("succeeds()", "--update-golden").assert_outcomes(passed=1)
     more = """

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 
-from cxbridge.errors import CxbridgeError
 from cxbridge.events import SkillStatus
 from cxbridge.run.options import RunOptions
 from cxbridge.skiller.simulation.deciders import Outcome
@@ -89,15 +88,3 @@ def test_failures_of_the_configuration_strike_executors(tmp_path):
         assert 4 < run.seconds < 16, "half the way to the lab"
         run.to_end()
         assert [each.skiller for each in failures(run)] == ["robot1", "robot2"], "the first call of each"
-
-
-def test_failures_of_the_configuration_are_for_simulations(tmp_path):
-    with AgentRun(configured(tmp_path, "{lost: {name: move, calls: [1]}}", "none"), scripted=False) as run:
-        run.until(lambda: run.actions("inspect"))
-        assert failures(run) == []
-
-
-def test_a_failure_that_makes_no_sense_is_an_error_at_the_start(tmp_path):
-    options = configured(tmp_path, "{lost: {name: move, probability: 2}}")
-    with pytest.raises(CxbridgeError, match="probability is 2"):
-        AgentRun(options, scripted=False)

@@ -38,11 +38,6 @@ def test_what_is_said_first_counts_first_and_what_is_used_up_is_gone(skills):
     assert found == [*[Outcome(2.0, Status.S_FAILED, "slipped")] * 2, Outcome(3.0), None]
 
 
-def test_what_is_said_without_times_holds_for_ever(skills):
-    skills("pick").fails("no")
-    assert {outcome(skills, "pick").status for _ in range(5)} == {Status.S_FAILED}
-
-
 @pytest.mark.parametrize(
     ("args", "matches"),
     [
@@ -116,11 +111,6 @@ def test_a_complaint_names_a_parameter_that_is_misspelt(skills):
     outcome(skills, "goto", place="hall")
     (complaint,) = skills.list_complaints()
     assert complaint.endswith("no call of 'goto' has a parameter 'plac'; did you mean place?")
-
-
-def test_times_below_one_are_refused(skills):
-    with pytest.raises(ValueError, match="at least 1"):
-        skills("pick").fails(times=0)
 
 
 def test_the_outcome_has_the_effect(skills):

@@ -13,8 +13,8 @@ from cxbridge.blackboard import BlackBoard
 from cxbridge.blackboard.patterns import Pattern
 from cxbridge.clock import RealClock
 from cxbridge.events import BlockWrite, Event, EventBus, InterfaceWrite, LogLine, SkillStatus
-from cxbridge.interfaces import SkillerInterface, SwitchInterface
-from cxbridge.trace.forwarding import COMPONENT, WriteForwarder
+from cxbridge.interfaces import SwitchInterface
+from cxbridge.trace.forwarding import WriteForwarder
 from tests.trace.boards import REMOTE, TRANSPORTS, Site, until
 
 
@@ -138,30 +138,6 @@ def test_an_interface_goes_when_only_the_recorder_has_it_and_may_come_again(site
     assert made.levels() == [1, 2]
 
 
-def test_an_interface_stays_open_as_long_as_somebody_else_reads_it(site):
-    with forwarded(site, "SwitchInterface") as made:
-        reader = site.board.open_for_reading(SwitchInterface, "s", owner="test")
-        until(lambda: made.follows("SwitchInterface::s"))
-        for number in (1, 2):
-            with site.board.open_for_writing(SwitchInterface, "s") as writer:
-                write(writer, number)
-                until(lambda: made.levels()[-1:] == [number])  # noqa: B023
-        reader.close()
-        until(lambda: not site.board.list("SwitchInterface"))
-    assert made.levels() == [1, 2]
-
-
-def test_at_the_end_nothing_stays_open(site):
-    site.board.open_for_writing(SwitchInterface, "s")
-    with forwarded(site, "*") as made:
-        (info,) = site.board.list("SwitchInterface")
-        assert info.num_readers == 1
-        assert site.transport == "fawkes" or info.readers == (COMPONENT,)
-    until(lambda: site.board.list("SwitchInterface")[0].num_readers == 0)
-    write(site.board.open_for_writing(SwitchInterface, "t"), 1)
-    assert made.forwarder.counts == {}
-
-
 @pytest.mark.parametrize("transport", ["ipc", "tcp"])
 def test_what_arrived_before_the_end_is_told(transport, tmp_path):
     with Site(transport, tmp_path) as site:
@@ -173,21 +149,6 @@ def test_what_arrived_before_the_end_is_told(transport, tmp_path):
                     write(writer, number)
                 until(lambda: waiting() == 49)
         assert made.levels() == list(range(1, 51))
-
-
-def test_states_of_a_skiller_are_told_as_such(site):
-    writer = site.board.open_for_writing(SkillerInterface, "Skiller")
-    with forwarded(site, "SkillerInterface") as made:
-        writer.skill_string, writer.status, writer.msgid = "say{}", "S_RUNNING", 3
-        writer.write()
-        until(lambda: made.forwarder.counts)
-    (status,) = [event for event in made.published if isinstance(event, SkillStatus)]
-    assert (status.skiller, status.skill_string, status.status, status.msgid) == (
-        "Skiller",
-        "say{}",
-        "S_RUNNING",
-        3,
-    )
 
 
 def test_a_stamp_that_is_no_time_is_replaced_by_the_time_of_arrival(site):
@@ -260,9 +221,3 @@ def test_a_type_that_we_do_not_know_is_told_once_and_the_others_are_recorded(tmp
             write(writer, 1)
             until(made.levels)
         assert len([line for line in made.lines() if "cannot be recorded" in line]) == 1
-
-
-def test_an_interface_that_came_and_went_too_fast_is_told_to_people(tmp_path):
-    with Site("ipc", tmp_path) as site, forwarded(site, "SwitchInterface") as made:
-        made.forwarder.interface_created("SwitchInterface", "gone")
-        until(lambda: any("disappeared before" in line for line in made.lines()))

@@ -10,10 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mcap.writer import Writer
 
-from cxbridge.clock import VirtualClock
 from cxbridge.config import Configuration
 from cxbridge.errors import TraceError
-from cxbridge.events import EventBus, SourceRead
+from cxbridge.events import SourceRead
 from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.run import RunOptions, run_scenario
 from cxbridge.trace.convert import convert
@@ -21,8 +20,7 @@ from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.sources import extract_files, run_sources
-from cxbridge.trace.sourcing import EarlySources, SourceNamer
-from tests.run.mini import write_scenario
+from cxbridge.trace.sourcing import SourceNamer
 from tests.support import ROOT
 from tests.trace.runs import family
 
@@ -50,14 +48,6 @@ def test_what_is_attached_is_what_was_read(recorded: Run) -> None:
     assert tree["/clips-executive/spec"] == "test"
     numbered = [file.name for file in recorded.files() if file.name.startswith("clips/executive/")]
     assert [int(PurePosixPath(name).name[:4]) for name in numbered] == list(range(1, len(numbered) + 1))
-
-
-def test_files_can_be_left_out(tmp_path: Path) -> None:
-    path = tmp_path / "run.mcap"
-    run_scenario(RunOptions(scenario=write_scenario(tmp_path), trace=path, trace_files=False))
-    run = open_run(path)
-    assert not list(run.files())
-    assert not list(run_sources(run))
 
 
 def test_a_copy_keeps_what_the_run_was_made_of(recorded: Run, tmp_path: Path) -> None:
@@ -98,17 +88,6 @@ def test_names_of_attachments_are_safe(role: str, owner: str, name: str) -> None
     assert not {"", ".", ".."} & set(parts)
     assert attachment.name.isascii()
     assert all(char.isalnum() or char in "-._/" for char in attachment.name)
-
-
-def test_what_is_read_early_is_kept_until_it_is_taken() -> None:
-    bus, late = EventBus(VirtualClock()), list[object]()
-    early = EarlySources(bus)
-    bus.emit_source("feature", "executive", "blackboard")
-    bus.subscribe(late.append, SourceRead)
-    (event,) = early.stop()
-    bus.emit_source("feature", "executive", "config")
-    assert isinstance(event, SourceRead)
-    assert (event.name, len(late), early.stop()) == ("blackboard", 1, [])
 
 
 def test_extracting(recorded: Run, tmp_path: Path) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from typing import Annotated, Any
 
 import typer
@@ -20,7 +19,6 @@ from cxbridge.cli.discovery import group_rows, make_group_class
 from cxbridge.cli.entry import handle_signals
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.daemon.services.options import ExecutorOptions
-from cxbridge.printing import one_line, unfiltered_stream
 
 app = typer.Typer(name="skill", cls=make_group_class(lambda: group_rows("skill"), {}), no_args_is_help=True)
 
@@ -55,19 +53,15 @@ def execute(
     """
     from cxbridge.skiller.calls import SkillerCall
 
-    progress = _Progress(skill_string)
     with (
         connect(url, interface_dir) as board,
-        SkillerCall(board, skiller=skiller, steal=steal, on_status=progress.show) as call,
+        SkillerCall(board, skiller=skiller, steal=steal) as call,
     ):
         if not wait:
             msgid = call.start(skill_string)
             say(json.dumps({"msgid": msgid}) if as_json else msgid)
             return 0
-        try:
-            result = call.execute(skill_string, timeout)
-        finally:
-            progress.end()  # also before the output of an error or an interrupt
+        result = call.execute(skill_string, timeout)
     outcome = result.outcome.name.lower().replace("_", " ")
     if as_json:
         say_json({"outcome": outcome, "error": result.error, "msgid": result.msgid})
@@ -156,25 +150,3 @@ def show_board(
         say(f"{row['agent']}: {row['executor']} ({', '.join(row['skills'])}) {row['state']}{activity}")
     if not rows:
         say("there is no executor", err=True)
-
-
-class _Progress:
-    """Shows the status of a skill on a line of the terminal, which each status overwrites."""
-
-    def __init__(self, skill_string: str) -> None:
-        self._skill_string = skill_string
-        self._is_shown = False
-
-    def show(self, status: str, error: str) -> None:
-        """Show a new status."""
-        if sys.stderr.isatty():
-            line = one_line(f"{status} {self._skill_string} {error}".rstrip())
-            unfiltered_stream(sys.stderr).write(f"\r\x1b[K{line}")
-            sys.stderr.flush()
-            self._is_shown = True
-
-    def end(self) -> None:
-        """Remove the line."""
-        if self._is_shown:
-            unfiltered_stream(sys.stderr).write("\r\x1b[K")
-            sys.stderr.flush()

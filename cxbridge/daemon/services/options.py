@@ -59,7 +59,6 @@ class ReplayOptions:
 
     :param start_s: the start in seconds since the first event of the recording.
     :param end_s: the end in seconds since the first event of the recording.
-    :param step: replay one event per key, or per line of a pipe, instead of in recorded time.
     """
 
     run: Annotated[Path, Meta(description="an mcap file, or a file or folder of bblogger")]
@@ -77,9 +76,6 @@ class ReplayOptions:
     speed: Annotated[
         float, Meta(description="replay N seconds of the recording in a second", ge=1e-06, le=1000000.0)
     ] = 1.0
-    step: Annotated[
-        bool, Meta(description="replay one write per key, or per line of stdin without a terminal")
-    ] = False
     start_s: Annotated[
         float | None,
         Meta(description="begin SECONDS after the first event", ge=0),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -83,13 +83,11 @@ def record(
     *,
     console: Sink | None = None,
     on_ready: ReadyCallback = do_nothing,
-    on_progress: Callable[[RecordReport], None] = do_nothing,
 ) -> RecordReport:
     """Record for the duration, or until SIGINT or SIGTERM.
 
     :param console: gets the log lines.
     :param on_ready: called with a stop function when all interfaces are open.
-    :param on_progress: called with the current result about twice a second.
     :raises CxbridgeError: if a pattern is invalid, no server answers at the URL, or a file cannot be created.
     """
     patterns = [Pattern.parse(text) for text in options.patterns]
@@ -135,7 +133,6 @@ def record(
         ):
             forwarder.poll(min(remaining_s, _PROGRESS_INTERVAL_S))
             recorder.flush_when_due()
-            on_progress(report)
         forwarder.close()
         recorder.describe({"skipped": str(board.skipped), "gaps": str(len(forwarder.gaps))})
         recorder.close()

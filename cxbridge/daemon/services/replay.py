@@ -24,7 +24,7 @@ from cxbridge.printing import format_count
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.replay.moves import ReplayMove, ReplaySelection, ReplaySurvey, replay_moves, survey_replay
-from cxbridge.trace.replay.pace import Pace, SteppedPace, TimedPace
+from cxbridge.trace.replay.pace import Pace
 from cxbridge.trace.replay.player import ReplayPlayer
 
 DONE, INTERRUPTED, LOST = "done", "interrupted", "lost"
@@ -32,9 +32,6 @@ DONE, INTERRUPTED, LOST = "done", "interrupted", "lost"
 
 COMPONENT: Final = "Replay"
 _PROGRESS_INTERVAL_S = 0.2  # seconds between progress reports while the values are held
-
-KeyWaiter = Callable[[Callable[[], bool]], bool]
-"""Waits for a key and returns False at the end of input; the argument returns whether to give up."""
 
 
 @dataclass(slots=True)
@@ -95,18 +92,14 @@ class ReplayReport:
 def replay(
     options: ReplayOptions,
     *,
-    keys: KeyWaiter | None = None,
     console: Sink | None = None,
     on_ready: ReadyCallback = do_nothing,
-    on_progress: Callable[[ReplayReport], None] = do_nothing,
     announce: Callable[[ReplayMove], None] = do_nothing,
 ) -> ReplayReport:
     """Replay a recording until its end, SIGINT, SIGTERM or the loss of the connection.
 
-    :param keys: waits for a key before each event; None: the replay runs in recorded time.
     :param console: gets the log lines.
     :param on_ready: called with a stop function when all interfaces are open.
-    :param on_progress: called with the present result about five times a second.
     :param announce: called for each event before the wait for it.
     :raises CxbridgeError: if there is nothing to replay, or the blackboard refuses it.
     """
@@ -126,10 +119,10 @@ def replay(
         player = ReplayPlayer(board, service.bus.logger(COMPONENT), restamp=options.restamp)
         service.callback(player.close)
         session = _ReplaySession(options, board, player, report, service.stopped)
-        session.on_progress, session.announce = on_progress, announce
+        session.announce = announce
         player.open(survey)
         service.report_ready(f"replaying {options.run} to {options.url}")
-        session.run(lambda: replay_moves(run, selection), keys)
+        session.run(lambda: replay_moves(run, selection))
     return report
 
 
@@ -148,7 +141,6 @@ class _ReplaySession:
         report: ReplayReport,
         stop: threading.Event,
     ) -> None:
-        self.on_progress: Callable[[ReplayReport], None] = do_nothing
         self.announce: Callable[[ReplayMove], None] = do_nothing
         self._stop_event = stop
         self._is_connection_lost = False
@@ -159,9 +151,10 @@ class _ReplaySession:
         self._start_s = time.monotonic()
         board.add_connection_callback(self._handle_connection_change)
 
-    def run(self, make_moves: Callable[[], Iterable[ReplayMove]], keys: KeyWaiter | None) -> None:
+    def run(self, make_moves: Callable[[], Iterable[ReplayMove]]) -> None:
         """Replay, hold the interfaces if requested, and complete the report."""
-        report, pace = self._report, self._make_pace(keys)
+        report = self._report
+        pace = Pace(self._options.speed, self._stop_event, self._update_report)
         try:
             while True:
                 report.rounds += 1
@@ -184,17 +177,11 @@ class _ReplaySession:
         self._update_report()
         report.end = report.end or INTERRUPTED
 
-    def _make_pace(self, keys: KeyWaiter | None) -> Pace:
-        if keys is None:
-            return TimedPace(self._options.speed, self._stop_event, self._update_report)
-        return SteppedPace(lambda: keys(self._stop_event.is_set))
-
     def _update_report(self) -> None:
         report, player = self._report, self._player
         report.seconds = time.monotonic() - self._start_s
         report.writes = dict(player.write_counts)
         report.messages, report.undelivered = player.sent_count, player.undelivered_count
-        self.on_progress(report)
 
     def _record_move(self, move: ReplayMove) -> None:
         self._report.position_s = move.at_us / MICROSECONDS

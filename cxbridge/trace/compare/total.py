@@ -68,14 +68,14 @@ def compare_total(
     checks = _PartnerChecks(tolerance_s)
     differences: list[Difference] = []
     tokens_a, tokens_b = iter(readers[0]), iter(readers[1])
-    window: deque[tuple[Token, Token, int]] = deque(maxlen=WINDOW_SIZE)
+    window: deque[tuple[tuple[Token, Token], int]] = deque(maxlen=WINDOW_SIZE)
     while True:
         # names are numbered by first appearance, so equal numbers mean the same name up to here
         shared_name_count = len(readers[0].namer)
         token_a, token_b = next(tokens_a, None), next(tokens_b, None)
         if token_a is None or token_b is None or token_a.key != token_b.key or token_a.names != token_b.names:
             break
-        window.append((token_a, token_b, shared_name_count))
+        window.append(((token_a, token_b), shared_name_count))
         # most events have neither a message id nor a compared time, and this is the inner loop
         if tolerance_s is not None or token_a.msgid is not None or token_b.msgid is not None:
             differences += checks.find_differences(token_a, token_b)
@@ -85,8 +85,8 @@ def compare_total(
     ]
     if any(tails):
         # equal goals that are new in the window may be paired differently: only earlier names are certain
-        certain_name_count = window[0][2] if window else shared_name_count
-        tails = [[*(row[run_index] for row in window), *tail] for run_index, tail in enumerate(tails)]
+        certain_name_count = window[0][1] if window else shared_name_count
+        tails = [[*(pair[run_index] for pair, _ in window), *tail] for run_index, tail in enumerate(tails)]
         differences += _Divergence(tails, certain_name_count).find_differences(checks, len(window))
     return Comparison(view, Order.TOTAL, readers[0].count, readers[1].count, differences)
 

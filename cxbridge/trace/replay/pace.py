@@ -1,28 +1,18 @@
-"""The pace of a replay: as recorded, or one event for each key that the user presses."""
+"""The pace of a replay."""
 
 from __future__ import annotations
 
 import threading
 import time
 from collections.abc import Callable
-from typing import Final, Protocol
+from typing import Final
 
 from cxbridge.clock import MICROSECONDS
 
 _WAIT_SLICE_S: Final = 0.2  # seconds between calls of ``on_wait``
 
 
-class Pace(Protocol):
-    """Determines the times of a replay."""
-
-    def begin(self, at_us: int) -> None:
-        """Start a round of the replay; its first event is at this position."""
-
-    def wait(self, at_us: int) -> bool:
-        """Wait for the time of a position; return False if the replay is to end."""
-
-
-class TimedPace:
+class Pace:
     """The recorded pace, accelerated or slowed down.
 
     :param speed: seconds of the recording per second.
@@ -30,9 +20,7 @@ class TimedPace:
     :param on_wait: called about five times a second during a wait.
     """
 
-    def __init__(
-        self, speed: float, stop: threading.Event, on_wait: Callable[[], None] = lambda: None
-    ) -> None:
+    def __init__(self, speed: float, stop: threading.Event, on_wait: Callable[[], None]) -> None:
         self._speed = speed
         self._stop = stop
         self._on_wait = on_wait
@@ -40,29 +28,15 @@ class TimedPace:
         self._first_us = 0
 
     def begin(self, at_us: int) -> None:
+        """Start a round of the replay; its first event is at this position."""
         self._start_s = time.monotonic()
         self._first_us = at_us
 
     def wait(self, at_us: int) -> bool:
+        """Wait for the time of a position; return False if the replay is to end."""
         due_s = self._start_s + (at_us - self._first_us) / MICROSECONDS / self._speed
         while (remaining_s := due_s - time.monotonic()) > 0:
             self._on_wait()
             if self._stop.wait(min(remaining_s, _WAIT_SLICE_S)):
                 return False
         return not self._stop.is_set()
-
-
-class SteppedPace:
-    """One event for each key.
-
-    :param next_key: waits for a key; returns False at the end of the input.
-    """
-
-    def __init__(self, next_key: Callable[[], bool]) -> None:
-        self._next_key = next_key
-
-    def begin(self, at_us: int) -> None:
-        """Do nothing: only keys determine the times."""
-
-    def wait(self, at_us: int) -> bool:  # noqa: ARG002 - the key decides
-        return self._next_key()

@@ -12,7 +12,6 @@ from cxbridge.events import Event, GoalTransition, PlanActionTransition
 from cxbridge.trace.codec import encode, make_decoder
 from cxbridge.trace.compare.model import DifferenceKind, Order
 from cxbridge.trace.compare.runs import compare_runs
-from cxbridge.trace.compare.selection import Selection
 from tests.trace.runs import MemoryRun, action, family, goal
 
 
@@ -57,14 +56,6 @@ def test_what_one_run_does_not_record_does_not_count(order):
         one, other = map(MemoryRun, pair)
         assert compare_runs(one, [other], View.TRANSITIONS, order).same
     assert not compare_runs(MemoryRun(odd), [MemoryRun(family())], View.TRANSITIONS, order).same
-
-
-@pytest.mark.parametrize("order", Order)
-def test_one_can_be_left_out(order):
-    selection = Selection(ignore=["goal.params"])
-    one, other = MemoryRun(family()), MemoryRun(changed("params", "(odd)"))
-    assert compare_runs(one, [other], View.TRANSITIONS, order, selection=selection).same
-    assert not selection.unused_patterns
 
 
 @pytest.mark.parametrize("order", Order)

@@ -166,12 +166,3 @@ def test_rules_that_hardly_fire_once_are_aligned() -> None:
     comparison = compare(rules, other, view=View.RULES)
     assert sum(difference.count for difference in comparison.differences) == 4
     assert comparison.differences[0].a.position == 100
-
-
-def test_the_differences_are_sorted() -> None:
-    events = [goal("gen1", f"MODE-{at}") for at in range(4000)]
-    other = [replace(event, outcome="ODD") if at % 2 else event for at, event in enumerate(events)]
-    comparison = compare(events, other)
-    assert len(comparison.differences) == 2000
-    positions = [difference.position for difference in comparison.differences]
-    assert positions == sorted(positions)

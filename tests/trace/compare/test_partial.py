@@ -98,8 +98,3 @@ def test_a_ring_of_parents_in_a_damaged_file_is_survived() -> None:
     ring = [goal("gen1", "FORMULATED", parent="gen2"), goal("gen2", "FORMULATED", parent="gen1")]
     assert compare(ring, ring).same
     assert not compare(ring, ring[:1]).same
-
-
-def test_a_deep_tree_is_survived() -> None:
-    deep: list[Event] = [goal(f"gen{i}", "FORMULATED", parent=f"gen{i - 1}") for i in range(1, 3000)]
-    assert compare(deep, deep).same

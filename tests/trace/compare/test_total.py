@@ -66,10 +66,6 @@ def test_message_ids_count_from_the_first_skill_of_each_skiller() -> None:
     assert same(one, known, View.SKILLS, Order.PARTIAL)
 
 
-def test_parents_count_in_total_order() -> None:
-    assert not same(family(), [*family()[:3], *family()[4:]])
-
-
 def test_rules_in_another_order_are_the_same_in_partial_order_only() -> None:
     one: list[Event] = [RuleFired(0, "executive", 1, "a", "f-1"), RuleFired(0, "executive", 2, "b", "f-2")]
     other = one[::-1]
@@ -87,12 +83,6 @@ def test_interface_writes_are_compared_by_interface_in_partial_order() -> None:
     assert not same(one, other, View.BLACKBOARD)
     assert same(one, other, View.BLACKBOARD, Order.PARTIAL)
     assert not same(one, other[:-1], View.BLACKBOARD, Order.PARTIAL)
-
-
-def test_a_run_that_goes_on_differs() -> None:
-    comparison = compare_runs(MemoryRun(family()), [MemoryRun(family()[:-1])])
-    assert comparison.differences[0].what == "B ends here, A continues"
-    assert comparison.differences[0].b.position == comparison.count_b - 1
 
 
 @pytest.mark.parametrize("order", Order)

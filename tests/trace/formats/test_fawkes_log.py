@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cxbridge.clock import MICROSECONDS, VIRTUAL_EPOCH_US
+from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import TraceError
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, FactChange, GoalTransition, Level, LogLine, RuleFired
@@ -61,27 +61,6 @@ def test_the_recordings_are_written_as_they_were(name: str, tmp_path: Path) -> N
         wanted = writer.event_types(RecordLevel.TRANSITIONS)
     path = write(tmp_path / "log", [event for event in open_run(recording(name)) if type(event) in wanted])
     assert path.read_bytes() == recording(name).read_bytes()
-
-
-def test_layout(tmp_path: Path) -> None:
-    fact = '(goal (id gen1) (message "a"))'
-    path = write(
-        tmp_path / "log",
-        [
-            LogLine(VIRTUAL_EPOCH_US, Level.WARN, "A::b", "(two\n  lines\n)"),
-            LogLine(VIRTUAL_EPOCH_US, Level.WARN, "A::b", "two\nlines"),
-            FactChange(VIRTUAL_EPOCH_US + 1, "executive", True, 86, "goal", fact),
-            FactChange(VIRTUAL_EPOCH_US + 2, "executive", False, 123456, "goal", fact),
-            RuleFired(VIRTUAL_EPOCH_US + MICROSECONDS, "executive", 3, "goal-done", "f-8,*"),
-        ],
-    )
-    assert path.read_text() == (
-        "W 01:46:40.000000 A::b: (two\n  lines\n)\n"
-        "W 01:46:40.000000 A::b: two\\u000alines\n"
-        f"D 01:46:40.000001 CLIPS (executive): ==> f-86    {fact}\n"
-        f"D 01:46:40.000002 CLIPS (executive): <== f-123456 {fact}\n"
-        "D 01:46:41.000000 CLIPS (executive): FIRE    3 goal-done: f-8,*\n"
-    )
 
 
 lines = strategies.texts.map(lambda text: text.replace("\n", " "))
@@ -168,17 +147,6 @@ def test_a_huge_entry_is_refused(tmp_path: Path) -> None:
     path.write_text(ENTRY + ("x" * 99 + "\n") * (MAX_LINE_BYTES // 100 + 10))
     with pytest.raises(TraceError, match=r"log:1: an entry of more than 4 MiB"):
         list(open_run(path))
-
-
-@needs_shared
-def test_a_log_that_is_cut_off_reads_up_to_there(tmp_path: Path) -> None:
-    content = recording("skiller-1").read_bytes()
-    whole = transitions(recording("skiller-1"))
-    path = tmp_path / "log"
-    for size in range(500, len(content), len(content) // 12):
-        path.write_bytes(content[:size])
-        found = transitions(path)
-        assert found == whole[: len(found)]
 
 
 def test_a_small_log_cut_off_at_every_byte(tmp_path: Path) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 import time
 from pathlib import Path
 
@@ -44,14 +43,6 @@ def test_what_is_no_file_is_opened_as_usual():
         assert file.write(b"x") == other.write(b"x") == 1
 
 
-def test_where_there_are_no_locks_it_is_opened_as_usual(tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "fcntl", None)
-    path = tmp_path / "file"
-    with open_exclusively(path) as file, open_exclusively(path):
-        file.write(b"new")
-    assert path.read_bytes() == b"new"
-
-
 def test_what_is_there_is_kept_under_the_time_of_its_last_change(tmp_path):
     path, stamp = tmp_path / "run.mcap", 1_700_000_000
     names = []
@@ -77,15 +68,3 @@ def test_what_is_empty_no_file_a_link_or_being_written_is_not_renamed(tmp_path):
         for path in (empty, link, busy, tmp_path / "none", tmp_path, Path("/dev/null")):
             assert rename_previous(path) is None
     assert sorted(path.name for path in tmp_path.iterdir()) == ["busy", "empty", "link"]
-
-
-def test_a_file_that_cannot_be_renamed_is_one_error(tmp_path, monkeypatch):
-    path = tmp_path / "run.log"
-    path.write_text("x")
-
-    def refuse(_path: Path, _target: Path) -> Path:
-        raise PermissionError(13, "Permission denied")
-
-    monkeypatch.setattr(Path, "rename", refuse)
-    with pytest.raises(TraceError, match=r"cannot keep it as run-.*log: Permission denied"):
-        rename_previous(path)

@@ -17,7 +17,6 @@ from cxbridge.errors import CxbridgeError, TraceError
 from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.trace.formats.files import MAX_LINE_BYTES
 from cxbridge.trace.formats.mcap.records import MAGIC as MCAP
-from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.formats.transitions_text import format_transition
 from tests.support import many, needs_plugin
@@ -85,15 +84,6 @@ def test_a_folder_without_recordings(tmp_path: Path) -> None:
     (tmp_path / "a.log").write_text("no bblogger file")
     with pytest.raises(TraceError, match="not a recorded run"):
         open_run(tmp_path)
-
-
-def test_names_do_not_matter(tmp_path: Path) -> None:
-    with McapWriter(tmp_path / "run.log") as writer:
-        for event in family():
-            writer.write(event)
-    (tmp_path / "run.mcap").write_text("I 01:00:00.000000 A: b\n")
-    assert open_run(tmp_path / "run.log").format == "mcap"
-    assert open_run(tmp_path / "run.mcap").format == "fawkes-log"
 
 
 def test_transitions_as_text_round_trip(tmp_path: Path) -> None:

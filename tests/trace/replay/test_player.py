@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,21 +15,12 @@ from cxbridge.clock import RealClock
 from cxbridge.errors import BlackBoardError, TraceError
 from cxbridge.events import EventBus
 from cxbridge.trace.replay.moves import ReplaySelection, replay_moves, survey_replay
+from cxbridge.trace.replay.pace import Pace
 from cxbridge.trace.replay.player import OWNER, ReplayPlayer
 from tests.trace.boards import TRANSPORTS, Site, until
 from tests.trace.replay.samples import BEGIN_US, UID, Ear, message, recorded, write
 
 OTHER = "SwitchInterface::t"
-
-
-class AtOnce:
-    """A pace that waits for nothing."""
-
-    def begin(self, at_us: int) -> None:
-        pass
-
-    def wait(self, at_us: int) -> bool:
-        return True
 
 
 @pytest.fixture(params=TRANSPORTS)
@@ -61,7 +53,7 @@ def play(
     """Play all of a run at once."""
     chosen = selection or ReplaySelection()
     with opened(site, run, chosen, restamp=restamp) as player:
-        assert player.play(replay_moves(run, chosen), AtOnce())
+        assert player.play(replay_moves(run, chosen), Pace(1e9, threading.Event(), lambda: None))
         return player
 
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import sys
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -11,10 +10,6 @@ from cxbridge.cli.console import ConsoleOptions, complain, say, say_json
 from cxbridge.cli.entry import handle_signals
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.daemon.services.options import RecordOptions
-from cxbridge.printing import unfiltered_stream
-
-if TYPE_CHECKING:
-    from cxbridge.daemon.services.record import RecordReport
 
 INCOMPLETE = 4
 """The exit status after a failed write."""
@@ -39,15 +34,10 @@ def record(
     """
     from cxbridge.daemon.services.record import find_duplicate_output
     from cxbridge.daemon.services.record import record as record_board
-    from cxbridge.daemon.services.service import do_nothing
 
     if (duplicate := find_duplicate_output(options.outputs)) is not None:
         raise typer.BadParameter(f"'{duplicate}' is named twice", param_hint="--output")
-    shows_progress = sys.stderr.isatty() and not console.quiet
-    on_progress = _show_progress if shows_progress else do_nothing
-    report = record_board(options, console=console.make_log(info=True), on_progress=on_progress)
-    if shows_progress:
-        unfiltered_stream(sys.stderr).write(_CLEAR_LINE)
+    report = record_board(options, console=console.make_log(info=True))
     if as_json:
         say_json(report.to_json(), indent=2)
     else:
@@ -56,12 +46,3 @@ def record(
     for error in report.errors:
         complain(error)
     return INCOMPLETE if report.errors else 0
-
-
-_CLEAR_LINE = "\r\x1b[K"
-
-
-def _show_progress(report: RecordReport) -> None:
-    """Show the progress on one line of the terminal; the next log line replaces it."""
-    unfiltered_stream(sys.stderr).write(f"{_CLEAR_LINE}{report.seconds:.0f} s  {report.counts_text}\r")
-    sys.stderr.flush()
