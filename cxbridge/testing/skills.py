@@ -18,7 +18,7 @@ from cxbridge.skiller.simulation.deciders import FOREVER, Decider, Effect, Outco
 from cxbridge.skiller.simulation.estimators import argument_text
 from cxbridge.skiller.skillstring import SkillStringCall
 from cxbridge.skiller.status import Status
-from cxbridge.suggestions import did_you_mean, or_similar
+from cxbridge.suggestions import or_similar
 
 _PATTERN_CHARACTER: Final = re.compile(r"[*?[]")  # a character with a meaning in shell patterns
 _MAX_EXAMPLES: Final = 3  # limit of different calls in a complaint
@@ -150,10 +150,6 @@ class SkillRule:
             is_typo = self._has_script or (skills and not _PATTERN_CHARACTER.search(self.name))
             return f"{self} matches no call: there is no skill '{self.name}'{hint}" if is_typo else ""
         skill_calls = [call for call in calls if fnmatchcase(call.name, self.name)]
-        parameters = {str(key) for call in skill_calls for key in call.args}
-        for unknown in self.args.keys() - parameters:
-            if hint := did_you_mean(unknown, parameters):
-                return f"{self} matches no call: no call of '{self.name}' has a parameter '{unknown}'; {hint}"
         call_texts = dict.fromkeys(map(str, skill_calls))
         examples = f", calls were {', '.join(list(call_texts)[:_MAX_EXAMPLES])}" if call_texts else ""
         return (

@@ -85,7 +85,6 @@ class WriteForwarder(Listener, Observer):
         self._poll_tasks: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()  # executed by `poll`
         self._lock = threading.Lock()  # guards the publishing of events and the copies of the instances
         self._followed: dict[InterfaceKey, _FollowedInterface] = {}
-        self._known_keys: set[InterfaceKey] = set()
         self._uids_from_bus: set[str] = set()
         self._schemas: dict[str, InterfaceSchema | None] = {}
         self._reported_keys: set[InterfaceKey] = set()
@@ -152,7 +151,7 @@ class WriteForwarder(Listener, Observer):
             for info in self._board.list(pattern.type_glob, pattern.id_glob):
                 self._open(info.type, info.id, is_later=is_later)
 
-    def _open_or_close(self, key: InterfaceKey, *, is_new: bool = False) -> None:
+    def _open_or_close(self, key: InterfaceKey) -> None:
         """Open a new interface, or close an interface that only this process has open.
 
         Without a connection, and shortly after its return, the check is postponed, because interfaces
@@ -168,8 +167,6 @@ class WriteForwarder(Listener, Observer):
                 self._close(key)
             if self._board.list(escape_glob(key[0]), escape_glob(key[1])):
                 self._open(*key, is_later=True)
-            elif is_new and key not in self._known_keys:
-                self._log.info(f"{'::'.join(key)} disappeared before it could be opened")
 
     def _close(self, key: InterfaceKey) -> None:
         instance = self._followed.pop(key).instance
@@ -197,7 +194,6 @@ class WriteForwarder(Listener, Observer):
                 self._log.warn(f"{interface_type}::{interface_id} cannot be recorded: {error}")
             return
         followed = self._followed[key] = _FollowedInterface(instance)
-        self._known_keys.add(key)
         with self._lock:
             instance.read()
             if is_later and instance.uid not in self._uids_from_bus:
@@ -235,7 +231,7 @@ class WriteForwarder(Listener, Observer):
 
     def interface_created(self, interface_type: str, interface_id: str) -> None:
         """Schedule the opening of a new interface."""
-        self._poll_tasks.put(partial(self._open_or_close, (interface_type, interface_id), is_new=True))
+        self._poll_tasks.put(partial(self._open_or_close, (interface_type, interface_id)))
 
     def _on_block_write(self, event: Event) -> None:
         """Publish a write from the blackboard's bus."""

@@ -71,14 +71,6 @@ def test_check_explains_every_mistake(tmp_path: Path) -> None:
     ]
 
 
-def test_check_goes_on_after_a_missing_file(tmp_path: Path) -> None:
-    file = tmp_path / "SampleInterface.xml"
-    file.write_bytes(definition(DATA))
-    text = run("check", tmp_path / "no.xml", file, status=2)
-    assert "no.xml: error: cannot read the interface definition" in text
-    assert f"{file}: correct" in text
-
-
 def test_warnings_do_not_change_the_status(tmp_path: Path) -> None:
     file = tmp_path / "SampleInterface.xml"
     file.write_bytes(definition(DATA, "<extra/>"))

@@ -12,7 +12,6 @@ from pathlib import Path
 import pytest
 
 from cxbridge.cli.main import invoke
-from tests.docs.pages import blocks
 from tests.docs.test_samples import PART, write
 from tests.forked import IGNORED, nursery
 from tests.support import FAWKES_DIR, ROOT, needs_fawkes, needs_plugin, share
@@ -98,13 +97,6 @@ def test_the_template_is_what_the_tutorial_says(here):
     for name in files_in(said):
         assert (made / name).read_text() == (said / name).read_text(), name
     assert len(files_in(said)) == 4
-
-
-def test_the_workflow_is_the_one_of_the_manual(here):
-    invoke(["new", "courier"])
-    made = (here / "courier" / ".github" / "workflows" / "agent.yml").read_text()
-    said = next(b for b in blocks((ROOT / "docs" / "testing.md").read_text()) if b.language == "yaml")
-    assert [line for line in made.splitlines() if "check courier" not in line] == list(said.lines)
 
 
 @needs_fawkes

@@ -63,12 +63,6 @@ def test_each_field_is_an_option():
     assert seen == [painting, 3, "broad"]
 
 
-def test_what_is_not_given_has_the_default_of_its_field():
-    done = CliRunner().invoke(app, ["--rooms", "1"])
-    assert done.exit_code == 0, done.output
-    assert seen == [Painting(names=()), 1, "broad"]
-
-
 def test_options_stand_in_the_order_of_the_groups():
     help_text = CliRunner().invoke(app, ["--help"]).output
     names = ["--colour", "--layer", "--coats", "--fast", "--name", "--rooms", "--brush"]

@@ -95,16 +95,6 @@ def test_ctrl_c_stops_the_skill_and_is_status_130(board, skiller):
     assert_stopped(board.open_for_reading(SkillerInterface, "Skiller", owner="after"))
 
 
-def test_no_wait_leaves_the_skill_alone(skiller, capsys):
-    assert run("exec", "long{}", "--no-wait") == 0
-    assert capsys.readouterr().out == "2\n"
-    for _ in range(WAIT_S * 100):
-        if skiller.read() and skiller.status == SkillerInterface.S_RUNNING:
-            break
-        threading.Event().wait(0.01)
-    assert skiller.skill_string == "long{}"
-
-
 def hold_control(reader):
     reader.msgq_enqueue(SkillerInterface.AcquireControlMessage())
     for _ in range(WAIT_S * 100):

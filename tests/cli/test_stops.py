@@ -10,14 +10,10 @@ import threading
 import time
 from contextlib import ExitStack, nullcontext
 from pathlib import Path
-from types import SimpleNamespace
-from typing import cast
 
 import pytest
 
-from cxbridge.clock import RealClock
 from cxbridge.interrupt import Interrupt
-from cxbridge.mainloop import MainLoop
 from tests.cli import stops
 from tests.daemon.test_daemon import WAIT_S, start
 from tests.fawkes import NO_SERVER
@@ -58,36 +54,6 @@ def test_stops_at_random_instants(name, boards, monkeypatch):
     monkeypatch.setattr(stops, "blackboards", lambda _folder: nullcontext(boards))
     report = stops.run(many(10, 1), [name], SEED)
     assert not report.faults, "\n".join(report.faults)
-
-
-TRACEBACK = b'Traceback (most recent call last):\n  File "<frozen runpy>", line 15\nKeyboardInterrupt\n'
-
-
-@pytest.mark.parametrize(
-    ("said", "status", "early"),
-    [
-        (b"", -signal.SIGINT, True),
-        (b"", stops.INTERRUPTED, True),
-        (b"", 1, False),
-        (TRACEBACK, -signal.SIGINT, True),
-        (TRACEBACK, 1, False),
-        (b"Could not import runpy module\n" + TRACEBACK, 1, True),
-        (b"Fatal Python error: init_import_site: Failed\n" + TRACEBACK, 1, True),
-        (b"Ready:\nCould not import runpy module\n" + TRACEBACK, 1, False),
-        (b"Ready:\n" + TRACEBACK, -signal.SIGINT, False),
-    ],
-)
-def test_what_comes_before_a_program_has_begun(said, status, early, tmp_path):
-    (tmp_path / "out").mkdir()
-    trial = SimpleNamespace(look=lambda: said, process=SimpleNamespace(returncode=status), here=tmp_path)
-    assert stops.Trial.is_early(cast("stops.Trial", trial), signal.SIGINT) is early
-
-
-def test_a_stop_ends_the_sleep_between_two_loops():
-    loop = MainLoop(RealClock(), period_us=3600 * 1_000_000)
-    threading.Timer(0.2, loop.stop).start()
-    loop.run(lambda: False)
-    assert loop.cycle_count == 1
 
 
 def test_a_signal_in_the_sleep_of_a_daemon_is_no_fault(tmp_path):

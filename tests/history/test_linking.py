@@ -9,7 +9,7 @@ import pytest
 from msgspec.structs import replace
 
 from cxbridge.clipstext.facts import parse_fact
-from cxbridge.events import Event, FactChange, PlanActionTransition, PlannerCall, SkillStatus
+from cxbridge.events import Event, FactChange, PlanActionTransition, SkillStatus
 from cxbridge.history.builder import RunHistory
 from cxbridge.history.linking import find_skill_links
 from cxbridge.resources import shipped_dir
@@ -79,31 +79,6 @@ def test_a_recording_without_facts_pairs_those_that_end_together(order):
 def test_with_facts_skiller_and_arguments_pair_those_that_end_at_the_same_time(order):
     run = a_run(order, (3.0, 3.0, 3.0), facts=True)
     assert linked(run) == expected()
-
-
-@pytest.mark.parametrize("order", list(permutations(range(3))))
-def test_the_arguments_alone_pair_them_where_the_slot_skiller_names_none(order):
-    run = a_run(order, (3.0, 3.0, 3.0), facts=True)
-    events = [
-        replace(event, text=event.text.replace('(skiller "robot', '(skiller "of-robot'))
-        if isinstance(event, FactChange)
-        else event
-        for event in run.events
-    ]
-    assert linked(ListRun(events)) == expected()
-
-
-@pytest.mark.parametrize("order", list(permutations(range(3))))
-def test_the_plans_of_a_planner_pair_them_without_facts(order):
-    run = a_run(order, (3.0, 3.0, 3.0), facts=False)
-    plans: list[Event] = [
-        PlannerCall(
-            us(0), ENV, f"g{n}-PLAN", f"g{n}", "p", "d", "", "found", 1, 1, "", f"0: (move {PLACES[n]})"
-        )
-        for n in range(3)
-    ]
-    planned = ListRun([*plans, *run.events])
-    assert linked(planned) == expected()
 
 
 def test_each_action_of_two_robots_has_the_skill_of_its_own_robot(tmp_path: Path):

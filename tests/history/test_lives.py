@@ -6,8 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from cxbridge.cli.story import RunStory
-from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError
 from cxbridge.resources import shipped_dir
 from cxbridge.run.options import RunOptions
@@ -111,36 +109,3 @@ def test_the_result_of_a_run_lists_the_goals_of_the_recording(name: str, tmp_pat
     result = run_scenario(RunOptions(scenario=scenario, trace=trace, timeout=60.0))
     goals = [(goal.id, goal.parent, goal.mode, goal.outcome, goal.error) for goal in open_run(trace).goals]
     assert [(goal.goal, goal.parent, goal.mode, goal.outcome, goal.error) for goal in result.goals] == goals
-
-
-def test_a_goal_that_gets_its_id_later_is_one_goal(tmp_path: Path):
-    (tmp_path / "scenario.yaml").write_text(SCENARIO)
-    (tmp_path / "twice.clp").write_text(
-        "(defrule begin (executive-initialized) => (assert (goal (class LOOK))))\n"
-        "(defrule end ?g <- (goal (id ~nil) (mode FORMULATED))"
-        " => (modify ?g (mode RETRACTED) (outcome COMPLETED)))"
-    )
-    trace = tmp_path / "run.mcap"
-    run_scenario(RunOptions(scenario=tmp_path, trace=trace, timeout=20.0))
-    assert [goal.goal_class for goal in open_run(trace).goals] == ["LOOK"]
-
-
-def test_the_result_of_a_run_lists_both(recorded: Path):
-    result = run_scenario(RunOptions(scenario=recorded.parent, timeout=20.0))
-    assert [(line.split(":")[0].split(" (")[0], line.rpartition(" ")[2]) for line in result.goal_lines()] == [
-        ("HOUSE", "FAILED"),
-        ("└─ ROOM", "FAILED"),
-        ("HOUSE#2", "COMPLETED"),
-        ("└─ ROOM#2", "COMPLETED"),
-    ]
-
-
-def test_a_run_says_the_seconds_that_its_recording_has(
-    recorded: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-):
-    trace = tmp_path / "run.mcap"
-    options = RunOptions(scenario=recorded.parent, trace=trace, clock="scaled:20", timeout=20.0)
-    run_scenario(options, attach=RunStory().attach)
-    ends = [goal.end_change for goal in open_run(trace).goals]
-    said = {line.split(" s ")[0].strip() for line in capsys.readouterr().out.splitlines()}
-    assert said == {f"{end.time / MICROSECONDS:.1f}" for end in ends if end}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from cxbridge.history.transitions import MAX_RETIRED, TransitionTracker, unquote
+from cxbridge.history.transitions import MAX_RETIRED, TransitionTracker
 
 GOAL = {
     "id": "gen1",
@@ -90,13 +90,6 @@ def test_goals_that_come_and_go_for_ever_leave_nothing_behind() -> None:
     assert tracker.track_assertion(0, "goal", stays) is None
 
 
-def test_a_retraction_of_somebody_elses_fact_means_nothing() -> None:
-    tracker = TransitionTracker("executive")
-    for template, slots in (("goal", {}), ("plan-action", {"id": "a"}), ("time", {}), ("goal", GOAL)):
-        tracker.record_retraction(template, slots)
-    assert len(tracker) == 0
-
-
 @pytest.mark.parametrize(
     ("template", "slots"),
     [
@@ -117,10 +110,3 @@ def test_a_fact_without_a_slot_leaves_no_trace() -> None:
         is None
     )
     assert tracker.track_assertion(0, "goal", GOAL) is not None
-
-
-@pytest.mark.parametrize(
-    ("text", "expected"), [('"a"', "a"), ('""', ""), ('"', '"'), ("a", "a"), ('"a="b""', 'a="b"')]
-)
-def test_unquote(text: str, expected: str) -> None:
-    assert unquote(text) == expected

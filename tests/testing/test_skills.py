@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from cxbridge.clock import VirtualClock
-from cxbridge.skiller.simulation.deciders import FOREVER, Outcome
+from cxbridge.skiller.simulation.deciders import Outcome
 from cxbridge.skiller.skillstring import SkillStringCall
 from cxbridge.skiller.status import Status
 from cxbridge.testing.skills import SkillScript
@@ -71,29 +71,12 @@ def test_otherwise_is_for_those_of_which_nothing_is_said(skills):
     assert outcome(skills, "place").error == "not expected"
 
 
-def test_naming_the_same_calls_twice_goes_on_with_what_was_said(skills):
-    skills("pick", thing="cup").fails(times=1)
-    assert skills("pick", thing="cup") is skills("pick", thing="cup")
-    skills("pick", thing="cup").hangs()
-    assert outcome(skills, "pick", thing="cup").status is Status.S_FAILED
-    assert outcome(skills, "pick", thing="cup") == Outcome(FOREVER)
-
-
 def test_a_function_sees_the_call(skills, clock):
     skills("wait").does(lambda call: Outcome(call.args["seconds"]))
     clock.sleep_until(clock.now_us() + 2_500_000)
     assert outcome(skills, "wait", "robot1", seconds=4) == Outcome(4)
     (call,) = skills.calls
     assert (call.seconds, call.name, call.args, call.skiller) == (2.5, "wait", {"seconds": 4}, "robot1")
-
-
-def test_calls_are_known_to_what_is_named_before_and_after_them(skills):
-    before = skills("pick")
-    outcome(skills, "pick", thing="cup")
-    outcome(skills, "place")
-    assert [call.name for call in before.calls] == ["pick"]
-    assert [call.name for call in skills("pick", thing="cup").calls] == ["pick"]
-    assert [call.name for call in skills("*").calls] == ["pick", "place"]
 
 
 def test_a_complaint_names_the_arguments_of_the_calls(skills):
@@ -103,14 +86,6 @@ def test_a_complaint_names_the_arguments_of_the_calls(skills):
     outcome(skills, "pick", thing="cup")
     (complaint,) = skills.list_complaints()
     assert " matches no call, calls were goto(place='hall'), goto('lab', speed=2); say " in complaint
-
-
-def test_a_complaint_names_a_parameter_that_is_misspelt(skills):
-    skills("goto", plac="hall")
-    skills("goto", speed=2)  # no call has this parameter, which may be optional
-    outcome(skills, "goto", place="hall")
-    (complaint,) = skills.list_complaints()
-    assert complaint.endswith("no call of 'goto' has a parameter 'plac'; did you mean place?")
 
 
 def test_the_outcome_has_the_effect(skills):

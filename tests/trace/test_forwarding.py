@@ -109,14 +109,6 @@ def test_only_what_matches_is_told(site):
     assert sorted(made.forwarder.counts) == ["SwitchInterface::ac", "SwitchInterface::b"]
 
 
-def test_an_interface_that_two_patterns_select_is_told_once(site):
-    writer = site.board.open_for_writing(SwitchInterface, "s")
-    with forwarded(site, "SwitchInterface", "*::s") as made:
-        write(writer, 1)
-        until(made.levels)
-    assert made.levels() == [1]
-
-
 def test_an_interface_that_comes_later_is_told_with_what_it_holds_by_then(site):
     with forwarded(site, "SwitchInterface") as made:
         writer = site.board.open_for_writing(SwitchInterface, "s")

@@ -172,8 +172,6 @@ def set_fields(
             writer.mark_data_changed()
         writer.mark_data_refreshed()  # a write of equal values has a new time stamp
         writer.write()
-        if not writer.num_readers and hold is None:
-            say("the interface has no reader, so it ends with this command; --hold keeps it", err=True)
         if hold is not None:
             feed.wait_for_change(Deadline(hold))
 

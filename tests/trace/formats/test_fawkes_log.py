@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import TraceError
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, FactChange, GoalTransition, Level, LogLine, RuleFired
@@ -88,23 +87,10 @@ def test_what_is_written_is_read(tmp_path_factory: pytest.TempPathFactory, event
     assert [event for event in open_run(path) if not isinstance(event, TRANSITION_TYPES)] == events
 
 
-def test_an_entry_of_several_lines(tmp_path: Path) -> None:
-    events, notes = read(
-        tmp_path / "log", f"{ENTRY}D 01:37:20.000000 A: (deftemplate\n  (slot a)\n)\n{ENTRY}"
-    )
-    assert [event.text for event in events if isinstance(event, LogLine)][1] == "(deftemplate\n  (slot a)\n)"
-    assert not notes
-
-
 def test_times_go_on_over_midnight_and_back_when_the_clock_is_set(tmp_path: Path) -> None:
     clocks = ("23:59:59.000000", "00:00:01.000000", "00:00:00.500000", "00:00:02.000000")
     events, _ = read(tmp_path / "log", "".join(f"I {clock} A: b\n" for clock in clocks))
     assert [event.time_us - events[0].time_us for event in events] == [0, 2_000_000, 1_500_000, 3_000_000]
-
-
-def test_bytes_that_are_no_utf_8(tmp_path: Path) -> None:
-    events, _ = read(tmp_path / "log", b"I 01:00:00.000000 A: caf\xe9\n")
-    assert events == [LogLine(3600 * MICROSECONDS, Level.INFO, "A", "caf\\xe9")]
 
 
 def test_text_before_the_first_entry_and_broken_stamps_are_told(tmp_path: Path) -> None:
@@ -174,8 +160,3 @@ def test_old_entries_are_flushed_while_writing(tmp_path: Path, monkeypatch: pyte
 def test_text_that_is_no_unicode_is_written(tmp_path: Path, text: str, expected: bytes) -> None:
     path = write(tmp_path / "log", [LogLine(0, Level.INFO, "A", text)])
     assert path.read_bytes() == b"I 00:00:00.000000 A: " + expected + b"\n"
-
-
-def test_a_file_that_cannot_be_made(tmp_path: Path) -> None:
-    with pytest.raises(TraceError, match="cannot be written"):
-        FawkesLogWriter(tmp_path / "missing" / "log")

@@ -38,11 +38,6 @@ def test_it_is_empty_afterwards_and_a_link_is_followed(tmp_path):
     assert path.read_bytes() == b"new"
 
 
-def test_what_is_no_file_is_opened_as_usual():
-    with open_exclusively(Path("/dev/null")) as file, open_exclusively(Path("/dev/null")) as other:
-        assert file.write(b"x") == other.write(b"x") == 1
-
-
 def test_what_is_there_is_kept_under_the_time_of_its_last_change(tmp_path):
     path, stamp = tmp_path / "run.mcap", 1_700_000_000
     names = []

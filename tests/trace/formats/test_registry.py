@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import os
 import socket
-import subprocess
-import sys
 from pathlib import Path
 from random import Random
 
@@ -75,11 +73,6 @@ def test_no_content_raises_anything_else(
         assert error.file is not None or "not found" in error.message  # noqa: PT017 - most inputs raise
 
 
-def test_what_is_not_there(tmp_path: Path) -> None:
-    with pytest.raises(TraceError, match="cannot be read: No such file"):
-        open_run(tmp_path / "missing")
-
-
 def test_a_folder_without_recordings(tmp_path: Path) -> None:
     (tmp_path / "a.log").write_text("no bblogger file")
     with pytest.raises(TraceError, match="not a recorded run"):
@@ -131,19 +124,3 @@ def test_what_may_not_be_read(tmp_path: Path) -> None:
         with unprivileged(), pytest.raises(TraceError, match="cannot be read: Permission denied"):
             open_run(folder)
     folder.chmod(0o755)
-
-
-def test_a_reader_is_imported_when_a_file_needs_it(tmp_path: Path) -> None:
-    lines = [format_transition(each) for each in family() if isinstance(each, TRANSITION_TYPES)]
-    (tmp_path / "run.txt").write_text("\n".join([*lines, ""]))
-    program = (
-        "import sys; from cxbridge.trace.formats.registry import open_run; "
-        f"open_run({str(tmp_path / 'run.txt')!r}); print(*sys.modules)"
-    )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    readers = {
-        "cxbridge.trace.formats.mcap.reader",
-        "cxbridge_fawkes.bblogger.reader",
-        "cxbridge_fawkes.csv.writer",
-    }
-    assert readers & set(done.stdout.split()) == set()
