@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import TraceError
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, FactChange, GoalTransition, Level, LogLine, RuleFired
@@ -91,6 +92,11 @@ def test_times_go_on_over_midnight_and_back_when_the_clock_is_set(tmp_path: Path
     clocks = ("23:59:59.000000", "00:00:01.000000", "00:00:00.500000", "00:00:02.000000")
     events, _ = read(tmp_path / "log", "".join(f"I {clock} A: b\n" for clock in clocks))
     assert [event.time_us - events[0].time_us for event in events] == [0, 2_000_000, 1_500_000, 3_000_000]
+
+
+def test_bytes_that_are_no_utf_8(tmp_path: Path) -> None:
+    events, _ = read(tmp_path / "log", b"I 01:00:00.000000 A: caf\xe9\n")
+    assert events == [LogLine(3600 * MICROSECONDS, Level.INFO, "A", "caf\\xe9")]
 
 
 def test_text_before_the_first_entry_and_broken_stamps_are_told(tmp_path: Path) -> None:

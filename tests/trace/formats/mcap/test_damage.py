@@ -17,6 +17,7 @@ from cxbridge.events import Event, Level, LogLine, SourceRead
 from cxbridge.trace.formats.mcap import records as mcap
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
+from cxbridge.trace.listing import event_filter, text_lines
 from cxbridge.trace.summary import summarise
 from tests.support import many
 from tests.trace.runs import goal
@@ -156,6 +157,18 @@ def test_a_message_of_an_earlier_version_gives_one_error(tmp_path: Path) -> None
     with pytest.raises(TraceError, match=r"a message that is not an event: .*text") as caught:
         list(open_run(path))
     assert "another version" in str(caught.value)
+
+
+def test_a_clock_that_goes_backwards_stays_as_it_is(tmp_path: Path) -> None:
+    events = [goal("gen1", "FORMULATED", time_us=time_us) for time_us in (5_000_000, 1_000_000, 3_000_000)]
+    with McapWriter(tmp_path / "run") as writer:
+        for event in events:
+            writer.write(event)
+    run = open_run(tmp_path / "run")
+    assert list(run) == events
+    assert summarise(run).seconds == 4
+    seconds = [line.split()[0] for line in text_lines(run, event_filter([], ""))]
+    assert seconds == ["0.000000", "-4.000000", "-2.000000"]
 
 
 @pytest.mark.parametrize("packing", ["zstd", "lz4"])
