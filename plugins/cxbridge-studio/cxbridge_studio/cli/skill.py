@@ -106,7 +106,7 @@ def graph(
 
     Exit status: 0 done; 2 bad usage, no such skill, or no server.
 
-    Example: cxbridge skill graph goto --skill-dir skills | dot -Tsvg > goto.svg
+    Example: cxbridge skill graph goto --skill-dir skills
     """
     from cxbridge_studio.terminal.graphs import fetch_graph, make_graph
 
