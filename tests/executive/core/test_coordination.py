@@ -328,3 +328,17 @@ def test_actions_flush_and_expire(bench: CoordinationBench, name: str, fails: bo
 def test_actions_wait_until_they_are_executable(bench: CoordinationBench, name: str) -> None:
     _action(bench, name, executable=False)
     assert _state(bench) == ("PENDING", "")
+
+
+def test_lock_by_fact(bench: CoordinationBench) -> None:
+    bench.env.assert_string("(mutex (name m) (request LOCK))")
+    bench.settle()
+    assert bench.mutex()["response"] == "ACQUIRED"
+
+
+def test_action_lock_that_is_refused(bench: CoordinationBench) -> None:
+    bench.memory.fail_mutex_operations = True
+    _action(bench, "lock")
+    bench.settle()
+    assert _state(bench) == ("EXECUTION-FAILED", "Lock held by 'unknown'")
+    assert bench.mutex()["request"] == "NONE"

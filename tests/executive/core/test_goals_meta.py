@@ -78,3 +78,12 @@ def test_meta_mistakes_are_told(meta: Bench, goal: str, text: str) -> None:
     meta.env.eval(f"(assert (goal (id G) {goal}))")
     meta.tick()
     assert meta.texts("E") == [text]
+
+
+def test_a_meta_fact_that_is_gone_is_forgotten(meta: Bench) -> None:
+    meta.env.eval("(assert (goal (id G) (mode SELECTED) (meta-fact (fact-index (assert (tries))))))")
+    meta.tick()
+    assert meta.env.retract(index_of(meta, "tries"))
+    meta.tick()
+    assert (meta.goal("G")["meta-fact"], meta.goal("G")["meta-template"]) == (0, "nil")
+    assert not meta.all("goal-meta-link")

@@ -286,3 +286,13 @@ def test_documents_become_facts(
 ) -> None:
     notes.env.call("rm-assert-from-bson", notes.memory.handle(document))
     assert notes.one(template) == slots
+
+
+@pytest.mark.parametrize("event", [{"fullDocument": {"plan": 0}}, {"operationType": "delete"}])
+def test_the_word_that_there_is_no_plan_is_forgotten(bench: PlanningBench, event: Document) -> None:
+    bench.finish()
+    bench.memory.trigger("new-plan", event)
+    bench.env.run()
+    assert bench.all("robmem-trigger") == []
+    assert bench.memory.living() == 0
+    assert bench.texts("W") == []
