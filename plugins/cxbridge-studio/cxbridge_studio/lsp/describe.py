@@ -17,7 +17,6 @@ from cxbridge_studio.lsp.session import Session, find_comment_above
 _MAX_LINES: Final = 40  # limit of the lines of code in a hover text: more would not fit on a screen
 _LANGUAGES: Final = {".clp": "clips", ".pddl": "pddl", ".xml": "xml", ".lua": "lua", ".yaml": "yaml"}
 _COMMENT_ELEMENT: Final = re.compile(r"<comment>([^<]*)</comment>")
-_BRACE: Final = re.compile(r"[{}]")
 _FIELD_ELEMENT: Final = re.compile(r"<(?:field|message)\b[^>]*>([^<]*)")
 
 

@@ -331,6 +331,8 @@ def test_functions_that_are_declared_before_they_call_each_other(tmp_path):
     declared = "(deffunction odd (?n))(deffunction even (?n) (odd ?n))"
     used = "(deffunction odd (?n) (even ?n))(defrule r => (printout t (even 2)))"
     assert found(agent(tmp_path, declared + used)) == []
+    again = "(deffunction odd (?n) 1)"
+    assert [code for code, *_ in found(agent(tmp_path, declared + used + again))] == ["CX208"]
     twice = "(deffunction odd (?n) ?n)(deffunction even (?n) (odd ?n))"
     assert [code for code, *_ in found(agent(tmp_path, twice + used))] == ["CX208"]
 

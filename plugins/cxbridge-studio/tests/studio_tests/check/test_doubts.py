@@ -50,6 +50,12 @@ def test_a_predicate_that_nothing_makes_and_the_actions_that_wait_for_it() -> No
     ]
 
 
+def test_a_predicate_that_actions_only_delete_is_never_true() -> None:
+    text = DOMAIN.replace(":effect (open ?b)", ":effect (not (open ?b))")
+    assert text != DOMAIN
+    assert found(text, "ripe")[0][0] is doubts.FALSE_PREDICATE
+
+
 def test_goals_that_no_action_achieves() -> None:
     goal = parse_formula("(and (ripe old) (picked old) (or (ripe old)) (not (ripe old)) (unknown))")
     domain = parse_domain(DOMAIN)

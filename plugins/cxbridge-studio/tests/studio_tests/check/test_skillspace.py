@@ -35,6 +35,7 @@ KNOWN = {
         for _, x in ipairs({"a"}) do skillenv.use_skill("skills." .. x) end""",
 }
 COMPUTED = {
+    "one of two": 'local x = "skills.b"\nskillenv.use_skill("skills.a")\nskillenv.use_skill(x)\n',
     "a name": 'local x = "skills.a"\nskillenv.use_skill(x)\n',
     "a condition": 'skillenv.use_skill("skills." .. (config and "a" or "b"))\n',
     "another name": 'local use = skillenv.use_skill\nuse("skills.a")\n',

@@ -23,6 +23,7 @@ GOAL = {"goal": {"id", "class", "mode", "params"}}
         ("(deftemplate t (slot a (type SYMBOL) (slot b))", "(slot a"),
         ("(defrule r\n  (goal (id 1)\n  (goal (mode A)\n  =>\n  (halt))", "(goal (id|(goal (mode"),
         ("(defrule r\n  (goal (id 1))\n  =>\n  (halt)", "(defrule"),
+        ("(deffunction f (?f)\n  (modify ?f (length$ (id 1))) (halt)", "(deffunction"),
     ],
 )
 def test_a_list(text: str, named: str) -> None:

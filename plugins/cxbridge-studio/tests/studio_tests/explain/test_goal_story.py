@@ -79,6 +79,7 @@ RULES = {
 (defrule move-select ?g <- (goal (class MOVE) (mode FORMULATED)) => (modify ?g (mode SELECTED)))
 (defrule talk-expand ?g <- (goal (class TALK) (mode SELECTED)) => (modify ?g (mode EXPANDED)))
 (defrule talk-looks (goal (class TALK) (mode FORMULATED)) => (assert (note (mode 1))))
+(defrule any-mode ?g <- (goal (class TALK)) (goal (mode FORMULATED)) => (modify ?g (mode SELECTED)))
 (defrule talk-prints ?g <- (goal (class TALK) (mode FORMULATED)) => (printout t ?g))
 (defrule typed ?g <- (goal (sub-type RUN-ALL) (mode FORMULATED)) => (modify ?g (mode SELECTED)))
 """
@@ -128,6 +129,14 @@ def test_the_plan_and_the_planner_call_of_the_first_try_are_no_causes_later():
     assert "action 3" not in text.partition("\n\n")[0]
     events = [*AGAIN, goal(3, "a1", "FINISHED", "FAILED")]
     assert told(events, "a1").startswith("a1 (A) FAILED at 3.000 s: the rule that decided this is unknown")
+
+
+def test_a_sub_goal_of_the_first_try_is_no_cause_later():
+    below = [*started(0, "b1", "a1"), goal(0.5, "b1", "FINISHED", "FAILED", parent="a1")]
+    first = [*started(0, "a1"), *below, goal(1, "a1", "FINISHED", "FAILED")]
+    events = [*first, *started(2, "a1"), goal(3, "a1", "FINISHED", "FAILED")]
+    assert "b1 (B) FAILED" in told(first, "a1")
+    assert "b1" not in told(events, "a1").split("\n\n")[2]
 
 
 def test_a_skill_of_somebody_else_is_not_taken_for_an_action_s():

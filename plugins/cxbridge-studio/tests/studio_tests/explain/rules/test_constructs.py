@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from hypothesis import given, settings
 
+from cxbridge.executive.host.loading import Diagnostic
 from cxbridge_studio.explain.rules.constructs import Constructs, TextFile
 from cxbridge_studio.explain.rules.diagnose import diagnose
 from cxbridge_studio.explain.rules.matcher import Matcher
@@ -43,3 +44,11 @@ def test_of_two_constructs_the_later_counts_and_globals_are_found():
         assert matcher.evaluate("?*b*") == 2
     assert made.read_rulebook().positions == {"r": ("2.clp", 2)}
     assert snapshot.templates["y"].slots == (("z", False), ("w", True))
+
+
+def test_a_refused_rule_is_no_rule():
+    text = "(defrule r (a) =>)"
+    diagnostic = Diagnostic("a.clp", 1, "defrule r", "EXPRNPSR3", "Missing function")
+    rulebook = Constructs([TextFile("a.clp", text)], [diagnostic]).read_rulebook()
+    assert not rulebook.rules
+    assert rulebook.refused_texts == {"r": text}
