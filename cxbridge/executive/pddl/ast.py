@@ -392,16 +392,8 @@ class NumericChange(FormulaNode, frozen=True):
 Formula = Atom | And | Or | Not | Imply | TermComparison | Timed | Quantified | When | NumericChange
 
 
-class Predicate(PddlNode, frozen=True):
-    """The declaration of a predicate."""
-
-    name: str
-    parameters: TypedList
-    position: Position = Position()
-
-
-class Function(PddlNode, frozen=True):
-    """The declaration of a numeric function."""
+class Declaration(PddlNode, frozen=True):
+    """The declaration of a predicate or of a numeric function."""
 
     name: str
     parameters: TypedList
@@ -415,8 +407,6 @@ class ActionSchema(PddlNode, frozen=True):
     :param duration: the constraint on ``?duration``, e.g. ``(= ?duration 5)``.
     :param condition: the precondition; None if the action has none.
     :param effect: the effect; None if the action has none.
-    :param conditional_breakup: the value of ``:conditional-breakup``, which only Fawkes has.
-    :param temporal_breakup: the value of ``:temporal-breakup``, which only Fawkes has.
     """
 
     name: str
@@ -425,8 +415,6 @@ class ActionSchema(PddlNode, frozen=True):
     effect: Formula | None = None
     durative: bool = False
     duration: Formula | None = None
-    conditional_breakup: Formula | None = None
-    temporal_breakup: Formula | None = None
     position: Position = Position()
 
 
@@ -442,8 +430,8 @@ class Domain(PddlNode, frozen=True):
     requirements: tuple[str, ...] = ()
     types: TypedList = ()
     constants: TypedList = ()
-    predicates: tuple[Predicate, ...] = ()
-    functions: tuple[Function, ...] = ()
+    predicates: tuple[Declaration, ...] = ()
+    functions: tuple[Declaration, ...] = ()
     actions: tuple[ActionSchema, ...] = ()
     file: str = ""
     text: str = ""
@@ -456,7 +444,7 @@ class Domain(PddlNode, frozen=True):
     @property
     def typed_lists(self) -> list[TypedList]:
         """The types, the constants and all parameters, in textual order."""
-        declared: tuple[Predicate | Function | ActionSchema, ...]
+        declared: tuple[Declaration | ActionSchema, ...]
         declared = (*self.predicates, *self.functions, *self.actions)
         return [self.types, self.constants, *(declaration.parameters for declaration in declared)]
 
@@ -475,7 +463,6 @@ class Problem(PddlNode, frozen=True):
 
     :param objects: the objects in addition to the domain's constants.
     :param init: the true atoms of the initial state, with constants as arguments.
-    :param init_false: the atoms explicitly declared false.
     :param numbers: the initial values of numeric functions.
     :param goal: the condition that a plan must achieve.
     :param metric: ``minimize`` or ``maximize``, and the term; None without a metric.
@@ -487,7 +474,6 @@ class Problem(PddlNode, frozen=True):
     domain: str
     objects: TypedList = ()
     init: tuple[Atom, ...] = ()
-    init_false: tuple[Atom, ...] = ()
     numbers: tuple[tuple[FunctionTerm, float], ...] = ()
     goal: Formula = field(default_factory=lambda: And(()))
     metric: tuple[str, Term] | None = None

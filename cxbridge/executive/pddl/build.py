@@ -10,22 +10,22 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from cxbridge.executive.pddl.ast import (
+    ARITHMETIC,
     TOTAL_TIME,
     ActionSchema,
     And,
     Atom,
     Constant,
+    Declaration,
     Domain,
-    Formula,
-    Function,
     FunctionTerm,
     Imply,
     Not,
     NumericChange,
     Or,
-    Predicate,
     Problem,
     Quantified,
+    Term,
     TermComparison,
     Timed,
     TypedList,
@@ -35,7 +35,7 @@ from cxbridge.executive.pddl.ast import (
     number_of,
 )
 from cxbridge.executive.pddl.errors import PddlSyntaxError, syntax_error
-from cxbridge.executive.pddl.printer import format_formula, format_term
+from cxbridge.executive.pddl.printer import format_term
 from cxbridge.executive.pddl.tokens import SourceText, Token
 from cxbridge.executive.pddl.unsupported import (
     OBJECT_FLUENTS,
@@ -77,33 +77,28 @@ class SyntaxBuilder:
     def __init__(self, text: SourceText) -> None:
         self._position = text.position
         self._file = text.file
-        self.words_as_numbers: set[str] = set()
-        """Words used as numbers: objects, or functions written without brackets."""
 
     def _error(self, message: str, start: int, hint: str | None = None) -> PddlSyntaxError:
         return syntax_error(message, self._position(start), self._file, hint)
 
-    def _section_values(self, sections: list[Section], owner: str = "") -> dict[str, Any]:
-        """Return the values of sections by field.
+    def _section_values(self, children: Children, owner: str) -> dict[str, Any]:
+        """Return the values of sections by field, without skipped sections (None) and actions.
 
-        :param owner: the action of the sections, for errors; empty for a domain or problem.
+        :param owner: the owner of the sections, for errors.
         :raises PddlSyntaxError: if a section occurs twice.
         """
         fields: dict[str, Any] = {}
-        for section in sections:
-            if section.field in fields and owner:
-                message = f"{owner} has {section.keyword} twice"
-                raise self._error(message, section.start, "combine them with (and ...)")
+        for section in (child for child in children if isinstance(child, Section)):
             if section.field in fields:
-                message = f"there is a second section {section.keyword}"
-                raise self._error(message, section.start, "join them")
+                message = f"{owner} has {section.keyword} twice"
+                raise self._error(message, section.start, "combine the two")
             fields[section.field] = section.value
         return fields
 
     def domain(self, children: Children, _start: int) -> Domain:
         name, *sections = children
         actions = tuple(section for section in sections if isinstance(section, ActionSchema))
-        fields = self._section_values([section for section in sections if isinstance(section, Section)])
+        fields = self._section_values(sections, "the domain")
         return Domain(name.text, **fields, actions=actions, file=self._file)
 
     def requirements(self, children: Children, start: int) -> Section:
@@ -121,23 +116,19 @@ class SyntaxBuilder:
 
     def functions(self, children: Children, start: int) -> Section:
         """Return the functions of a domain. ``number`` is their only permitted type."""
-        functions = []
         for child in children:
-            if isinstance(child, Predicate):
-                functions.append(Function(child.name, child.parameters, child.position))
-            elif isinstance(child, Token):  # a function written without brackets
-                functions.append(Function(child.text, (), self._position(child.start)))
-            elif tuple(map(str.lower, child.names)) != ("number",):
+            if isinstance(child, _TypeNames) and tuple(map(str.lower, child.names)) != ("number",):
                 raise self._error(
                     "the value of a function can only be a number: object fluents are not supported",
                     child.start,
                     "write - number",
                 )
-        return Section("functions", ":functions", tuple(functions), start)
+        functions = tuple(child for child in children if isinstance(child, Declaration))
+        return Section("functions", ":functions", functions, start)
 
-    def declaration(self, children: Children, start: int) -> Predicate:
+    def declaration(self, children: Children, start: int) -> Declaration:
         name, *typed = children
-        return Predicate(name.text, self._typed_list(typed), self._position(start))
+        return Declaration(name.text, self._typed_list(typed), self._position(start))
 
     def _typed_list(self, children: Children) -> TypedList:
         """Return the groups of a typed list, without groups that have no names."""
@@ -164,7 +155,7 @@ class SyntaxBuilder:
 
     def problem(self, children: Children, start: int) -> Problem:
         name, *sections = children
-        fields = self._section_values([section for section in sections if isinstance(section, Section)])
+        fields = self._section_values(sections, "the problem")
         for field in ("domain", "goal"):
             if field not in fields:
                 raise self._error(f"there is no (:{field} ...)", start)
@@ -178,40 +169,21 @@ class SyntaxBuilder:
         return Section("objects", ":objects", self._typed_list(children), start)
 
     def init(self, children: Children, start: int) -> Section:
-        """Return the section of the initial state: facts, explicitly false facts and numbers."""
-        # dictionaries in place of sets, to keep the order of the text
-        true_atoms: dict[Atom, None] = {}
-        false_atoms: dict[Atom, None] = {}
-        numbers: list[tuple[FunctionTerm, float]] = []
-        for fact in children:
-            if isinstance(fact, TermComparison):
-                numbers.append(self._initial_number(fact))
-                continue
-            atom, is_true = fact, True
-            while isinstance(atom, Not):
-                atom, is_true = atom.part, not is_true
-            if not isinstance(atom, Atom):
-                raise self._fact_expected_error(fact)
+        """Return the section of the initial state: facts and numbers."""
+        atoms = [fact for fact in children if isinstance(fact, Atom)]
+        for atom in atoms:
             self._check_objects(atom)
-            (true_atoms if is_true else false_atoms)[atom] = None
-        for atom in false_atoms:
-            if atom in true_atoms:
-                message = f"{format_formula(atom)} is both true and false at the start"
-                raise syntax_error(message, atom.position, self._file, "remove one of the two")
-        fields = {"init": tuple(true_atoms), "init_false": tuple(false_atoms), "numbers": tuple(numbers)}
+        numbers = [self._initial_number(fact) for fact in children if isinstance(fact, TermComparison)]
+        # a dictionary in place of a set, to keep the order of the text
+        fields = {"init": tuple(dict.fromkeys(atoms)), "numbers": tuple(numbers)}
         return Section("init", ":init", fields, start)
-
-    def _fact_expected_error(self, fact: Formula) -> PddlSyntaxError:
-        hint = "such as (at r1 home) or (= (distance a b) 3)"
-        return syntax_error("a fact is expected", fact.position, self._file, hint)
 
     def _initial_number(self, fact: TermComparison) -> tuple[FunctionTerm, float]:
         """Return a function with its initial value."""
         call, value = fact.left, fact.right
-        if isinstance(call, Constant) and number_of(call.name) is None:
-            call = FunctionTerm(call.name, (), call.position)
         if not isinstance(call, FunctionTerm) or not isinstance(value, Constant):
-            raise self._fact_expected_error(fact)
+            hint = "such as (at r1 home) or (= (distance a b) 3)"
+            raise syntax_error("a fact is expected", fact.position, self._file, hint)
         number = number_of(value.name)
         if number is None:
             message = f"'{value.name}' is not a number"
@@ -239,11 +211,10 @@ class SyntaxBuilder:
 
     def metric(self, children: Children, start: int) -> Section:
         direction, term = children
-        self._record_words_as_numbers([term])
-        return Section("metric", ":metric", (direction.text.lower(), term), start)
+        return Section("metric", ":metric", (direction.text.lower(), self._number(term)), start)
 
-    def length(self, _children: Children, _start: int) -> None:
-        """Skip the expected length of plans, which cxbridge's planners do not use."""
+    def skipped(self, _children: Children, _start: int) -> None:
+        """Skip the expected length of plans and Fawkes' breakups, which cxbridge's planners do not use."""
 
     def action(self, children: Children, start: int, *, durative: bool = False) -> ActionSchema:
         name, *sections = children
@@ -267,12 +238,6 @@ class SyntaxBuilder:
 
     def effects(self, children: Children, start: int) -> Section:
         return Section("effect", ":effect", children[0], start)
-
-    def conditional_breakup(self, children: Children, start: int) -> Section:
-        return Section("conditional_breakup", ":conditional-breakup", children[0], start)
-
-    def temporal_breakup(self, children: Children, start: int) -> Section:
-        return Section("temporal_breakup", ":temporal-breakup", children[0], start)
 
     def atom(self, children: Children, start: int) -> Atom:
         return Atom(children[0].text, tuple(children[1:]), self._position(start))
@@ -301,8 +266,13 @@ class SyntaxBuilder:
         return Quantified(quantifier, self._typed_list(variables), part, self._position(start))
 
     def comparison(self, children: Children, start: int) -> TermComparison:
-        self._record_words_as_numbers(children[1:])
         sign, left, right = children
+        if sign.text != "=":
+            left, right = self._number(left), self._number(right)
+        elif isinstance(right, FunctionTerm) or (
+            isinstance(right, Constant) and number_of(right.name) is not None
+        ):
+            left = self._number(left)  # two words are objects
         return TermComparison(sign.text, left, right, self._position(start))
 
     def timed(self, children: Children, start: int) -> Timed:
@@ -313,13 +283,15 @@ class SyntaxBuilder:
         return When(children[0], children[1], self._position(start))
 
     def change(self, children: Children, start: int) -> NumericChange:
-        self._record_words_as_numbers(children[1:])
         sign, target, amount = children
+        target, amount = self._number(target), self._number(amount)
         return NumericChange(sign.text.lower(), target, amount, self._position(start))
 
-    def _record_words_as_numbers(self, terms: Children) -> None:
-        """Record the terms that are words used as numbers, for :mod:`.spelling`."""
-        self.words_as_numbers.update(term.name for term in terms if isinstance(term, Constant))
+    def _number(self, term: Term) -> Term:
+        """Return a term in place of a number: a word is a function without arguments and brackets."""
+        if isinstance(term, Constant) and number_of(term.name) is None:
+            return FunctionTerm(_function_name(term.name), (), term.position)
+        return term
 
     def variable(self, children: Children, start: int) -> Variable:
         name = children[0].text[1:]
@@ -331,8 +303,12 @@ class SyntaxBuilder:
         return Constant(children[0].text, self._position(start))
 
     def function(self, children: Children, start: int) -> FunctionTerm:
-        self._record_words_as_numbers(children[1:])
-        name = children[0].text
-        if name.lower() == TOTAL_TIME:  # predefined for metrics
-            name = TOTAL_TIME
-        return FunctionTerm(name, tuple(children[1:]), self._position(start))
+        name, *arguments = children
+        if name.text in ARITHMETIC:
+            arguments = map(self._number, arguments)
+        return FunctionTerm(_function_name(name.text), tuple(arguments), self._position(start))
+
+
+def _function_name(name: str) -> str:
+    """Return the declared form of the function that PDDL predefines for metrics."""
+    return TOTAL_TIME if name.lower() == TOTAL_TIME else name

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 from typing import Final
 
@@ -12,14 +11,12 @@ from cxbridge.suggestions import did_you_mean
 MAX_FILE_BYTES: Final = 64 << 20
 """The maximum size of a file. The largest known public file has 4 MB."""
 
-_COMMENT: Final = re.compile(rb";[^\n]*")
-
 
 def read_text(path: str | Path, kind: str) -> str:
     """Return the text of a file.
 
     :param kind: the expected content, for error messages.
-    :raises PddlError: if the file cannot be read, is too large, or is not UTF-8.
+    :raises PddlError: if the file cannot be read or is too large.
     """
     try:
         with Path(path).open("rb") as file:
@@ -35,21 +32,10 @@ def read_text(path: str | Path, kind: str) -> str:
 
 
 def decode_text(data: bytes, path: str | Path) -> str:
-    """Decode a file as UTF-8. Comments may contain any bytes.
+    """Decode a file as UTF-8. Other bytes become U+FFFD, which the grammar permits in comments only.
 
-    :raises PddlError: if the file is too large or not UTF-8.
+    :raises PddlError: if the file is too large.
     """
     if len(data) > MAX_FILE_BYTES:
         raise PddlError(f"the file has more than {MAX_FILE_BYTES >> 20} MB", file=path)
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        # a comment in Latin-1 does no harm: only the code must be UTF-8
-        code = _COMMENT.sub(lambda match: b" " * len(match[0]), data)
-        try:
-            code.decode()
-        except UnicodeDecodeError:
-            line = data.count(b"\n", 0, error.start) + 1
-            message = f"the file is not UTF-8 text: {error.reason}"
-            raise PddlError(message, file=path, line=line, hint="save it as UTF-8") from None
-        return data.decode("utf-8-sig", "replace")
+    return data.decode("utf-8-sig", "replace")

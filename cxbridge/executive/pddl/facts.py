@@ -20,6 +20,7 @@ from cxbridge.executive.pddl.ast import (
     ActionSchema,
     And,
     Atom,
+    Declaration,
     Domain,
     Formula,
     FunctionTerm,
@@ -28,7 +29,6 @@ from cxbridge.executive.pddl.ast import (
     NumericChange,
     Or,
     Position,
-    Predicate,
     Quantified,
     Term,
     TermComparison,
@@ -131,7 +131,7 @@ class _FactMaker:
             facts += self._action_facts(action)
         return facts
 
-    def _predicate_fact(self, predicate: Predicate) -> FactToAssert:
+    def _predicate_fact(self, predicate: Declaration) -> FactToAssert:
         names, types = self._predicate_parameters(predicate.parameters)
         return FactToAssert(
             "domain-predicate",

@@ -56,12 +56,11 @@ def parse_domain(
     source = SourceText(text, str(file))
     if fawkes_compat:
         fawkes.remove_text_after_actions(source)
-    domain: Domain
-    domain, words_as_numbers = _parse(source, "domain")
+    domain: Domain = _parse(source, "domain")
     if fawkes_compat:
         fawkes.check_domain(source)
     else:
-        domain = spell_domain(domain, source.kinds, words_as_numbers)
+        domain = spell_domain(domain, source.kinds)
     DomainChecker(domain, fawkes_compat=fawkes_compat, warn=warn).check()
     # Fawkes ignores a part of the text, and a planner must not read more than Fawkes
     return domain if fawkes_compat else replace(domain, text=text)
@@ -76,9 +75,8 @@ def parse_problem(text: str, domain: Domain, file: str | Path = "", *, warn: War
     :raises PddlSemanticError: if a name is undeclared, or a type or number of arguments is wrong.
     """
     source = SourceText(text, str(file))
-    problem: Problem
-    problem, words_as_numbers = _parse(source, "problem")
-    problem = spell_problem(problem, domain, source.kinds, words_as_numbers)
+    problem: Problem = _parse(source, "problem")
+    problem = spell_problem(problem, domain, source.kinds)
     check_problem(domain, problem, warn)
     return replace(problem, text=text)
 
@@ -89,21 +87,20 @@ def parse_formula(text: str, file: str | Path = "", *, fawkes_compat: bool = Fal
     :raises PddlSyntaxError: unless the text is exactly one condition.
     """
     source = SourceText(text, str(file))
-    formula: Formula = _parse(source, "condition")[0]
+    formula: Formula = _parse(source, "condition")
     if fawkes_compat:
         fawkes.check_keyword_case(source)
         fawkes.check_formula(source, parse_items(source)[0])
     return formula
 
 
-def _parse(source: SourceText, symbol: str) -> tuple[Any, set[str]]:
-    """Return the syntax tree of a text, and the words that it uses as numbers.
+def _parse(source: SourceText, symbol: str) -> Any:
+    """Return the syntax tree of a text.
 
     :param symbol: the start symbol of the grammar.
     """
-    builder = SyntaxBuilder(source)
     try:
-        return _load_reader().read(source.tokens, symbol, builder), builder.words_as_numbers
+        return _load_reader().read(source.tokens, symbol, SyntaxBuilder(source))
     except UnexpectedToken as error:
         raise unexpected_token_error(source, symbol, error) from None
 

@@ -6,11 +6,10 @@ from collections.abc import Iterable
 
 from cxbridge.executive.pddl.ast import (
     ActionSchema,
+    Declaration,
     Domain,
     Formula,
-    Function,
     FunctionTerm,
-    Predicate,
     Quantified,
     Term,
     TypedList,
@@ -41,7 +40,7 @@ def format_domain(domain: Domain) -> str:
     return "\n  ".join([f"(define (domain {domain.name})", *sections]) + "\n)\n"
 
 
-def _format_declarations(section: str, declarations: Iterable[Predicate | Function]) -> str:
+def _format_declarations(section: str, declarations: Iterable[Declaration]) -> str:
     texts = (_format_list(declared.name, format_typed(declared.parameters, "?")) for declared in declarations)
     return _format_list(section, *texts)
 
@@ -55,8 +54,6 @@ def _format_action(action: ActionSchema) -> str:
         ":duration": action.duration,
         ":condition" if action.durative else ":precondition": action.condition,
         ":effect": action.effect,
-        ":conditional-breakup": action.conditional_breakup,
-        ":temporal-breakup": action.temporal_breakup,
     }
     lines += [f"    {key} {format_formula(value)}" for key, value in sections.items() if value is not None]
     return "\n".join(lines) + ")"

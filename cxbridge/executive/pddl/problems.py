@@ -67,7 +67,6 @@ def format_problem(problem: Problem) -> str:
     lines = [f"(define (problem {problem.name})", f"  (:domain {problem.domain})"]
     lines += ["  (:objects", *(f"    {format_typed((group,))}" for group in problem.objects), "  )"]
     lines += ["  (:init", *(f"    {format_formula(atom)}" for atom in problem.init)]
-    lines += [f"    (not {format_formula(atom)})" for atom in problem.init_false]
     lines += [f"    (= {format_term(call)} {format_number(value)})" for call, value in problem.numbers]
     lines += ["  )", f"  (:goal {format_formula(problem.goal)})"]
     if problem.metric is not None:

@@ -83,15 +83,10 @@ def _make_reduction(rule: Rule, builder: type) -> Build:
         (index,) = value_indices
         return lambda _builder, values, _start: values[index]
     build: Build = getattr(builder, rule.build) if rule.build else _all_values
-    # the common cases have functions without a test of each value, because each rule of a text calls them
+    # the common case has a function without a test of each value, because each rule of a text calls it
     if not list_indices:
         return lambda builder, values, start: build(
             builder, [values[index] for index in value_indices], start
-        )
-    *single_indices, last_index = value_indices
-    if list_indices == {last_index}:
-        return lambda builder, values, start: build(
-            builder, [*(values[index] for index in single_indices), *values[last_index]], start
         )
     return lambda builder, values, start: build(
         builder,

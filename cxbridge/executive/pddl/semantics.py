@@ -18,14 +18,13 @@ from cxbridge.executive.pddl.ast import (
     ActionSchema,
     Atom,
     Constant,
+    Declaration,
     Domain,
     Formula,
-    Function,
     FunctionTerm,
     Imply,
     NumericChange,
     Position,
-    Predicate,
     Problem,
     Quantified,
     Term,
@@ -39,12 +38,11 @@ from cxbridge.executive.pddl.ast import (
 )
 from cxbridge.executive.pddl.errors import PddlSemanticError, semantic_error
 from cxbridge.executive.pddl.types import TypeHierarchy
-from cxbridge.executive.pddl.unsupported import CONTINUOUS_EFFECTS, unsupported_formula, unsupported_texts
+from cxbridge.executive.pddl.unsupported import unsupported_formula, unsupported_texts
 from cxbridge.suggestions import did_you_mean
 
 # Formulas whose parts Fawkes does not check.
 _UNCHECKED_BY_FAWKES: Final = (Timed, Imply, When, TermComparison, NumericChange)
-_CONTINUOUS_TIME: Final = "#t"
 
 Warn = Callable[[PddlError], None]
 """Receives mistakes that do not prevent reading."""
@@ -124,7 +122,7 @@ class DomainChecker:
     def _refuse_duplicates(self) -> None:
         """Refuse duplicate names, whose facts would have the same ids."""
         domain = self._domain
-        declared: list[tuple[str, Sequence[Predicate | Function | ActionSchema]]] = [
+        declared: list[tuple[str, Sequence[Declaration | ActionSchema]]] = [
             ("predicate", domain.predicates),
             ("function", domain.functions),
             ("action", domain.actions),
@@ -271,8 +269,6 @@ class DomainChecker:
         declared = scope if isinstance(term, Variable) else self._constants
         if term.name in declared:
             return declared[term.name]
-        if term.name == _CONTINUOUS_TIME:
-            self._refuse_unsupported(CONTINUOUS_EFFECTS, term.position)
         if isinstance(term, Variable):
             raise self._error(
                 f"Unknown Parameter ?{term.name}", term.position, "declare it in :parameters of the action"
@@ -337,7 +333,7 @@ def check_problem(domain: Domain, problem: Problem, warn: Warn | None = None) ->
     checked_domain = domain.changed(constants=domain.constants + problem.objects, file=problem.file)
     checker = DomainChecker(checked_domain, warn=warn)
     checker.check_objects(problem.objects)
-    for atom in (*problem.init, *problem.init_false):
+    for atom in problem.init:
         checker.check_formula(atom)
     for call, _value in problem.numbers:
         checker.check_formula(TermComparison("=", call, Constant("0"), call.position))

@@ -1,8 +1,6 @@
 """Names in the spelling of their declarations, because PDDL ignores case and CLIPS does not.
 
-A name may differ from its declaration in case. A function without arguments may be written without brackets,
-as a word in place of a number. The functions of this module give such names their declared form, so that
-names can be compared as text.
+The functions of this module give names their declared form, so that names can be compared as text.
 """
 
 from __future__ import annotations
@@ -13,20 +11,16 @@ from typing import Any, Final
 from msgspec.structs import replace
 
 from cxbridge.executive.pddl.ast import (
-    ARITHMETIC,
     ROOT_TYPE,
-    TOTAL_TIME,
     ActionSchema,
     Atom,
     Constant,
     Domain,
     Formula,
     FunctionTerm,
-    NumericChange,
     Problem,
     Quantified,
     Term,
-    TermComparison,
     TypedList,
     Variable,
     names_of,
@@ -36,34 +30,23 @@ Spellings = Mapping[str, str]
 """Declared forms by lower-case name."""
 
 
-def spell_domain(domain: Domain, words: Iterable[str], words_as_numbers: set[str]) -> Domain:
+def spell_domain(domain: Domain, words: Iterable[str]) -> Domain:
     """Return the domain with declared spellings.
 
     :param words: the words of the domain's text.
-    :param words_as_numbers: the words used as numbers.
     """
     # a copy of the syntax tree takes time: most domains spell each name in one way, and need no copy
-    functions = {function.name.lower() for function in domain.functions if not function.parameters}
-    if not _has_two_spellings(words) and functions.isdisjoint(map(str.lower, words_as_numbers)):
+    if not _has_two_spellings(words):
         return domain
     return _Speller(domain, domain.constants).spell_domain(domain)
 
 
-def spell_problem(
-    problem: Problem, domain: Domain, words: Iterable[str], words_as_numbers: set[str]
-) -> Problem:
+def spell_problem(problem: Problem, domain: Domain, words: Iterable[str]) -> Problem:
     """Return the problem with the spellings of the declarations in problem and domain.
 
     :param words: as in :func:`spell_domain`.
-    :param words_as_numbers: as in :func:`spell_domain`.
     """
-    functions = {
-        TOTAL_TIME,
-        *(function.name.lower() for function in domain.functions if not function.parameters),
-    }
-    if not _has_two_spellings((*words, *_list_domain_names(domain))) and functions.isdisjoint(
-        map(str.lower, words_as_numbers)
-    ):
+    if not _has_two_spellings((*words, *_list_domain_names(domain))):
         return problem
     return _Speller(domain, domain.constants + problem.objects).spell_problem(problem)
 
@@ -89,12 +72,7 @@ class _Speller:
         self._types = _make_spelling_table((ROOT_TYPE, *names_of(domain.types)))
         self._objects = _make_spelling_table(names_of(objects))
         self._predicates = _make_spelling_table(predicate.name for predicate in domain.predicates)
-        self._functions = _make_spelling_table(
-            (*(function.name for function in domain.functions), TOTAL_TIME)
-        )
-        self._number_functions = {
-            function.name for function in domain.functions if not function.parameters
-        } | {TOTAL_TIME}
+        self._functions = _make_spelling_table(function.name for function in domain.functions)
 
     def spell_domain(self, domain: Domain) -> Domain:
         return replace(
@@ -113,14 +91,13 @@ class _Speller:
     def spell_problem(self, problem: Problem) -> Problem:
         metric = problem.metric
         if metric is not None:
-            metric = (metric[0], self._spell_number(self._spell_nested_term(metric[1], {})))
+            metric = (metric[0], self._spell_nested_term(metric[1], {}))
         return replace(
             problem,
             domain=_declared_form(problem.domain, _make_spelling_table((self._name,))),
             objects=self._spell_typed_list(problem.objects, self._objects),
             # atoms that differ in case only become equal here
             init=tuple(dict.fromkeys(self._spell_formula(atom, {}) for atom in problem.init)),
-            init_false=tuple(self._spell_formula(atom, {}) for atom in problem.init_false),
             numbers=tuple((self._spell_nested_term(call, {}), value) for call, value in problem.numbers),
             goal=self._spell_formula(problem.goal, {}),
             metric=metric,
@@ -161,10 +138,6 @@ class _Speller:
                     return _rename(part, "predicate", _declared_form(name, self._predicates))
                 case Quantified():
                     return replace(part, variables=self._spell_typed_list(part.variables, variables))
-                case TermComparison(left=left, right=right):
-                    return replace(part, left=self._spell_number(left), right=self._spell_number(right))
-                case NumericChange(target=target, amount=amount):
-                    return replace(part, target=self._spell_number(target), amount=self._spell_number(amount))
                 case _:
                     return part
 
@@ -183,20 +156,11 @@ class _Speller:
                 return _rename(term, "name", _declared_form(name, variables))
             case Constant(name=name):
                 return _rename(term, "name", _declared_form(name, self._objects))
-            case FunctionTerm(function=name, arguments=terms):
-                if name in ARITHMETIC:
-                    return replace(term, arguments=tuple(map(self._spell_number, terms)))
+            case FunctionTerm(function=name):
                 return _rename(term, "function", _declared_form(name, self._functions))
 
-    def _spell_number(self, term: Term) -> Term:
-        """Return the term as a function term if it is a function without brackets."""
-        if not isinstance(term, Constant) or term.name in self._objects.values():
-            return term
-        name = _declared_form(term.name, self._functions)
-        return FunctionTerm(name, (), term.position) if name in self._number_functions else term
 
-
-_FORMULA_FIELDS: Final = ("duration", "condition", "effect", "conditional_breakup", "temporal_breakup")
+_FORMULA_FIELDS: Final = ("duration", "condition", "effect")
 
 
 def _find_quantified_names(formula: Formula | None) -> Iterator[str]:

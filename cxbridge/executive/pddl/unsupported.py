@@ -27,6 +27,7 @@ _SECTIONS: Final = {
     ":private": "several agents (MA-PDDL)",
 }
 _HEADS: Final = {
+    "#t": "continuous effects (#t)",
     "preference": "preferences",
     "is-violated": "preferences",
     "probabilistic": "probabilistic effects (PPDDL)",
@@ -44,7 +45,6 @@ _HEADS: Final = {
 }
 TIMED_INITIAL_LITERALS: Final = "timed initial literals"
 OBJECT_FLUENTS: Final = "object fluents"
-CONTINUOUS_EFFECTS: Final = "continuous effects (#t)"
 
 
 def unsupported_section(keyword: str) -> str:

@@ -21,18 +21,6 @@ def shape(item: BracketWord | Group) -> object:
     return item.text if isinstance(item, BracketWord) else [shape(each) for each in item.items]
 
 
-def test_words_groups_and_comments() -> None:
-    items = read_items("(a (?b - c);comment ( \n d) e;f")
-    assert [shape(item) for item in items] == [["a", ["?b", "-", "c"], "d"], "e"]
-
-
-def test_positions_count_from_one() -> None:
-    (group,) = read_items("; first line\n  (a\n (b))")
-    assert isinstance(group, Group)
-    assert group.position == (2, 3)
-    assert group.items[1].position == (3, 2)
-
-
 @pytest.mark.parametrize(
     ("text", "place", "message"),
     [

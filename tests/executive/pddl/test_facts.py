@@ -65,23 +65,6 @@ def test_worked_example(fawkes_compat: bool) -> None:
     assert [str(row) for row in rows] == GARDEN_FACTS.splitlines()
 
 
-def test_a_formula_of_one_atom_is_wrapped() -> None:
-    assert formula_facts(parse_formula("(dry rose1)"), "q7") == [
-        FactToAssert("pddl-formula", {"id": "q71", "part-of": "q7", "type": "conjunction"}),
-        FactToAssert("pddl-formula", {"id": "q711", "part-of": "q71", "type": "atom"}),
-        FactToAssert(
-            "pddl-predicate",
-            {
-                "id": "q711-atom",
-                "part-of": "q711",
-                "predicate": "dry",
-                "param-names": ("c",),
-                "param-constants": ("rose1",),
-            },
-        ),
-    ]
-
-
 def test_a_time_is_dropped_and_takes_the_wrapping_with_it() -> None:
     assert condition_facts("(at start (p ?x))") == [
         "(pddl-formula (id op1) (part-of op) (type atom))",
@@ -100,10 +83,6 @@ def test_tenth_part_collides_as_it_does_in_fawkes() -> None:
 def test_comparisons_of_plain_terms_are_predicates() -> None:
     assert "(predicate EQUALITY) (param-names x c) (param-constants nil k)" in condition_facts("(= ?x k)")[2]
     assert "(predicate <) (param-names x c) (param-constants nil 5)" in condition_facts("(< ?x 5)")[2]
-
-
-def test_implication_is_a_disjunction() -> None:
-    assert condition_facts("(imply (p) (q))") == condition_facts("(or (not (p)) (q))")
 
 
 def test_empty_conjunction_is_a_formula_without_parts() -> None:
@@ -134,10 +113,6 @@ def test_signs_of_effects() -> None:
         ("ready", "NEGATIVE"),
     ]
     assert rows[2].slots["param-names"] == ()
-
-
-def test_effect_leaves_its_name_to_the_template() -> None:
-    assert "name" not in effect_facts("(ready)")[0].slots
 
 
 def test_changes_of_numbers_have_no_fact_and_are_lost_in_fawkes() -> None:
@@ -175,11 +150,6 @@ def test_odd_effects_are_refused_and_lost_in_fawkes(effect: str) -> None:
     rows = domain_facts(parsed, fawkes_compat=True, warn=told.append)
     assert [row.slots["predicate"] for row in rows if row.template == "domain-effect"] == ["ready"]
     assert len(told) == 1
-
-
-def test_quantified_effects_are_refused() -> None:
-    with pytest.raises(PddlError, match="'forall' in an effect"):
-        effect_facts("(forall (?x - place) (free ?x))")
 
 
 UNTYPED = domain(

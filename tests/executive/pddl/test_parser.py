@@ -13,7 +13,6 @@ from cxbridge.errors import PddlError
 from cxbridge.executive.pddl import (
     PddlSyntaxError,
     domain_facts,
-    format_domain,
     formula_facts,
     load_domain,
     parse_domain,
@@ -25,26 +24,11 @@ from tests.support import many
 patient = settings(max_examples=many(100, 25), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 
-def test_load_domain(tmp_path: Path) -> None:
-    file = tmp_path / "garden.pddl"
-    file.write_text(GARDEN)
-    assert load_domain(file) == parse_domain(GARDEN)
-    assert load_domain(file).file == str(file)
-
-
 def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     for path, message in ((tmp_path / "gone.pddl", "no such file"), (tmp_path, "is a directory")):
         with pytest.raises(PddlError, match=message) as caught:
             load_domain(path)
         assert caught.value.file == str(path)
-    binary = tmp_path / "binary.pddl"
-    binary.write_bytes(b"\xff\xfe")
-    with pytest.raises(PddlError, match="not UTF-8"):
-        load_domain(binary)
-
-
-def test_printed_garden_is_the_garden() -> None:
-    assert parse_domain(format_domain(parse_domain(GARDEN))) == parse_domain(GARDEN)
 
 
 def test_semantic_errors_come_with_file_line_and_column() -> None:

@@ -11,15 +11,14 @@ from cxbridge.executive.pddl.ast import (
     And,
     Atom,
     Constant,
+    Declaration,
     Domain,
     Formula,
-    Function,
     FunctionTerm,
     Imply,
     Not,
     NumericChange,
     Or,
-    Predicate,
     Quantified,
     TermComparison,
     Timed,
@@ -43,8 +42,14 @@ TERMS = st.recursive(
     lambda inner: st.builds(FunctionTerm, NAMES, st.lists(inner, max_size=2).map(tuple)),
     max_leaves=3,
 )
+# a word in place of a number is a function
+NUMBERS = (
+    VARIABLES
+    | st.sampled_from(["3", "-1.5"]).map(Constant)
+    | st.builds(FunctionTerm, NAMES, st.lists(TERMS, max_size=2).map(tuple))
+)
 ATOMS = st.builds(Atom, NAMES, st.lists(TERMS, max_size=3).map(tuple))
-COMPARISONS = st.builds(TermComparison, st.sampled_from(["=", "<", ">", "<=", ">="]), TERMS, TERMS)
+COMPARISONS = st.builds(TermComparison, st.sampled_from(["=", "<", ">", "<=", ">="]), NUMBERS, NUMBERS)
 TYPES = st.lists(NAMES, max_size=2).map(tuple)
 
 
@@ -75,7 +80,7 @@ def formulas(leaves: st.SearchStrategy[Formula], *, effects: bool) -> st.SearchS
 
 
 CONDITIONS: st.SearchStrategy[Formula] = formulas(ATOMS | COMPARISONS, effects=False)
-CHANGES = st.builds(NumericChange, st.sampled_from(["increase", "assign", "scale-up"]), TERMS, TERMS)
+CHANGES = st.builds(NumericChange, st.sampled_from(["increase", "assign", "scale-up"]), NUMBERS, NUMBERS)
 EFFECTS: st.SearchStrategy[Formula] = formulas(ATOMS | CHANGES, effects=True)
 ACTIONS = st.builds(
     ActionSchema,
@@ -92,8 +97,8 @@ DOMAINS = st.builds(
     requirements=st.lists(NAMES, max_size=3).map(tuple),
     types=TYPED,
     constants=TYPED,
-    predicates=st.lists(st.builds(Predicate, NAMES, TYPED), max_size=3).map(tuple),
-    functions=st.lists(st.builds(Function, NAMES, TYPED), max_size=2).map(tuple),
+    predicates=st.lists(st.builds(Declaration, NAMES, TYPED), max_size=3).map(tuple),
+    functions=st.lists(st.builds(Declaration, NAMES, TYPED), max_size=2).map(tuple),
     actions=st.lists(ACTIONS, max_size=2).map(tuple),
 )
 

@@ -39,29 +39,20 @@ def test_a_problem():
     assert problem.metric[0] == "minimize"
 
 
-def test_its_text_parses_to_the_same():
-    problem = parse_problem(TEXT, DOMAIN)
-    assert parse_problem(format_problem(problem), DOMAIN) == problem
-
-
 @pytest.mark.parametrize(
     ("old", "new", "error", "message"),
     [
         ("(:domain d)", "", PddlSyntaxError, "there is no (:domain ...)"),
-        ("(:goal", "(:gaol", PddlSyntaxError, "unknown section :gaol"),
+        ("(:goal", "(:gaol", PddlSyntaxError, "unexpected ':gaol'"),
         ("shelf - place", "shelf - plaice", PddlSemanticError, "Unknown type: shelf - plaice"),
-        ("(at c1 home) (at", "(at c9 home) (at", PddlSemanticError, "Unknown constant c9"),
         ("(at c1 home) (at", "(at home c1) (at", PddlSemanticError, "Type missmatch"),
         ("(at c1 home) (at", "(at ?x home) (at", PddlSyntaxError, "?x is not an object"),
-        ("(at c1 home) (at", "(not (at c1 home)) (at", PddlSyntaxError, "both true and false"),
-        ("(at c1 home) (at", "(not (= c1 home)) (at", PddlSyntaxError, "a fact is expected"),
-        ("(at c1 shelf)", "(on c1 shelf)", PddlSemanticError, "Unknown predicate: on"),
+        ("(at c1 home) (at", "(not (= c1 home)) (at", PddlSyntaxError, "unexpected '='"),
+        ("(= (far home shelf) 2.5)", "(= 1 2.5)", PddlSyntaxError, "a fact is expected"),
         ("2.5", "many", PddlSyntaxError, "'many' is not a number"),
         ("(far home shelf)", "(near home shelf)", PddlSemanticError, "Unknown function: near"),
-        ("minimize", "shrink", PddlSyntaxError, "(:metric minimize TERM)"),
-        ("(:metric", "(:goal () ) (:metric", PddlSyntaxError, "a second section :goal"),
-        ("(define (problem x)", "(define (domain x)", PddlSyntaxError, "(problem NAME) is expected"),
-        ("(total-time)))", "(total-time))) (x)", PddlSyntaxError, "text after the end"),
+        ("(:metric", "(:goal () ) (:metric", PddlSyntaxError, "the problem has :goal twice"),
+        ("(define (problem x)", "(define (domain x)", PddlSyntaxError, "not a problem, but a domain"),
     ],
 )
 def test_what_is_wrong_is_said_with_its_place(old, new, error, message):
@@ -69,17 +60,6 @@ def test_what_is_wrong_is_said_with_its_place(old, new, error, message):
         parse_problem(TEXT.replace(old, new, 1), DOMAIN, "x.pddl")
     assert message in caught.value.message
     assert caught.value.file == "x.pddl"
-
-
-@pytest.mark.parametrize("text", ["", "problem", "(define"])
-def test_no_problem_at_all(text):
-    with pytest.raises(PddlSyntaxError):
-        parse_problem(text, DOMAIN)
-
-
-def test_a_file_that_is_not_there(tmp_path):
-    with pytest.raises(PddlError, match="cannot read the problem: no such file"):
-        load_problem(tmp_path / "none.pddl", DOMAIN)
 
 
 def test_a_problem_of_facts():
@@ -122,7 +102,7 @@ def test_swapped_files_and_misspelt_words_have_a_hint(tmp_path):
     domain.write_text(text.format(" (:action g :parameters (?x - book) :effect (a ?x))"))
     problem.write_text("(define (problem p) (:domain d) (:objects x - bok) (:init) (:goal (a x)))")
     for call, hint in (
-        (lambda: load_domain(problem), "this is a problem: are the files in the other order?"),
+        (lambda: load_domain(problem), "are the files in the other order?"),
         (lambda: load_problem(problem, load_domain(domain)), "did you mean book?"),
         (lambda: load_domain(tmp_path / "domian.pddl"), "did you mean domain.pddl?"),
         (lambda: parse_domain(text.format(" (:action g :precondtion (a b))")), "did you mean :precondition?"),

@@ -120,15 +120,6 @@ def test_types_without_typing_count_and_are_told_once() -> None:
     assert caught.value.hint is not None
 
 
-def test_domains_without_types() -> None:
-    untyped = domain(
-        "(:action go :parameters (?x) :precondition (p ?x k) :effect (p k ?x))",
-        requirements="", types="", constants="(:constants k)", predicates="(p ?x ?y)", functions="",
-    )  # fmt: skip
-    assert parse_domain(untyped)
-    assert parse_domain(untyped, fawkes_compat=True)
-
-
 def test_either() -> None:
     predicates = "(p ?x - (either robot dock)) (ready)"
     fine = domain(action("(p ?r)"), predicates=predicates)
@@ -137,11 +128,6 @@ def test_either() -> None:
         parse_domain(domain(action("(p ?p)"), predicates=predicates))
     with pytest.raises(PddlSemanticError, match=r"got \(either robot place\)"):
         parse_domain(domain(action("(p ?u)", parameters="?u - (either robot place)"), predicates=predicates))
-
-
-def test_constant_of_two_types_fits_either() -> None:
-    constants = "(:constants home - dock home - robot)"
-    assert parse_domain(domain(action("(and (at home ?p) (free home))"), constants=constants))
 
 
 def test_untyped_argument_fits_object_only() -> None:

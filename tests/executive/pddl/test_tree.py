@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from cxbridge.executive.pddl import format_formula, parse_domain, parse_formula
-from cxbridge.executive.pddl.ast import Atom, Constant, FormulaNode, Not, Term, TypedNames, Variable
+from cxbridge.executive.pddl.ast import Constant, FormulaNode, Term, TypedNames, Variable
 from tests.executive.pddl.texts import action, domain
 
 _PLAIN = {"predicate", "operator", "when", "quantifier", "variables", "position"}
@@ -22,12 +22,6 @@ def test_walk_yields_each_formula_before_its_parts() -> None:
     texts = [format_formula(each) for each in formula.walk()]
     assert texts[1:4] == ["(not (a))", "(a)", "(forall (?x) (or (b ?x) (= ?x k)))"]
     assert texts[5:] == ["(b ?x)", "(= ?x k)"]
-
-
-def test_map_changes_the_parts_first() -> None:
-    formula = parse_formula("(and (a) (not (b)))")
-    changed = formula.map(lambda each: Not(each) if isinstance(each, Atom) else each)
-    assert format_formula(changed) == "(and (not (a)) (not (not (b))))"
 
 
 def test_map_terms_reaches_terms_within_terms() -> None:

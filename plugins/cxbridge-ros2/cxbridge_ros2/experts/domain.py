@@ -11,10 +11,9 @@ from cxbridge.executive.pddl.ast import (
     ROOT_TYPE,
     ActionSchema,
     And,
+    Declaration,
     Domain,
     Formula,
-    Function,
-    Predicate,
     Timed,
     TypedList,
     names_of,
@@ -131,7 +130,7 @@ def _get_derived_predicate_details(
     raise Ros2Error(f"'{request['predicate']}': derived predicates are not supported")
 
 
-def _select_declarations(domain: Domain, kind: TreeNodeKind) -> Sequence[Predicate | Function]:
+def _select_declarations(domain: Domain, kind: TreeNodeKind) -> Sequence[Declaration]:
     return domain.predicates if kind is TreeNodeKind.PREDICATE else domain.functions
 
 
