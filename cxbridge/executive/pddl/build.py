@@ -305,7 +305,7 @@ class SyntaxBuilder:
     def function(self, children: Children, start: int) -> FunctionTerm:
         name, *arguments = children
         if name.text in ARITHMETIC:
-            arguments = map(self._number, arguments)
+            arguments = [self._number(argument) for argument in arguments]
         return FunctionTerm(_function_name(name.text), tuple(arguments), self._position(start))
 
 
