@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from math import inf
 
 from msgspec import Struct
 
@@ -169,6 +170,13 @@ class PatternCE(Struct, frozen=True, dict=True):
     def slots(self) -> dict[str, frozenset[str]]:
         """The allowed words by slot, for slots restricted to words."""
         return {part.slot: words for part in self.parts if part.slot and (words := part.words) is not None}
+
+    @property
+    def field_counts(self) -> tuple[int, float]:
+        """The minimum and maximum number of fields of an ordered pattern."""
+        multifields = sum(part.fields[0].binder.startswith("$") for part in self.parts)
+        minimum = len(self.parts) - multifields
+        return minimum, inf if multifields else minimum
 
     @property
     def bound_variables(self) -> frozenset[str]:

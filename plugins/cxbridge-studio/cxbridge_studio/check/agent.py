@@ -279,6 +279,12 @@ class Agent(Closing):
         name = self._full_names[template]
         return frozenset(self.eval_words(f"(deftemplate-slot-allowed-values {name} {slot})"))
 
+    @property
+    def time_field_count(self) -> int:
+        """The number of fields in the executive's (time ...) facts."""
+        now = self.env.call("now")
+        return len(now) if isinstance(now, tuple) else 1
+
     def action_mappings(self) -> Iterator[tuple[str, str, SourcePlace | None]]:
         """Yield each mapped action, the template of its skill string, and the position of the mapping.
 

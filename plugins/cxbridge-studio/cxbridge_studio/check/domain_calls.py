@@ -10,7 +10,7 @@ from typing import Final
 from cxbridge.clipstext.syntax import SyntaxNode, literal
 from cxbridge.errors import CxbridgeError, PddlError
 from cxbridge.executive.features.pddl_parser import reads_as_fawkes
-from cxbridge.executive.pddl import Domain, load_domain
+from cxbridge.executive.pddl import Domain, load_domain, pairs_of
 from cxbridge_studio.check.agent import Agent, ClipsFile, literal_text
 
 MIN_PREDICATE_LIKENESS: Final = 0.75
@@ -65,3 +65,18 @@ def find_planner_goals(agent: Agent) -> Iterator[tuple[ClipsFile, SyntaxNode, st
     for file in agent.own_files:
         for call in file.find_calls(*_PLANNER_FUNCTIONS):
             yield file, call, literal(call.arguments[1]) if len(call.arguments) > 1 else ""
+
+
+def find_objects(agent: Agent, domains: list[Domain]) -> set[str] | None:
+    """Return the objects of the domains and of rules; None if any object is possible.
+
+    Any object is possible if rules compute the names of objects, or if objects come from other sources than
+    rules.
+    """
+    facts = agent.own_facts("domain-object")
+    if not facts or any("name" not in fact.slots for fact in facts):
+        return None
+    if any("objects-by-type" in file.text for file in agent.own_files):
+        return None  # facts of the world model list objects
+    objects = {name for domain in domains for name, _ in pairs_of(domain.constants)}
+    return objects.union(*(fact.slots["name"] for fact in facts))

@@ -11,6 +11,7 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from math import inf
 from typing import Final
 
 from cxbridge.clipstext.syntax import SyntaxNode, literal, read, without_module
@@ -51,12 +52,14 @@ class FactUse:
     :param start: the offset in the construct.
     :param slots: the words that a pattern allows, or the literal words of a fact.
     :param slot_names: the slots that the text names, with literal or computed values.
+    :param field_counts: the minimum and the maximum number of fields; None for a pattern with slots.
     """
 
     template: str
     start: int
     slots: WordsBySlot
     slot_names: frozenset[str]
+    field_counts: tuple[int, float] | None = None
 
     def can_match(self, fact: FactUse, defaults: Mapping[str, str]) -> bool:
         """Return whether this pattern can match an asserted fact.
@@ -140,7 +143,24 @@ class Construct:
         """The literal facts that the construct asserts."""
         nodes: list[SyntaxNode] = list(self.actions) if self.keyword == "deffacts" else []
         nodes += [fact for node in self.action_nodes if node.head == "assert" for fact in node.arguments]
-        return tuple(_make_fact_use(node) for node in nodes if node.head)
+        single_valued_variables = self._find_single_valued_variables()
+        return tuple(_make_fact_use(node, single_valued_variables) for node in nodes if node.head)
+
+    def _find_single_valued_variables(self) -> frozenset[str]:
+        """Return the single-valued variables in the condition of a rule, written as ``?x``."""
+        if self.keyword != "defrule":
+            return frozenset()
+        words = [node.text for node in self.node.walk() if node.items is None]
+        condition_words = set(words[: words.index("=>")] if "=>" in words else ())
+        # After an action has bound a variable again, the variable may hold a multifield.
+        rebound_variables = {
+            node.arguments[0].text for node in self.node.walk() if node.head == "bind" and node.arguments
+        }
+        return frozenset(
+            word
+            for word in condition_words - rebound_variables
+            if word.startswith("?") and f"${word}" not in condition_words
+        )
 
     @cached_property
     def action_literals(self) -> frozenset[str]:
@@ -180,19 +200,26 @@ def make_constructs(file: SourceFile) -> tuple[Construct, ...]:
 def _make_pattern_use(ce: PatternCE) -> FactUse:
     """Return the use of facts by a pattern."""
     slot_names = frozenset(constraint.slot for constraint in ce.parts if constraint.slot)
-    return FactUse(without_module(ce.template), ce.node.start, ce.slots, slot_names)
+    field_counts = ce.field_counts if ce.is_ordered else None
+    return FactUse(without_module(ce.template), ce.node.start, ce.slots, slot_names, field_counts)
 
 
-def _make_fact_use(node: SyntaxNode) -> FactUse:
-    """Return the use of a fact by an assertion."""
+def _make_fact_use(node: SyntaxNode, single_valued_variables: frozenset[str]) -> FactUse:
+    """Return the use of a fact by an assertion.
+
+    :param single_valued_variables: the variables that hold a single value, written as ``?x``.
+    """
     slots = [item for item in node.arguments if item.head]
     words = {
         slot.head: frozenset({literal(slot.arguments[0])})
         for slot in slots
         if len(slot.arguments) == 1 and literal(slot.arguments[0])
     }
+    minimum = sum(bool(literal(item)) or item.text in single_valued_variables for item in node.arguments)
+    # A call, or a variable that may hold a multifield, may give any number of fields.
+    field_counts = (minimum, minimum if minimum == len(node.arguments) else inf)
     slot_names = frozenset(slot.head for slot in slots)
-    return FactUse(without_module(node.head), node.start, words, slot_names)
+    return FactUse(without_module(node.head), node.start, words, slot_names, field_counts)
 
 
 @dataclass

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
-from cxbridge.clipstext.syntax import literal
+from cxbridge.clipstext.syntax import SyntaxNode, literal
 from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.agent import sub_types
 from cxbridge_studio.agent.names import Name, NameKind, Use
@@ -78,12 +78,14 @@ CODES: Final = (
 
 # The facts that CLIPS 6.30 asserts at the start, and CLIPS 6.4 does not.
 _INITIAL_FACTS: Final = ("initial-fact", "initial-object")
+_TIME_TEMPLATE: Final = "time"
 _CLASS_SLOT: Final = "class"
 # The defaults of the slots by which rules choose the goals that they expand.
 _SLOT_DEFAULTS: Final = {"sub-type": "nil", "type": "ACHIEVE"}
 _GOAL_TEMPLATE: Final = "goal"
 _SELECTING_SLOTS: Final = frozenset({"class", "type", "sub-type"})
 _MODES_AFTER_EXPANDED: Final = ("COMMITTED", "DISPATCHED", "FINISHED")  # modes that can follow EXPANDED
+_CHANGE_FUNCTIONS: Final = frozenset({"modify", "duplicate", "cx-modify-goal"})
 # Functions whose call does not change a goal.
 _HARMLESS_FUNCTIONS: Final = frozenset(
     {"printout", "format", "println", "bind", "str-cat", "sym-cat", "create$"}
@@ -100,7 +102,7 @@ def check(agent: Agent) -> Iterator[Finding]:
         if construct.placed.piece.is_closed
         and (construct.file.path, construct.keyword, construct.name) not in agent.dropped_constructs
     ]
-    yield from _check_rules(usage, own_constructs)
+    yield from _check_rules(agent, usage, own_constructs)
     yield from _check_facts(agent, usage, own_constructs)
     yield from _check_goals(agent, usage, own_constructs)
     yield from _check_functions(usage, own_constructs)
@@ -109,11 +111,11 @@ def check(agent: Agent) -> Iterator[Finding]:
 # ---- rules and facts
 
 
-def _check_rules(usage: Usage, own_constructs: list[Construct]) -> Iterator[Finding]:
+def _check_rules(agent: Agent, usage: Usage, own_constructs: list[Construct]) -> Iterator[Finding]:
     """Yield the rules with a pattern that no fact can match."""
     for construct in own_constructs:
         for pattern in construct.patterns:
-            problem = _find_pattern_problem(usage, pattern)
+            problem = _find_pattern_problem(agent, usage, pattern)
             if problem is not None:
                 reason, hint = problem
                 message = f"defrule {construct.name} can never match: {reason}"
@@ -121,7 +123,7 @@ def _check_rules(usage: Usage, own_constructs: list[Construct]) -> Iterator[Find
                 break  # a single unmatched pattern disables the rule
 
 
-def _find_pattern_problem(usage: Usage, pattern: FactUse) -> tuple[str, str] | None:
+def _find_pattern_problem(agent: Agent, usage: Usage, pattern: FactUse) -> tuple[str, str] | None:
     """Return the reason why no fact can match a pattern, and a hint; None if a fact may match."""
     name = pattern.template
     if name not in usage.asserted_facts and name in _INITIAL_FACTS:
@@ -131,7 +133,37 @@ def _find_pattern_problem(usage: Usage, pattern: FactUse) -> tuple[str, str] | N
         )
     if name not in usage.asserted_facts and not usage.is_made_elsewhere(name):
         return f"nothing asserts a fact '{name}'", did_you_mean(name, set(usage.asserted_facts) - {name})
-    return None
+    counts = _count_fields(agent, usage, name)
+    if pattern.field_counts is None or not counts:
+        return None
+    minimum, maximum = pattern.field_counts
+    if any(minimum <= most_fields and fewest_fields <= maximum for fewest_fields, most_fields in counts):
+        return None
+    field_counts = " or ".join(str(fewest_fields) for fewest_fields, _ in sorted(set(counts)))
+    plural = "" if minimum == 1 else "s"
+    expected_fields = f"{minimum} or more fields" if maximum > minimum else f"{minimum} field{plural}"
+    example = f"({name}{' ?' * counts[0][0]})"
+    return (
+        f"({name} ...) needs {expected_fields}, but facts '{name}' have {field_counts}",
+        f"write {example}, or $? for any number of fields",
+    )
+
+
+def _count_fields(agent: Agent, usage: Usage, template: str) -> list[tuple[int, float]]:
+    """Return the minimum and the maximum number of fields of each asserted ordered fact of a template.
+
+    The list is empty if the numbers are unknown.
+    """
+    assertion_counts = [
+        fact.field_counts
+        for _, fact in usage.asserted_facts.get(template, ())
+        if fact.field_counts is not None
+    ]
+    if template in agent.deftemplates or template in usage.templates_in_strings:
+        return []
+    if template == _TIME_TEMPLATE:
+        return [*assertion_counts, (agent.time_field_count, agent.time_field_count)]
+    return [] if usage.is_made_elsewhere(template) else assertion_counts
 
 
 def _check_facts(agent: Agent, usage: Usage, own_constructs: list[Construct]) -> Iterator[Finding]:
@@ -295,7 +327,7 @@ def _find_unhandled_sub_types(
 def _find_sub_type_uses(
     agent: Agent, usage: Usage, own_constructs: list[Construct], names: frozenset[str]
 ) -> Iterator[tuple[Construct, FactUse, int]]:
-    """Yield the goals with a literal sub-type: asserted, or made by functions of the core.
+    """Yield the goals with a literal sub-type: asserted, modified, or made by functions of the core.
 
     :param names: the sub-types that functions of the core may assign.
     """
@@ -305,16 +337,35 @@ def _find_sub_type_uses(
         if function.keyword == "deffunction" and agent.is_core_path(function.file.path)
         if (assigned_sub_types := function.action_literals & names)
     }
+    # A `modify` does not name its template. The slot tells that a goal is modified only if no other template
+    # has a slot of this name.
+    is_goal_slot = not any(
+        sub_types.SUB_TYPE_SLOT in agent.slots[name] for name in agent.slots.keys() - {_GOAL_TEMPLATE}
+    )
     for construct in own_constructs:
         for fact in construct.facts:
             if fact.template == _GOAL_TEMPLATE and sub_types.SUB_TYPE_SLOT in fact.slots:
                 yield construct, fact, fact.start
         for node in construct.action_nodes:
-            if node.head in core_functions:
+            if node.head in _CHANGE_FUNCTIONS and is_goal_slot:
+                slots = {
+                    argument.head: frozenset({name})
+                    for argument in node.arguments
+                    if argument.head == sub_types.SUB_TYPE_SLOT and (name := _read_first_word(argument))
+                }
+            elif node.head in core_functions:
                 slots = {sub_types.SUB_TYPE_SLOT: core_functions[node.head]}
-                if node.arguments and (name := literal(node.arguments[0])):
+                if name := _read_first_word(node):
                     slots[_CLASS_SLOT] = frozenset({name})
+            else:
+                continue
+            if slots:
                 yield construct, FactUse(_GOAL_TEMPLATE, node.start, slots, frozenset(slots)), node.start
+
+
+def _read_first_word(node: SyntaxNode) -> str:
+    """Return the first argument of a list; empty if it is missing, computed or a list."""
+    return literal(node.arguments[0]) if node.arguments else ""
 
 
 # ---- functions

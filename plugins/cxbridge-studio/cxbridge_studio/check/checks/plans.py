@@ -13,7 +13,7 @@ from cxbridge.run.specs import find_key_mistakes
 from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.agent.names import NameKind, Use
 from cxbridge_studio.check.agent import Agent
-from cxbridge_studio.check.domain_calls import find_domain_calls, find_planner_goals
+from cxbridge_studio.check.domain_calls import DomainCall, find_domain_calls, find_objects, find_planner_goals
 from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace
 from cxbridge_studio.check.plan_actions import SourceAction, count_literals, find_source_actions
 from cxbridge_studio.check.usage import Construct
@@ -58,8 +58,8 @@ UNKNOWN_GOAL_NAME: Final = Code(
     "CX309",
     Severity.WARNING,
     "a planner's goal names something unknown",
-    "The goal of a planner's call names a predicate that neither the domain nor a rule declares: the planner "
-    "finds no plan.",
+    "The goal of a planner's call names a predicate, or an object, that neither the domain nor a rule "
+    "declares: the planner finds no plan.",
 )
 # The words of a formula that are not predicates.
 _CONNECTIVES: Final = frozenset(
@@ -87,7 +87,7 @@ def check(agent: Agent) -> Iterator[Finding]:
     yield from _check_predicates(agent, domains)
     yield from _check_types(agent, domains)
     yield from _check_parameters(agent, domains)
-    yield from _check_executors(agent, domains)
+    yield from _check_executors(agent, calls)
     yield from _check_formulas(agent, domains)
 
 
@@ -133,15 +133,31 @@ def _check_predicates(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
 
 
 def _check_formulas(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
-    """Yield the predicates in planner goals that nothing declares."""
+    """Yield the predicates and objects in planner goals that nothing declares."""
     predicates = _find_predicates(agent, domains)
+    objects = find_objects(agent, domains)
     for file, call, text in find_planner_goals(agent):
+        place = file.place(call.arguments[1]) if text else file.place(call)
         for node in (node for top_node in read(text, close=True) for node in top_node.walk()):
-            name = node.head
-            if name and name not in predicates | _CONNECTIVES and not name.startswith("?"):
-                message = f"the planner's goal has the unknown predicate '{name}'"
-                place = file.place(call.arguments[1])
-                yield Finding(UNKNOWN_GOAL_NAME, place, message, did_you_mean(name, predicates))
+            if not node.head or node.head in _CONNECTIVES or node.head.startswith("?"):
+                continue
+            if node.head not in predicates:
+                hint = did_you_mean(node.head, predicates)
+                yield Finding(
+                    UNKNOWN_GOAL_NAME,
+                    place,
+                    f"the planner's goal has the unknown predicate '{node.head}'",
+                    hint,
+                )
+            for object_name in map(literal, node.arguments):
+                if object_name and objects is not None and object_name not in objects:
+                    hint = did_you_mean(object_name, objects)
+                    yield Finding(
+                        UNKNOWN_GOAL_NAME,
+                        place,
+                        f"the planner's goal has the unknown object '{object_name}'",
+                        hint,
+                    )
 
 
 def _check_types(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
@@ -201,7 +217,7 @@ def _check_plan_action(action: SourceAction, parameter_names: list[str]) -> Iter
 # ---- executors
 
 
-def _check_executors(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
+def _check_executors(agent: Agent, calls: list[DomainCall]) -> Iterator[Finding]:
     """Yield the actions in plans that neither a skill nor a rule executes."""
     if agent.context.skill_board is not None:
         return  # the executors of a skill board announce their actions at run time
@@ -220,7 +236,8 @@ def _check_executors(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
         for value in node.arguments
         if (word := literal(value)) and not any(node.start >= action.start for action in construct.actions)
     }
-    operators = {action.name for domain in domains for action in domain.actions}
+    domain_actions = [(call, action.name) for call in calls if call.domain for action in call.domain.actions]
+    operators = {name for _, name in domain_actions}
     reported_names = mapped_actions | handled_actions
     for construct in agent.own_constructs:
         for mention in construct.placed.piece.mentions:
@@ -233,6 +250,13 @@ def _check_executors(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
                     did_you_mean(name, mapped_actions - operators),
                 )
                 yield Finding(UNEXECUTED_ACTION, construct.place(mention.start), message, hint)
+    has_planner = next(find_planner_goals(agent), None) is not None
+    for call, name in domain_actions if has_planner else ():
+        if name not in reported_names:
+            reported_names.add(name)
+            message = f"the action '{name}', which a planner may plan, has no executor"
+            hint = did_you_mean(name, mapped_actions - operators)
+            yield Finding(UNEXECUTED_ACTION, call.file.place(call.node), message, hint)
 
 
 def _executes_any_action(construct: Construct) -> bool:

@@ -1,17 +1,20 @@
-"""Checks for code that cxbridge accepts and Fawkes does not: in CLIPS 6.30, features and PDDL.
+"""Checks for code that cxbridge accepts and Fawkes does not: in CLIPS 6.30, features, the blackboard and Lua.
 
 Only ``cxbridge check --portable`` reports these findings.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from contextlib import suppress
 from typing import Final
 
+from cxbridge.clipstext.syntax import Lines, SyntaxNode, literal
 from cxbridge.errors import CxbridgeError, PddlError
 from cxbridge.executive.host.shims import ADDED, CLIPS630_NAMES
 from cxbridge.executive.pddl import load_domain
+from cxbridge.resources import shipped_dir
 from cxbridge_studio.agent.names import Name, NameKind, Use
 from cxbridge_studio.check.agent import Agent, ClipsFile
 from cxbridge_studio.check.domain_calls import find_domain_calls
@@ -36,6 +39,33 @@ REDEFINED_FUNCTION: Final = Code(
     "not in Fawkes: an agent's function with the name of a built-in function",
     "CLIPS 6.30 has a function of this name, and drops a deffunction that would replace the function.",
 )
+READ_AND_WRITTEN_TYPE: Final = Code(
+    "CX604",
+    Severity.WARNING,
+    "not in Fawkes: an interface type that is read and written",
+    "One environment opens interfaces of one type for reading and for writing. Fawkes builds the type's "
+    "deftemplate for both, and CLIPS refuses the second deftemplate.",
+)
+WRONG_INTERFACE_NAME: Final = Code(
+    "CX605",
+    Severity.WARNING,
+    "not in Fawkes: a wrong name of an interface",
+    "The name is not TYPE::ID. In cxbridge, the function has no effect; in Fawkes, an exception ends the "
+    "process.",
+)
+LUA_SECONDS: Final = Code(
+    "CX606",
+    Severity.WARNING,
+    "not in Fawkes: seconds with decimals of a Lua time",
+    "Time:in_sec() returns a 32-bit float in Fawkes: the time of day is off by up to 64 seconds, and "
+    "differences of two such numbers are 0 or multiples of 128 seconds.",
+)
+FUNCTION_ARGUMENT: Final = Code(
+    "CX607",
+    Severity.WARNING,
+    "not in Fawkes: a function as an argument of a skill",
+    "Fawkes converts the arguments of a skill to strings; a function cannot be converted.",
+)
 REFUSED_DOMAIN: Final = Code(
     "CX608",
     Severity.WARNING,
@@ -48,12 +78,30 @@ CODES: Final = (
     REFUSED_CALL,
     ADDED_FUNCTION,
     REDEFINED_FUNCTION,
+    READ_AND_WRITTEN_TYPE,
+    WRONG_INTERFACE_NAME,
+    LUA_SECONDS,
+    FUNCTION_ARGUMENT,
     REFUSED_DOMAIN,
 )
 
 _ADDED_FEATURES: Final = ("planner", "problem-expert", "skill-board")  # features that Fawkes lacks
 _CHANGE_FUNCTIONS: Final = ("modify", "duplicate")
 _MULTI_ARGUMENT_FUNCTIONS: Final = ("max", "min")
+_READING_FUNCTIONS: Final = ("blackboard-open", "blackboard-open-reading")
+_WRITING_FUNCTIONS: Final = ("blackboard-open-writing",)
+_UID_FUNCTIONS: Final = ("blackboard-write", "blackboard-set", "blackboard-set-multifield")
+_UID: Final = re.compile(r"[a-zA-Z0-9]+::[a-zA-Z0-9 _/.-]+")
+# The code, the pattern and the hint of each mistake in Lua files.
+_LUA_MISTAKES: Final = (
+    (LUA_SECONDS, re.compile(r":\s*in_sec\s*\("), "use in_msec()"),
+    (
+        FUNCTION_ARGUMENT,
+        re.compile(r"\b(?:args|skills)\s*=\s*\{[^\n]*?=\s*function\b"),
+        "give the skill a value, and choose in the skill",
+    ),
+)
+_LUA_COMMENT: Final = re.compile(r"--[^\n]*")
 
 
 def check(agent: Agent) -> Iterator[Finding]:
@@ -63,7 +111,16 @@ def check(agent: Agent) -> Iterator[Finding]:
         yield from _check_expressions(file)
         yield from _check_names(file)
     yield from _check_functions(agent)
+    yield from _check_opened_types(agent_files)
     yield from _check_domains(agent)
+    fawkes_dir = agent.options.fawkes_dir
+    # The skills of cxbridge and of a Fawkes checkout do not belong to the agent.
+    for folder in agent.context.paths.skill_dirs:
+        is_own = folder != shipped_dir("luaskills") and not (
+            fawkes_dir and folder.is_relative_to(fawkes_dir.resolve())
+        )
+        for path in sorted(folder.rglob("*.lua")) if is_own else ():
+            yield from _check_lua(str(path), path.read_text("utf-8", "surrogateescape"))
 
 
 def _check_expressions(file: ClipsFile) -> Iterator[Finding]:
@@ -82,13 +139,18 @@ def _check_expressions(file: ClipsFile) -> Iterator[Finding]:
 
 
 def _check_names(file: ClipsFile) -> Iterator[Finding]:
-    """Yield the functions with the name of a built-in function."""
+    """Yield the functions with the name of a built-in function, and the wrong names of interfaces."""
     for construct in file.constructs:
         if construct.kind == "deffunction" and construct.name in CLIPS630_NAMES:
             place = file.place(construct.node.arguments[0])
             yield Finding(
                 REDEFINED_FUNCTION, place, f"CLIPS 6.30 has a function '{construct.name}'", "rename it"
             )
+    for call in file.find_calls(*_UID_FUNCTIONS):
+        uid = literal(call.arguments[0]) if call.arguments else ""
+        if uid and not _UID.fullmatch(uid):
+            message = f"'{uid}' is not the name of an interface"
+            yield Finding(WRONG_INTERFACE_NAME, file.place(call.arguments[0]), message, 'write "TYPE::ID"')
 
 
 def _check_functions(agent: Agent) -> Iterator[Finding]:
@@ -109,6 +171,25 @@ def _check_functions(agent: Agent) -> Iterator[Finding]:
             yield Finding(ADDED_FUNCTION, place, f"Fawkes has no function '{name}': {reason}")
 
 
+def _check_opened_types(files: list[ClipsFile]) -> Iterator[Finding]:
+    """Yield the interface types that the agent opens for reading and for writing."""
+    read_types = {name for file in files for name, _ in _find_opened_types(file, _READING_FUNCTIONS)}
+    for file in files:
+        for name, node in _find_opened_types(file, _WRITING_FUNCTIONS):
+            if name in read_types:
+                message = f"interfaces of type {name} are opened for reading and for writing"
+                hint = "open it for writing in another environment or program"
+                yield Finding(READ_AND_WRITTEN_TYPE, file.place(node), message, hint)
+
+
+def _find_opened_types(file: ClipsFile, functions: tuple[str, ...]) -> Iterator[tuple[str, SyntaxNode]]:
+    """Yield the literal interface types in calls of these functions, with their nodes."""
+    for call in file.find_calls(*functions):
+        name = literal(call.arguments[0]) if call.arguments else ""
+        if name:
+            yield name, call.arguments[0]
+
+
 def _check_domains(agent: Agent) -> Iterator[Finding]:
     """Yield the valid domains that Fawkes' parser rejects."""
     for path in dict.fromkeys(call.path for call in find_domain_calls(agent) if call.path is not None):
@@ -118,3 +199,13 @@ def _check_domains(agent: Agent) -> Iterator[Finding]:
                 load_domain(path, fawkes_compat=True)
             except PddlError as error:
                 yield make_error_finding(error, REFUSED_DOMAIN)
+
+
+def _check_lua(path: str, text: str) -> Iterator[Finding]:
+    """Yield the mistakes of :data:`_LUA_MISTAKES` in a Lua file."""
+    # Blanks take the place of comments, so that offsets stay the same.
+    text_without_comments, lines = _LUA_COMMENT.sub(lambda match: " " * len(match[0]), text), Lines(text)
+    for code, pattern, hint in _LUA_MISTAKES:
+        for match in pattern.finditer(text_without_comments):
+            place = SourcePlace.at(path, lines, match.start())
+            yield Finding(code, place, code.title.removeprefix("not in Fawkes: "), hint)

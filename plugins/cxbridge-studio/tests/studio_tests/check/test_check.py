@@ -342,6 +342,8 @@ def test_functions_that_are_declared_before_they_call_each_other(tmp_path):
     [
         ("(defrule r (initial-fact) => (halt))", "no 'initial-fact'", "omit (initial-fact)"),
         ("(deffacts f (pair 1)) (defrule r (pair ?) (pear ?) => (halt))", "'pear'", "did you mean pair?"),
+        ("(defrule r (time ?now) => (halt))", "needs 1 field, but facts 'time' have 2", "(time ? ?)"),
+        ("(deffacts f (pair 1 2)) (defrule r (pair ?x) => (assert (pair ?x 3)))", "1 field", "(pair ? ?)"),
     ],
 )
 def test_a_pattern_that_no_fact_can_match(tmp_path, clips, message, hint):
@@ -354,6 +356,8 @@ def test_a_pattern_that_no_fact_can_match(tmp_path, clips, message, hint):
 @pytest.mark.parametrize(
     "clips",
     [
+        "(defrule r (time $?now) (time ? ?) (time ?s $?) => (halt))",
+        "(deffacts f (pair 1 2)) (defrule r (pair ?x) => (assert (pair (create$ ?x))))",
         "(deffacts f (initial-fact)) (defrule r (initial-fact) => (halt))",
         '(defrule r (pair ?) => (load-facts "pairs.txt"))',
     ],
@@ -456,6 +460,7 @@ PLANNER = (
         ("(and (met Anna) (not (met Bob)))", ""),
         ("(forall (?x - object) (met ?x))", ""),
         ("(meet Anna)", "unknown predicate 'meet'"),
+        ("(and (met Ana))", "unknown object 'Ana'"),
     ],
 )
 def test_the_names_in_a_goal_of_a_planner(tmp_path, formula, message):
@@ -465,6 +470,15 @@ def test_the_names_in_a_goal_of_a_planner(tmp_path, formula, message):
     assert [(each.code.name, message in each.message) for each in findings] == (
         [("CX309", True)] if message else []
     )
+
+
+def test_an_action_without_executor_that_a_planner_may_plan(tmp_path):
+    domain = DOMAIN.replace("(:action", "(:action wave :parameters (?who) :effect (met ?who)) (:action", 1)
+    clips = '(defrule r (thing) => (planner-plan A "(met Anna)"))'
+    folder = agent(tmp_path, clips, people_clp=PLANNER, domain_pddl=domain)
+    (finding,) = check(RunOptions(scenario=folder))
+    assert finding.code.name == "CX404"
+    assert "'wave', which a planner may plan" in finding.message
 
 
 ROS = """
