@@ -11,6 +11,8 @@ import io
 import json
 import sys
 from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Final
@@ -63,6 +65,28 @@ def say_json(data: Any, *, indent: int | None = None, flush: bool = False) -> No
 def complain(text: object) -> None:
     """Print an error to stderr, with all lines but the first one indented."""
     print(f"cxbridge: error: {indent_lines(str(text))}", file=sys.stderr)
+
+
+@contextmanager
+def progress_line(*, hidden: bool = False) -> Iterator[Callable[[str], None]]:
+    """Yield a function that shows the progress of work on one line of the terminal, which ends empty.
+
+    Without a terminal on stderr, or if hidden, the function does nothing.
+    """
+    if hidden or not sys.stderr.isatty():
+        yield lambda _text: None
+        return
+    stream = unfiltered_stream(sys.stderr)
+
+    def show(text: str) -> None:
+        # the cursor stays at the start of the line, so that the next line of the log replaces the progress
+        stream.write(f"\r\x1b[K{one_line(text)}\r")
+        stream.flush()
+
+    try:
+        yield show
+    finally:
+        show("")
 
 
 STDOUT = "stdout"

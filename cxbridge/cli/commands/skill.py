@@ -14,7 +14,7 @@ from cxbridge.cli.connect import (
     InterfaceDirs,
     connect,
 )
-from cxbridge.cli.console import ConsoleLog, say, say_json
+from cxbridge.cli.console import ConsoleLog, progress_line, say, say_json
 from cxbridge.cli.discovery import group_rows, make_group_class
 from cxbridge.cli.entry import handle_signals
 from cxbridge.cli.option_groups import option_groups
@@ -55,7 +55,13 @@ def execute(
 
     with (
         connect(url, interface_dir) as board,
-        SkillerCall(board, skiller=skiller, steal=steal) as call,
+        progress_line(hidden=not wait) as show,
+        SkillerCall(
+            board,
+            skiller=skiller,
+            steal=steal,
+            on_status=lambda status, error: show(f"{status} {skill_string} {error}".rstrip()),
+        ) as call,
     ):
         if not wait:
             msgid = call.start(skill_string)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -83,11 +83,13 @@ def record(
     *,
     console: Sink | None = None,
     on_ready: ReadyCallback = do_nothing,
+    on_progress: Callable[[RecordReport], None] = do_nothing,
 ) -> RecordReport:
     """Record for the duration, or until SIGINT or SIGTERM.
 
     :param console: gets the log lines.
     :param on_ready: called with a stop function when all interfaces are open.
+    :param on_progress: called with the present result about twice a second.
     :raises CxbridgeError: if a pattern is invalid, no server answers at the URL, or a file cannot be created.
     """
     patterns = [Pattern.parse(text) for text in options.patterns]
@@ -123,6 +125,7 @@ def record(
             report.writes, report.skipped = dict(forwarder.counts), board.skipped
             report.gaps = [(gap.start_us, gap.seconds) for gap in forwarder.gaps]
             report.errors = [str(error) for error in recorder.errors]
+            on_progress(report)
             return _PROGRESS_INTERVAL_S if options.duration_s is None else options.duration_s - seconds
 
         # the recording ends when all of its files have failed

@@ -95,12 +95,14 @@ def replay(
     console: Sink | None = None,
     on_ready: ReadyCallback = do_nothing,
     announce: Callable[[ReplayMove], None] = do_nothing,
+    on_progress: Callable[[ReplayReport], None] = do_nothing,
 ) -> ReplayReport:
     """Replay a recording until its end, SIGINT, SIGTERM or the loss of the connection.
 
     :param console: gets the log lines.
     :param on_ready: called with a stop function when all interfaces are open.
     :param announce: called for each event before the wait for it.
+    :param on_progress: called with the present result about twice a second.
     :raises CxbridgeError: if there is nothing to replay, or the blackboard refuses it.
     """
     registry = InterfaceRegistry(options.interface_dirs)
@@ -119,7 +121,7 @@ def replay(
         player = ReplayPlayer(board, service.bus.logger(COMPONENT), restamp=options.restamp)
         service.callback(player.close)
         session = _ReplaySession(options, board, player, report, service.stopped)
-        session.announce = announce
+        session.announce, session.on_progress = announce, on_progress
         player.open(survey)
         service.report_ready(f"replaying {options.run} to {options.url}")
         session.run(lambda: replay_moves(run, selection))
@@ -142,6 +144,7 @@ class _ReplaySession:
         stop: threading.Event,
     ) -> None:
         self.announce: Callable[[ReplayMove], None] = do_nothing
+        self.on_progress: Callable[[ReplayReport], None] = do_nothing
         self._stop_event = stop
         self._is_connection_lost = False
         self._options = options
@@ -182,6 +185,7 @@ class _ReplaySession:
         report.seconds = time.monotonic() - self._start_s
         report.writes = dict(player.write_counts)
         report.messages, report.undelivered = player.sent_count, player.undelivered_count
+        self.on_progress(report)
 
     def _record_move(self, move: ReplayMove) -> None:
         self._report.position_s = move.at_us / MICROSECONDS

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from cxbridge.cli.console import ConsoleOptions, complain, say, say_json
+from cxbridge.cli.console import ConsoleOptions, complain, progress_line, say, say_json
 from cxbridge.cli.entry import handle_signals
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.daemon.services.options import RecordOptions
@@ -37,7 +37,12 @@ def record(
 
     if (duplicate := find_duplicate_output(options.outputs)) is not None:
         raise typer.BadParameter(f"'{duplicate}' is named twice", param_hint="--output")
-    report = record_board(options, console=console.make_log(info=True))
+    with progress_line(hidden=console.quiet) as show:
+        report = record_board(
+            options,
+            console=console.make_log(info=True),
+            on_progress=lambda report: show(f"{report.seconds:.0f} s  {report.counts_text}"),
+        )
     if as_json:
         say_json(report.to_json(), indent=2)
     else:

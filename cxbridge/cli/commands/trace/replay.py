@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from cxbridge.cli.connect import print_notes
-from cxbridge.cli.console import ConsoleOptions, complain, say, say_json
+from cxbridge.cli.console import ConsoleOptions, complain, progress_line, say, say_json
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.daemon.services.options import ReplayOptions
 
@@ -37,7 +37,12 @@ def replay(
     start_s, end_s = options.start_s, options.end_s
     if start_s is not None and end_s is not None and start_s > end_s:
         raise typer.BadParameter(f"the end is before the start, at {start_s:g} s", param_hint="--to")
-    report = replaying.replay(options, console=console.make_log())
+    with progress_line(hidden=console.quiet) as show:
+        report = replaying.replay(
+            options,
+            console=console.make_log(),
+            on_progress=lambda report: show(f"{report.position_s:.1f} of {report.last_s:.1f} s"),
+        )
     print_notes(report.notes, options.run)
     if as_json:
         say_json(report.to_json(), indent=2)

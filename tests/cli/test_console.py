@@ -1,10 +1,13 @@
-"""The same line of the log is printed a few times a moment, and then counted."""
+"""The console: equal lines of the log are counted, and progress is one line."""
 
 from __future__ import annotations
 
+import io
+import sys
+
 import pytest
 
-from cxbridge.cli.console import ConsoleLog
+from cxbridge.cli.console import ConsoleLog, progress_line
 from cxbridge.events import Level, LogLine
 
 LOOP_US = 33_333
@@ -45,3 +48,23 @@ def test_a_line_of_each_loop_is_printed_each_time(capsys: pytest.CaptureFixture[
 def test_different_lines_are_all_printed(capsys: pytest.CaptureFixture[str]) -> None:
     texts = [f"item {number}" for number in range(1_000)] + [chr(0x4E00 + number) for number in range(5_000)]
     assert printed(capsys, lines(*texts)) == texts
+
+
+class _Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+def test_progress_is_a_line_of_a_terminal_that_ends_empty(monkeypatch):
+    for stream, hidden, shown in (
+        (_Terminal(), False, True),
+        (_Terminal(), True, False),
+        (io.StringIO(), False, False),
+    ):
+        monkeypatch.setattr(sys, "stderr", stream)
+        with progress_line(hidden=hidden) as show:
+            show("3 s\n12 writes")
+        text = stream.getvalue()
+        assert ("12 writes" in text) is shown
+        assert "\n" not in text
+        assert text.endswith("\r\x1b[K\r" if shown else "")
