@@ -152,10 +152,7 @@ def crafted(source: Path, target: Path, where: str, value: str | None) -> Path:
 def looks(run: Path, scene: Scene, folder: Path) -> Iterator[list[str]]:
     """Yield the command lines that look at a recording."""
     file = str(run)
-    yield from (
-        ["trace", command, file]
-        for command in ("info", "cat", "transitions", "rules", "exchange", "planning")
-    )
+    yield from (["trace", command, file] for command in ("info", "cat", "transitions", "rules", "exchange"))
     yield from (["trace", command, file, "--json"] for command in ("info", "cat", "exchange"))
     yield ["trace", "diff", file, str(scene.run)]
     yield ["trace", "diff", str(scene.run), file, "--order", "partial", "--level", "facts"]

@@ -299,8 +299,6 @@ DRIVEN: dict[tuple[str, ...], list[tuple[str, ...]]] = {
     ("env", "load"): [("executive", "{definition}", *DAEMON)],
     ("env", "feature"): [("executive", "{text}", *DAEMON)],
     ("env", "features"): [DAEMON, ("--json", *DAEMON)],
-    ("env", "offer"): [("{text}", *DAEMON)],
-    ("env", "withdraw"): [("{text}", *DAEMON)],
     ("env", "watch"): [("executive", "facts", "{text}", *DAEMON)],
     ("env", "log"): [("executive", "{text}", *DAEMON)],
     ("env", "facts"): [("executive", *DAEMON), ("executive", "--json", *DAEMON)],

@@ -76,8 +76,8 @@ def why(
     words: Annotated[
         list[str],
         typer.Argument(
-            metavar="[rule|goal|fact] NAME [SCENARIO]",
-            help="Explain a rule, the id of a goal, a goal class, a fact f-12, or "
+            metavar="[rule|goal|action|fact] NAME [SCENARIO]",
+            help="Explain a rule, the id of a goal, a goal class, a plan-action GOAL/ID, a fact f-12, or "
             "with 'run' the whole run; by default, of a daemon's run. SCENARIO: run this scenario up to "
             "--at; with --run, take the rules of the recording from this scenario.",
         ),
@@ -108,7 +108,7 @@ def why(
     ] = 1,
     as_json: AsJson = False,
 ) -> int:
-    """Explain why a rule has not fired, the outcome of a goal, or the whole run.
+    """Explain why a rule has not fired, the outcome of a goal or an action, or the whole run.
 
     If a rule and a goal have the name: `why rule NAME` or `why goal NAME`. `why run` explains the whole run.
     Exit status: 0 explained; 2 the name is unknown, or the source lacks the needed events; 3 the daemon did

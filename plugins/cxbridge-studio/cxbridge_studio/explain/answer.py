@@ -1,4 +1,4 @@
-"""Explains a subject of a run: a rule, a goal or a fact by its name, or the whole run."""
+"""Explains a subject of a run: a rule, a goal, a plan-action or a fact by its name, or the whole run."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from cxbridge_studio.explain.rules import report as rule_report
 from cxbridge_studio.explain.rules.missing import find_refused_rules, find_unloaded_rules
 
 # The kinds of subjects of an explanation. The kind `run` needs no name.
-KINDS: Final = ("rule", "goal", "fact", "run")
+KINDS: Final = ("rule", "goal", "action", "fact", "run")
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +41,8 @@ def explain(evidence: Evidence, name: str, kind: str = "", rule_count: int = 1) 
             return _explain_goal(evidence, name, rule_count)
         case "rule":
             return _explain_rule(evidence, name)
+        case "action":
+            return _explain_action(evidence, name)
         case "fact":
             fact_story = facts.explain_fact(evidence, name)
             return Explanation(tuple(facts.format_report(fact_story)), facts.to_json(fact_story))
@@ -103,6 +105,13 @@ def _explain_goal(evidence: Evidence, name: str, rule_count: int) -> Explanation
     return Explanation(
         tuple(goal_report.format_goals(stories, evidence, rule_count)),
         goal_report.goals_to_json(stories, evidence),
+    )
+
+
+def _explain_action(evidence: Evidence, name: str) -> Explanation:
+    stories = goal_report.explain_actions(evidence, name)
+    return Explanation(
+        tuple(goal_report.format_actions(stories, evidence)), goal_report.actions_to_json(stories, evidence)
     )
 
 

@@ -1,4 +1,4 @@
-"""Reports about goals, as text and as JSON values."""
+"""Reports about goals and plan-actions, as text and as JSON values."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from cxbridge_studio.explain.evidence import Evidence
 from cxbridge_studio.explain.goal_story import (
     FACT_TEMPLATES,
     RULES_THAT_COULD,
+    ActionStory,
     GoalStory,
     GoalStoryWriter,
 )
@@ -41,6 +42,15 @@ def explain_goals(evidence: Evidence, name: str) -> tuple[GoalStory, ...]:
     )
 
 
+def explain_actions(evidence: Evidence, name: str) -> tuple[ActionStory, ...]:
+    """Return the stories of the plan-actions with a name: ``GOAL/ID``, or ``GOAL/ACTION``.
+
+    :raises CxbridgeError: if there is no such plan-action, or the source has no goals.
+    """
+    goals, writer = make_story_writer(evidence)
+    return tuple(writer.write_action_story(*goal_and_action) for goal_and_action in goals.find_actions(name))
+
+
 def make_story_writer(evidence: Evidence) -> tuple[Goals, GoalStoryWriter]:
     """Return the goals of a run, and the writer of their stories.
 
@@ -51,6 +61,30 @@ def make_story_writer(evidence: Evidence) -> tuple[Goals, GoalStoryWriter]:
     facts = {template: evidence.read_fact_slots(template) for template in FACT_TEMPLATES}
     goals = Goals(evidence.history)
     return goals, GoalStoryWriter(evidence, goals, facts)
+
+
+def actions_to_json(stories: Sequence[ActionStory], evidence: Evidence) -> dict[str, Any]:
+    """Return the stories of plan-actions as JSON values."""
+    return {
+        # An id may be used again, so several plan-actions may have the name: the latest is the headline.
+        "headline": make_cause_headline(stories[-1].cause),
+        "where": evidence.where,
+        "actions": [drop_root_marks(asdict(story)) for story in stories],
+        "notes": evidence.notes,
+    }
+
+
+def format_actions(stories: Sequence[ActionStory], evidence: Evidence) -> Iterator[str]:
+    """Yield the text of the report about plan-actions."""
+    yield make_cause_headline(stories[-1].cause)
+    yield f"in {evidence.where}"
+    for story in stories:
+        yield ""
+        yield f"action {story.action} of {story.goal}"
+        yield story.cause.text
+        yield from format_causes(story.cause.because, "")
+        yield from (f"{moment.seconds:9.3f}  {moment.text}" for moment in story.moments)
+    yield from (f"note: {note}" for note in evidence.notes)
 
 
 def goals_to_json(stories: Sequence[GoalStory], evidence: Evidence) -> dict[str, Any]:

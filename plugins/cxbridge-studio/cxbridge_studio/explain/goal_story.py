@@ -94,8 +94,22 @@ class GoalStory:
         return f"{self.goal_class}#{self.number}"
 
 
+@dataclass(frozen=True, slots=True)
+class ActionStory:
+    """The states of a plan-action, with the cause of its outcome or of its wait.
+
+    :param goal: the id and the class of the action's goal.
+    :param cause: the cause of the action's outcome or wait.
+    """
+
+    goal: str
+    action: str
+    cause: Cause
+    moments: tuple[GoalMoment, ...]
+
+
 class GoalStoryWriter:
-    """Writes the stories of a run's goals.
+    """Writes the stories of a run's goals and plan-actions.
 
     :param evidence: the evidence about the run; it must have a history.
     :param facts: the facts of :data:`FACT_TEMPLATES`.
@@ -138,6 +152,25 @@ class GoalStoryWriter:
             ),
             tuple(self._list_goal_moments(goal)),
         )
+
+    def write_action_story(self, goal: GoalRecord, action: PlanActionRecord) -> ActionStory:
+        """Return the story of a plan-action."""
+        if action.state not in DONE_STATES:
+            cause = self._find_open_action_cause(goal, action, 0)
+        elif action.state == "FAILED":
+            cause = self._find_action_failure_cause(goal, action)
+        else:
+            link = self._goals.find_skill_link(action)
+            skill = () if link is None else (Cause(_describe_skill_end(link)),)
+            cause = Cause(self._describe_action_state(action), skill)
+        moments = tuple(
+            GoalMoment(self._compute_seconds(change), change.state, self._goals.rules_before(change))
+            for change in action.changes
+        )
+        if not cause.because and moments:
+            decision_cause = self._make_decision_cause(moments[-1].rules, f"action {action.id}", action.state)
+            cause = Cause(cause.text, (decision_cause,))
+        return ActionStory(goal.title, action.id, cause, moments)
 
     def find_outcome_cause(self, goal: GoalRecord) -> Cause:
         """Return how a goal ended, with the reasons."""

@@ -73,6 +73,22 @@ class Goals:
         """Return the planner calls without an answer."""
         return [call for call in self._run.planner_calls if call.end is None]
 
+    def find_actions(self, name: str) -> list[tuple[GoalRecord, PlanActionRecord]]:
+        """Return the plan-actions with a name, ``GOAL/ID`` or ``GOAL/ACTION``, each with its goal.
+
+        :raises CxbridgeError: if no plan-action has this name.
+        """
+        goal_name, _, action_name = name.rpartition("/")
+        matches = [
+            (goal, action)
+            for goal in (self.find_goals(goal_name) if goal_name else self.all)
+            for action in goal.actions
+            if action_name in (action.id, action.name)
+        ]
+        if not matches:
+            raise CxbridgeError(f"there is no plan-action '{name}'", hint="name its goal and its id: GOAL/ID")
+        return matches
+
     def rules_before(self, change: GoalChange | ActionChange) -> tuple[str, ...]:
         """Return the rules that fired just before a change, the latest last."""
         return self._steps[change.seq].rules

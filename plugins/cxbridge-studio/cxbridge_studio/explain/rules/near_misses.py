@@ -8,6 +8,7 @@ match and a fact that satisfy the most slots are the near misses.
 from __future__ import annotations
 
 import re
+from collections import Counter
 from typing import Final
 
 from cxbridge.clipstext.values import FactRef, Value, show_alone
@@ -80,8 +81,18 @@ def find_nearest(matcher: Matcher, snapshot: Snapshot, prefix: Prefix, pattern: 
 
 
 def _rank_pairs(satisfied_slots: dict[tuple[_MatchKey, int], set[int]]) -> list[tuple[_MatchKey, int]]:
-    """Return the pairs with the most satisfied slots first, of those with as many the later facts."""
-    return sorted(satisfied_slots, key=lambda pair: (len(satisfied_slots[pair]), pair[1]), reverse=True)
+    """Return the pairs with the most satisfied slots first.
+
+    Of pairs with the same number of slots, the pair whose slots fewer pairs satisfy comes first, then the
+    pair with the later fact.
+    """
+    counts = Counter(slot_index for slot_indices in satisfied_slots.values() for slot_index in slot_indices)
+
+    def rank(pair: tuple[_MatchKey, int]) -> tuple[int, float, int]:
+        slot_indices = satisfied_slots[pair]
+        return len(slot_indices), sum(1 / counts[slot_index] for slot_index in slot_indices), pair[1]
+
+    return sorted(satisfied_slots, key=rank, reverse=True)
 
 
 def _describe_failure(

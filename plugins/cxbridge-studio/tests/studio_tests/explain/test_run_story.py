@@ -9,7 +9,7 @@ from cxbridge.events import InterfaceWrite, PlanActionTransition
 from cxbridge_studio.explain.answer import explain
 from cxbridge_studio.explain.recorded import RecordedEvidence
 from studio_tests.explain.test_goal_story import FAILED, started
-from tests.history.runs import ENV, ListRun, fact, fired, goal, skill, us
+from tests.history.runs import ENV, ListRun, action, fact, fired, goal, skill, us
 
 
 def told(events, kind: str, name: str = "", at: float | None = None, texts=None, **ending: str):
@@ -58,7 +58,7 @@ def test_a_recording_of_interfaces_alone_names_what_records_goals():
 
 def test_a_moment_after_the_end_is_named():
     events = [*FAILED, fact(3.29999, 5, "(a)")]
-    for kind, name in (("run", ""), ("goal", "talk1"), ("fact", "f-5")):
+    for kind, name in (("run", ""), ("goal", "talk1"), ("action", "talk1/10"), ("fact", "f-5")):
         assert not told(events, kind, name, at=3.3).data["notes"]
         explanation = told(events, kind, name, at=9999)
         assert explanation.lines[-1] == "note: the recording ends at 3.300 s, before --at 9999"
@@ -173,6 +173,16 @@ def test_of_many_goals_the_first_are_told():
     assert len(story.data["wanted"]) == 12
     assert story.data["wanted"][-1]["text"] == "and 9 more"
     assert "  and 9 more" in story.lines
+
+
+def test_an_action_answers_why():
+    failed = told(FAILED, "action", "talk1/10").data
+    assert failed["headline"].endswith("ended S_FAILED: no speaker")
+    assert [moment["text"] for moment in failed["actions"][0]["moments"]][-1] == "FAILED"
+    waiting = told([*started(0, "a1"), action(1, "a1", 2, "go", "PENDING")], "action", "a1/go").data
+    assert waiting["headline"].startswith("action 2 go of a1 has been PENDING since 1.000 s")
+    with pytest.raises(CxbridgeError, match="no plan-action 'a1/3'"):
+        told(started(0, "a1"), "action", "a1/3")
 
 
 def test_a_fact_names_the_rules_that_asserted_and_retracted_it():
