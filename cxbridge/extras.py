@@ -26,7 +26,7 @@ EXTRA_PURPOSES: Final[Mapping[str, str]] = {
 # The extra in the marker of a requirement: extra == "mongodb".
 _EXTRA_MARKER = re.compile(r"""\bextra\s*==\s*["']([\w.-]+)["']""")
 _PACKAGE_NAME = re.compile(r"[\w.-]+")
-# The requirement of a plug-in of this repository, perhaps with an extra: cxbridge-explore[dask].
+# The requirement of a plug-in of this repository, perhaps with an extra: cxbridge-web[foxglove].
 _PLUGIN = re.compile(rf"({CORE}-[\w-]+)(?:\[([\w-]+)\])?")
 
 

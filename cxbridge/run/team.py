@@ -98,14 +98,6 @@ class Team(Closing):
         for watcher in self.watchers:
             watcher.left(agent)
 
-    def reorder(self, names: Sequence[str]) -> None:
-        """Change the order of the agents, from the next loop on."""
-        for agent in self.agents:
-            agent.leave_loop()
-        self.agents = tuple(sorted(self.agents, key=lambda agent: names.index(agent.name)))
-        for agent in self.agents:
-            agent.enter_loop()
-
     def restart(self, name: str) -> None:
         """Start a killed agent again, as a new process would.
 

@@ -42,7 +42,6 @@ CASES = {
     ("run", "skiller"): ("run OWN --skiller luaa", "lua, simulator, none"),
     ("run", "breaks"): ("run OWN --break rule:mini-begn", "did you mean mini-begin?"),
     ("explore", "properties"): ("explore OWN --property runs-end", "did you mean run-ends?"),
-    ("sweep", "engine"): ("sweep OWN --engine locl", "use local or dask"),
     ("mcp", "allow"): ("mcp OWN --allow exlore", "did you mean explore?"),
     ("mcp", "folders"): ("mcp nowhere", "there is no such folder"),
     ("new", "from_fawkes"): ("new OWN/x --from-fawkes tst", "--fawkes-dir"),

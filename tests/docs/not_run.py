@@ -25,7 +25,6 @@ WEB = "opens a browser and serves the page until Ctrl-C; tests/cli/test_web_page
 FUZZING = "takes an hour, and a compiler; the tests replay what it found"
 OPENSSL = "needs openssl"
 PAIRS = "needs public collections of PDDL, VAL and half an hour"
-DASK = "needs a cluster; plugins/cxbridge-explore/tests/explore_tests/sweep/test_engines.py does the same with one on this machine"
 SWEEP = "is what plugins/cxbridge-explore/tests/explore_tests/sweep/test_command.py does with fewer runs"
 
 NOT_RUN: dict[str, dict[str, str]] = {
@@ -101,8 +100,8 @@ NOT_RUN: dict[str, dict[str, str]] = {
         "cp -r scenarios/workshop mine": "the agent is then changed by hand",
         "cxbridge game workshop --against mine --games 20": "is what plugins/cxbridge-explore/tests/explore_tests/game/test_game.py does with fewer games",
         "cxbridge sweep courier --against courier-v2 --runs 1000": SWEEP,
-        "pip install 'cxbridge-explore[dask]'": INDEX,
-        "cxbridge sweep courier --runs 100000 --engine dask://scheduler:8786 --resume out/rows.jsonl": DASK,
+        "cxbridge sweep courier --runs 50000 --seed 0 --csv out/first.csv": SWEEP,
+        "cxbridge sweep courier --runs 50000 --seed 50000 --csv out/second.csv": SWEEP,
         "cxbridge game --fawkes-dir fawkes --overlay fawkes-robotino --refbox-dir rcll-refbox --spec rcll-central --seed 1 --minutes 4": "plugins/cxbridge-rcll/tests/rcll_tests/test_league.py does it",
     },
     "installing.md": {

@@ -98,7 +98,7 @@ def write_counterexample(
         raise CxbridgeError(
             f"'{name}' is not violated on this path", hint="the agent may have changed since the exploration"
         )
-    description = describe_run(shortest_run, violation)
+    description = describe_run(shortest_run.choices, violation)
     stem = make_identifier(name)
     recording = folder / f"{stem}.mcap"
     chooser = NthChooser(unusual_choices(shortest_run.choices))

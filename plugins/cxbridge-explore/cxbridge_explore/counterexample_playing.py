@@ -7,8 +7,6 @@ from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from cxbridge.history.builder import UNLIMITED, RunHistory
-from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.run.options import RunOptions
 from cxbridge.run.recording import start_recording
 from cxbridge_explore.playing import ExploredRun
@@ -77,7 +75,6 @@ class PlayedRun:
 
     choices: tuple[Choice, ...]
     violations: tuple[Violation, ...]
-    history: RunHistory
     start_us: int
     results: tuple[SkillResult, ...]
     agent_count: int
@@ -120,8 +117,6 @@ def play_run(
             )
         )
         assembly = run.world.assembly
-        history = RunHistory(UNLIMITED, assembly.clock.now_us())
-        assembly.bus.subscribe(history.record_event, *TRANSITION_TYPES)
         stack.callback(start_recording(assembly, options).close)
         # Finalise before the recorder closes, so that the shutdown rules are recorded.
         stack.callback(assembly.finalize)
@@ -131,7 +126,6 @@ def play_run(
         return PlayedRun(
             result.choices,
             tuple(run.properties.violations),
-            history,
             start_us,
             tuple(run.world.skill_results),
             len(assembly.agents),

@@ -45,8 +45,6 @@ def make_test_text(
     :param folder: the folder of the file, to which the paths in the test are relative.
     :raises CxbridgeError: if the fixture cannot script a choice.
     """
-    if not violated.source:
-        raise CxbridgeError("a property that is a Python function cannot be written into a test")
     lines = [
         '"""A counterexample that `cxbridge explore` has found: the agent violates a property."""',
         "",

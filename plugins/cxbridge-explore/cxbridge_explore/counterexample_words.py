@@ -1,14 +1,12 @@
-"""Describes a run in a sentence: ``deliver fails the second time while robot2 executes charge: ...``."""
+"""Describes a run in a sentence: ``deliver fails the second time: ...``."""
 
 from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Final, NamedTuple
 
-from cxbridge.clock import MICROSECONDS
-from cxbridge_explore.counterexample_playing import PlayedRun
 from cxbridge_explore.properties.monitor import Violation
 from cxbridge_explore.worlds.points import USUAL, Choice, ChoiceKind
 
@@ -31,10 +29,10 @@ def _find_chosen_skill(choice: Choice) -> _ChosenSkill | None:
     return None if match is None else _ChosenSkill(match["skiller"], match["skill"], match["args"])
 
 
-def describe_run(played: PlayedRun, violation: Violation) -> str:
+def describe_run(choices: Sequence[Choice], violation: Violation) -> str:
     """Describe the unusual events of a run and the violation in a sentence."""
     ordinals_of_events: dict[tuple[str, str], list[str]] = {}
-    for event, ordinal_number, circumstances in _find_unusual_events(played):
+    for event, ordinal_number, circumstances in _find_unusual_events(choices):
         ordinals_of_events.setdefault((event, circumstances), []).append(ordinal_number)
     phrases = [
         f"{event} the {_join_words(ordinals)} time{circumstances}"
@@ -50,17 +48,15 @@ def _join_words(words: list[str]) -> str:
     return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))
 
 
-def _find_unusual_events(played: PlayedRun) -> Iterator[tuple[str, str, str]]:
+def _find_unusual_events(choices: Sequence[Choice]) -> Iterator[tuple[str, str, str]]:
     """Yield the event, the ordinal number and the circumstances of each unusual choice.
 
     The ordinal number is empty for an event that is not a skill call.
     """
     counts: Counter[tuple[ChoiceKind, str]] = Counter()
-    skillers = {
-        skill.skiller for choice in played.choices if (skill := _find_chosen_skill(choice)) is not None
-    }
+    skillers = {skill.skiller for choice in choices if (skill := _find_chosen_skill(choice)) is not None}
     has_several_skillers = len(skillers) > 1
-    for choice in played.choices:
+    for choice in choices:
         skill = _find_chosen_skill(choice)
         # the sentence names the arguments, so calls with other arguments do not count
         key = choice.point.kind, choice.point.subject
@@ -73,28 +69,7 @@ def _find_unusual_events(played: PlayedRun) -> Iterator[tuple[str, str, str]]:
             continue
         arguments = f" ({skill.arguments})" if skill.arguments else ""
         place = f" on {skill.skiller}" if has_several_skillers else ""
-        yield (
-            f"{skill.skill}{arguments} {name}",
-            format_ordinal(counts[key]),
-            place + _describe_concurrent_skills(played, choice, skill.skiller),
-        )
-
-
-def _describe_concurrent_skills(played: PlayedRun, choice: Choice, performing_skiller: str) -> str:
-    """Return a phrase about the skills that other Skillers execute at a choice; empty without such skills."""
-    now_us = round(choice.point.seconds * MICROSECONDS)
-    # The history has the names of Skillers without the agent's name and the slash.
-    skiller = performing_skiller.rpartition("/")[2]
-    concurrent_skills = sorted(
-        {
-            f"{call.skiller} executes {call.skill_string}"
-            for call in played.history.calls
-            if call.skiller != skiller
-            and call.begin[1] <= now_us
-            and (call.end is None or call.end[1] > now_us)
-        }
-    )
-    return f" while {' and '.join(concurrent_skills)}" if concurrent_skills else ""
+        yield f"{skill.skill}{arguments} {name}", format_ordinal(counts[key]), place
 
 
 def format_ordinal(number: int) -> str:

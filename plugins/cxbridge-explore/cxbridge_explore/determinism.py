@@ -14,7 +14,7 @@ import sys
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from itertools import zip_longest
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError
@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     from multiprocessing.process import BaseProcess
 
 EventRecord = tuple[float, str]  # seconds since the start of the run, and a description of the event
-
-_FIXED_SEED: Final = 1  # of both runs; any number would do
 
 
 class _EventRecorder:
@@ -61,13 +59,11 @@ class UsualRun:
     """A usual run in a child process, which starts at once.
 
     :param is_detailed: whether to record all events, not only choice points and the end.
-    :param seed: the seed of Python's random numbers; None for a different seed each time.
     """
 
-    def __init__(self, make_run: MakeRun, *, is_detailed: bool = False, seed: int | None = None) -> None:
+    def __init__(self, make_run: MakeRun, *, is_detailed: bool = False) -> None:
         self._receiving, sending = multiprocessing.Pipe(duplex=False)
-        arguments = sending, make_run, is_detailed, seed
-        self._process = _start_process(_play_usual_run, arguments)
+        self._process = _start_process(_play_usual_run, (sending, make_run, is_detailed))
         sending.close()
 
     def wait_for_records(self) -> list[EventRecord] | None:
@@ -98,10 +94,10 @@ def _start_process(target: Callable[..., None], arguments: tuple[object, ...]) -
     return process
 
 
-def _play_usual_run(sending: Connection, make_run: MakeRun, is_detailed: bool, seed: int | None) -> None:
+def _play_usual_run(sending: Connection, make_run: MakeRun, is_detailed: bool) -> None:
     """Play the usual run in a child process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    random.seed(seed)
+    random.seed()  # differently in each run, which reveals agents that draw without a seed
     recorder = _EventRecorder()
     try:
         with file_errors():
@@ -138,27 +134,14 @@ def explain_difference(make_run: MakeRun, divergence: DivergedError) -> Cxbridge
 
     :param divergence: the difference that has ended the exploration.
     """
-    first, second = _play_twice(make_run, None)
-    difference = _describe_difference(first, second)
-    if not difference:
-        return CxbridgeError(
-            f"the agent is not deterministic: {divergence.message}",
-            hint="find code that depends on the time of day, on random numbers or on other processes",
-        )
-    same_with_seed = not _describe_difference(*_play_twice(make_run, _FIXED_SEED))
-    cause = (
-        "random numbers without a seed: seed the generator, or draw from a world"
-        if same_with_seed
-        else "most probably the time of day, or another process: use the time of the run's clock"
-    )
-    return CxbridgeError(f"the agent is not deterministic: {difference}", hint=f"the cause: {cause}")
-
-
-def _play_twice(make_run: MakeRun, seed: int | None) -> tuple[list[EventRecord], list[EventRecord]]:
-    """Return the records of two usual runs, which are played at the same time."""
-    runs = [UsualRun(make_run, is_detailed=True, seed=seed) for _ in range(2)]
+    runs = [UsualRun(make_run, is_detailed=True) for _ in range(2)]
     first, second = (run.wait_for_records() or [] for run in runs)
-    return first, second
+    difference = _describe_difference(first, second) or divergence.message
+    return CxbridgeError(
+        f"the agent is not deterministic: {difference}",
+        hint="find code that depends on the time of day, on other processes, or on random numbers without a "
+        "seed",
+    )
 
 
 def _describe_difference(first: Iterable[EventRecord], second: Iterable[EventRecord]) -> str:

@@ -91,16 +91,14 @@ class StateReader:
     def _read_state(self, point: ChoicePoint) -> Hashable:
         world = self._run.world
         normalizer = _Normalizer(world.assembly.clock.now_us())
-        world_state, property_state = world.state(), self._run.properties.state()
+        world_state = world.state()
         if world_state is None:
             raise HiddenStateError("the progress of the skill board's executors is not visible")
-        if property_state is None:
-            raise HiddenStateError("a property has no state() to compare")
         return (
             normalizer.normalize(point.subject),
             tuple(_read_agent_state(agent, normalizer) for agent in self._agents),
             normalizer.normalize(world_state),
-            normalizer.normalize(property_state),
+            normalizer.normalize(self._run.properties.state()),
         )
 
 

@@ -1,18 +1,16 @@
 """The feature ``config_feature`` of the thesis' executive: parameters as facts ``confval``.
 
 The feature of ros2-clips-executive (2021) differs from Fawkes' feature ``config``: the facts have the file's
-order, the type is never UINT, and list elements and all values within a list of maps are strings. In the
-thesis' executive that includes TRUE and FALSE, so with ``feature-request: false`` its init.clp waits forever.
+order, the type is never UINT, and list elements and all values within a list of maps are strings. Here TRUE
+and FALSE are not, since with ``feature-request: false`` the init.clp of the executive would wait forever.
 Source: ConfigFeature.cpp.
 """
 
 from __future__ import annotations
 
 import re
-from pathlib import Path
 
 from cxbridge.config import Configuration, ConfigValue
-from cxbridge.errors import CxbridgeError
 from cxbridge.executive.feature import Feature
 from cxbridge.executive.features.config import clips_scalar
 from cxbridge.executive.host.environment import ClipsEnvironment
@@ -20,7 +18,6 @@ from cxbridge.executive.host.values import FALSE, TRUE, Symbol, Value
 from cxbridge_ros2cx.parameters import EXECUTIVE_NODE, EXECUTIVE_TREE, YAML_FALSE, YAML_INTEGER, YAML_TRUE
 
 CONFIG_FEATURE = "config_feature"
-_SECTION = "ros__parameters"
 _FLOAT = re.compile(r"[+-]?(\d+\.\d*|\.\d+|\d+)([eE][+-]?\d+)?\Z")
 # the index of a map within a list, in the path of a value: /stages/0/name
 _INDEX = re.compile(r"/\d+/")
@@ -30,52 +27,39 @@ class ParametersFeature(Feature):
     """Defines ``config-load`` and the template ``confval``.
 
     :param config: the configuration of the run, with the parameters of the executive's node.
-    :param folder: the folder of parameter files, for the prefixes of other nodes.
-    :param repeats_defects: whether TRUE and FALSE in lists of maps become strings, as in the thesis'
-        executive.
     """
 
     name = CONFIG_FEATURE
 
-    def __init__(self, config: Configuration, folder: Path, *, repeats_defects: bool = False) -> None:
+    def __init__(self, config: Configuration) -> None:
         self._config = config
-        self._folder = folder
-        self._repeats_defects = repeats_defects
 
     def init_context(self, env: ClipsEnvironment) -> None:
         env.call("path-load", "ff-config.clp")
         env.define("config-load", lambda prefix: self._load(env, prefix), 1, types="*;sy")
 
     def _load(self, env: ClipsEnvironment, prefix: str) -> None:
-        """Assert a ``confval`` for each parameter of a node, e.g. ``/clips_executive``."""
+        """Assert a ``confval`` for each parameter of the executive's node, ``/clips_executive``."""
         log = env.bus.logger(f"ClipsConfig|{env.name}")
-        node = str(prefix).strip("/")
-        if node == EXECUTIVE_NODE:
-            tree, config = EXECUTIVE_TREE, self._config
-        else:
-            tree = f"/{node}"
-            try:
-                config = Configuration.load(self._folder / f"{node}.yaml")
-            except CxbridgeError as error:
-                log.error(f"Cannot load the parameters of {prefix}: {error}")
-                return
-        for parameter in config.walk(tree):
-            # the rules expect the paths of the ROS node, without ros__parameters
-            path = f"/{node}{parameter.path[len(tree) :]}".replace(f"/{_SECTION}", "", 1)
-            slots = _make_confval_slots(parameter, repeats_defects=self._repeats_defects)
+        if str(prefix).strip("/") != EXECUTIVE_NODE:
+            log.error(f"Cannot load the parameters of {prefix}: only those of {EXECUTIVE_NODE} are known")
+            return
+        for parameter in self._config.walk(EXECUTIVE_TREE):
+            path = f"/{EXECUTIVE_NODE}{parameter.path.removeprefix(EXECUTIVE_TREE)}"
+            slots = _make_confval_slots(parameter)
             if slots is not None:
                 env.assert_fact("confval", {"path": path, **slots})
 
 
-def _make_confval_slots(parameter: ConfigValue, *, repeats_defects: bool) -> dict[str, Value] | None:
+def _make_confval_slots(parameter: ConfigValue) -> dict[str, Value] | None:
     """Return the slots of a parameter except its path; None for an empty list, which gets no fact."""
     if parameter.is_list:
         if not parameter.items:
             return None
         return {"type": Symbol("STRING"), "is-list": TRUE, "list-value": tuple(parameter.items)}
     type_name = find_scalar_type(parameter.text)
-    # within a list of maps each value is a string, in the mode `original` even TRUE and FALSE
-    if type_name == "STRING" or (_INDEX.search(parameter.path) and (repeats_defects or type_name != "BOOL")):
+    # within a list of maps each value except TRUE and FALSE is a string
+    if type_name == "STRING" or (_INDEX.search(parameter.path) and type_name != "BOOL"):
         return {"type": Symbol(type_name), "value": parameter.text}
     if type_name == "BOOL":
         return {"type": Symbol(type_name), "value": TRUE if parameter.text.lower() in YAML_TRUE else FALSE}

@@ -8,18 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from functools import partial
-from pathlib import Path
-from typing import TYPE_CHECKING
 
 from cxbridge.blackboard import BlackBoard
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
 from cxbridge.executive.feature import Feature
+from cxbridge.executive.features.blackboard import BlackBoardFeature
 from cxbridge.executive.features.config import RedefineWarningFeature
 from cxbridge.executive.features.pddl_parser import PddlParserFeature
 from cxbridge_planning.feature.base import MakeService, make_default_service
 from cxbridge_planning.settings import PlannerSettings
-from cxbridge_ros2cx.blackboard import Ros2CxBlackboardFeature
 from cxbridge_ros2cx.confvals import ParametersFeature
 from cxbridge_ros2cx.parameters import FeatureEntry
 from cxbridge_ros2cx.plansys2 import PlanSys2Feature
@@ -27,28 +25,12 @@ from cxbridge_ros2cx.settings import Ros2CxSettings
 from cxbridge_ros2cx.skill_execution import SkillExecutionFeature
 from cxbridge_ros2cx.skills import Ros2CxSkills
 
-if TYPE_CHECKING:
-    from cxbridge.executive.host.environment import ClipsEnvironment
-
 REDEFINE_FEATURE = "redefine_warning_feature"
-
-
-class MockFeature(Feature):
-    """The feature of the executive's own tests: resets the environment and asserts ``(b (name NAME))``."""
-
-    def __init__(self, name: str) -> None:
-        self.name = name
-
-    def init_context(self, env: ClipsEnvironment) -> None:
-        env.eval("(reset)")
-        env.assert_string(f"(b (name {self.name}))")
-        env.run()
 
 
 def make_features(
     entries: Iterable[FeatureEntry],
     config: Configuration,
-    folder: Path,
     board: BlackBoard,
     get_skills: Callable[[], Ros2CxSkills | None],
     on_removal: Callable[[], None] = lambda: None,
@@ -56,7 +38,6 @@ def make_features(
 ) -> list[Feature]:
     """Return ``config_feature``, ``redefine_warning_feature``, and the features that the parameters list.
 
-    :param folder: the folder of the parameter files.
     :param get_skills: returns the skill board; None before the skill board exists.
     :param on_removal: called when an ended skill is removed.
     :param make_planning: returns the planning service of an environment.
@@ -71,11 +52,14 @@ def make_features(
         parser.name = name
         return parser
 
+    def make_blackboard(name: str) -> Feature:
+        # as in the thesis' executive, facts of interfaces live for one run of the rules
+        blackboard = BlackBoardFeature(board, retract_early=True)
+        blackboard.name = name
+        return blackboard
+
     def make_plansys2(name: str) -> Feature:
-        settings = PlannerSettings.from_config(config)
-        return PlanSys2Feature(
-            name, settings, parser.domain_of, make_planning, repeats_defects=repeats_defects
-        )
+        return PlanSys2Feature(name, PlannerSettings.from_config(config), parser.domain_of, make_planning)
 
     plugins: dict[str, Callable[[str], Feature]] = {
         "cx::Plansys2Feature": make_plansys2,
@@ -83,11 +67,10 @@ def make_features(
         "cx::SkillExecutionFeature": partial(
             SkillExecutionFeature, get_skills, on_removal, repeats_defects=repeats_defects
         ),
-        "cx::BlackboardFeature": partial(Ros2CxBlackboardFeature, board, repeats_defects=repeats_defects),
-        "cx::MockFeature": MockFeature,
+        "cx::BlackboardFeature": make_blackboard,
     }
     features: list[Feature] = [
-        ParametersFeature(config, folder, repeats_defects=repeats_defects),
+        ParametersFeature(config),
         redefine_warning,
     ]
     for entry in entries:

@@ -58,8 +58,7 @@ def load_executive_parameters(folder: Path) -> Configuration:
         raise ConfigError(
             f"there are no parameters of the node {EXECUTIVE_NODE}",
             file=file,
-            hint=f"they belong below {EXECUTIVE_NODE}: ros__parameters:; "
-            + _describe_sections(ros_parameters),
+            hint=f"they belong below {EXECUTIVE_NODE}: ros__parameters:",
         )
     config = Configuration()
     config.overlay(ros_parameters.below(parameter_path).copy_below(EXECUTIVE_TREE))
@@ -80,7 +79,7 @@ def load_feature_entries(folder: Path) -> tuple[FeatureEntry, ...]:
         raise ConfigError(
             f"there are no clips_features of the node {FEATURES_NODE}",
             file=file,
-            hint=f"below {FEATURES_NODE}: ros__parameters:, [] for none; {_describe_sections(config)}",
+            hint=f"below {FEATURES_NODE}: ros__parameters:, [] for none",
         )
     entries: list[FeatureEntry] = []
     for name in config.get_strings(f"{parameter_path}/clips_features"):
@@ -97,11 +96,6 @@ def load_feature_entries(folder: Path) -> tuple[FeatureEntry, ...]:
         value = config.get(path)
         entries.append(FeatureEntry(name, config.get_str(path), value.file or str(file), value.line or None))
     return tuple(entries)
-
-
-def _describe_sections(config: Configuration) -> str:
-    """Return the part of a hint that names the sections of a file."""
-    return f"the file has {', '.join(config.keys()) or 'nothing'}"
 
 
 def _make_feature_list_error(

@@ -24,7 +24,6 @@ from cxbridge_planning.feature.base import (
     make_default_service,
 )
 from cxbridge_planning.settings import PlannerSettings
-from cxbridge_ros2cx.plansys2_domain import find_domain_error
 
 if TYPE_CHECKING:
     from cxbridge.executive.pddl import Domain
@@ -52,13 +51,8 @@ class _PlanSys2Functions(PlanningFunctions):
         service: PlanningService,
         settings: PlannerSettings,
         domain_of: DomainOf,
-        *,
-        repeats_defects: bool = False,
     ) -> None:
         super().__init__(env, service, settings, domain_of)
-        self._repeats_defects = repeats_defects
-        self._checked_domain: Domain | None = None
-        self._domain_error: PddlError | None = None
         from cxbridge_ros2.experts.knowledge import MemoryKnowledge, ProblemExpert  # noqa: PLC0415 - slow
 
         self._problem_expert = ProblemExpert(MemoryKnowledge(), lambda: self.domain)
@@ -107,18 +101,8 @@ class _PlanSys2Functions(PlanningFunctions):
         else:
             self._running_calls.append((arguments, call, call_reporter))
 
-    def known_world(self, domain: Domain) -> KnownWorld:
-        """Return the added instances and predicates.
-
-        :raises PddlError: if PlanSys2 would reject the domain.
-        """
-        if domain is not self._checked_domain:
-            self._checked_domain, self._domain_error = domain, find_domain_error(domain.file)
-            # the planners of cxbridge accept more domains than PlanSys2
-            if self._domain_error is not None and not self._repeats_defects:
-                self._log.warn(f"{self._domain_error}")
-        if self._domain_error is not None and self._repeats_defects:
-            raise self._domain_error
+    def known_world(self, domain: Domain) -> KnownWorld:  # noqa: ARG002 - the same for each domain
+        """Return the added instances and predicates."""
         knowledge = self._problem_expert.knowledge
         return list(knowledge.instances.items()), list(knowledge.predicates)
 
@@ -171,8 +155,6 @@ class PlanSys2Feature(PlanningFeature[_PlanSys2Functions]):
     :param settings: the choice of planners and their time limit.
     :param domain_of: returns the last domain that an environment has parsed; None before the first domain.
     :param make_service: returns the planning service of an environment.
-    :param repeats_defects: whether to reject the domains that PlanSys2 would reject; otherwise a warning
-        names the reason.
     """
 
     def __init__(
@@ -181,19 +163,14 @@ class PlanSys2Feature(PlanningFeature[_PlanSys2Functions]):
         settings: PlannerSettings,
         domain_of: DomainOf,
         make_service: MakeService = make_default_service,
-        *,
-        repeats_defects: bool = False,
     ) -> None:
         super().__init__(settings, domain_of, make_service)
         self.name = name
-        self._repeats_defects = repeats_defects
 
     def make_functions(
         self, env: ClipsEnvironment, service: PlanningService, settings: PlannerSettings, domain_of: DomainOf
     ) -> _PlanSys2Functions:
-        functions = _PlanSys2Functions(
-            env, service, settings, domain_of, repeats_defects=self._repeats_defects
-        )
+        functions = _PlanSys2Functions(env, service, settings, domain_of)
         env.define("psys2-add-domain-instance", functions.add_instance, 2, types="*;sy;sy")
         env.define("psys2-add-domain-predicate", functions.add_predicate, 1, types="*;sy")
         env.define("psys2-clear-knowledge", functions.clear_knowledge)

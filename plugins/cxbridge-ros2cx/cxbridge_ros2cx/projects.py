@@ -1,7 +1,6 @@
-"""The templates of ``cxbridge new --from-ros2cx``: a project around an existing agent for ROS 2.
+"""The template of ``cxbridge new --from-ros2cx``: a project around an agent of the ROS 2 CX.
 
-The agent is a parameter file of the ROS 2 CX's node ``clips_manager``, or a checkout of the thesis'
-executive, ros2-clips-executive (2021).
+The agent is a parameter file of the node ``clips_manager``.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ import typer
 from cxbridge.errors import CxbridgeError
 from cxbridge.run.program.plain_options import options_from_keywords
 from cxbridge.run.source import source_of
-from cxbridge.testing.new_project import Template, checkout_replacements, read_template
+from cxbridge.testing.new_project import Template, read_template
 from cxbridge_ros2cx.options import is_clips_manager_agent
 
 _TEMPLATES: Final = Path(__file__).parent / "templates"
@@ -31,8 +30,8 @@ class Ros2CxTemplate(Template):
     from_ros2cx: Annotated[
         Path | None,
         typer.Option(
-            metavar="PARAMS|DIR",
-            help="Begin from parameters of clips_manager, or a checkout of ros2-clips-executive (2021).",
+            metavar="PARAMS",
+            help="Begin from parameters of clips_manager.",
             show_default=False,
         ),
     ] = None
@@ -48,15 +47,7 @@ class Ros2CxTemplate(Template):
     def files(self, name: str) -> Mapping[str, str]:
         """Return the text of each project file by its path."""
         assert self.from_ros2cx is not None  # without this option, another template is chosen
-        source_path = self.from_ros2cx.absolute()
-        if source_path.is_file():
-            return _read_node_template(name, source_path, self.ros2cx and self.ros2cx.absolute())
-        if self.ros2cx is not None:
-            raise CxbridgeError("--ros2cx requires the parameters of an agent", file=source_path)
-        return read_template(
-            _TEMPLATES / "thesis",
-            checkout_replacements(name, source_path, options_from_keywords(None, ros2cx=source_path)),
-        )
+        return _read_node_template(name, self.from_ros2cx.absolute(), self.ros2cx and self.ros2cx.absolute())
 
 
 def _read_node_template(name: str, parameter_file: Path, package_folder: Path | None) -> dict[str, str]:

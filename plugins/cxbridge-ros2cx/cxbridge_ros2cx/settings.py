@@ -5,26 +5,20 @@ docs/evidence/ros2cx.md lists the defects of ros2-clips-executive (2021) and the
 
 from __future__ import annotations
 
-from enum import StrEnum
-
 from msgspec import Struct
 
 from cxbridge.config import Configuration
 
 TREE = "/ros2cx"  # path of the settings
 _KEYS = ("mode", "removal-blocks", "unsensed")
-
-
-class Ros2CxMode(StrEnum):
-    """How to treat the defects of the thesis' executive, ros2-clips-executive (2021)."""
-
-    SANE = "sane"  # avoid the defects
-    ORIGINAL = "original"  # repeat the defects, so that recorded runs can be compared
+_SANE, _ORIGINAL = "sane", "original"  # modes
 
 
 class Ros2CxSettings(Struct, frozen=True):
     """Settings of a run with ``--ros2cx``.
 
+    :param repeats_defects: whether to repeat the defects of the thesis' executive, so that recorded runs can
+        be compared: the mode ``original``. Otherwise the mode is ``sane``.
     :param removal_block_times_s: how long the removal of the first, second ... ended skill blocks the
         executive. The thesis' executive blocks for a random time between 0 and 2 s. Only the mode
         ``original`` allows these times.
@@ -32,13 +26,9 @@ class Ros2CxSettings(Struct, frozen=True):
         succeeds, the effects of its action are asserted in place of a sensor's report, as for dummies.
     """
 
-    mode: Ros2CxMode = Ros2CxMode.SANE
+    repeats_defects: bool = False
     removal_block_times_s: tuple[float, ...] = ()
     unsensed_executors: tuple[str, ...] = ()
-
-    @property
-    def repeats_defects(self) -> bool:
-        return self.mode is Ros2CxMode.ORIGINAL
 
     @classmethod
     def from_config(cls, config: Configuration) -> Ros2CxSettings:
@@ -50,15 +40,15 @@ class Ros2CxSettings(Struct, frozen=True):
             if key not in _KEYS:
                 hint = f"the keys are {', '.join(_KEYS)}"
                 raise config.error(f"{TREE}/{key}", f"there is no {TREE[1:]}/{key}", hint)
-        mode_name = config.get_str(f"{TREE}/mode", default=str(Ros2CxMode.SANE))
-        try:
-            mode = Ros2CxMode(mode_name)
-        except ValueError:
-            hint = f"the modes are {', '.join(Ros2CxMode)}"
-            raise config.error(f"{TREE}/mode", f"{TREE[1:]}/mode cannot be '{mode_name}'", hint) from None
+        mode = config.get_str(f"{TREE}/mode", default=_SANE)
+        if mode not in (_SANE, _ORIGINAL):
+            hint = f"the modes are {_SANE}, {_ORIGINAL}"
+            raise config.error(f"{TREE}/mode", f"{TREE[1:]}/mode cannot be '{mode}'", hint)
         block_times_s = tuple(config.get_floats(f"{TREE}/removal-blocks", default=[]))
-        if block_times_s and mode is not Ros2CxMode.ORIGINAL:
+        if block_times_s and mode != _ORIGINAL:
             # in the mode sane, removals do not block: the times would have no effect
             message = "removal-blocks requires mode: original"
             raise config.error(f"{TREE}/removal-blocks", message, "write mode: original")
-        return cls(mode, block_times_s, tuple(config.get_strings(f"{TREE}/unsensed", default=[])))
+        return cls(
+            mode == _ORIGINAL, block_times_s, tuple(config.get_strings(f"{TREE}/unsensed", default=[]))
+        )

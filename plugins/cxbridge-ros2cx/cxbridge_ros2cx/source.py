@@ -13,19 +13,16 @@ from typing import TYPE_CHECKING, Final
 
 from cxbridge.config import Configuration
 from cxbridge.errors import CxbridgeError
-from cxbridge.executive.executive import BUILTIN_CX, CoreFiles
+from cxbridge.executive.executive import CoreFiles
 from cxbridge.executive.feature import Feature
-from cxbridge.executive.features.blackboard import BlackBoardFeature
-from cxbridge.executive.features.config import ConfigFeature, RedefineWarningFeature
-from cxbridge.executive.manager import HOST_LIBRARY
 from cxbridge.resources import shipped_dir
 from cxbridge.run.paths import RunPaths
 from cxbridge.run.source import Source
 from cxbridge.skiller.board.settings import BoardSettings
 from cxbridge_planning.feature.base import service_maker
 from cxbridge_planning.settings import PlannerSettings
-from cxbridge_ros2cx.checkout import ROS2CX_CLIPS, ROS2CX_SANE_CLIPS, Ros2CxCheckout
-from cxbridge_ros2cx.checks import check_parameters
+from cxbridge_ros2cx.checkout import ROS2CX_SANE_CLIPS, Ros2CxCheckout
+from cxbridge_ros2cx.checks import find_unknown_keys
 from cxbridge_ros2cx.confvals import CONFIG_FEATURE
 from cxbridge_ros2cx.features import REDEFINE_FEATURE, make_features
 from cxbridge_ros2cx.parameters import (
@@ -73,10 +70,9 @@ class Ros2CxSource(Source):
         """Raise :class:`CxbridgeError` if another option conflicts with ``--ros2cx``."""
         self.check_folders()
         options = self.options
-        if options.core == "fawkes":
+        if options.core is not None:
             raise CxbridgeError(
-                "--core fawkes cannot be combined with --ros2cx",
-                hint="omit --core for the core of the checkout, or use --core builtin for that of cxbridge",
+                "--core cannot be combined with --ros2cx", hint="omit --core: the checkout has its own core"
             )
         if options.scenario is not None or options.fawkes_dir is not None:
             raise CxbridgeError(
@@ -113,23 +109,17 @@ class Ros2CxSource(Source):
         """Return the files and folders of the checkout."""
         checkout, options = self._checkout, self.options
         configured_folders = config.get_strings("/clips-executive/clips-dirs", default=[])
-        # an unknown placeholder stays as it is: check_parameters warns about such a folder
         folders = [
             *options.clips_dirs,
             *(Path(text.replace("@CONFDIR@", str(checkout.bringup_folder))) for text in configured_folders),
         ]
         folders.append(OVERLAYS)  # the files that shipped overlays load
-        is_builtin = options.core == "builtin"
-        early_clips: tuple[Path, ...] = (
-            () if Ros2CxSettings.from_config(config).repeats_defects else (ROS2CX_SANE_CLIPS,)
-        )
-        if is_builtin:
-            folders.append(checkout.core_folder)  # the agents are in the core's folder
+        repeats_defects = Ros2CxSettings.from_config(config).repeats_defects
         return RunPaths(
             config_file=config_file,
-            library_dir=HOST_LIBRARY if is_builtin else checkout.library_folder,
-            core_dir=BUILTIN_CX if is_builtin else checkout.core_folder,
-            override_dirs=(ROS2CX_CLIPS, ROS2CX_SANE_CLIPS) if is_builtin else early_clips,
+            library_dir=checkout.library_folder,
+            core_dir=checkout.core_folder,
+            override_dirs=() if repeats_defects else (ROS2CX_SANE_CLIPS,),
             clips_dirs=tuple(dict.fromkeys(folders)),
             interface_dirs=(*options.interface_dirs, shipped_dir("interfaces")),
             skill_dirs=(*options.skill_dirs, shipped_dir("luaskills")),
@@ -137,9 +127,9 @@ class Ros2CxSource(Source):
         )
 
     def choose_spec(self, config: Configuration, config_file: Path) -> tuple[str, list[str]]:
-        """Return the spec, and warnings about the parameters and the checkout."""
+        """Return the spec, and warnings about the parameters."""
         spec, warnings = super().choose_spec(config, config_file)
-        return spec, [*warnings, *check_parameters(config, spec, self._checkout)]
+        return spec, [*warnings, *find_unknown_keys(config, spec)]
 
     def loop_period_us(self, config: Configuration) -> int:
         """Return the duration of a main loop, which is at most the time between two runs of the rules."""
@@ -183,38 +173,24 @@ class Ros2CxSource(Source):
 
     def features(self, context: Run) -> list[Feature]:
         """Return the features of the parameter files."""
-        folder = self._checkout.parameter_folder
         block_times_s = iter(Ros2CxSettings.from_config(context.config).removal_block_times_s)
 
         def record_blocking() -> None:
             if self._refresh_timer is not None:
                 self._refresh_timer.record_blocking(next(block_times_s, 0.0))
 
-        features = make_features(
-            load_feature_entries(folder),
+        return make_features(
+            load_feature_entries(self._checkout.parameter_folder),
             context.config,
-            folder,
             context.board,
             lambda: self._find_skills(context),
             record_blocking,
             service_maker(context, PlannerSettings.from_config(context.config)),
         )
-        if not context.paths.is_builtin:
-            return features
-        builtin_features = [
-            BlackBoardFeature(context.board),
-            ConfigFeature(context.config),
-            RedefineWarningFeature(),
-        ]
-        # a feature of the checkout replaces the built-in one of its name
-        feature_names = {feature.name for feature in features}
-        return [*(feature for feature in builtin_features if feature.name not in feature_names), *features]
 
     def core_files(self, paths: RunPaths, config: Configuration) -> CoreFiles:
-        """Return the executive's files, with the features of the checkout's own core."""
+        """Return the executive's files, with the features of the checkout's core."""
         files = super().core_files(paths, config)
-        if paths.is_builtin:
-            return files
         to_time_fields = (
             to_seconds_and_nanoseconds
             if Ros2CxSettings.from_config(config).repeats_defects

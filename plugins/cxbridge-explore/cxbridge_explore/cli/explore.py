@@ -6,7 +6,6 @@ import shlex
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final
 
@@ -73,9 +72,8 @@ class _ExploreOptions:
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Write a page, updated during the exploration: a map of the runs, the effects of faults, "
-            "and the parts of the agent that no run has reached. Its bars open pages of the runs, in a "
-            "folder next to it.",
+            help="Write a page: a map of the runs, the effects of faults, and the parts of the agent that no "
+            "run has reached. Its bars open pages of the runs, in a folder next to it.",
             show_default=False,
         ),
     ] = None
@@ -146,9 +144,6 @@ def explore(
         make_assembly=make_assembly,
         resume=resume,
         show_line=show_line,
-        draw_page=None
-        if explore_options.html is None
-        else partial(_write_live_page, explore_options.html, command),
     )
     if show_line is not None:
         _show_line("")
@@ -163,13 +158,6 @@ def explore(
         _write_page(result, coverage, explore_options.html, command, (options, world, make_assembly))
     _print_result(result, coverage, as_json=as_json)
     return result.status
-
-
-def _write_live_page(file: Path, command: str, result: ExploreResult) -> None:
-    """Write the page of an exploration that is still running."""
-    from cxbridge_explore.map.page import write_page
-
-    write_page(result, None, file, command, is_live=True)
 
 
 def _write_page(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import os
 import time
-from contextlib import ExitStack
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -19,15 +19,12 @@ from cxbridge.run.options import ScenarioOptions, SourceOptions
 from cxbridge_explore.cli.progress import show_progress
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
-    from cxbridge_explore.sweep.engine import Engine
+    from cxbridge_explore.sweep.engine import LocalEngine
     from cxbridge_explore.sweep.row_file import RowFile
     from cxbridge_explore.sweep.rows import RunRow, SweepJob
     from cxbridge_explore.sweep.summary import AgentComparison
-
-_LOCAL_ENGINE = "local"
-_DASK_PREFIX = "dask://"
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -37,7 +34,7 @@ class _AgentOptions(ScenarioOptions, SourceOptions):
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class _SweepOptions:
-    """Options of the runs and the engine."""
+    """Options of the runs."""
 
     runs: Annotated[int, typer.Option(min=1, help="The number of runs.")] = 1000
     seed: Annotated[
@@ -72,13 +69,6 @@ class _SweepOptions:
             show_default=False,
         ),
     ] = None
-    engine: Annotated[
-        str,
-        typer.Option(
-            metavar="local|dask://HOST:PORT",
-            help="Play the runs on this machine (local), or on a Dask cluster.",
-        ),
-    ] = _LOCAL_ENGINE
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -88,12 +78,6 @@ class _SweepOutputs:
     csv: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Write a CSV file with a row for each run.", show_default=False),
-    ] = None
-    parquet: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE", help="Write a Parquet file with a row for each run.", show_default=False
-        ),
     ] = None
     as_json: AsJson = False
 
@@ -109,19 +93,21 @@ def sweep(agent_options: _AgentOptions, settings: _SweepOptions, outputs: _Sweep
 
     Example: cxbridge sweep scenarios/courier --runs 10000 --csv out/sweep.csv
     """
+    from cxbridge_explore.sweep.engine import LocalEngine
+    from cxbridge_explore.sweep.files import write_csv
     from cxbridge_explore.sweep.row_file import RowFile
     from cxbridge_explore.sweep.summary import AgentComparison, SweepSummary
 
-    make_output_folders(outputs.csv, outputs.parquet)
+    make_output_folders(outputs.csv)
     jobs = _make_jobs(agent_options, settings)
     start_s = time.perf_counter()
     seeds = range(settings.seed, settings.seed + settings.runs)
-    with ExitStack() as stack:
-        file = None if settings.resume is None else stack.enter_context(RowFile(settings.resume))
-        engine = _make_engine(settings, stack)
+    engine = LocalEngine(settings.jobs or os.cpu_count() or 1)
+    with nullcontext() if settings.resume is None else RowFile(settings.resume) as file:
         rows_by_agent = {name: _play_sweep(engine, name, job, seeds, file) for name, job in jobs.items()}
     wall_seconds = round(time.perf_counter() - start_s, 3)
-    _write_files(rows_by_agent, outputs)
+    if outputs.csv is not None:
+        write_csv(rows_by_agent, outputs.csv)
     first_rows, *further_rows = rows_by_agent.values()
     report: dict[str, Any] = {
         **SweepSummary(first_rows).as_dict(),
@@ -172,26 +158,8 @@ def _make_jobs(agent_options: _AgentOptions, settings: _SweepOptions) -> dict[st
     return jobs
 
 
-def _make_engine(settings: _SweepOptions, stack: ExitStack) -> Engine:
-    """Return the engine that the options select.
-
-    :param stack: closes the engine.
-    """
-    from cxbridge_explore.sweep.engine import LocalEngine
-
-    if settings.engine == _LOCAL_ENGINE:
-        return LocalEngine(settings.jobs or os.cpu_count() or 1)
-    if settings.engine.startswith(_DASK_PREFIX):
-        from cxbridge_explore.sweep.dask_engine import DaskEngine
-
-        return stack.enter_context(DaskEngine(settings.engine.removeprefix(_DASK_PREFIX)))
-    raise CxbridgeError(
-        f"--engine cannot be '{settings.engine}'", hint=f"use {_LOCAL_ENGINE} or {_DASK_PREFIX}HOST:PORT"
-    )
-
-
 def _play_sweep(
-    engine: Engine, name: str, job: SweepJob, seeds: Sequence[int], file: RowFile | None
+    engine: LocalEngine, name: str, job: SweepJob, seeds: Sequence[int], file: RowFile | None
 ) -> list[RunRow]:
     """Play the runs of an agent, and return their rows in the order of seeds.
 
@@ -207,15 +175,6 @@ def _play_sweep(
                 file.add(name, row)
             advance()
     return [rows[seed] for seed in seeds]
-
-
-def _write_files(rows_by_agent: Mapping[str, Sequence[RunRow]], outputs: _SweepOutputs) -> None:
-    from cxbridge_explore.sweep.files import write_csv, write_parquet
-
-    if outputs.csv is not None:
-        write_csv(rows_by_agent, outputs.csv)
-    if outputs.parquet is not None:
-        write_parquet(rows_by_agent, outputs.parquet)
 
 
 def _print_comparison(comparison: AgentComparison) -> None:

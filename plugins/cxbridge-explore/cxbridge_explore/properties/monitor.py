@@ -139,11 +139,11 @@ class Monitor:
     def check_shutdown(self) -> None:
         """Check the run after the shutdown rules have fired."""
 
-    def state(self) -> Hashable | None:
+    def state(self) -> Hashable:
         """Return the state on which later verdicts depend, besides the current facts.
 
         Times are relative to now. Ids of goals are separate strings, so that a comparison of runs can rename
-        them. None means that the state is unknown, so that the run is not merged.
+        them.
         """
         return NO_STATE
 
@@ -155,7 +155,7 @@ class Property:
     :param name: the name, unique among the properties of a run.
     :param make_monitor: makes the monitor of the property for a run.
     :param text: the description.
-    :param source: the text form that can be parsed again; empty for a Python function.
+    :param source: the text that can be parsed again.
     """
 
     name: str

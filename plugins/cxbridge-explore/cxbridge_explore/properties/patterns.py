@@ -28,7 +28,6 @@ _ABSENCE_HEADS: Final = frozenset({"not", "forall"})
 _NAME_PREFIX: Final = "cx-property-"  # of the names of rules and functions
 _LOADED_PATTERN: Final = "(executive-initialized)"  # matches a fact that a loaded agent has
 _UNMATCHED_PATTERN: Final = "(executive-initialized nowhere)"  # matches no fact
-_LITERAL: Final = re.compile(r"[\w-]+")  # no variable, predicate or string
 _CLIPS_REASON: Final = re.compile(r"\[[A-Z]+\d+\].*?(?= ERROR:|$)", re.DOTALL)
 _numbers = count(1)  # make the names unique in the process
 
@@ -56,14 +55,9 @@ class ConditionPattern:
         return any(node.head in _ABSENCE_HEADS for element in self.elements for node in element.walk())
 
     @property
-    def fact_patterns(self) -> tuple[SyntaxNode, ...]:
-        """The patterns of facts in the elements."""
-        return tuple(_find_fact_patterns(self.elements))
-
-    @property
     def templates(self) -> tuple[str, ...]:
         """The deftemplates in the elements, without duplicates."""
-        return tuple(dict.fromkeys(node.head for node in self.fact_patterns))
+        return tuple(dict.fromkeys(_find_templates(self.elements)))
 
     @property
     def variables(self) -> tuple[str, ...]:
@@ -76,61 +70,24 @@ class ConditionPattern:
         )
 
 
-def _find_fact_patterns(nodes: tuple[SyntaxNode, ...]) -> Iterator[SyntaxNode]:
+def _find_templates(nodes: tuple[SyntaxNode, ...]) -> Iterator[str]:
     for node in nodes:
         if node.head in _GROUP_HEADS:
-            yield from _find_fact_patterns(node.arguments)
+            yield from _find_templates(node.arguments)
         elif node.head and node.head != "test":
-            yield node
+            yield node.head
 
 
-def check_names(pattern: ConditionPattern, env: ClipsEnvironment) -> None:
-    """Check the deftemplates and slots of a pattern.
+def check_templates(pattern: ConditionPattern, env: ClipsEnvironment) -> None:
+    """Check the deftemplates of a pattern: CLIPS would create an unknown one.
 
-    :raises ConfigError: if the environment lacks a deftemplate or a slot.
+    :raises ConfigError: if the environment lacks a deftemplate.
     """
-    for fact_pattern in pattern.fact_patterns:
-        if not env.has_template(fact_pattern.head):
-            templates = (str(name).rpartition("::")[2] for name in env.eval("(get-deftemplate-list *)"))
-            hint = did_you_mean(fact_pattern.head, templates)
-            raise pattern.mark.error(
-                f"there is no deftemplate '{fact_pattern.head}': {pattern.text}", hint or None
-            )
-        slots = env.eval(f"(deftemplate-slot-names {fact_pattern.head})")
-        if slots == ("implied",):  # an ordered fact
-            continue
-        for slot in fact_pattern.arguments:
-            if slot.items is not None and slot.head not in slots:
-                hint = did_you_mean(slot.head, slots, f"it has: {', '.join(map(str, slots))}")
-                raise pattern.mark.error(
-                    f"deftemplate '{fact_pattern.head}' has no slot '{slot.head}': {pattern.text}", hint
-                )
-            if slot.items is not None:
-                _check_values(pattern, env, fact_pattern.head, slot)
-
-
-def _check_values(pattern: ConditionPattern, env: ClipsEnvironment, template: str, slot: SyntaxNode) -> None:
-    """Check the literal values of a slot with a fixed set of values.
-
-    :raises ConfigError: for a value that the slot never has.
-    """
-
-    def find_allowed_values(slot_name: Value) -> tuple[str, ...]:
-        """Return the values that a slot can have; empty if they are not restricted."""
-        values = env.eval(f"(deftemplate-slot-allowed-values {template} {slot_name})")
-        return tuple(map(str, values)) if isinstance(values, tuple) else ()
-
-    allowed = find_allowed_values(slot.head)
-    words = (word for node in slot.arguments if node.items is None for word in re.split("[&|~]+", node.text))
-    for word in words:
-        if allowed and _LITERAL.fullmatch(word) and word not in allowed:
-            hint = f"the values of '{slot.head}': {', '.join(allowed)}"
-            slots = env.eval(f"(deftemplate-slot-names {template})")
-            if slots_with_word := [name for name in slots if word in find_allowed_values(name)]:
-                hint = f"{word} is a value of '{slots_with_word[0]}': ({slots_with_word[0]} {word}); {hint}"
-            raise pattern.mark.error(
-                f"slot '{slot.head}' of '{template}' is never {word}: {pattern.text}", hint
-            )
+    for name in pattern.templates:
+        if not env.has_template(name):
+            templates = (str(item).rpartition("::")[2] for item in env.eval("(get-deftemplate-list *)"))
+            hint = did_you_mean(name, templates)
+            raise pattern.mark.error(f"there is no deftemplate '{name}': {pattern.text}", hint or None)
 
 
 class Probe:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from cxbridge_explore.properties.monitor import Ending, Monitor, RunEnd, Scene
-from cxbridge_explore.properties.patterns import BoundValues, ConditionPattern, Probe, check_names
+from cxbridge_explore.properties.patterns import BoundValues, ConditionPattern, Probe, check_templates
 from cxbridge_explore.properties.tables import FactTables
 
 
@@ -65,7 +65,7 @@ class PatternMonitor(Monitor):
         for tables in list(self._loading_tables):
             if all(map(tables.env.has_template, self.templates)) or tables.is_initialized:
                 for watched in self._patterns:
-                    check_names(watched.pattern, tables.env)
+                    check_templates(watched.pattern, tables.env)
                 self._loading_tables.remove(tables)
                 self.probes[tables] = [watched.make_probe(tables) for watched in self._patterns]
         if not self._loading_tables:
@@ -126,7 +126,7 @@ class AlwaysMonitor(PatternMonitor):
                 agent = f" in {tables.name}" if len(self.probes) > 1 else ""
                 self.scene.report(f"{self._pattern.text} does not match{agent}")
 
-    def state(self) -> Hashable | None:
+    def state(self) -> Hashable:
         """Return whether the check has begun."""
         return self.is_evaluated
 
@@ -160,7 +160,7 @@ class EventuallyMonitor(PatternMonitor):
         if not self._has_matched and (end.ending is not Ending.CUT or self._within_s is None):
             self.scene.report(f"{self._pattern.text} has never matched")
 
-    def state(self) -> Hashable | None:
+    def state(self) -> Hashable:
         """Return whether the pattern has matched, or the remaining time."""
         if self._has_matched or self._within_s is None:
             return self._has_matched
@@ -240,7 +240,7 @@ class AfterMonitor(PatternMonitor):
             f"{self._second.text} has not matched {limit_text}, after {self._first.text}{bindings}"
         )
 
-    def state(self) -> Hashable | None:
+    def state(self) -> Hashable:
         """Return the open obligations with their times."""
         obligations: list[tuple[object, ...]] = [(agent, *values) for agent, values in self._open_obligations]
         if self._within_s is not None:

@@ -86,19 +86,18 @@ class PropertyWatch:
             if monitor.is_evaluated or monitor.scene.violation is not None
         )
 
-    def state(self) -> Hashable | None:
-        """Return the state on which later verdicts depend, besides facts; None if unknown.
+    def state(self) -> Hashable:
+        """Return the state on which later verdicts depend, besides facts.
 
         A violated property has its final verdict, so only the violation is part of the state.
         """
-        states: list[Hashable] = []
-        for monitor in self._monitors:
-            violation = monitor.scene.violation
-            state = monitor.state() if violation is None else (violation.message,)
-            if state is None:
-                return None
-            states.append((monitor.scene.name, state))
-        return tuple(states)
+        return tuple(
+            (
+                monitor.scene.name,
+                monitor.state() if monitor.scene.violation is None else (monitor.scene.violation.message,),
+            )
+            for monitor in self._monitors
+        )
 
 
 def _handle_event(monitor: Monitor, event: Event) -> None:

@@ -13,8 +13,7 @@ import threading
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
-from pathlib import Path
-from typing import Final, Protocol
+from typing import Final
 
 from cxbridge.closing import Closing
 from cxbridge.errors import CxbridgeError
@@ -29,13 +28,6 @@ _LOADING_KEY: Final = None  # in place of a seed, for deaths of workers that hav
 _MAX_CHUNK_SEEDS: Final = 16
 
 
-class Engine(Protocol):
-    """Plays the runs of a sweep."""
-
-    def play_seeds(self, job: SweepJob, seeds: Sequence[int]) -> Iterator[RunRow]:
-        """Yield the row of each seed, in the order in which the runs end."""
-
-
 class WorkerDiedError(CxbridgeError):
     """A worker process ended before its work was done."""
 
@@ -48,15 +40,13 @@ class WorkerProcess(Closing):
     """A process that plays runs; see :mod:`cxbridge_explore.sweep.worker`. Only one thread may use it.
 
     :param job: the common part of all runs.
-    :param folder: the working directory; None for the working directory of this process.
     """
 
-    def __init__(self, job: SweepJob, folder: Path | None = None) -> None:
+    def __init__(self, job: SweepJob) -> None:
         self._process = subprocess.Popen(  # noqa: S603 - starts our own module
             python_command("-m", "cxbridge_explore.sweep.worker"),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            cwd=folder,
         )
         self._is_loaded = False
         self._send(job)

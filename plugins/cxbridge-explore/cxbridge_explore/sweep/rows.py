@@ -31,7 +31,7 @@ class SweepJob:
 class RunRow:
     """The result of a run.
 
-    The names of the fields are the columns of CSV and Parquet files.
+    The names of the fields are the columns of CSV files.
 
     :param seed: the seed of the world.
     :param outcome: the word printed by ``cxbridge run``, or :data:`CRASHED`.

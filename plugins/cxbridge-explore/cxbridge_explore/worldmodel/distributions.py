@@ -12,7 +12,7 @@ from typing import Final, assert_never
 # Seconds are rounded to milliseconds, so that the text of a choice in a path stands for the same number.
 MAX_DECIMALS: Final = 3
 
-# In an exploration, the 5 % and the 95 % quantiles replace the bounds of an unbounded distribution.
+# In an exploration, the 5 % and the 95 % quantiles replace the missing bounds of a normal distribution.
 _TAIL_SHARE: Final = 0.05
 
 
@@ -22,8 +22,6 @@ class Shape(StrEnum):
     CONSTANT = "constant"
     UNIFORM = "uniform"
     NORMAL = "normal"
-    LOGNORMAL = "lognormal"
-    EXPONENTIAL = "exponential"
     CHOICE = "choice"
 
 
@@ -32,8 +30,6 @@ PARAMETER_NAMES: Final = {
     Shape.CONSTANT: ("seconds",),
     Shape.UNIFORM: ("least", "greatest"),
     Shape.NORMAL: ("mean", "standard deviation"),
-    Shape.LOGNORMAL: ("median", "standard deviation of the logarithm"),
-    Shape.EXPONENTIAL: ("mean",),
 }
 
 
@@ -44,15 +40,12 @@ class Distribution:
     :param parameters: the parameters of the shape.
     :param min_s: the lower bound; smaller values become the bound.
     :param max_s: the upper bound; larger values become the bound.
-    :param listed_values: the values that represent the distribution in an exploration, the usual value first;
-        empty for the median, the minimum and the maximum.
     """
 
     shape: Shape
     parameters: tuple[float, ...]
     min_s: float = 0.0
     max_s: float = math.inf
-    listed_values: tuple[float, ...] = ()
 
     @classmethod
     def constant(cls, seconds: float) -> Distribution:
@@ -74,10 +67,6 @@ class Distribution:
                 return first + share * (last - first)
             case Shape.NORMAL:
                 return NormalDist(first, last).inv_cdf(share) if last else first
-            case Shape.LOGNORMAL:
-                return first * math.exp(NormalDist(0.0, last).inv_cdf(share)) if last else first
-            case Shape.EXPONENTIAL:
-                return -first * math.log1p(-share)
             case Shape.CHOICE:
                 values = sorted(self.parameters)
                 return values[min(int(share * len(values)), len(values) - 1)]
@@ -91,29 +80,13 @@ class Distribution:
         return self.quantile(share)
 
     @property
-    def usual_value(self) -> float:
-        """The first listed value; without listed values, the median."""
-        return self.listed_values[0] if self.listed_values else self.quantile(0.5)
-
-    @property
-    def low_value(self) -> float:
-        """The minimum; for an unbounded distribution, the 5 % quantile."""
-        return self.quantile(0.0 if self._is_bounded else _TAIL_SHARE)
-
-    @property
-    def high_value(self) -> float:
-        """The maximum; for an unbounded distribution, the 95 % quantile."""
-        return self.quantile(1.0 if self._is_bounded else 1 - _TAIL_SHARE)
-
-    @property
-    def _is_bounded(self) -> bool:
-        return self.shape in (Shape.CONSTANT, Shape.UNIFORM, Shape.CHOICE)
-
-    @property
     def representatives(self) -> tuple[float, ...]:
-        """The values that represent the distribution in an exploration, the usual value first."""
-        values = self.listed_values or (self.usual_value, self.low_value, self.high_value)
-        return tuple(dict.fromkeys(values))
+        """The values that represent the distribution in an exploration: the median, the minimum, the maximum.
+
+        For a normal distribution, the 5 % and 95 % quantiles replace the minimum and the maximum.
+        """
+        tail = _TAIL_SHARE if self.shape is Shape.NORMAL else 0.0
+        return tuple(dict.fromkeys(map(self.quantile, (0.5, tail, 1 - tail))))
 
 
 def format_seconds(seconds: float) -> str:

@@ -42,14 +42,12 @@ class SkillModel:
     :param duration: the duration; None for the duration in the scenario: that of the executor, a static
         estimate, or one second.
     :param hang_probability: the probability that the skill never ends.
-    :param mute_probability: the probability that an executor does not report its progress.
     """
 
     pattern: SkillPattern
     failures: tuple[SkillFailure, ...] = (SkillFailure(),)
     duration: Distribution | None = None
     hang_probability: float = 0.0
-    mute_probability: float = 0.0
     mark: Mark = field(default=Mark(), compare=False)
 
     def matches(self, call: SkillStringCall) -> bool:
@@ -91,21 +89,16 @@ class SensedValue:
 
 
 @dataclass(frozen=True, slots=True)
-class MessageFault:
-    """Lost or delayed messages to writers of interfaces.
+class MessageLoss:
+    """Lost messages to the writer of an interface.
 
-    :param uid: the ``TYPE::ID`` of the interface, which may be a shell pattern.
+    :param uid: the ``TYPE::ID`` of the interface.
     :param message_type: the type of the message; ``*`` matches all messages.
-    :param loss_probability: the probability of a loss.
-    :param delay_probability: the probability of a delay.
-    :param delay_s: the delay in seconds.
     """
 
     uid: str
     message_type: str = "*"
-    loss_probability: float = 0.0
-    delay_probability: float = 0.0
-    delay_s: float = 1.0
+    probability: float = DEFAULT_PROBABILITY
     mark: Mark = field(default=Mark(), compare=False)
 
 
@@ -162,17 +155,15 @@ class WorldModel:
 
     :param skills: the models of skill calls; the first match of a call counts.
     :param default_skill: the model of calls without a match.
-    :param order: the moments when the order of the agents' turns is decided; None for the configured order.
     :param planner: the faults of planners; None for planners without faults.
     """
 
     skills: tuple[SkillModel, ...] = ()
     default_skill: SkillModel = field(default_factory=lambda: SkillModel(SkillPattern("*")))
     sensed: tuple[SensedValue, ...] = ()
-    messages: tuple[MessageFault, ...] = ()
+    messages: tuple[MessageLoss, ...] = ()
     absences: tuple[Absence, ...] = ()
     kills: tuple[Kill, ...] = ()
-    order: DecisionTimes | None = None
     planner: PlannerModel | None = None
 
     def find_skill_model(self, call: SkillStringCall) -> SkillModel:

@@ -46,11 +46,9 @@ def check_world_names(
         _check_agent(world, agent, find_known_skills(agent, reads_source_code=reads_source_code))
     for kill in world.kills if agent_names else ():
         _check_name("agent", kill.agent, (*agent_names, "*"), kill.mark)
-    if not agent_names and (world.kills or world.order):
-        mark = world.kills[0].mark if world.kills else Mark()
-        change = "kill an agent" if world.kills else "change the order of turns"
+    if not agent_names and world.kills:
         hint = "see docs/several-agents.md"
-        raise mark.error(f"the scenario has one agent: the world cannot {change}", hint)
+        raise world.kills[0].mark.error("the scenario has one agent: the world cannot kill an agent", hint)
 
 
 def _check_agent(world: WorldModel, agent: Run, skills: Collection[str]) -> None:

@@ -12,7 +12,7 @@ from cxbridge_explore.worldmodel.model import (
     WORLD_FILE,
     Absence,
     Kill,
-    MessageFault,
+    MessageLoss,
     PlannerModel,
     SensedValue,
     SkillFailure,
@@ -22,12 +22,12 @@ from cxbridge_explore.worldmodel.model import (
 from cxbridge_explore.worldmodel.section import Section
 
 # The allowed keys of each section.
-_WORLD_KEYS: Final = ("skills", "otherwise", "sensed", "messages", "skillers", "killed", "order", "planner")
-_OTHERWISE_KEYS: Final = ("fails", "duration", "hangs", "mute")
+_WORLD_KEYS: Final = ("skills", "otherwise", "sensed", "messages", "skillers", "killed", "planner")
+_OTHERWISE_KEYS: Final = ("fails", "duration", "hangs")
 _SKILL_KEYS: Final = ("name", "args", *_OTHERWISE_KEYS)
 _FAILURE_KEYS: Final = ("error", "probability", "after")
 _SENSED_KEYS: Final = ("interface", "field", "values", "probabilities", "at", "after")
-_MESSAGE_KEYS: Final = ("interface", "type", "lost", "late", "delay")
+_MESSAGE_KEYS: Final = ("interface", "type", "lost")
 _SKILLER_KEYS: Final = ("name", "probability", "times", "back")
 _KILLED_KEYS: Final = ("agent", "probability", "times", "back")
 _PLANNER_KEYS: Final = ("none", "fails", "late", "delay")
@@ -62,7 +62,6 @@ def parse_world(document: Configuration) -> WorldModel:
         messages=tuple(map(_parse_message, world.sections("messages", _MESSAGE_KEYS, ("interface",)))),
         absences=tuple(map(_parse_absence, world.sections("skillers", _SKILLER_KEYS, ("name",)))),
         kills=tuple(map(_parse_kill, world.sections("killed", _KILLED_KEYS))),
-        order=world.times("order") if "order" in world else None,
         planner=_parse_planner(world.section("planner", _PLANNER_KEYS)) if "planner" in world else None,
     )
 
@@ -80,10 +79,7 @@ def _parse_skill(skill: Section, pattern: SkillPattern) -> SkillModel:
         raise skill.error(
             f"has {', '.join(sorted(repeated_names))} twice", "give each failure a different error"
         )
-    mute_probability = skill.probability("mute", 0.0)
-    return SkillModel(
-        pattern, failures, skill.duration("duration"), hang_probability, mute_probability, skill.mark
-    )
+    return SkillModel(pattern, failures, skill.duration("duration"), hang_probability, skill.mark)
 
 
 def _parse_failure(failure: Section, *, is_only: bool) -> SkillFailure:
@@ -117,18 +113,9 @@ def _parse_sensed(sensed: Section) -> SensedValue:
     )
 
 
-def _parse_message(message: Section) -> MessageFault:
-    loss_probability = message.probability("lost", 0.0 if "late" in message else DEFAULT_PROBABILITY)
-    delay_probability = message.probability("late", 0.0)
-    message.check_total([loss_probability, delay_probability])
-    delay_s = message.seconds("delay", 1.0)
-    return MessageFault(
-        message.text("interface"),
-        message.text("type", "*"),
-        loss_probability,
-        delay_probability,
-        delay_s,
-        message.mark,
+def _parse_message(message: Section) -> MessageLoss:
+    return MessageLoss(
+        message.text("interface"), message.text("type", "*"), message.probability("lost"), message.mark
     )
 
 

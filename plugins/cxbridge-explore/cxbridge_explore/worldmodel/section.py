@@ -13,9 +13,8 @@ from cxbridge_explore.worldmodel.distributions import PARAMETER_NAMES, Distribut
 from cxbridge_explore.worldmodel.model import DEFAULT_PROBABILITY, DecisionTimes
 
 MAX_S: Final = 1e9  # about 30 years, longer than each run; finite, so that times can be computed
-_REPRESENTATIVES: Final = ("median", "min", "max")
 _SHAPE_KEYS: Final = tuple(shape.value for shape in Shape if shape is not Shape.CONSTANT)
-_BOUND_KEYS: Final = ("min", "max", "explore")
+_BOUND_KEYS: Final = ("min", "max")
 _ROUNDING_ERROR: Final = 1e-9  # 0.1 + 0.2 + 0.7 is slightly more than 1 in floating point
 
 
@@ -165,9 +164,7 @@ class Section:
         if max_s < min_s:
             raise section.error(f"is {max_s:g}, less than the minimum {min_s:g}", key="max")
         shape = Shape(shapes[0])
-        parameters = _parse_parameters(section, shape)
-        listed_values = _parse_representatives(section, Distribution(shape, parameters, min_s, max_s))
-        return Distribution(shape, parameters, min_s, max_s, listed_values)
+        return Distribution(shape, _parse_parameters(section, shape), min_s, max_s)
 
 
 def _parse_parameters(section: Section, shape: Shape) -> tuple[float, ...]:
@@ -183,25 +180,3 @@ def _parse_parameters(section: Section, shape: Shape) -> tuple[float, ...]:
             shape,
         )
     return tuple(section.checked_seconds(shape, value) for value in values)
-
-
-def _parse_representatives(section: Section, distribution: Distribution) -> tuple[float, ...]:
-    """Return the values of the key ``explore``, which represent a distribution in an exploration.
-
-    :param distribution: the distribution, for the values ``median``, ``min`` and ``max``.
-    """
-    if "explore" not in section:
-        return ()
-    values = (distribution.usual_value, distribution.low_value, distribution.high_value)
-    seconds_by_name = dict(zip(_REPRESENTATIVES, values, strict=True))
-    names, listed_values = ", ".join(_REPRESENTATIVES), []
-    for text in section.texts("explore"):
-        try:
-            seconds = seconds_by_name[text] if text in seconds_by_name else float(text)
-        except ValueError:
-            hint = did_you_mean(text, _REPRESENTATIVES, f"use seconds, or: {names}")
-            raise section.error(f"has '{text}'", hint, "explore") from None
-        listed_values.append(section.checked_seconds("explore", seconds))
-    if not listed_values:
-        raise section.error("must not be empty", f"use seconds, or: {names}", "explore")
-    return tuple(listed_values)

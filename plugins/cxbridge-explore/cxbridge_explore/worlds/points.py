@@ -8,6 +8,7 @@ order each time it is played, so that the unusual choices identify the run: they
 from __future__ import annotations
 
 import random
+import re
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -16,8 +17,11 @@ from typing import Any, Final, Protocol
 
 from cxbridge.clock import MICROSECONDS, Clock
 from cxbridge.errors import CxbridgeError
+from cxbridge_explore.worldmodel.distributions import Distribution, format_seconds
 
 USUAL: Final = 0  # index of the option without a fault
+
+_DURATION_NAME: Final = re.compile(r"takes\(([\d.]+)\)")
 
 
 class ChoiceKind(StrEnum):
@@ -25,12 +29,10 @@ class ChoiceKind(StrEnum):
 
     SKILL = "skill"  # the result of a skill call
     DURATION = "duration"  # the duration of a skill
-    FEEDBACK = "feedback"  # whether an executor reports its progress
     SENSED = "sensed"  # a value of an interface
-    MESSAGE = "message"  # whether a message is lost or delayed
+    MESSAGE = "message"  # whether a message is lost
     SKILLER = "skiller"  # a Skiller or an executor vanishes or returns
     PLANNER = "planner"  # the result of a planner call
-    ORDER = "order"  # the order of the agents' turns
     KILL = "kill"  # an agent of a team is killed
 
 
@@ -64,14 +66,9 @@ def make_options(usual: str, *faults: Option) -> tuple[Option, ...]:
     return (Option(usual, weight=max(0.0, 1 - sum(option.weight for option in faults))), *faults)
 
 
-class OptionRange(Protocol):
-    """A continuous range of options, such as the durations of a distribution."""
-
-    def draw(self, rng: random.Random) -> Option:
-        """Draw an option."""
-
-    def parse(self, name: str) -> Option | None:
-        """Return the option with a name; None if the range has no such option."""
+def make_duration_option(seconds: float, faults: int = 0) -> Option:
+    """Return the option of a duration. The name contains the seconds, so that a path repeats the duration."""
+    return Option(f"takes({format_seconds(seconds)})", faults=faults, value=seconds)
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,15 +79,15 @@ class ChoicePoint:
         earlier choices have equal subjects.
     :param seconds: the time since the start of the run, by its clock.
     :param options: the listed options, the usual option first. At least two, unless there is a range.
-    :param option_range: a range of options, which the listed options represent in an exploration; None
-        without a range.
+    :param distribution: the distribution of a duration, which the listed options represent in an
+        exploration; None for a choice about something else.
     """
 
     kind: ChoiceKind
     subject: str
     seconds: float
     options: tuple[Option, ...]
-    option_range: OptionRange | None = field(default=None, compare=False)
+    distribution: Distribution | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,7 +137,7 @@ class Chooser(Protocol):
     """Chooses at the choice points of a run."""
 
     def choose(self, index: int, point: ChoicePoint) -> int | Option:
-        """Return the index of the chosen option, or an option of the point's range.
+        """Return the index of the chosen option, or an option that is drawn.
 
         :param index: the number of the point in its run, from 0.
         :raises DivergedError: if a path cannot be followed.
@@ -181,10 +178,9 @@ class PathChooser:
         for option_index, option in enumerate(point.options):
             if option.name == step.option:
                 return option_index
-        drawn = None if point.option_range is None else point.option_range.parse(step.option)
-        # an option of the range that RandomChooser drew is not among the listed options
-        if drawn is not None:
-            return drawn
+        duration = None if point.distribution is None else _DURATION_NAME.fullmatch(step.option)
+        if duration is not None:  # RandomChooser drew a duration that is not among the listed options
+            return make_duration_option(float(duration[1]))
         names = ", ".join(option.name for option in point.options)
         raise DivergedError(
             f"choice {index}, {point.subject}, has no option '{step.option}'", hint=f"it has: {names}"
@@ -209,8 +205,8 @@ class RandomChooser:
         # a text as the seed, since Python derives the same state from a text in each process, unlike a hash
         rng = random.Random(f"{self._seed}/{subject}/{self._counts[subject]}")  # noqa: S311 - a simulation repeats
         self._counts[subject] += 1
-        if point.option_range is not None:
-            return point.option_range.draw(rng)
+        if point.distribution is not None:
+            return make_duration_option(point.distribution.draw(rng))
         weights = [option.weight for option in point.options]
         drawn_index, *_ = rng.choices(range(len(weights)), weights)
         return drawn_index
@@ -237,13 +233,13 @@ class RunChoices:
         kind: ChoiceKind,
         subject: str,
         options: tuple[Option, ...],
-        option_range: OptionRange | None = None,
+        distribution: Distribution | None = None,
     ) -> Option:
         """Return the chosen option of a new choice point; see :class:`ChoicePoint`."""
-        point = ChoicePoint(kind, subject, self.seconds, options, option_range)
+        point = ChoicePoint(kind, subject, self.seconds, options, distribution)
         index = len(self.choices)
         chosen = self._chooser.choose(index, point)
-        # An option of the range is added to the listed options, so that a path can name the option.
+        # A drawn option is added to the listed options, so that a path can name the option.
         if isinstance(chosen, Option):
             point = replace(point, options=(*options, chosen))
             chosen = len(options)

@@ -34,7 +34,7 @@ from cxbridge_explore.worlds.points import (
 )
 from cxbridge_explore.worlds.sensing import OWNER, MessageChoices, SensedChoices
 from cxbridge_explore.worlds.skills import SkillChoices, SkillResult
-from cxbridge_explore.worlds.vanishing import AbsenceChoices, KillChoices, OrderChoices
+from cxbridge_explore.worlds.vanishing import AbsenceChoices, KillChoices
 
 if TYPE_CHECKING:
     from cxbridge.run.agent import Run
@@ -94,7 +94,6 @@ class WorldRun(Closing):
         self._is_started = False
         self._world_model = read_scenario_world(options) if world is None else world
         self._kills: list[KillChoices] = []
-        self._order: OrderChoices | None = None
         with ExitStack() as stack:
             self.assembly = make_assembly(options, self._make_additions())
             stack.enter_context(self.assembly)
@@ -132,8 +131,6 @@ class WorldRun(Closing):
     def _watch_team(self, team: Team) -> None:
         team.watchers.append(self)
         self._kills = [KillChoices(kill, team, self._choices) for kill in self._world_model.kills]
-        if self._world_model.order is not None:
-            self._order = OrderChoices(self._world_model.order, team, self._choices)
 
     @property
     def watchers(self) -> list[AgentWatcher]:
@@ -155,8 +152,6 @@ class WorldRun(Closing):
             agent_world.apply_events()
         for kill in self._kills:
             kill.apply()
-        if self._order is not None:
-            self._order.apply()
 
     @property
     def seconds(self) -> float:
@@ -243,10 +238,8 @@ class AgentWorld(Closing):
                 uid: stack.enter_context(agent.board.open_for_writing(*parse_uid(uid), owner=OWNER))
                 for uid in dict.fromkeys(value.uid for value in world.sensed)
             }
-            messages = [
-                stack.enter_context(MessageChoices(fault, agent.board, choices, prefix))
-                for fault in world.messages
-            ]
+            for loss in world.messages:
+                stack.enter_context(MessageChoices(loss, agent.board, choices, prefix))
             sensed = [
                 SensedChoices(value, agent, writers[value.uid], choices, prefix) for value in world.sensed
             ]
@@ -255,7 +248,6 @@ class AgentWorld(Closing):
             ]
             # The order of the choices is part of the path of a run, and must not change.
             self._apply_functions: tuple[Callable[[], None], ...] = (
-                *(message.apply for message in messages),
                 *(value.apply for value in sensed),
                 *(absence.apply for absence in self._absences),
             )

@@ -1,13 +1,11 @@
-"""Choices about the inputs of an agent: sensed values, and messages that are lost or late."""
+"""Choices about the inputs of an agent: sensed values, and messages that are lost."""
 
 from __future__ import annotations
 
 import re
-from contextlib import suppress
 from typing import Final
 
 from cxbridge.blackboard import LocalBlackBoard, parse_uid
-from cxbridge.blackboard.errors import BlackBoardError
 from cxbridge.blackboard.listeners import EventKind, Listener
 from cxbridge.closing import Closing
 from cxbridge.errors import InterfaceError
@@ -16,7 +14,7 @@ from cxbridge.interfaces.assignments import assign
 from cxbridge.interfaces.instance import Interface
 from cxbridge.interfaces.message import Message
 from cxbridge.run.agent import Run
-from cxbridge_explore.worldmodel.model import MessageFault, SensedValue
+from cxbridge_explore.worldmodel.model import MessageLoss, SensedValue
 from cxbridge_explore.worlds.points import ChoiceKind, Option, RunChoices, make_fault, make_options
 
 _SKILL_NAME: Final = re.compile(r"\w+")
@@ -74,47 +72,25 @@ class SensedChoices:
 
 
 class MessageChoices(Listener, Closing):
-    """Drops or delays messages to the writer of an interface.
+    """Drops messages to the writer of an interface.
 
     :param prefix: precedes the subject of each choice, e.g. ``robot1/``.
     """
 
-    def __init__(self, fault: MessageFault, board: LocalBlackBoard, choices: RunChoices, prefix: str) -> None:
-        self._fault, self._choices, self._prefix, self._board = fault, choices, prefix, board
-        self._late_messages: list[tuple[float, Message]] = []  # seconds of the delivery, and the message
-        self._delivered_message: Message | None = None  # the late message during its delivery
-        self._reader: Interface = board.open_for_reading(*parse_uid(fault.uid), owner=OWNER)
-        self._memory = board.find_memory(self._reader)
-        self._memory.listeners.register(self, self._reader, (EventKind.MESSAGE_RECEIVED,))
-        faults = (("lost", fault.loss_probability), ("late", fault.delay_probability))
-        self._options = make_options(
-            "arrives", *(make_fault(name, weight) for name, weight in faults if weight)
-        )
+    def __init__(self, loss: MessageLoss, board: LocalBlackBoard, choices: RunChoices, prefix: str) -> None:
+        self._loss, self._choices, self._prefix, self._board = loss, choices, prefix, board
+        self._reader: Interface = board.open_for_reading(*parse_uid(loss.uid), owner=OWNER)
+        listeners = board.find_memory(self._reader).listeners
+        listeners.register(self, self._reader, (EventKind.MESSAGE_RECEIVED,))
+        self._options = make_options("arrives", make_fault("lost", loss.probability))
 
     def message_received(self, interface: Interface, message: Message) -> bool:
-        """Return whether a message is delivered now."""
-        has_type = self._fault.message_type in (
-            "*",
-            message.type,
-            message.type.removesuffix("Message"),
-        )
-        # The delivery of a late message calls this listener again, which must not delay the message again.
-        if message is self._delivered_message or not has_type:
+        """Return whether a message is delivered."""
+        if self._loss.message_type not in ("*", message.type, message.type.removesuffix("Message")):
             return True
         subject = f"{self._prefix}{interface.uid} {message.type}"
-        chosen_option = self._choices.choose(ChoiceKind.MESSAGE, subject, self._options).name
-        if chosen_option == "late":
-            self._late_messages.append((self._choices.seconds + self._fault.delay_s, message))
-        return chosen_option == "arrives"
-
-    def apply(self) -> None:
-        """Deliver messages whose delay is over."""
-        while self._late_messages and self._late_messages[0][0] <= self._choices.seconds:
-            self._delivered_message = self._late_messages.pop(0)[1]
-            with suppress(BlackBoardError):  # the writer may have closed the interface
-                self._memory.transmit(self._reader, self._delivered_message)
-            self._delivered_message = None
+        return self._choices.choose(ChoiceKind.MESSAGE, subject, self._options).name == "arrives"
 
     def close(self) -> None:
-        """Stop dropping and delaying messages."""
+        """Stop dropping messages."""
         self._board.close(self._reader)

@@ -1,43 +1,29 @@
-"""Choices about skills: the result, the duration, and whether an executor reports its progress."""
+"""Choices about skills: the result and the duration."""
 
 from __future__ import annotations
 
-import random
-import re
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 from cxbridge.run.agent import Run
-from cxbridge.skiller.board.executor import SkillExecutor, Steps
-from cxbridge.skiller.board.protocol import SkillCall
 from cxbridge.skiller.simulation.deciders import FOREVER, Decider, Outcome
 from cxbridge.skiller.simulation.estimators import STATIC_PREFIX, StaticEstimator
-from cxbridge.skiller.simulation.execution import to_string_call
 from cxbridge.skiller.skillstring import SkillStringCall
 from cxbridge.skiller.status import Status
 from cxbridge.testing.scripted import ScriptedSkills
 from cxbridge.testing.skills import Call
-from cxbridge_explore.worldmodel.distributions import Distribution, format_seconds
+from cxbridge_explore.worldmodel.distributions import Distribution
 from cxbridge_explore.worldmodel.model import SkillFailure, SkillModel, WorldModel
-from cxbridge_explore.worlds.points import ChoiceKind, Option, RunChoices, make_fault, make_options
+from cxbridge_explore.worlds.points import (
+    ChoiceKind,
+    Option,
+    RunChoices,
+    make_duration_option,
+    make_fault,
+    make_options,
+)
 
 DEFAULT_DURATION_S: Final = 1.0  # duration of a skill without an estimate
-_DURATION_NAME: Final = re.compile(r"takes\(([\d.]+)\)")
-
-
-@dataclass(frozen=True, slots=True)
-class DurationRange:
-    """The range of the durations of a distribution, as options with names such as ``takes(3.274)``."""
-
-    distribution: Distribution
-
-    def draw(self, rng: random.Random) -> Option:
-        return make_duration_option(self.distribution.draw(rng))
-
-    def parse(self, name: str) -> Option | None:
-        match = _DURATION_NAME.fullmatch(name)
-        return None if match is None else make_duration_option(float(match[1]))
 
 
 class SkillResult(NamedTuple):
@@ -48,11 +34,6 @@ class SkillResult(NamedTuple):
 
     call: Call
     outcome: Outcome | None
-
-
-def make_duration_option(seconds: float, faults: int = 0) -> Option:
-    """Return the option of a duration. The name contains the seconds, so that a path repeats the duration."""
-    return Option(f"takes({format_seconds(seconds)})", faults=faults, value=seconds)
 
 
 class SkillChoices:
@@ -75,19 +56,7 @@ class SkillChoices:
         self.results: list[SkillResult] = []  # in the order of the calls
         self.script = ScriptedSkills(agent, self._usual_deciders)
         self.script.otherwise.does(self._decide_result)
-        agent.execution = self._execute
-
-    def _execute(self, executor: SkillExecutor, call: SkillCall) -> Steps:
-        """Execute a call of the skill board. The world may mute the reports of progress."""
-        steps = self.script.execute(executor, call)
-        string_call = to_string_call(call)
-        mute_probability = self._world.find_skill_model(string_call).mute_probability
-        if mute_probability:
-            options = make_options("reports", make_fault("mute", mute_probability))
-            subject = self._make_subject(call.agent, string_call)
-            if self._choices.choose(ChoiceKind.FEEDBACK, subject, options).name == "mute":
-                return (None for _ in steps)
-        return steps
+        agent.execution = self.script.execute
 
     def _decide_result(self, call: Call) -> Outcome | None:
         """Decide the result of a call; None if the call ends as in a run without a world."""
@@ -123,8 +92,7 @@ class SkillChoices:
             make_duration_option(usual_value),
             *(make_duration_option(value, 1) for value in further_values),
         )
-        duration_range = DurationRange(duration)
-        seconds: float = self._choices.choose(ChoiceKind.DURATION, subject, options, duration_range).value
+        seconds: float = self._choices.choose(ChoiceKind.DURATION, subject, options, duration).value
         return seconds
 
     def _find_usual_seconds(self, call: SkillStringCall) -> float:

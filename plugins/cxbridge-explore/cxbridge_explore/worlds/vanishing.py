@@ -1,15 +1,13 @@
-"""Choices about Skillers that vanish, and about agents that are killed or take their turns differently."""
+"""Choices about Skillers that vanish, and about agents that are killed."""
 
 from __future__ import annotations
-
-from itertools import permutations
 
 from cxbridge.run.agent import Run
 from cxbridge.run.team import Team
 from cxbridge.skiller.board.host import ExecutorHost
 from cxbridge.testing.scripted import ScriptedSkills
 from cxbridge_explore.worldmodel.model import Absence, DecisionTimes, Kill
-from cxbridge_explore.worlds.points import ChoiceKind, Option, RunChoices, make_fault, make_options
+from cxbridge_explore.worlds.points import ChoiceKind, RunChoices, make_fault, make_options
 
 
 class Schedule:
@@ -132,24 +130,3 @@ class KillChoices:
             if self._kill.restart_after_s is not None:
                 self._restarts.append((self._choices.seconds + self._kill.restart_after_s, agent.name))
             self._team.kill(agent)
-
-
-class OrderChoices:
-    """Changes the order of the agents' turns."""
-
-    def __init__(self, times: DecisionTimes, team: Team, choices: RunChoices) -> None:
-        self._schedule, self._team, self._choices = Schedule(times), team, choices
-
-    def apply(self) -> None:
-        """Choose an order if a decision is due."""
-        names = [agent.name for agent in self._team.agents]
-        if len(names) == 1 or not self._schedule.is_due(self._choices.seconds):
-            return
-        # The first permutation is the current order, the usual option.
-        options = tuple(
-            Option(", ".join(order), faults=int(index > 0), value=order)
-            for index, order in enumerate(permutations(names))
-        )
-        order: tuple[str, ...] = self._choices.choose(ChoiceKind.ORDER, "turns", options).value
-        if list(order) != names:
-            self._team.reorder(order)

@@ -29,7 +29,6 @@ def test_the_time_of_day_is_found_out(tmp_path: Path, means: str):
     said = refused(scenario, means)
     assert "is not deterministic" in said
     assert "the first difference of two runs is" in said
-    assert "time of day" in said
 
 
 def test_random_numbers_without_a_seed_are_found_out(tmp_path: Path):
@@ -40,4 +39,3 @@ def test_random_numbers_without_a_seed_are_found_out(tmp_path: Path):
     camera.write_text(text.replace("from cxbridge.clock", "import random\n\nfrom cxbridge.clock"))
     said = refused(scenario, "--faults", "0")
     assert "is not deterministic" in said
-    assert "without a seed" in said

@@ -144,14 +144,6 @@ def test_a_run_goes_on_while_it_charges_and_ends_when_it_has(tmp_path: Path) -> 
     assert ended == {"KEEP": "UNKNOWN", "TOUR": "COMPLETED", "CHARGE": "COMPLETED"}
 
 
-def test_an_agent_that_only_maintains_runs_for_its_time(tmp_path: Path) -> None:
-    scenario = write_scenario(tmp_path / "mini", agent=CHARGES.format(keep=KEEPING, tour=""))
-    result = run_scenario(RunOptions(scenario=scenario, timeout=TIMEOUT_S, skiller="none"))
-    assert result.run_seconds >= TIMEOUT_S
-    assert sum(goal.goal_class == "CHARGE" for goal in result.goals) > 1
-    assert result.status in (COMPLETED, TIMED_OUT)
-
-
 @pytest.mark.parametrize(
     ("facts", "expected"),
     [(KEEPING + DONE, MAINTAINED), (KEEPING, MAINTAINED), (KEEP.format("FINISHED"), None)],

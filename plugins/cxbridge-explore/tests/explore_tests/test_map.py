@@ -122,7 +122,8 @@ def test_which_explored_run_breaks_the_property(tmp_path: Path) -> None:
     assert set(pages) == set(range(5))
     found = replace(result, counterexamples={no_talk: example})
     stories = write_violation_pages(found.counterexamples, file)
-    write_page(found, None, file, "cxbridge explore", pages=pages, stories=stories)
+    coverage = compute_explored_coverage(OPTIONS, ())
+    write_page(found, coverage, file, "cxbridge explore", pages=pages, stories=stories)
     shown = show(file, tmp_path / "profile")
     assert shown.console == []
     assert shown.dom.index("The shortest run with the violation") < shown.dom.index("What faults lead to")
@@ -131,16 +132,3 @@ def test_which_explored_run_breaks_the_property(tmp_path: Path) -> None:
     run = show(tmp_path / page, tmp_path / "profile", fragment=f"#{moment}")
     assert run.console == []
     assert f"{rows[1].begin_s:.3f} s" in run.dom
-
-
-@needs_plugin("web")
-def test_the_page_is_live_while_it_explores(tmp_path: Path) -> None:
-    drawn: list[int] = []
-
-    def draw_page(so_far: ExploreResult) -> None:
-        drawn.append(len(so_far.graph.leaves))
-        write_page(so_far, None, tmp_path / "map.html", "x", is_live=True)
-
-    explore(OPTIONS, Bounds(faults=0), ExecutionOptions(fork=False), draw_page=draw_page)
-    assert drawn[0] == 0
-    assert (tmp_path / "map.html").stat().st_size > 0

@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import shutil
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
 import pytest
 
@@ -35,8 +33,7 @@ def test_calls_are_counted_with_the_arguments_that_the_sentence_names():
         )
 
     choices = (choice(0, "aisle", 0), choice(1, "desk", 1), choice(2, "aisle", 1))
-    played: Any = SimpleNamespace(choices=choices, history=SimpleNamespace(calls=[]))
-    assert describe_run(played, Violation("p", "it is wrong", 3.0)) == (
+    assert describe_run(choices, Violation("p", "it is wrong", 3.0)) == (
         "goto (place='desk') fails the first time, and goto (place='aisle') fails the second time: "
         "it is wrong (at 3.00 s)"
     )

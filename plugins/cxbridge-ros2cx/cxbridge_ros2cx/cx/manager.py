@@ -44,9 +44,6 @@ class CxManager(EnvironmentManager):
         self.plugin_log = context.bus.logger("CLIPSPluginManager")
         self._logs = logs
         self.plugins: dict[str, CxPlugin] = {}  # created plug-ins by name
-        # The plug-ins that receive messages, and the plug-ins with work in ticks: a loop calls only these.
-        self.receivers: tuple[CxPlugin, ...] = ()
-        self.tickers: tuple[CxPlugin, ...] = ()
         self._loaded_plugins: dict[str, list[str]] = {}
         self._reported_errors: set[str] = set()
         # whether a plug-in that cannot be created is an error; otherwise the environment runs without it
@@ -145,15 +142,7 @@ class CxManager(EnvironmentManager):
             self.plugin_log.info(f"Created plugin: {plugin_name} of type {class_name} on activation")
             plugin.initialize()
             self.plugins[plugin_name] = plugin
-            self._update_receivers_and_tickers()
         return self.plugins[plugin_name]
-
-    def _update_receivers_and_tickers(self) -> None:
-        plugins = self.plugins.values()
-        self.receivers = tuple(
-            plugin for plugin in plugins if type(plugin).receive_messages is not CxPlugin.receive_messages
-        )
-        self.tickers = tuple(plugin for plugin in plugins if type(plugin).tick is not CxPlugin.tick)
 
     def loaded_features(self, name: str) -> tuple[str, ...]:
         """Return the plug-ins of an environment in loading order."""
@@ -193,7 +182,6 @@ class CxManager(EnvironmentManager):
         """Finalize all plug-ins after their environments have unloaded them."""
         for plugin_name in reversed(list(self.plugins)):
             plugin = self.plugins.pop(plugin_name)
-            self._update_receivers_and_tickers()
             self.attempt(plugin, plugin.finalize)
             self.plugin_log.info(f"[{plugin_name}] Deactivated!")
 

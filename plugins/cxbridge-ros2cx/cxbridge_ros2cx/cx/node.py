@@ -126,7 +126,7 @@ class CxNode(Executive):
         if self.control is not None and self.control.is_within_loop:
             return self.control.run()
         self._receive_messages()  # before the ticks, so that plug-ins see the messages since the last loop
-        for plugin in self.manager.tickers:
+        for plugin in list(self.manager.plugins.values()):
             self.manager.attempt(plugin, plugin.tick)
         if self._services is not None:
             self._services.tick()
@@ -137,7 +137,7 @@ class CxNode(Executive):
     def _receive_messages(self) -> None:
         """Receive the messages of other nodes."""
         self.manager.context.ros.spin()
-        for plugin in self.manager.receivers:
+        for plugin in list(self.manager.plugins.values()):
             self.manager.attempt(plugin, plugin.receive_messages)
 
     @property

@@ -23,7 +23,6 @@ from cxbridge.run.rights import read_rights
 from cxbridge.run.source import LoadedFile, Source
 from cxbridge.run.specs import choose_spec
 from cxbridge_protobuf.settings import CONNECTIONS_KEY
-from cxbridge_ros2cx.cx.hash_order import order_by_hash
 from cxbridge_ros2cx.cx.log_files import EnvironmentLogs
 from cxbridge_ros2cx.cx.manager import CxManager
 from cxbridge_ros2cx.cx.node import CxNode
@@ -82,7 +81,7 @@ class CxSource(Source):
             raise CxbridgeError(
                 "this is a checkout of today's CLIPS Executive: name the parameters of an agent, too",
                 file=self.folders[0],
-                hint=f"e.g. {self._find_example()}",
+                hint="e.g. params/hello_world.yaml of the package cx_tutorial_agents",
             )
         for name, value in (("fawkes-dir", self.options.fawkes_dir), ("core", self.options.core)):
             if value is not None:
@@ -90,14 +89,6 @@ class CxSource(Source):
                     f"--{name} cannot be combined with parameters of clips_manager",
                     hint="their environments have no core and no files of Fawkes",
                 )
-
-    def _find_example(self) -> str:
-        """Return a parameter file of the checkout as an example for the hint."""
-        # not the whole tree: the search would be endless if a user names the root folder
-        for level in ("", "*/", "*/*/", "*/*/*/"):
-            for file in sorted(self.folders[0].glob(f"{level}params/hello_world.yaml")):
-                return str(file)
-        return "params/AGENT.yaml"
 
     @property
     def folders(self) -> tuple[Path, ...]:
@@ -191,10 +182,7 @@ class CxSource(Source):
         self, context: Run, manager: EnvironmentManager, mapper: ActionMapper, files: CoreFiles
     ) -> Executive:
         assert isinstance(manager, CxManager)
-        node = CxNode(manager, context.config, mapper, files)
-        if self.options.option("hash_order"):
-            node.environment_names = order_by_hash(node.environment_names)
-        return node
+        return CxNode(manager, context.config, mapper, files)
 
 
 def _make_local_connections() -> MakeConnections:

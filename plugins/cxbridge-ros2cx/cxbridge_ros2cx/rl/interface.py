@@ -79,7 +79,6 @@ class LearningAgent(Closing):
     :param node: the name of the peer.
     :param patience: the time limit of a service or a goal, in seconds of the agent's clock.
     :param watch: whether to log facts and rules; steps then take several times as long.
-    :param mode: the mode of the peer: ``TRAINING`` or ``EXECUTION``.
     :raises CxbridgeError: if the parameters are invalid, or the agent lacks the services.
     """
 
@@ -92,12 +91,11 @@ class LearningAgent(Closing):
         node: str = LEARNER_NODE,
         patience: float = 600.0,
         watch: bool = False,
-        mode: str = "TRAINING",
     ) -> None:
         self._name, self._patience = node, patience
         self._file = parameters
         self._clients: dict[str, Client] = {}
-        self.status: dict[str, Any] = {"mode": mode}  # the peer's response to the service `get_status`
+        self.status: dict[str, Any] = {"mode": "TRAINING"}  # the peer's response to the service `get_status`
         with ExitStack() as stack:
             options = options_from_keywords(parameters, ros2cx=ros2cx, clock="virtual", timeout=_NO_TIMEOUT_S)
             self._run = stack.enter_context(Run(options))
@@ -109,7 +107,7 @@ class LearningAgent(Closing):
             self._run.start()
             self._graph = self._manager.context.ros.graph
             self._peer = self._graph.join(node.rpartition("/")[2])
-            self.serve("get_status", "GetStatus", lambda _request: self.status)
+            self._peer.serve(f"{node}/get_status", f"{_PACKAGE}/srv/GetStatus", lambda _request: self.status)
             self._env = self._find_environment()
             if not watch:
                 self._env.eval("(unwatch all)")
@@ -155,12 +153,6 @@ class LearningAgent(Closing):
         self._run_until(has_server, f"the action {self._name}/{action} has no server", _STARTUP_TIMEOUT_S)
         return handlers[0]
 
-    def run_for(self, seconds: float) -> None:
-        """Advance the agent's time; stop early if the agent shuts down."""
-        end_us = self._run.clock.now_us() + int(seconds * MICROSECONDS)
-        while self._run.clock.now_us() < end_us and not self._run.executive.is_over:
-            self._tick()
-
     def _run_until(self, condition: Callable[[], bool], timeout_message: str, seconds: float = 0.0) -> None:
         """Advance the agent's time until a condition is true.
 
@@ -183,7 +175,7 @@ class LearningAgent(Closing):
 
     def _knows_mode(self) -> bool:
         nodes = self._env.columns("cx-rl-node", "name", "mode")
-        return any(name == self._name and mode == self.status["mode"] for name, mode in nodes)
+        return any(name == self._name and mode == "TRAINING" for name, mode in nodes)
 
     # --- services and goals -------------------------------------------------------------------------------
 
@@ -192,9 +184,6 @@ class LearningAgent(Closing):
             client = self._peer.create_client(f"{self._name}/{service}", f"{_PACKAGE}/srv/{type_name}")
             self._clients[service] = client
         return self._clients[service]
-
-    def serve(self, service: str, type_name: str, callback: Callable[[Message], Mapping[str, Any]]) -> None:
-        self._peer.serve(f"{self._name}/{service}", f"{_PACKAGE}/srv/{type_name}", callback)
 
     def call_service(self, service: str, type_name: str, **request: Any) -> Message:
         responses: list[Message] = []

@@ -5,8 +5,6 @@ from __future__ import annotations
 import dataclasses
 from pathlib import Path
 
-import pytest
-
 from cxbridge.events import Level
 from cxbridge.history.exchange import Exchange, SkillMessage
 from ros2cx_tests.rows import Watched, run
@@ -16,15 +14,13 @@ from tests.support import needs_ros2cx
 pytestmark = needs_ros2cx
 
 
-def agents_run(
-    tmp_path: Path, more: str = "", core: str | None = None, executors: tuple[str, ...] = ()
-) -> Watched:
+def agents_run(tmp_path: Path, more: str = "", executors: tuple[str, ...] = ()) -> Watched:
     """Run the two agents, with more configuration."""
     overlay = tmp_path / "more.yaml"
     overlay.write_text(more)
     chosen = options("agents", None, executors)
     files = (DATA / "two-agents.yaml", overlay) if more else (DATA / "two-agents.yaml",)
-    return run(dataclasses.replace(chosen, config=files, core=core, timeout=12.0))
+    return run(dataclasses.replace(chosen, config=files, timeout=12.0))
 
 
 def exchange(watched: Watched) -> list[SkillMessage]:
@@ -37,9 +33,8 @@ def changes(watched: Watched, action: int) -> list[str]:
     return [change.split()[-2 if change.endswith("exec") else -1] for change in rows]
 
 
-@pytest.mark.parametrize("core", [None, "builtin"])
-def test_two_agents_work_side_by_side(tmp_path, core):
-    watched = agents_run(tmp_path, core=core)
+def test_two_agents_work_side_by_side(tmp_path):
+    watched = agents_run(tmp_path)
     messages = exchange(watched)
     for agent in ("robot1", "robot2"):
         kinds = [message.type for message in messages if message.agent_id == agent]
@@ -65,9 +60,8 @@ def test_the_original_drops_the_ids_so_the_second_cancels_the_first(tmp_path):
 DEFAULT_ONLY = ("move=cxbridge_ros2cx.executors:DummyExecutor",)
 
 
-@pytest.mark.parametrize("core", [None, "builtin"])
-def test_an_agent_that_nobody_serves_is_one_error_each(tmp_path, core):
-    watched = agents_run(tmp_path, core=core, executors=DEFAULT_ONLY)
+def test_an_agent_that_nobody_serves_is_one_error_each(tmp_path):
+    watched = agents_run(tmp_path, executors=DEFAULT_ONLY)
     for action in (1, 2):
         assert changes(watched, action)[:3] == ["PENDING", "WAITING", "EXECUTION-FAILED"]
     errors = [

@@ -10,7 +10,6 @@ import pytest
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.clock import VirtualClock
 from cxbridge.config import Configuration
-from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus
 from cxbridge.executive.host.values import TRUE
 from cxbridge.executive.manager import HOST_LIBRARY, EnvironmentManager
@@ -19,7 +18,6 @@ from cxbridge.mainloop import Hook
 from cxbridge.run import run_scenario
 from cxbridge.run.agent import Run
 from cxbridge.run.program.plain_options import options_from_keywords
-from cxbridge_ros2cx.blackboard import THESIS_FUNCTIONS
 from cxbridge_ros2cx.features import make_features
 from cxbridge_ros2cx.parameters import FeatureEntry
 from tests.executive.conftest import Log
@@ -31,38 +29,18 @@ TEMPLATES = """
   (slot id) (slot type) (slot hash) (slot has-writer) (slot num-readers) (slot writer)
   (multislot readers) (multislot timestamp))
 """
-ALL = (
-    "blackboard-close",
-    "blackboard-create-msg",
-    "blackboard-enable-time-read",
-    "blackboard-get-info",
-    "blackboard-list-msg-fields",
-    "blackboard-open",
-    "blackboard-open-reading",
-    "blackboard-open-writing",
-    "blackboard-preload",
-    "blackboard-read",
-    "blackboard-send-msg",
-    "blackboard-set",
-    "blackboard-set-msg-field",
-    "blackboard-set-msg-multifield",
-    "blackboard-set-multifield",
-    "blackboard-write",
-)
 
 
 class Bench:
-    def __init__(self, tmp_path, mode):
+    def __init__(self, tmp_path):
         self.bus = EventBus(VirtualClock())
         self.log = Log(self.bus)
         self.board = LocalBlackBoard(InterfaceRegistry(), VirtualClock(), self.bus)
         library = tmp_path / "library"
         shutil.copytree(HOST_LIBRARY, library)
         (library / "blackboard.clp").write_text(TEMPLATES)
-        (tmp_path / "mode.yaml").write_text(f"ros2cx: {{mode: {mode}}}\n")
-        config = Configuration.load(tmp_path / "mode.yaml")
         entries = [FeatureEntry("blackboard", "cx::BlackboardFeature")]
-        features = make_features(entries, config, tmp_path, self.board, lambda: None)
+        features = make_features(entries, Configuration(), self.board, lambda: None)
         self.manager = EnvironmentManager(self.bus, features, library)
         self.env = self.manager.create("executive")
         before = self.env.udfs.names
@@ -75,13 +53,9 @@ class Bench:
 
 @pytest.fixture(name="bench")
 def _bench(tmp_path):
-    bench = Bench(tmp_path, "sane")
+    bench = Bench(tmp_path)
     yield bench
     bench.manager.close()
-
-
-def test_all_functions_are_defined(bench):
-    assert bench.defined == list(ALL)
 
 
 def test_what_is_opened_is_told_without_hash_and_serial(bench):
@@ -101,20 +75,6 @@ def test_a_preloaded_type_has_its_template_but_no_interface(bench):
     assert any("Failed to preload" in line.text for line in bench.log.lines)
 
 
-def test_info_tells_of_all_interfaces_of_the_blackboard(bench):
-    with bench.board.open_for_writing("TestInterface", "T", owner="me"):
-        bench.env.eval('(blackboard-open "TestInterface" "T")')
-        bench.env.eval("(blackboard-get-info)")
-        (info,) = bench.facts("blackboard-interface-info")
-    assert (info["id"], info["type"], info["has-writer"], info["num-readers"]) == (
-        "T",
-        "TestInterface",
-        "TRUE",
-        1,
-    )
-    assert (info["writer"], info["readers"], len(info["hash"])) == ("me", ("CLIPS:executive",), 32)
-
-
 def test_a_fact_lives_for_one_run_of_the_rules(bench):
     """The original's feature has retract-early on, Fawkes' has it off."""
     bench.env.eval('(blackboard-open "TestInterface" "T")')
@@ -125,20 +85,6 @@ def test_a_fact_lives_for_one_run_of_the_rules(bench):
         assert [fact["test_int"] for fact in bench.facts("TestInterface")] == [3]
         bench.env.run()
         assert bench.facts("TestInterface") == []
-
-
-def test_the_exact_mode_has_what_the_original_registers(tmp_path):
-    bench: Any = Bench(tmp_path, "original")
-    assert bench.defined == sorted(THESIS_FUNCTIONS)
-    with pytest.raises(ClipsError):
-        bench.env.eval('(blackboard-preload "PddlGenInterface")')
-    bench.env.eval('(blackboard-open "TestInterface" "T")')
-    with bench.board.open_for_writing("TestInterface", "T") as writer:
-        writer.test_int = 3
-        writer.write()
-        bench.env.eval("(blackboard-read)")
-    assert bench.facts("TestInterface") == []
-    bench.manager.close()
 
 
 AGENT = """
@@ -152,8 +98,7 @@ AGENT = """
 
 
 @needs_ros2cx
-@pytest.mark.parametrize("core", [None, "builtin"])
-def test_an_agent_of_the_original_asks_for_it(core, tmp_path):
+def test_an_agent_of_the_original_asks_for_it(tmp_path):
     """The unchanged checkout, but for a line of its parameters that names the plugin."""
     assert ROS2CX_DIR is not None
     checkout = tmp_path / "checkout"
@@ -177,7 +122,6 @@ def test_an_agent_of_the_original_asks_for_it(core, tmp_path):
         ros2cx=checkout,
         spec="mine",
         config=tmp_path / "mine.yaml",
-        core=core,
         clips_dirs=(tmp_path,),
         timeout=3.0,
     )

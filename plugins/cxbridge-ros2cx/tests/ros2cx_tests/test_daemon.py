@@ -13,7 +13,7 @@ from cxbridge.daemon.daemon import Daemon
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import CxbridgeError
 from cxbridge.run.program.plain_options import take_plugin_options
-from tests.daemon.test_daemon import QUIET, running
+from tests.daemon.test_daemon import QUIET
 from tests.support import ROS2CX_DIR, needs_plugin, needs_ros2cx
 
 pytestmark = needs_ros2cx
@@ -37,15 +37,13 @@ def wait_for(what: str, lines: list[str], start: int = 0) -> None:
     raise AssertionError(f"there is no {what}")
 
 
-@pytest.mark.parametrize("core", [None, "builtin"])
 @needs_plugin("studio")
 @needs_plugin("web")
-def test_it_plans_and_moves_and_clients_see_it(core):
+def test_it_plans_and_moves_and_clients_see_it():
     from web_tests.support import serving
 
-    settings = (FAST, *([("core", core)] if core else []))
     with serving(
-        settings, plugin_groups=tuple(take_plugin_options({"ros2cx": ROS2CX_DIR})), spec="test-nav2"
+        (FAST,), plugin_groups=tuple(take_plugin_options({"ros2cx": ROS2CX_DIR})), spec="test-nav2"
     ) as (
         _,
         client,
@@ -105,10 +103,3 @@ def test_after_a_reset_it_begins_again_with_its_executors(tmp_path):
 def test_mistakes(more, message):
     with pytest.raises(CxbridgeError, match=re.escape(message)):
         Daemon(options(**more))
-
-
-def test_an_executor_that_is_not_there_stops_it():
-    with running(options(executors=("move=nowhere.py:Move",))) as (_, _, outcome):
-        pass
-    (error,) = outcome
-    assert "there is no such file" in str(error)

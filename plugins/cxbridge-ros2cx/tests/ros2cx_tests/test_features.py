@@ -51,7 +51,7 @@ class Skills(FakeSkills):
 
 
 class Bench:
-    def __init__(self, tmp_path, domain=DOMAIN, *, repeats_defects=False):
+    def __init__(self, tmp_path, domain=DOMAIN):
         self.bus = EventBus(VirtualClock())
         self.log = Log(self.bus)
         self.skills = Skills()
@@ -59,12 +59,7 @@ class Bench:
         parser = PddlParserFeature()
         features = [
             parser,
-            PlanSys2Feature(
-                "plansys2",
-                PlannerSettings(planner="pyperplan"),
-                parser.domain_of,
-                repeats_defects=repeats_defects,
-            ),
+            PlanSys2Feature("plansys2", PlannerSettings(planner="pyperplan"), parser.domain_of),
             SkillExecutionFeature(lambda: cast("Ros2CxSkills", self.skills), self._remove, "skill_execution"),
         ]
         self.manager = EnvironmentManager(self.bus, features)
@@ -129,15 +124,6 @@ def test_a_goal_that_is_refused_fails(bench, goal):
     assert bench.facts("plan", "id") == []
 
 
-def test_no_plan_fails(bench):
-    know_the_world(bench.env)
-    bench.env.call("psys2-clear-knowledge")
-    for name, kind in (("r2", "robot"), ("work", "place")):
-        bench.env.call("psys2-add-domain-instance", Symbol(name), Symbol(kind))
-    bench.env.call("psys2-call-planner", Symbol("G"), "(at r2 work)", Symbol("P"))
-    assert bench.facts("pddl-plan-feedback", "status", "plan-id") == [("PLAN-FAILED", "P")]
-
-
 @pytest.mark.parametrize(
     ("function", "arguments", "message"),
     [
@@ -182,14 +168,6 @@ def test_a_skill_that_fails_says_why(bench, state, error):
 def test_a_skill_that_cannot_be_asked_for_fails(bench):
     bench.env.call("call-skill-execution", Symbol("s1"), Symbol("impossible"), "", "", "")
     assert bench.feedback() == [("s1", "", "S_FAILED", "nobody can do that")]
-
-
-def test_two_agents_work_side_by_side(bench):
-    call(bench.env, "a", "robot1")
-    call(bench.env, "b", "robot2")
-    assert [action.agent for action in bench.skills.actions.values()] == ["robot1", "robot2"]
-    assert {told[:2] for told in bench.feedback()} == {("a", "robot1"), ("b", "robot2")}
-    assert bench.skills.stopped == []
 
 
 def test_another_skill_of_the_same_agent_cancels_the_first(bench):

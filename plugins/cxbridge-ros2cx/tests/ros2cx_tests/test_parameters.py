@@ -8,7 +8,7 @@ from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.clock import VirtualClock
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError, CxbridgeError
-from cxbridge.events import EventBus, Level
+from cxbridge.events import EventBus
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.interfaces import InterfaceRegistry
 from cxbridge_ros2cx.checkout import Ros2CxCheckout
@@ -20,8 +20,7 @@ from cxbridge_ros2cx.parameters import (
     load_feature_entries,
     read_refresh_period_us,
 )
-from cxbridge_ros2cx.settings import Ros2CxMode, Ros2CxSettings
-from tests.executive.conftest import Log
+from cxbridge_ros2cx.settings import Ros2CxSettings
 
 PARAMETERS = """
 clips_executive:
@@ -59,7 +58,7 @@ def bus():
 @pytest.fixture
 def facts(folder, bus):
     """The facts that ``(config-load "/clips_executive")`` makes, as path, type and value."""
-    feature = ParametersFeature(load_executive_parameters(folder), folder)
+    feature = ParametersFeature(load_executive_parameters(folder))
     manager = EnvironmentManager(bus, [feature])
     env = manager.create("executive")
     env.build(
@@ -78,14 +77,6 @@ def facts(folder, bus):
     manager.close()
 
 
-def test_the_executives_parameters_are_the_tree_that_a_run_reads(folder):
-    config = load_executive_parameters(folder)
-    assert config.get_str("/clips-executive/spec") == "courier"
-    assert config.get_str("/clips-executive/specs/courier/init/stage-3/1/name") == "a"
-    assert config.get("/clips-executive/spec").file == str(folder / "clips_executive.yaml")
-    assert read_refresh_period_us(config) == 500_000
-
-
 def test_facts_come_in_the_order_of_the_file_with_the_originals_types(facts):
     assert facts() == [
         ("/clips_executive/spec", "STRING", "courier"),
@@ -101,18 +92,6 @@ def test_facts_come_in_the_order_of_the_file_with_the_originals_types(facts):
         ("/clips_executive/specs/courier/init/stage-3/1/name", "STRING", "a"),
         ("/clips_executive/specs/courier/init/stage-3/1/count", "INT", "2"),
     ]
-
-
-def test_parameters_of_another_node_come_from_its_file(facts, folder):
-    (folder / "robot.yaml").write_text("robot: {ros__parameters: {speed: 2.5}}")
-    assert facts("/robot") == [("/robot/speed", "FLOAT", 2.5)]
-
-
-def test_a_node_without_a_file_is_logged(facts, bus):
-    log = Log(bus)
-    assert facts("/nobody") == []
-    (text,) = log.texts(Level.ERROR)
-    assert "nobody.yaml" in text
 
 
 @pytest.mark.parametrize(
@@ -147,16 +126,6 @@ def test_a_file_without_the_node(folder):
         load_executive_parameters(folder)
 
 
-def test_features_and_their_plugins(tmp_path):
-    (tmp_path / "cx_params.yaml").write_text(
-        "clips_features_manager:\n  ros__parameters:\n    clips_features: [planning]\n"
-        '    planning:\n      plugin: "cx::Plansys2Feature"\n'
-    )
-    assert [(entry.name, entry.plugin) for entry in load_feature_entries(tmp_path)] == [
-        ("planning", "cx::Plansys2Feature")
-    ]
-
-
 def test_a_feature_without_a_plugin(tmp_path):
     (tmp_path / "cx_params.yaml").write_text(
         "clips_features_manager:\n  ros__parameters:\n    clips_features: [planning]\n"
@@ -166,11 +135,11 @@ def test_a_feature_without_a_plugin(tmp_path):
     assert caught.value.line == 3
 
 
-def test_a_plugin_that_is_unknown(tmp_path):
+def test_a_plugin_that_is_unknown():
     entries = [FeatureEntry("teleport", "cx::Teleport", "cx_params.yaml", 7)]
     board = LocalBlackBoard(InterfaceRegistry(), VirtualClock())
     with pytest.raises(ConfigError, match="no plugin 'cx::Teleport'") as caught:
-        make_features(entries, Configuration(), tmp_path, board, lambda: None)
+        make_features(entries, Configuration(), board, lambda: None)
     assert (str(caught.value.file), caught.value.line) == ("cx_params.yaml", 7)
     assert "cx::Plansys2Feature" in str(caught.value.hint)
 
@@ -198,4 +167,6 @@ def test_settings_that_make_no_sense(text, message):
 def test_settings():
     assert Ros2CxSettings.from_config(Configuration()) == Ros2CxSettings()
     config = Configuration.from_text("ros2cx: {mode: original, removal-blocks: [0.5, 1]}")
-    assert Ros2CxSettings.from_config(config) == Ros2CxSettings(Ros2CxMode.ORIGINAL, (0.5, 1.0))
+    assert Ros2CxSettings.from_config(config) == Ros2CxSettings(
+        repeats_defects=True, removal_block_times_s=(0.5, 1.0)
+    )

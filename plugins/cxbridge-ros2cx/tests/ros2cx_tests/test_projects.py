@@ -9,7 +9,7 @@ import pytest
 import cxbridge_ros2cx
 from cxbridge.cli.main import invoke
 from tests.cli.test_new import files_in, launches, passes_its_test
-from tests.support import CX_DIR, ROS2CX_DIR, needs_cx, needs_ros2cx, share
+from tests.support import CX_DIR, needs_cx, share
 
 OWN = Path(cxbridge_ros2cx.__file__).parent / "examples" / "params"
 AGENTS = ("hello.yaml", "chat.yaml", "count.yaml")
@@ -19,15 +19,6 @@ AGENTS = ("hello.yaml", "chat.yaml", "count.yaml")
 def here(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     return tmp_path
-
-
-@needs_ros2cx
-def test_the_agent_of_the_thesis_stays_where_it_is(here):
-    assert invoke(["new", "mover", "--from-ros2cx", str(ROS2CX_DIR)]) == 0
-    project = here / "mover"
-    assert "config.yaml" in files_in(project)
-    passes_its_test(project)
-    launches(project)
 
 
 @pytest.mark.parametrize("agent", share(AGENTS, 1))
@@ -71,7 +62,6 @@ def test_the_test_of_a_project_fails_when_the_agent_reports_an_error(here):
     [
         (["--from-ros2cx", "nowhere"], "no such folder"),
         (["--from-ros2cx", "other.yaml"], "no parameters of clips_manager"),
-        (["--from-ros2cx", ".", "--ros2cx", "."], "requires the parameters of an agent"),
         (["--from-ros2cx", "broken.yaml"], "broken.yaml:1"),
         (["--from-ros2cx", ".", "--from-fawkes", "test"], "cannot be combined"),
     ],

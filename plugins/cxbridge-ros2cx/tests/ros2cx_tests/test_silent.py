@@ -129,15 +129,6 @@ def test_an_executor_that_never_begins_is_told_to_stop_and_is_one_error_an_actio
     assert stage.sent == ["Request", "Response", "Confirm", "Cancel"] * 2
 
 
-def test_in_the_original_nobody_waits_for_who_never_begins():
-    stage = Stage(mute(answer=True))
-    stage.run(original=True)
-    assert stage.states == [("RUNNING", ""), ("PENDING", "")]
-    begin = ["Request", "Response", "Confirm"]
-    assert stage.sent[:3] == begin
-    assert set(stage.sent[3:]) <= {"Cancel"}  # at the end of the run
-
-
 def test_in_the_original_who_is_not_answered_gives_up_after_more_than_4_s():
     stage = Stage(mute(answer=False))
     stage.run(original=True)

@@ -68,7 +68,7 @@ def test_every_function_of_the_original_is_defined(tmp_path: Path) -> None:
 def blackboard_functions(folder: Path) -> list[str]:
     from ros2cx_tests.test_blackboard_feature import Bench
 
-    bench = Bench(folder, "sane")
+    bench = Bench(folder)
     bench.manager.close()
     return bench.defined
 

@@ -64,14 +64,13 @@ def game(
     Example: cxbridge game workshop --games 20 --against workshop-2
     """
     options = RunOptions(**vars(agent_options), skiller="none")
-    against = play.find_second_agent()
     first_game = _make_game(options, play, game_options)
-    if play.games == 1 and against is None:
+    if play.games == 1 and play.against is None:
         log = _GameLog(console, first_game.quiet_components)
         return _report_game(first_game.play(play.seed, log, log.attach), as_json=as_json)
     if options.trace or options.log or options.bblog:
         raise CxbridgeError("many games cannot be recorded to one file", hint="play a single game: --seed N")
-    return _play_series(_make_games_by_agent(first_game, against), play, as_json=as_json)
+    return _play_series(_make_games_by_agent(first_game, play.against), play, as_json=as_json)
 
 
 def _make_game(options: RunOptions, play: PlayOptions, game_options: GameOptions) -> Game:

@@ -9,7 +9,6 @@ from typing import Annotated, Any, ClassVar
 
 import typer
 
-from cxbridge.errors import CxbridgeError
 from cxbridge.run.options import LogOptions, ScenarioOptions, SourceOptions, TraceOptions
 from cxbridge_explore.game.kinds import PLAYED_GAMES, PlayedGameOptions
 
@@ -23,10 +22,6 @@ class AgentOptions(ScenarioOptions, SourceOptions, TraceOptions, LogOptions):
 class PlayOptions:
     """Options of the games and their result."""
 
-    second: Annotated[
-        Path | None,
-        typer.Argument(metavar="[SCENARIO2]", help="The same as --against SCENARIO2.", show_default=False),
-    ] = None
     against: Annotated[
         Path | None,
         typer.Option(
@@ -63,15 +58,6 @@ class PlayOptions:
     jobs: Annotated[
         int, typer.Option(min=0, help="The number of processes for many games; 0: one per processor.")
     ] = 0
-
-    def find_second_agent(self) -> Path | None:
-        """Return the agent of the second argument or of ``--against``.
-
-        :raises CxbridgeError: if both are given.
-        """
-        if self.second is not None and self.against is not None:
-            raise CxbridgeError(f"the second agent is named twice: {self.second} and {self.against}")
-        return self.second or self.against
 
 
 def _load_game_options() -> list[type[Any]]:

@@ -215,7 +215,7 @@ class SingleExecutionMonitor(ActionMonitor):
         # An atom made false and true at once does not change, e.g. in a move from a place to the same place.
         return frozenset((is_true, atom) for is_true, atom in literals if (not is_true, atom) not in literals)
 
-    def state(self) -> Hashable | None:
+    def state(self) -> Hashable:
         """Return the achieved effects, and the actions with a skill call."""
         present = {
             (tables.name, slots["goal-id"], slots["plan-id"], slots["id"])

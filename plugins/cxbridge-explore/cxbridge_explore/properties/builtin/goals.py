@@ -152,7 +152,7 @@ class IdleGoalMonitor(Monitor):
             if not is_waiting:
                 yield name, mode
 
-    def state(self) -> Hashable | None:
+    def state(self) -> Hashable:
         now_s = self.scene.seconds
         return frozenset(
             (*key, mode, round(now_s - begin_s, 3)) for key, (mode, begin_s) in self._rests.items()

@@ -9,11 +9,8 @@ from itertools import count
 import pytest
 
 from cxbridge.mainloop import Hook
-from cxbridge_explore.worlds.points import Step
 from cxbridge_explore.worlds.run import WorldRun
-from explore_tests.properties.runs import BUILTIN, Watched, shipped, watched
-
-HELLO = "Skiller: say{text='Hello peggy', wait=True}"
+from explore_tests.properties.runs import Watched, shipped, watched
 
 
 @pytest.mark.parametrize("scenario", ["test-scenario", "test-scenario-pddl", "two-robots"])
@@ -24,24 +21,6 @@ def test_the_shipped_agents_have_all_of_them(scenario: str):
         *("run-ends", "no-errors", "goals-retracted", "preconditions", "executed-once"),
         "skillers-released",
     }
-
-
-def test_a_failed_skill_violates_none():
-    assert watched(shipped("test-scenario"), path={0: Step(HELLO, "fails")}).violations == []
-
-
-def test_what_was_not_evaluated_is_known():
-    assert "one-holder" not in watched(shipped("test-scenario")).evaluated
-
-
-def test_each_state_can_be_compared():
-    run = watched(shipped("test-scenario"))
-    assert None not in run.states
-    assert len({hash(state) for state in run.states}) > 1
-
-
-def test_each_has_a_name_of_its_own():
-    assert len({each.name for each in BUILTIN}) == len(BUILTIN)
 
 
 # ---- violated

@@ -10,7 +10,6 @@ import pytest
 from cxbridge.errors import ConfigError
 from cxbridge.events import Event, FactChange, GoalTransition, PlanActionTransition, RuleFired, SkillStatus
 from cxbridge_explore.properties.forms import read_property
-from cxbridge_explore.properties.functions import make_property
 from cxbridge_explore.properties.monitor import Property
 from cxbridge_explore.properties.reading import combine_properties, read_properties, read_scenario_properties
 from cxbridge_explore.worlds.run import WorldRun
@@ -48,22 +47,6 @@ def test_an_error_in_a_run_names_the_line(tmp_path: Path):
 def test_two_of_a_name():
     with pytest.raises(ConfigError, match="two properties 'run-ends'"):
         combine_properties(BUILTIN, [read_property("run-ends: never (goal)")])
-
-
-def goodbye_comes_last(events: Sequence[Event]) -> str | None:
-    """Nothing is said after good bye."""
-    said = [
-        each.skill_string for each in events if isinstance(each, SkillStatus) and each.status == "S_RUNNING"
-    ]
-    return None if "Good bye" in said[-1] else f"{said[-1]} came last"
-
-
-def test_a_function():
-    run = watched(shipped("test-scenario"), [make_property(goodbye_comes_last)])
-    (violation,) = run.violations
-    assert violation.property == "goodbye_comes_last"
-    assert violation.message == 'say{text="Cleaning up", wait=true} came last'
-    assert set(run.states) == {None}
 
 
 PATTERNS = tuple(

@@ -13,7 +13,6 @@ import pytest
 from cxbridge.cli.main import invoke
 from cxbridge.history.model import Moment, SkillExecution
 from cxbridge_explore.sweep.playing import count_retries
-from cxbridge_explore.sweep.rows import CRASHED, RunRow
 from tests.support import ROOT
 
 SCENARIO = ROOT / "scenarios" / "test-scenario"
@@ -92,34 +91,6 @@ def test_a_sweep_without_a_run_that_came_to_its_end_says_so(capsys):
     )
 
 
-@pytest.mark.parametrize(
-    ("outcome", "ended"),
-    [("completed", True), ("unsuccessful", True)]
-    + [(word, False) for word in ("timed out", "fault", "stuck", "bad input", CRASHED)],
-)
-def test_which_runs_came_to_their_end(outcome: str, ended: bool):
-    assert RunRow(1, outcome).has_ended is ended
-
-
-def changed(folder: Path) -> Path:
-    """Return a copy of the scenario whose agent says something else at the end."""
-    copy = folder / "changed"
-    shutil.copytree(SCENARIO, copy)
-    mapping = copy / "scenario.yaml"
-    text = mapping.read_text()
-    assert "Good bye" in text
-    mapping.write_text(text.replace("Good bye", "Bye"))
-    return copy
-
-
-def test_two_agents_in_the_same_worlds(capsys, tmp_path):
-    other = changed(tmp_path)
-    found = swept(capsys, "--against", other)
-    assert found["against"]["runs"] == RUNS
-    assert set(found["comparison"]) == {"completed", "makespan", "seeds"}
-    assert all(100 <= each["seed"] < 100 + RUNS for each in found["comparison"]["seeds"])
-
-
 def test_an_agent_differs_in_nothing_from_its_copy(capsys, tmp_path):
     copy = tmp_path / "copy"
     shutil.copytree(SCENARIO, copy)
@@ -128,17 +99,13 @@ def test_an_agent_differs_in_nothing_from_its_copy(capsys, tmp_path):
     assert compared["seeds"] == []
 
 
-def test_tables(capsys, tmp_path):
-    parquet = pytest.importorskip("pyarrow.parquet", reason="needs pyarrow")
-    files = tmp_path / "rows.csv", tmp_path / "rows.parquet"
-    found = swept(capsys, "--csv", files[0], "--parquet", files[1])
-    with files[0].open(newline="") as file:
+def test_a_table(capsys, tmp_path):
+    found = swept(capsys, "--csv", tmp_path / "rows.csv")
+    with (tmp_path / "rows.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert [int(row["seed"]) for row in rows] == list(range(100, 100 + RUNS))
     assert sum(row["outcome"] == "completed" for row in rows) == found["outcomes"]["completed"]
-    table = parquet.read_table(files[1]).to_pylist()
-    assert [row["makespan"] for row in table] == [float(row["makespan"]) for row in rows]
-    assert [row["choices"] for row in table] == [row["choices"] for row in rows]
+    assert all(isinstance(json.loads(row["choices"]), list) for row in rows)
 
 
 def test_what_was_played_is_not_played_again(capsys, tmp_path):
@@ -157,7 +124,6 @@ def test_what_was_played_is_not_played_again(capsys, tmp_path):
 @pytest.mark.parametrize(
     ("words", "complaint"),
     [
-        (("--engine", "elsewhere"), "--engine cannot be 'elsewhere'"),
         (("--against", SCENARIO), "--against names the same agent"),
         (("--against", "nowhere"), "nowhere"),
         (("--csv", "/dev/null/a/rows.csv"), "/dev/null/a/rows.csv: cannot be written"),

@@ -5,10 +5,6 @@ from __future__ import annotations
 import os
 import shutil
 import signal
-import socket
-import subprocess
-import sys
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,7 +13,7 @@ import pytest
 from cxbridge.errors import CxbridgeError
 from cxbridge.run.options import RunOptions
 from cxbridge_explore.sweep import engine as engine_module
-from cxbridge_explore.sweep.engine import Engine, LocalEngine, WorkerProcess
+from cxbridge_explore.sweep.engine import LocalEngine, WorkerProcess
 from cxbridge_explore.sweep.playing import play_seed
 from cxbridge_explore.sweep.rows import RunRow, SweepJob
 from cxbridge_explore.worlds.points import RandomChooser
@@ -37,7 +33,7 @@ def expected() -> list[RunRow]:
     return [timeless(play_seed(JOB, seed, RandomChooser(seed))) for seed in SEEDS]
 
 
-def played(engine: Engine, job: SweepJob = JOB) -> list[RunRow]:
+def played(engine: LocalEngine, job: SweepJob = JOB) -> list[RunRow]:
     return sorted((timeless(row) for row in engine.play_seeds(job, SEEDS)), key=lambda row: row.seed)
 
 
@@ -97,77 +93,3 @@ def test_a_wrong_scenario_is_an_error_with_its_place(tmp_path):
     with pytest.raises(CxbridgeError, match="nope") as caught:
         list(LocalEngine(2).play_seeds(job, SEEDS))
     assert caught.value.file is not None
-
-
-# ---- Dask
-
-
-def free_port() -> int:
-    with socket.socket() as found:
-        found.bind(("127.0.0.1", 0))
-        port: int = found.getsockname()[1]
-        return port
-
-
-class Cluster:
-    """A scheduler and its workers, as processes."""
-
-    def __init__(self, folder: Path) -> None:
-        pytest.importorskip("distributed", reason="needs distributed")
-        self._folder = folder
-        self.address = f"127.0.0.1:{free_port()}"
-        self._port = self.address.partition(":")[2]
-        self.processes = [self._start("scheduler", "--host", "127.0.0.1", "--port", self._port)]
-        self.workers = [self.add_worker() for _ in range(2)]
-
-    def _start(self, what: str, *arguments: str) -> subprocess.Popen[bytes]:
-        with (self._folder / f"{what}.log").open("ab") as log:
-            return subprocess.Popen(
-                [sys.executable, "-m", f"distributed.cli.dask_{what}", *arguments, "--no-dashboard"],
-                stdout=log,
-                stderr=log,
-                cwd=self._folder,
-                env={**os.environ, "PYTHONPATH": ""},
-            )
-
-    def add_worker(self) -> subprocess.Popen[bytes]:
-        worker = self._start(
-            "worker", f"tcp://{self.address}", "--host", "127.0.0.1", "--nthreads", "1", "--no-nanny"
-        )
-        self.processes.append(worker)
-        return worker
-
-    def close(self) -> None:
-        for process in reversed(self.processes):
-            process.kill()
-            process.wait()
-
-
-@pytest.fixture
-def cluster(tmp_path: Path) -> Iterator[Cluster]:
-    found = Cluster(tmp_path)
-    yield found
-    found.close()
-
-
-def test_a_cluster_plays_the_same_runs_whoever_is_killed(cluster, expected, monkeypatch):
-    from cxbridge_explore.sweep import dask_engine
-
-    monkeypatch.setattr(dask_engine, "_CHUNK_SEEDS", 2)
-    rows = []
-    with dask_engine.DaskEngine(cluster.address) as engine:
-        for row in engine.play_seeds(JOB, SEEDS):
-            rows.append(timeless(row))
-            if len(rows) == 2:
-                cluster.workers[0].kill()
-                cluster.add_worker()
-    assert sorted(rows, key=lambda row: row.seed) == expected
-
-
-def test_no_scheduler_is_an_error(monkeypatch):
-    pytest.importorskip("distributed", reason="needs distributed")
-    from cxbridge_explore.sweep import dask_engine
-
-    monkeypatch.setattr(dask_engine, "_CONNECT_TIMEOUT_S", 1)
-    with pytest.raises(CxbridgeError, match="no Dask scheduler replies"):
-        dask_engine.DaskEngine(f"127.0.0.1:{free_port()}")

@@ -24,10 +24,6 @@ def test_quantiles_are_those_of_numpy(values):
     assert found == pytest.approx(theirs | {"mean": numpy.mean(values)}, abs=1e-6)
 
 
-def test_there_are_none_of_nothing():
-    assert summarize_sample([]) is None
-
-
 @given(st.integers(1, 400).flatmap(lambda total: st.tuples(st.integers(0, total), st.just(total))))
 def test_a_proportions_interval_is_that_of_wilson(counts):
     stats = pytest.importorskip("scipy.stats")
@@ -71,8 +67,3 @@ def test_equal_differences_prove_something_when_they_are_enough(size, differs):
     found = mean_interval([1.0] * size)
     assert (found.estimate, found.excludes_zero) == (1.0, differs)
     assert (found.as_dict()["low"] is None) is not differs
-
-
-def test_one_value_says_nothing_of_others():
-    found = mean_interval([3.0])
-    assert (found.estimate, found.excludes_zero) == (3.0, False)

@@ -13,7 +13,7 @@ from cxbridge_explore.worldmodel.model import (
     Absence,
     DecisionTimes,
     Kill,
-    MessageFault,
+    MessageLoss,
     PlannerModel,
     SensedValue,
     SkillFailure,
@@ -99,19 +99,6 @@ def test_durations_are_listed_or_drawn_and_drawn_ones_repeat():
     again("test-scenario-pddl", result, world)
 
 
-def test_an_executor_that_is_mute_reports_no_progress():
-    world = WorldModel(default_skill=SkillModel(SkillPattern("*"), (), mute_probability=0.1))
-    mute, quiet = play("waypoints", Taking(ChoiceKind.FEEDBACK, "mute"), world)
-    usual, loud = play("waypoints", Taking(ChoiceKind.FEEDBACK, "reports"), world)
-    assert mute.is_over
-    assert mute.seconds == usual.seconds
-    assert feedback(quiet) < feedback(loud)
-
-
-def feedback(events: list[Event]) -> int:
-    return sum(isinstance(e, InterfaceMessage) and e.message == "FeedbackMessage" for e in events)
-
-
 def test_a_sensed_value_is_written_when_it_is_due_and_after_a_skill():
     sensed = SensedValue(
         "BatteryInterface::Robot", "current", (("9", 0.9), ("3", 0.1)), times_s=(1.0,), skills=("say",)
@@ -137,28 +124,14 @@ def test_a_sensed_value_is_written_when_it_is_due_and_after_a_skill():
     assert list(dict.fromkeys(seen)) == [0, 9, 3]
 
 
-SKILLER_MESSAGES = MessageFault(
-    "SkillerInterface::Skiller", "ExecSkill", loss_probability=0.1, delay_probability=0.1, delay_s=2.0
-)
-
-
 def test_a_message_that_is_lost_starts_no_skill():
-    world = WorldModel(default_skill=CALM, messages=(SKILLER_MESSAGES,))
+    world = WorldModel(default_skill=CALM, messages=(MessageLoss("SkillerInterface::Skiller", "ExecSkill"),))
     result, events = play("test-scenario-pddl", Taking(ChoiceKind.MESSAGE, "lost"), world)
     usual, all_of_them = play("test-scenario-pddl", Taking(ChoiceKind.MESSAGE, "arrives"), world)
     assert usual.is_over
     assert result.is_over
     assert result.seconds > usual.seconds + 1, "the agent waits for its skill, and asks again"
     assert skills(events, "S_RUNNING") == skills(all_of_them, "S_RUNNING")
-
-
-def test_a_message_that_is_late_starts_it_later():
-    world = WorldModel(default_skill=CALM, messages=(SKILLER_MESSAGES,))
-    usual, _ = play("test-scenario-pddl", Taking(ChoiceKind.MESSAGE, "arrives"), world)
-    late, events = play("test-scenario-pddl", Taking(ChoiceKind.MESSAGE, "late"), world)
-    assert late.is_over
-    assert late.seconds == pytest.approx(usual.seconds + 2.0, abs=0.2)
-    assert len(skills(events, "S_FINAL")) == len(usual.choices)
 
 
 def test_an_executor_vanishes_while_it_executes_and_comes_back():
@@ -217,15 +190,6 @@ def test_a_plan_comes_late():
     usual, _ = play("temporal", Taking(ChoiceKind.PLANNER, "plans"), world)
     late, _ = play("temporal", Taking(ChoiceKind.PLANNER, "late"), world)
     assert late.seconds == pytest.approx(usual.seconds + 3.0, abs=0.1)
-
-
-@needs_plugin("robot-memory")
-def test_agents_take_their_turns_in_another_order():
-    world = WorldModel(default_skill=CALM, order=DecisionTimes(100.0, 0.0, 1.0))
-    result, events = play("two-agents", Taking(ChoiceKind.ORDER, "robot2, robot1"), world)
-    assert result.is_over
-    begun = [env for env, _ in skills(events, "S_RUNNING")]
-    assert begun[0] == "robot2"
 
 
 @pytest.mark.parametrize(

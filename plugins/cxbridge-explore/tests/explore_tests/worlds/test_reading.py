@@ -13,28 +13,27 @@ from cxbridge.config import Configuration
 from cxbridge.errors import CxbridgeError
 from cxbridge_explore.worldmodel.distributions import Distribution, Shape
 from cxbridge_explore.worldmodel.model import DecisionTimes, PlannerModel, SkillFailure, WorldModel
-from cxbridge_explore.worldmodel.reading import find_world, parse_world, read_world
+from cxbridge_explore.worldmodel.reading import parse_world
 from tests.support import ROOT
 
 WORLD = """
 skills:
   - name: say
     args: ["text=Hello.*"]
-    duration: {uniform: [2, 4.5], explore: [median, 4.5]}
+    duration: {uniform: [2, 4.5]}
     fails:
       - {error: hoarse, probability: 0.2, after: 0.5}
       - {error: mute, after: {normal: [1, 0.2], min: 0.1}}
     hangs: 0.01
-otherwise: {fails: [], mute: 0.5}
+otherwise: {fails: []}
 sensed:
   - {interface: "BatteryInterface::Robot", field: current, values: [75, 3], at: [2, 1], after: [say]}
 messages:
-  - {interface: "SkillerInterface::Skiller", type: ExecSkill, late: 0.1, delay: 2}
+  - {interface: "SkillerInterface::Skiller", type: ExecSkill, lost: 0.2}
 skillers:
   - {name: Skiller, back: 3, times: {every: 0.5, until: 4}}
 killed:
   - {agent: robot1, times: {from: 1}, probability: 0.5}
-order: {every: 1}
 planner: {none: 0.1, late: 0.2, delay: 3}
 """
 
@@ -52,15 +51,14 @@ def test_everything_can_be_said():
         SkillFailure("fails(mute)", "mute", 0.1, Distribution(Shape.NORMAL, (1.0, 0.2), 0.1, 1e9)),
     )
     assert say.duration is not None
-    assert say.duration.representatives == (3.25, 4.5)
-    assert (world.default_skill.failures, world.default_skill.mute_probability) == ((), 0.5)
+    assert say.duration.representatives == (3.25, 2.0, 4.5)
+    assert world.default_skill.failures == ()
     (sensed,) = world.sensed
     assert (sensed.values, sensed.times_s, sensed.skills) == ((("75", 0.9), ("3", 0.1)), (1.0, 2.0), ("say",))
     (message,) = world.messages
-    assert (message.loss_probability, message.delay_probability, message.delay_s) == (0.0, 0.1, 2.0)
+    assert (message.message_type, message.probability) == ("ExecSkill", 0.2)
     assert world.absences[0].times == DecisionTimes(0.5, 0.0, 4.0)
     assert (world.kills[0].times, world.kills[0].restart_after_s) == (DecisionTimes(0.0, 1.0, 10.0), None)
-    assert world.order == DecisionTimes(period_s=1.0)
     assert world.planner == PlannerModel(no_plan_probability=0.1, delay_probability=0.2, delay_s=3.0)
 
 
@@ -70,19 +68,6 @@ def test_the_example_of_the_manual_is_a_world():
     assert world.skills
     assert world.planner
     assert world.kills
-    assert world.order
-
-
-def test_an_empty_world_is_the_usual_one():
-    assert read("") == WorldModel()
-
-
-def test_the_file_is_beside_the_scenario(tmp_path):
-    assert find_world(tmp_path) is None
-    (tmp_path / "world.yaml").write_text("otherwise: {hangs: 0.5}")
-    file = find_world(tmp_path)
-    assert file is not None
-    assert read_world(file).default_skill.hang_probability == 0.5
 
 
 @pytest.mark.parametrize(
@@ -101,21 +86,15 @@ def test_the_file_is_beside_the_scenario(tmp_path):
         ("skills:\n  - name: say\n    duration: {uniform: [3, 1]}", 3, "3, which is greater than 1"),
         ("skills:\n  - name: say\n    duration: {unifrom: [3, 1]}", 3, "did you mean uniform"),
         ("skills:\n  - name: say\n    duration: {normal: [1, 1], uniform: [0, 1]}", 3, "2 distributions"),
-        ("skills:\n  - name: say\n    duration: {exponential: 1, min: 3, max: 2}", 3, "less than the min"),
-        (
-            "skills:\n  - name: say\n    duration: {exponential: 1, explore: [medain]}",
-            3,
-            "did you mean median",
-        ),
+        ("skills:\n  - name: say\n    duration: {choice: [1], min: 3, max: 2}", 3, "less than the min"),
         ("skills:\n  - name: say\n    args: [text]", 3, "has 'text'"),
         ("otherwise: {fails: [{probability: 0.7}, {error: b, probability: 0.6}]}", 1, "sum is 1.3"),
         ("otherwise: {fails: [{error: b}, {error: b}]}", 1, r"has fails\(b\) twice"),
-        ("order: 1", 1, "must be a map"),
-        ("order: {from: 3, until: 2}", 1, "ends at 2, before 3"),
+        ("planner: 1", 1, "must be a map"),
+        ("killed: [{times: {from: 3, until: 2}}]", 1, "ends at 2, before 3"),
         ("killed: [{agent: a, back: -1}]", 1, "back is -1"),
         ("sensed: [{interface: A, field: b, values: [1]}]", 1, "at least two different values"),
         ("sensed: [{interface: A, field: b, values: [1, 2], probabilities: [1]}]", 1, "do not match"),
-        ("messages: [{interface: A, lost: 0.6, late: 0.6}]", 1, "sum is 1.2"),
     ],
 )
 def test_a_mistake_is_an_error_with_its_line(text, line, message):
@@ -131,8 +110,8 @@ scalars = st.one_of(
     st.none(),
 )
 WORDS = (
-    "skills otherwise sensed messages skillers killed order name args fails duration hangs mute error after "
-    "probability uniform normal choice min max explore interface field values at times every until"
+    "skills otherwise sensed messages skillers killed name args fails duration hangs error after "
+    "probability uniform normal choice min max interface field values at times every until"
 )
 names = st.sampled_from(WORDS.split())
 trees = st.recursive(

@@ -29,15 +29,6 @@ def played(path: ChoicePath) -> WorldResult:
         return run.play()
 
 
-def test_each_call_of_a_skill_is_a_choice():
-    with WorldRun(OPTIONS, UsualChooser()) as run:
-        result = run.play()
-    assert result.is_over
-    assert result.choices
-    assert {choice.taken_option.name for choice in result.choices} == {"succeeds"}
-    assert all("Skiller: " in choice.point.subject for choice in result.choices)
-
-
 def failing(choice: Choice) -> ChoicePath:
     return {choice.index: Step(choice.point.subject, "fails")}
 

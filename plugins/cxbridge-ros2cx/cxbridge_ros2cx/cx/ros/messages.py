@@ -8,7 +8,7 @@ moved: its strings and lists are empty afterwards.
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import count
 from typing import Any, Final
 
@@ -33,18 +33,9 @@ _FIRST_ADDRESS: Final = 0x5000_0000_1000
 _ADDRESS_STEP: Final = 0x40
 
 
-class AddressAllocator:
-    """Allocates addresses; as in a C++ program, freed addresses are used again."""
-
-    def __init__(self, first: int = _FIRST_ADDRESS) -> None:
-        self._freed_addresses: list[ExternalAddress] = []
-        self._numbers = count(first, _ADDRESS_STEP)
-
-    def allocate(self) -> ExternalAddress:
-        return self._freed_addresses.pop() if self._freed_addresses else ExternalAddress(next(self._numbers))
-
-    def free(self, address: ExternalAddress) -> None:
-        self._freed_addresses.append(address)
+def count_addresses(first: int = _FIRST_ADDRESS) -> Iterator[ExternalAddress]:
+    """Yield addresses, each once."""
+    return map(ExternalAddress, count(first, _ADDRESS_STEP))
 
 
 class FieldError(ClipsError):
@@ -73,7 +64,7 @@ class MessageTable:
         self._codec = Codec(definitions)
         self._views: dict[ExternalAddress, MessageView] = {}
         self._nested_addresses: dict[ExternalAddress, list[ExternalAddress]] = {}
-        self._addresses = AddressAllocator()
+        self._addresses = count_addresses()
 
     def __len__(self) -> int:
         """Return the number of whole messages."""
@@ -93,7 +84,7 @@ class MessageTable:
         return self._add_view(MessageView(type_name, fields))
 
     def _add_view(self, view: MessageView) -> ExternalAddress:
-        address = self._addresses.allocate()
+        address = next(self._addresses)
         self._views[address] = view
         if view.parent is not None:
             self._nested_addresses.setdefault(view.parent, []).append(address)
@@ -111,8 +102,7 @@ class MessageTable:
 
     def destroy(self, address: ExternalAddress) -> None:
         """Remove a message and its nested messages; unknown addresses are ignored."""
-        if self._views.pop(address, None) is not None:
-            self._addresses.free(address)
+        self._views.pop(address, None)
         for nested_address in self._nested_addresses.pop(address, ()):
             self.destroy(nested_address)
 

@@ -18,7 +18,7 @@ from cxbridge.errors import ClipsError, Ros2Error
 from cxbridge.executive.host.values import ExternalAddress, Value
 from cxbridge_ros2.names import parse_type
 from cxbridge_ros2cx.cx.plugin import CxPlugin
-from cxbridge_ros2cx.cx.ros.messages import AddressAllocator, FieldError
+from cxbridge_ros2cx.cx.ros.messages import FieldError, count_addresses
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
@@ -48,11 +48,11 @@ class HandleTable(Generic[ItemT]):
 
     def __init__(self, noun: str, first_address: int) -> None:
         self._noun = noun
-        self._addresses = AddressAllocator(first_address)
+        self._addresses = count_addresses(first_address)
         self._objects_by_address: dict[ExternalAddress, ItemT] = {}
 
     def add(self, item: ItemT) -> ExternalAddress:
-        address = self._addresses.allocate()
+        address = next(self._addresses)
         self._objects_by_address[address] = item
         return address
 
@@ -63,8 +63,7 @@ class HandleTable(Generic[ItemT]):
 
     def destroy(self, address: ExternalAddress) -> None:
         """Remove an object; unknown addresses are ignored."""
-        if self._objects_by_address.pop(address, None) is not None:
-            self._addresses.free(address)
+        self._objects_by_address.pop(address, None)
 
 
 class RosPlugin(CxPlugin):
@@ -74,8 +73,6 @@ class RosPlugin(CxPlugin):
     """
 
     endpoints: tuple[EndpointGroup, ...] = ()
-    # whether requests or goals wait for a server; otherwise a tick need not call the endpoints
-    has_waiting_messages = False
 
     @property
     def ros(self) -> RosNode:
@@ -87,10 +84,9 @@ class RosPlugin(CxPlugin):
 
     def tick(self) -> None:
         """Send the requests and goals whose servers have appeared."""
-        if self.has_waiting_messages:
-            # a list: any() of a generator would skip the endpoints after the first with a waiting message
-            have_waiting_messages = [endpoints.tick() for endpoints in self.endpoints]
-            self.has_waiting_messages = any(have_waiting_messages)
+        for endpoints in self.endpoints:
+            if isinstance(endpoints, ClientGroup):
+                endpoints.send_waiting_messages()
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
         """Close the environment's open endpoints."""
@@ -244,10 +240,6 @@ class EndpointGroup(ABC):
     def define(self, env: ClipsEnvironment) -> None:
         """Define functions and templates in an environment."""
 
-    def tick(self) -> bool:
-        """Send the messages whose servers have appeared; return whether further messages still wait."""
-        return False
-
     @abstractmethod
     def close(self, env: ClipsEnvironment) -> None:
         """Close the endpoints of an environment."""
@@ -318,16 +310,14 @@ class ClientGroup(EndpointGroup, Generic[ClientT]):
             self.plugin.log.warn(f"{self.server_noun} {name} not available, start waiting")
         # a copy: rules may change or destroy the message before the server appears
         client.waiting_messages.append(deepcopy(fields))
-        self.plugin.has_waiting_messages = True
 
-    def tick(self) -> bool:
-        """Send the messages whose servers have appeared; return whether further messages still wait."""
+    def send_waiting_messages(self) -> None:
+        """Send the messages whose servers have appeared."""
         for name, client in self.clients.items():
             if client.waiting_messages and client.ros_client.has_server:
                 self.plugin.log.info(f"{self.server_noun} {name} is finally reachable")
                 while client.waiting_messages:
                     self.call(name, client, client.waiting_messages.pop(0))
-        return any(client.waiting_messages for _, client in self.clients.items())
 
     @abstractmethod
     def call(self, name: str, client: ClientT, fields: Mapping[str, Any]) -> object:

@@ -16,7 +16,6 @@ from tests.support import CX_DIR, ROOT, needs_cx
 gymnasium = pytest.importorskip("gymnasium")
 
 import cxbridge_ros2cx.rl  # noqa: E402 - registers the environment
-from cxbridge_ros2cx.rl.execution import execute  # noqa: E402
 
 pytestmark = needs_cx
 
@@ -92,16 +91,6 @@ def test_a_dead_end_ends_the_episode_with_the_reward_of_failures(blocks):
     assert do(blocks, "no-op")[1:3] == (-100.0, True)
 
 
-def test_each_episode_begins_alike_and_runs_are_the_same(blocks):
-    first, _ = blocks.reset()
-    steps = []
-    for _ in range(2):
-        again, _ = blocks.reset()
-        assert (first == again).all()
-        steps.append([do(blocks, "pickup(robot1#block3)")[0].tobytes(), do(blocks, TOWER[1])[0].tobytes()])
-    assert steps[0] == steps[1]
-
-
 def test_a_learner_with_the_settings_of_the_checkout_builds_the_tower(blocks):
     settings = blocks.settings
     random = np.random.default_rng(settings["model.seed"])
@@ -126,40 +115,15 @@ def test_a_learner_with_the_settings_of_the_checkout_builds_the_tower(blocks):
     assert [action for action in play(0) if action.startswith("stack")] == [*TOWER]
 
 
-def run_policy(policy, seconds=30.0):
-    return execute(PARAMS / "rl_agent.yaml", policy, CHECKOUT, seconds=seconds)
-
-
-def test_a_policy_executes_the_actions_that_build_the_tower(blocks):
-    wanted = [f"pickup(robot1#block{n})" for n in (2, 3, 4)]
-    plan = [action for pair in zip(wanted, TOWER, strict=True) for action in pair]
-    steps = iter(plan)
-    seen = []
-
-    def policy(observation, mask):
-        seen.append((observation.sum(), mask.sum()))
-        return blocks.actions.index(next(steps))
-
-    assert run_policy(policy) == plan
-    assert seen[0] == (blocks.reset()[0].sum(), 4)
-
-
-def test_a_policy_that_leaves_its_mask_is_an_error():
-    with pytest.raises(CxbridgeError, match="chose the action no-op, which the robot cannot execute"):
-        run_policy(lambda _observation, _mask: 0)
-
-
 def test_the_samples_of_the_page_run(tmp_path, monkeypatch):
     page = (ROOT / "docs" / "evidence" / "ros2-cx.md").read_text()
     section = page.partition("## Reinforcement learning")[2].partition("\n## ")[0]
-    training, execution = re.findall(r"```python\n(.*?)```", section, re.DOTALL)
+    (training,) = re.findall(r"```python\n(.*?)```", section, re.DOTALL)
     (tmp_path / "clips_executive").symlink_to(CHECKOUT)
     monkeypatch.chdir(tmp_path)
     names: dict[str, Any] = {}
     exec(training, names)
     assert names["terminated"] is True
-    exec(execution, names)
-    assert names["actions"][0].startswith("pickup")
     assert [file.name for file in tmp_path.iterdir()] == ["clips_executive"]
 
 

@@ -4,8 +4,7 @@ import { lanes } from "cx/documents/lanes.js";
 import { notes, section } from "cx/documents/parts.js";
 import { goalOutcome, outcomeBadge } from "cx/outcome.js";
 
-const MOST_DRAWN = 400, // of more runs: runs that violate a property, and runs with the fewest faults
-  AGAIN_MS = 2500;
+const MOST_DRAWN = 400; // of more runs: runs that violate a property, and runs with the fewest faults
 const KINDS = { completed: "good", unsuccessful: "failed", merged: "none", open: "none" };
 
 const table = (heads, rows, empty, numbers = []) =>
@@ -115,21 +114,20 @@ const goalsOf = ({ outcomes: ended, modes_never_reached: never }) =>
     "no goals",
   );
 
-export function open(main, { live, summary, command, properties: all, rows, coverage }) {
+export function open(main, { summary, command, properties: all, rows, coverage }) {
   const broken = all.filter(({ verdict }) => verdict === "violated");
-  if (live) setTimeout(() => location.reload(), AGAIN_MS);
   const sections = [
     broken.length > 0 && ["violations", "Violations", broken.map(violation)],
     ["map", "Runs", map(rows)],
     ["faults", "What faults lead to", faults(rows)],
     ["properties", "Properties", properties(all)],
-    coverage && ["unreached", "What no run has reached", unreached(coverage)],
-    coverage && ["goals", "Goals", goalsOf(coverage.goals)],
+    ["unreached", "What no run has reached", unreached(coverage)],
+    ["goals", "Goals", goalsOf(coverage.goals)],
   ];
   main.append(
     el(
       "div.document",
-      el("p.verdict", { role: "status" }, (live ? "Exploring: " : "") + summary),
+      el("p.verdict", summary),
       el.p(el.code(command)),
       sections.filter(Boolean).map((each) => section(...each)),
     ),
