@@ -26,7 +26,7 @@ from cxbridge_explore.worldmodel.model import WorldModel
 from cxbridge_explore.worlds.run import MakeAssembly
 
 
-class _Checkpoint(Struct, frozen=True, rename={"identity": "about"}):  # the name in existing files
+class _Checkpoint(Struct, frozen=True):
     """The content of the file.
 
     :param kind: identifies the file format.

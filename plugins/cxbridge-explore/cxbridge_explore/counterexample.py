@@ -19,8 +19,7 @@ from cxbridge_explore.counterexample_playing import (
 )
 from cxbridge_explore.counterexample_pytest import make_identifier, make_test_text
 from cxbridge_explore.counterexample_shrinking import shrink
-from cxbridge_explore.counterexample_words import describe_run
-from cxbridge_explore.properties.monitor import Property
+from cxbridge_explore.properties.monitor import Property, Violation
 from cxbridge_explore.worldmodel.model import WorldModel
 from cxbridge_explore.worlds.points import USUAL, Choice, ChoicePath, PathChooser
 from cxbridge_explore.worlds.run import MakeAssembly, make_scenario
@@ -54,6 +53,15 @@ class Counterexample:
             "test": None if self.test is None else str(self.test),
             "words": self.description,
         }
+
+
+def describe_run(unusual: Sequence[Choice], violation: Violation) -> str:
+    """Describe the unusual choices of a run and the violation in a sentence."""
+    events = ", and ".join(
+        f"{choice.point.subject} {choice.taken_option.name} at {choice.point.seconds:.2f} s"
+        for choice in unusual
+    )
+    return f"{events or 'without any fault'}: {violation.message} (at {violation.seconds:.2f} s)"
 
 
 def write_counterexample(
@@ -98,7 +106,8 @@ def write_counterexample(
         raise CxbridgeError(
             f"'{name}' is not violated on this path", hint="the agent may have changed since the exploration"
         )
-    description = describe_run(shortest_run.choices, violation)
+    unusual = tuple(choice for choice in shortest_run.choices if choice.option_index != USUAL)
+    description = describe_run(unusual, violation)
     stem = make_identifier(name)
     recording = folder / f"{stem}.mcap"
     chooser = NthChooser(unusual_choices(shortest_run.choices))
@@ -118,7 +127,6 @@ def write_counterexample(
     file, test = folder / f"test_{stem}.py", None
     if make_assembly is make_scenario:  # the fixture `cx` of a test runs only scenarios
         test = _write_test(options, shortest_run, watched[0], description, file)
-    unusual = tuple(choice for choice in shortest_run.choices if choice.option_index != USUAL)
     return Counterexample(name, violation.message, unusual, recording, test, description)
 
 

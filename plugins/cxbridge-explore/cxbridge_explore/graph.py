@@ -8,6 +8,7 @@ die. The counts in a result depend only on the graph, not on the order of the ex
 from __future__ import annotations
 
 from collections.abc import Iterator
+from graphlib import CycleError, TopologicalSorter
 from typing import Final
 
 from msgspec import Struct
@@ -40,7 +41,7 @@ class PointOption(Struct, frozen=True):
     faults: int
 
 
-class Point(Struct, frozen=True, rename={"options": "ways"}):  # the name in existing checkpoint files
+class Point(Struct, frozen=True):
     """A choice point as the graph stores it.
 
     :param index: the number of the choice point in its run, from 0.
@@ -79,18 +80,14 @@ class GraphNode(Struct):
     :param point: the choice point as the first run saw it.
     :param edge: the edge on which the first run reached the point.
     :param faults: the number of faults of the first run up to the point.
-    :param share: the share of all runs that go through the node, if all options lead to equally many runs.
     """
 
     point: Point
     edge: Edge
     faults: int
-    share: float
 
 
-class SavedGraph(
-    Struct, frozen=True, rename={"node_of_state": "known", "open_edges": "open", "used_parts": "used"}
-):
+class SavedGraph(Struct, frozen=True):
     """A graph in a checkpoint; see :class:`Graph`."""
 
     nodes: list[GraphNode]
@@ -111,8 +108,6 @@ class Graph:
     :ivar open_edges: the unexplored edges, in the order of discovery.
     :ivar merged_count: the number of runs that have reached a known state.
     :ivar used_parts: the parts of the agent that the runs have used, if recorded.
-    :ivar explored_share: the explored share of all runs. As in Knuth's estimate of the size of a tree, all
-        options of a node count as leading to equally many runs.
     """
 
     def __init__(self, faults: int, depth: int | None) -> None:
@@ -122,7 +117,6 @@ class Graph:
         self.open_edges: dict[Edge, None] = {ROOT_EDGE: None}
         self.merged_count = 0
         self.used_parts: set[UsedPart] = set()
-        self.explored_share = 0.0
         self._faults = faults
         self._depth = depth
         self._node_of_state: dict[bytes, int] = {}  # by the digest of the state
@@ -159,7 +153,6 @@ class Graph:
         self._node_of_state = saved.node_of_state
         self.used_parts = set(saved.used_parts)
         self.merged_count = len(self.links) - len(self.nodes)  # the first run to a node was not merged
-        self.explored_share = 1.0 - sum(map(self._compute_share, self.open_edges))
 
     # ---- reports of runs
 
@@ -177,10 +170,9 @@ class Graph:
         if equal_node is not None:
             self.links[edge] = equal_node
             self.merged_count += 1
-            self.explored_share += self._compute_share(edge)
             return None
         number = len(self.nodes)
-        self.nodes.append(GraphNode(point, edge, faults, self._compute_share(edge)))
+        self.nodes.append(GraphNode(point, edge, faults))
         self.links[edge] = number
         if digest:
             self._node_of_state[digest] = number
@@ -192,7 +184,6 @@ class Graph:
         """Record the end of the run on an open edge."""
         del self.open_edges[edge]
         self.leaves[edge] = leaf
-        self.explored_share += self._compute_share(edge)
 
     # ---- analysis
 
@@ -209,11 +200,6 @@ class Graph:
         number, _ = edge
         return 0 if edge == ROOT_EDGE else self.nodes[number].point.index + 1
 
-    def _compute_share(self, edge: Edge) -> float:
-        """Return the share of all runs that go through an edge."""
-        number, _ = edge
-        return 1.0 if edge == ROOT_EDGE else self.nodes[number].share / len(self.allowed_options(number))
-
     def allowed_options(self, number: int) -> list[int]:
         """Return the options of a node within the bounds, the usual option first."""
         node = self.nodes[number]
@@ -226,45 +212,16 @@ class Graph:
             if index == USUAL or option.faults <= allowed_faults
         ]
 
-    def find_cycles(self) -> list[int]:
-        """Return a node of each cycle. A run in a cycle never ends."""
-        # Kahn's algorithm, from the ends of the runs backwards.
-        successors: dict[int, list[int]] = {}
+    def find_cycle(self) -> int | None:
+        """Return the first node of a cycle, or None. A run in a cycle never ends."""
+        sorter: TopologicalSorter[int] = TopologicalSorter()
         for (number, _), target in self.links.items():
-            successors.setdefault(number, []).append(target)
-        open_successors = {number: len(set(targets)) for number, targets in successors.items()}
-        predecessors: dict[int, set[int]] = {}
-        for number, targets in successors.items():
-            for target in targets:
-                predecessors.setdefault(target, set()).add(number)
-        final_nodes = [number for number in range(len(self.nodes)) if number not in open_successors]
-        # Nodes that only lead to ends of runs are removed. The other nodes are on a cycle or lead to a cycle.
-        while final_nodes:
-            for number in predecessors.get(final_nodes.pop(), ()):
-                open_successors[number] -= 1
-                if not open_successors[number]:
-                    final_nodes.append(number)
-        endless_nodes = {number for number, count in open_successors.items() if count and number >= 0}
-        return self._find_first_nodes(endless_nodes, successors)
-
-    @staticmethod
-    def _find_first_nodes(endless_nodes: set[int], successors: dict[int, list[int]]) -> list[int]:
-        """Return the first node of each cycle."""
-        first_nodes = []
-        on_cycles: set[int] = set()
-        for number in sorted(endless_nodes):
-            reachable: set[int] = set()
-            pending_nodes = [number]
-            while pending_nodes:
-                for target in successors.get(pending_nodes.pop(), ()):
-                    if target in endless_nodes and target not in reachable:
-                        reachable.add(target)
-                        pending_nodes.append(target)
-            # A node that reaches itself is on a cycle. The further nodes of the cycle are not returned.
-            if number in reachable and not on_cycles & reachable:
-                first_nodes.append(number)
-                on_cycles |= reachable
-        return first_nodes
+            sorter.add(target, number)
+        try:
+            sorter.prepare()
+        except CycleError as error:
+            return min(error.args[1])
+        return None
 
     def trace_edges(self, edge: Edge) -> list[Edge]:
         """Return the edges from the first choice of a run to an edge."""

@@ -6,11 +6,9 @@ import time
 from collections.abc import Callable
 from typing import Final
 
-from cxbridge.printing import format_count
 from cxbridge_explore.graph import Graph
 
 _LINE_PERIOD_S: Final = 0.2  # seconds between two lines
-_MIN_SHARE: Final = 1e-3  # below this share of explored runs, an estimate of the total is meaningless
 
 
 class ProgressReporter:
@@ -30,16 +28,5 @@ class ProgressReporter:
         now_s = time.monotonic()
         if self._show_line is not None and now_s >= self._next_line_s:
             self._next_line_s = now_s + _LINE_PERIOD_S
-            self._show_line(self.format_line(now_s - self._start_s))
-
-    def format_line(self, seconds: float) -> str:
-        """Return the progress as a line of text.
-
-        :param seconds: the seconds since the start.
-        """
-        graph = self._graph
-        text = f"{graph.counts_text}, {seconds:.0f} s"
-        share = graph.explored_share
-        if share < _MIN_SHARE:
-            return f"{text}; {graph.open_branches_text}"
-        return f"{text}; about {100 * share:.0f} % of {format_count(round(len(graph.leaves) / share), 'run')}"
+            seconds = now_s - self._start_s
+            self._show_line(f"{self._graph.counts_text}, {seconds:.0f} s; {self._graph.open_branches_text}")

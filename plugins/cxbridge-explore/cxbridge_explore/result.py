@@ -40,10 +40,11 @@ class ExploreResult:
 
     @property
     def outcomes(self) -> dict[str, int]:
-        """The number of runs by outcome; the outcome of a run in a cycle is ``endless``."""
+        """The number of runs by outcome; a cycle adds the outcome ``endless``."""
         counts = Counter(leaf.outcome for leaf in self.graph.leaves.values())
-        counts.update({"endless": len(self.graph.find_cycles())})
-        return dict(sorted((+counts).items()))  # the plus drops an outcome without runs
+        if self.graph.find_cycle() is not None:
+            counts["endless"] = 1
+        return dict(sorted(counts.items()))
 
     @property
     def violations(self) -> list[dict[str, Any]]:
@@ -61,7 +62,7 @@ class ExploreResult:
                 row = {"property": RUN_ENDS, "message": leaf.reason, "seconds": leaf.seconds}
                 # No counterexample is written, since a run on the same path would not end either.
                 violations.setdefault(RUN_ENDS, self._make_violation(row, edge) | {"is_given_up": True})
-        for number in graph.find_cycles():
+        if (number := graph.find_cycle()) is not None:
             node, message = graph.nodes[number], "the run reaches the same state again and again"
             row = {"property": RUN_ENDS, "message": message, "seconds": node.point.seconds}
             violations.setdefault(RUN_ENDS, self._make_violation(row, node.edge))

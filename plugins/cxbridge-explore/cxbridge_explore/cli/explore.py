@@ -73,7 +73,7 @@ class _ExploreOptions:
         typer.Option(
             metavar="FILE",
             help="Write a page: a map of the runs, the effects of faults, and the parts of the agent that no "
-            "run has reached. Its bars open pages of the runs, in a folder next to it.",
+            "run has reached.",
             show_default=False,
         ),
     ] = None
@@ -155,26 +155,17 @@ def explore(
         _write_checkpoint(result, identity, resume or Path(DEFAULT_CHECKPOINT))
     coverage = _compute_coverage(result, options) if execution.coverage else None
     if coverage is not None and explore_options.html is not None:
-        _write_page(result, coverage, explore_options.html, command, (options, world, make_assembly))
+        _write_page(result, coverage, explore_options.html, command)
     _print_result(result, coverage, as_json=as_json)
     return result.status
 
 
-def _write_page(
-    result: ExploreResult,
-    coverage: Coverage,
-    file: Path,
-    command: str,
-    program: tuple[RunOptions, WorldModel | None, MakeAssembly],
-) -> None:
-    """Write the page of a finished exploration, and the pages of runs and counterexamples."""
+def _write_page(result: ExploreResult, coverage: Coverage, file: Path, command: str) -> None:
+    """Write the page of an exploration, and the pages of counterexamples."""
     from cxbridge_explore.map.page import write_page
-    from cxbridge_explore.map.rows import make_run_rows
-    from cxbridge_explore.map.run_pages import write_run_pages, write_violation_pages
+    from cxbridge_explore.map.run_pages import write_violation_pages
 
-    pages = write_run_pages(result.graph, make_run_rows(result.graph), file, *program)
-    stories = write_violation_pages(result.counterexamples, file)
-    write_page(result, coverage, file, command, pages=pages, stories=stories)
+    write_page(result, coverage, file, command, stories=write_violation_pages(result.counterexamples, file))
 
 
 def _compute_coverage(result: ExploreResult, options: RunOptions) -> Coverage:

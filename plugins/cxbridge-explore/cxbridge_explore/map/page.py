@@ -21,20 +21,16 @@ def write_page(
     file: Path,
     command: str,
     *,
-    pages: Mapping[int, str] = MappingProxyType({}),
     stories: Mapping[str, Mapping[str, str]] = MappingProxyType({}),
 ) -> None:
     """Write the page.
 
     :param command: the command that reproduces the page, to show on the page.
-    :param pages: the addresses of the pages of runs, by the numbers of their rows.
     :param stories: for each violated property, the ``story`` of its counterexample, a sentence, and the
         ``address`` of its page.
     :raises CxbridgeError: if the file cannot be written, or no installed package makes pages.
     """
     document = make_document(result, coverage, command)
-    for number, address in pages.items():
-        document["rows"][number]["page"] = address
     for row in document["properties"]:
         row.update(stories.get(row["name"], {}))
     write_document(file, "exploration", "Exploration", document)

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Sequence
 
-from cxbridge.events import Event, GoalTransition, InterfaceMessage, InterfaceWrite, SkillStatus
-from cxbridge.history.builder import UNLIMITED, RunHistory
-from cxbridge.history.model import SkillExecution
+from cxbridge.events import Event, GoalTransition
 from cxbridge_explore.sweep.rows import RunRow, SweepJob
 from cxbridge_explore.worldmodel.reading import read_world
 from cxbridge_explore.worlds.judged import JudgedRun
@@ -41,35 +38,21 @@ def play_seed(job: SweepJob, seed: int, chooser: Chooser) -> RunRow:
     :raises CxbridgeError: if the scenario or the world is invalid.
     """
     start_s = time.process_time()
-    goal_counter, history = GoalCounter(), RunHistory(UNLIMITED)
+    goal_counter = GoalCounter()
     world = None if job.world is None else read_world(job.world)
     with JudgedRun(job.options, chooser, world) as run:
-        bus = run.world.assembly.bus
-        bus.subscribe(goal_counter, GoalTransition)
-        bus.subscribe(history.record_event, SkillStatus, InterfaceWrite, InterfaceMessage)
+        run.world.assembly.bus.subscribe(goal_counter, GoalTransition)
         run_result, result = run.play()
+        call_count = len(run.world.skill_results)
     unusual = [choice for choice in result.choices if choice.option_index]
     return RunRow(
         seed,
         run_result.word,
         run_result.reason,
         makespan=result.seconds,
-        calls=len(history.calls),
-        retries=count_retries(history.calls),
+        calls=call_count,
         faults=sum(choice.taken_option.faults for choice in unusual),
         goals=goal_counter.counts_by_class(),
         choices=[choice.as_dict() for choice in unusual],
         cpu_seconds=time.process_time() - start_s,
     )
-
-
-def count_retries(calls: Sequence[SkillExecution]) -> int:
-    """Return the number of calls whose last call in the same words, of the same agent, did not succeed."""
-    last_calls: dict[tuple[str, str], SkillExecution] = {}
-    count = 0
-    for call in calls:
-        # the text of an executor's call ends with its progress
-        key = call.env, call.skill_string.partition(": ")[0] if call.request else call.skill_string
-        count += key in last_calls and last_calls[key].status != "S_FINAL"
-        last_calls[key] = call
-    return count

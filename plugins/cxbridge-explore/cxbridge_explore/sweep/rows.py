@@ -37,8 +37,7 @@ class RunRow:
     :param outcome: the word printed by ``cxbridge run``, or :data:`CRASHED`.
     :param reason: the reason, in a sentence.
     :param makespan: the duration of the run, in seconds of its clock.
-    :param calls: the number of skill calls.
-    :param retries: the number of calls whose last call in the same words did not succeed.
+    :param calls: the number of skill calls, without those of killed agents.
     :param faults: the number of unusual choices that count as a fault.
     :param goals: the number of goals by class and outcome.
     :param choices: the unusual choices as JSON values.
@@ -50,7 +49,6 @@ class RunRow:
     reason: str = ""
     makespan: float = 0.0
     calls: int = 0
-    retries: int = 0
     faults: int = 0
     goals: dict[str, dict[str, int]] = field(default_factory=dict)
     choices: list[dict[str, Any]] = field(default_factory=list)

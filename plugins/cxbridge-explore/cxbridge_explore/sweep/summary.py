@@ -56,7 +56,6 @@ class SweepSummary:
             "outcomes": self.outcomes,
             "completed": self.completed.as_dict(),
             "makespan": self.makespan,
-            "retries": summarize_sample([float(row.retries) for row in self.rows]),
             "calls": sum(row.calls for row in self.rows),
             "faults": sum(row.faults for row in self.rows),
             "goals": self.goals,

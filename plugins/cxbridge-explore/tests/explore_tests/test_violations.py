@@ -12,31 +12,13 @@ from cxbridge.cli.main import invoke
 from cxbridge.run.options import RunOptions
 from cxbridge.trace.formats.registry import open_run
 from cxbridge_explore.counterexample_playing import NthChoice, NthChooser, play_run
-from cxbridge_explore.counterexample_words import describe_run
-from cxbridge_explore.properties.monitor import Violation
 from cxbridge_explore.properties.reading import find_property
-from cxbridge_explore.worlds.points import Choice, ChoiceKind, ChoicePoint, make_fault, make_options
 from explore_tests.pytest_files import pytest_of
 from tests.forked import nursery
 from tests.support import ROOT
 
 SCENARIO = ROOT / "scenarios" / "test-scenario"
 PROPERTY = "no-failed-talk: never (goal (class TALK) (mode FINISHED) (outcome FAILED))"
-
-
-def test_calls_are_counted_with_the_arguments_that_the_sentence_names():
-    options = make_options("succeeds", make_fault("fails", 0.1))
-
-    def choice(index: int, place: str, option: int) -> Choice:
-        return Choice(
-            index, ChoicePoint(ChoiceKind.SKILL, f"Skiller: goto{{place='{place}'}}", 1.0, options), option
-        )
-
-    choices = (choice(0, "aisle", 0), choice(1, "desk", 1), choice(2, "aisle", 1))
-    assert describe_run(choices, Violation("p", "it is wrong", 3.0)) == (
-        "goto (place='desk') fails the first time, and goto (place='aisle') fails the second time: "
-        "it is wrong (at 3.00 s)"
-    )
 
 
 @pytest.fixture(scope="module")
@@ -54,7 +36,7 @@ def test_scripts_get_the_path_the_recording_and_the_test(explored):
     (violation,) = found["violations"]
     assert violation["property"] == "no-failed-talk"
     assert [choice["option"] for choice in violation["choices"]] == ["fails"]
-    assert violation["words"].startswith("say (text='Hello peggy', wait=True) fails the first time")
+    assert violation["words"].startswith("Skiller: say{text='Hello peggy', wait=True} fails at ")
     assert Path(violation["recording"]) == folder / "no_failed_talk.mcap"
     assert Path(violation["test"]) == folder / "test_no_failed_talk.py"
 

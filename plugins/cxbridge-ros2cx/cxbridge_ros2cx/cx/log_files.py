@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, TextIO
+from typing import Final, TextIO
 
 from cxbridge.clock import MICROSECONDS, Clock
 from cxbridge.errors import TraceError
 from cxbridge.events import Level
-
-if TYPE_CHECKING:
-    from cxbridge.executive.host.environment import ClipsEnvironment
 
 _LEVEL_NAME: Final = "info"  # the ROS 2 CX writes this level into each line, whatever the line's level
 
@@ -50,29 +47,3 @@ class EnvironmentLog:
 
     def close(self) -> None:
         self._file.close()
-
-
-class EnvironmentLogs:
-    """The log files of a node's environments.
-
-    :param folder: the folder for the files; None for no files.
-    """
-
-    def __init__(self, folder: Path | None) -> None:
-        self._folder = folder
-        self._logs: list[EnvironmentLog] = []
-
-    def open_log(self, env: ClipsEnvironment) -> None:
-        """Open the log file of an environment, and write the environment's output into the file.
-
-        :raises TraceError: if the file is not writable.
-        """
-        if self._folder is None:
-            return
-        log = EnvironmentLog(self._folder, env.name, env.bus.clock)
-        self._logs.append(log)
-        env.line_listeners["file"] = log.write
-
-    def close(self) -> None:
-        while self._logs:
-            self._logs.pop().close()

@@ -12,37 +12,39 @@ from typing import TYPE_CHECKING
 from cxbridge.errors import ClipsError
 from cxbridge.executive.host.values import FALSE, TRUE
 from cxbridge.executive.manager import EnvironmentManager
+from cxbridge_ros2cx.cx.log_files import EnvironmentLog
 from cxbridge_ros2cx.cx.parameters import ENVIRONMENTS
 from cxbridge_ros2cx.cx.plugin import CxPlugin, NodeContext, find_plugin_class, locate_error, read_class_name
 from cxbridge_ros2cx.cx.stock import StockEnvironment
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from pathlib import Path
 
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.executive.host.values import Value
-    from cxbridge_ros2cx.cx.log_files import EnvironmentLogs
 
 
 class CxManager(EnvironmentManager):
     """The environments and plug-ins of a node.
 
     :param context: the state that all plug-ins share.
-    :param logs: the log files of the environments.
+    :param log_folder: the folder for the log files of the environments; None for no files.
     :param environment: the class of the environments; commands that inspect agents use another class.
     """
 
     def __init__(
         self,
         context: NodeContext,
-        logs: EnvironmentLogs,
+        log_folder: Path | None,
         environment: type[ClipsEnvironment] = StockEnvironment,
     ) -> None:
         super().__init__(context.bus, environment=environment)
         self.context = context
         self.log = context.bus.logger(context.parameters.name.rpartition("/")[2])
         self.plugin_log = context.bus.logger("CLIPSPluginManager")
-        self._logs = logs
+        self._log_folder = log_folder
+        self._log_files: list[EnvironmentLog] = []
         self.plugins: dict[str, CxPlugin] = {}  # created plug-ins by name
         self._loaded_plugins: dict[str, list[str]] = {}
         self._reported_errors: set[str] = set()
@@ -63,7 +65,10 @@ class CxManager(EnvironmentManager):
         env = self._environment(name, self.bus, log_component or name)
         self.add_environment(env)
         self._loaded_plugins[name] = []
-        self._logs.open_log(env)  # before the plug-ins, whose output belongs to the file
+        if self._log_folder is not None:  # before the plug-ins, whose output belongs to the file
+            log_file = EnvironmentLog(self._log_folder, name, self.bus.clock)
+            self._log_files.append(log_file)
+            env.line_listeners["file"] = log_file.write
         if not isinstance(env, StockEnvironment):
             return env
         try:
@@ -199,7 +204,8 @@ class CxManager(EnvironmentManager):
         super().close()
         self.finalize_plugins()
         self.context.ros.close()
-        self._logs.close()
+        while self._log_files:
+            self._log_files.pop().close()
 
 
 def read_environment_names(context: NodeContext) -> tuple[str, ...]:

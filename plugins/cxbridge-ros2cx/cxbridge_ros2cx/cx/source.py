@@ -23,7 +23,6 @@ from cxbridge.run.rights import read_rights
 from cxbridge.run.source import LoadedFile, Source
 from cxbridge.run.specs import choose_spec
 from cxbridge_protobuf.settings import CONNECTIONS_KEY
-from cxbridge_ros2cx.cx.log_files import EnvironmentLogs
 from cxbridge_ros2cx.cx.manager import CxManager
 from cxbridge_ros2cx.cx.node import CxNode
 from cxbridge_ros2cx.cx.packages import Packages, find_package_folder
@@ -161,9 +160,11 @@ class CxSource(Source):
                 context.additions.values.get(CONNECTIONS_KEY) or _make_local_connections()
             )
         node_context.is_inspection = environment is not ClipsEnvironment
-        logs = EnvironmentLogs(None if node_context.is_inspection else self.options.option("log_dir"))
+        is_inspection = node_context.is_inspection
         manager = CxManager(
-            node_context, logs, environment if node_context.is_inspection else StockEnvironment
+            node_context,
+            None if is_inspection else self.options.option("log_dir"),
+            environment if is_inspection else StockEnvironment,
         )
         manager.is_strict = not self.is_lenient
         return manager

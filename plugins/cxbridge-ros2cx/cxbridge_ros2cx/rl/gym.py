@@ -31,7 +31,6 @@ class ClipsGym(gymnasium.Env[Observation, np.int64]):
     :param node_parameters: the parameter file of the learner's node; see :attr:`settings`.
     :param node: the name of the learner's node.
     :param patience: the time limit of an action or a reset, in seconds of the agent's clock.
-    :param watch: whether to log facts and rules; steps then take several times as long.
     """
 
     metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 - the base class declares it like this
@@ -44,7 +43,6 @@ class ClipsGym(gymnasium.Env[Observation, np.int64]):
         node_parameters: str | Path | None = None,
         node: str = LEARNER_NODE,
         patience: float = 600.0,
-        watch: bool = False,
     ) -> None:
         # the parameters of the learner's node by name, e.g. `training.max_episodes`, `model.gamma`
         self.settings: dict[str, Any] = {}
@@ -59,7 +57,6 @@ class ClipsGym(gymnasium.Env[Observation, np.int64]):
                 Path(self._folder.name),
                 node=node,
                 patience=patience,
-                watch=watch,
             )
         except BaseException:  # also after an interrupt: close() is never called then
             self._folder.cleanup()

@@ -78,7 +78,6 @@ class LearningAgent(Closing):
     :param storage: a folder for the initial facts of each episode.
     :param node: the name of the peer.
     :param patience: the time limit of a service or a goal, in seconds of the agent's clock.
-    :param watch: whether to log facts and rules; steps then take several times as long.
     :raises CxbridgeError: if the parameters are invalid, or the agent lacks the services.
     """
 
@@ -90,7 +89,6 @@ class LearningAgent(Closing):
         *,
         node: str = LEARNER_NODE,
         patience: float = 600.0,
-        watch: bool = False,
     ) -> None:
         self._name, self._patience = node, patience
         self._file = parameters
@@ -109,8 +107,7 @@ class LearningAgent(Closing):
             self._peer = self._graph.join(node.rpartition("/")[2])
             self._peer.serve(f"{node}/get_status", f"{_PACKAGE}/srv/GetStatus", lambda _request: self.status)
             self._env = self._find_environment()
-            if not watch:
-                self._env.eval("(unwatch all)")
+            self._env.eval("(unwatch all)")  # steps with traces take several times as long
             self._handlers = {
                 name: self._find_goal_handler(name, type_name)
                 for name, type_name in (("reset_env", "ResetEnv"), ("action_selection", "ActionSelection"))

@@ -60,7 +60,7 @@ def test_the_test_of_a_project_fails_when_the_agent_reports_an_error(here):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--from-ros2cx", "nowhere"], "no such folder"),
+        (["--from-ros2cx", "nowhere"], "no parameters of clips_manager"),
         (["--from-ros2cx", "other.yaml"], "no parameters of clips_manager"),
         (["--from-ros2cx", "broken.yaml"], "broken.yaml:1"),
         (["--from-ros2cx", ".", "--from-fawkes", "test"], "cannot be combined"),

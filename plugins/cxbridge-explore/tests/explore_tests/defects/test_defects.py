@@ -36,7 +36,7 @@ def test_it_is_found_and_shown(defect: Defect, tmp_path: Path, monkeypatch: pyte
     example = write_counterexample(options, defect.properties, defect.found_by, found, tmp_path / "found")
     assert len(example.choices) == defect.faults
     assert example.recording.stat().st_size > 0
-    assert " fails the " in example.description
+    assert " fails at " in example.description
     assert example.test is not None
     failed = pytest_of(example.test, monkeypatch)
     said = failed.stdout.decode()

@@ -11,8 +11,6 @@ from typing import Any
 import pytest
 
 from cxbridge.cli.main import invoke
-from cxbridge.history.model import Moment, SkillExecution
-from cxbridge_explore.sweep.playing import count_retries
 from tests.support import ROOT
 
 SCENARIO = ROOT / "scenarios" / "test-scenario"
@@ -64,21 +62,7 @@ def test_calls_that_can_only_succeed_are_counted(tmp_path: Path, capsys):
     assert ask(capsys, ROOT / "scenarios" / "two-robots", *world)[0] == 0
     with rows.open() as file:
         (row,) = csv.DictReader(file)
-    assert (row["calls"], row["retries"], row["faults"]) == ("8", "0", "0")
-
-
-def test_a_second_call_after_a_success_is_no_retry():
-    def call(text: str, status: str, skiller: str = "Skiller") -> SkillExecution:
-        return SkillExecution("", skiller, text, 1, Moment(0, 0), None, status)
-
-    calls = [
-        call("a", "S_FAILED"),
-        call("b", "S_FINAL"),
-        call("a", "S_FINAL", "other"),
-        call("a", "S_FAILED"),
-    ]
-    assert count_retries(calls) == 1
-    assert count_retries([*calls, call("b", "S_FINAL"), call("a", "stopped"), call("a", "S_FINAL")]) == 3
+    assert (row["calls"], row["faults"]) == ("8", "0")
 
 
 def test_a_sweep_without_a_run_that_came_to_its_end_says_so(capsys):

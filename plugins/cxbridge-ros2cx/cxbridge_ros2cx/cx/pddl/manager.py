@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.closing import Closing
-from cxbridge.errors import CxbridgeError, PddlError, Ros2Error
+from cxbridge.errors import PddlError, Ros2Error
 from cxbridge.extras import install_command
 from cxbridge.rights import Right
 from cxbridge_planning import PlanningService
@@ -22,6 +22,7 @@ from cxbridge_planning.planner import PlanStatus
 from cxbridge_planning.service.service import PlanRequest
 from cxbridge_ros2.actions import GoalHandler, GoalResponse, GoalServer, GoalStatus, ServedGoal
 from cxbridge_ros2cx.cx.pddl.problem import ManagedGoal, ManagedProblem
+from cxbridge_ros2cx.cx.ros.handlers import wrap_handler
 
 if TYPE_CHECKING:
     from cxbridge.clock import Clock
@@ -79,7 +80,7 @@ class PddlManager(GoalHandler, Closing):
                 node.serve(
                     f"{NODE_NAME}/{service}",
                     f"{package}/srv/{service_type}",
-                    self._wrap_handler(handler),
+                    wrap_handler(handler, self._log_error),
                     right=Right.CONTROL,
                 )
         self._updates = node.create_publisher(f"{NODE_NAME}/instance_update", "std_msgs/msg/String")
@@ -111,19 +112,10 @@ class PddlManager(GoalHandler, Closing):
             "get_type_objects": ("GetTypeObjects", self._get_type_objects),
         }
 
-    def _wrap_handler(self, handler: Callable[[Message], Fields]) -> Callable[[Message], Fields]:
-        """Return a handler that sends the errors of the wrapped handler as responses."""
-
-        def respond(request: Message) -> Fields:
-            try:
-                return {"success": True, **handler(request)}
-            except CxbridgeError as error:
-                # not logged: agents ask for instances that may not exist yet
-                if error.message != _UNKNOWN_INSTANCE:
-                    self._log.error(str(error))
-                return {"success": False, "error": error.message}
-
-        return respond
+    def _log_error(self, text: str) -> None:
+        # agents ask for instances that may not exist yet
+        if text != _UNKNOWN_INSTANCE:
+            self._log.error(text)
 
     def _find_problem(self, name: str) -> ManagedProblem:
         if name not in self._problems:

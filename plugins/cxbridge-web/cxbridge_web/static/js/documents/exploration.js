@@ -30,17 +30,16 @@ function drawnOf(rows) {
 
 function map(rows) {
   const drawn = drawnOf(rows),
-    places = new Map(drawn.map((number, place) => [number, place])),
-    hasLinks = drawn.some((number) => rows[number].page);
+    places = new Map(drawn.map((number, place) => [number, place]));
   const lane = (number) => {
-    const { begin_s: begin, end_s: end, parent, page, outcome, ...row } = rows[number],
+    const { begin_s: begin, end_s: end, parent, outcome, ...row } = rows[number],
       words = row.path.join("; ") || "nothing but the usual",
       how = row.reason ? outcome + ": " + row.reason : outcome,
       title = [words, how, ...row.violations].join("\n"),
       isBold = row.violations.length > 0,
       label = (isBold ? "✖ " : "") + (row.choice || "the usual run"),
       from = parent === null ? -1 : places.get(parent);
-    return { label, isBold, begin, end, kind: KINDS[outcome] || "bad", title, href: page, from };
+    return { label, isBold, begin, end, kind: KINDS[outcome] || "bad", title, from };
   };
   const left = rows.length - drawn.length,
     end = Math.max(...drawn.map((number) => rows[number].end_s)),
@@ -50,7 +49,6 @@ function map(rows) {
     lanes(drawn.map(lane), end, about),
     note(
       "A bar begins where its run left another run, from whose bar the line comes. ",
-      hasLinks ? "A bar that is a link opens its run at that moment. " : "",
       "Green: completed; orange: unsuccessful; red: stuck, or worse; grey: continues like another run.",
     ),
   ];

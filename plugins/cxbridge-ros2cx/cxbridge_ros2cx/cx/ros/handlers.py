@@ -1,0 +1,26 @@
+"""Handlers of ROS services that answer errors with ``success: false``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from cxbridge.errors import CxbridgeError
+
+if TYPE_CHECKING:
+    from cxbridge_ros2.messages import Message
+
+Handler = Callable[["Message"], Mapping[str, Any]]
+
+
+def wrap_handler(handler: Handler, log_error: Callable[[str], None]) -> Handler:
+    """Return a handler of a service that logs the errors of another, and sends them as responses."""
+
+    def respond(request: Message) -> Mapping[str, Any]:
+        try:
+            return {"success": True, **handler(request)}
+        except CxbridgeError as error:
+            log_error(str(error))
+            return {"success": False, "error": error.message}
+
+    return respond
