@@ -8,7 +8,7 @@ import pytest
 
 from cxbridge.run import RunOptions
 from cxbridge_studio.check.run import check
-from studio_tests.check.test_check import SPEC, agent
+from studio_tests.check.test_check import agent
 from tests.support import ROOT, needs_plugin
 
 
@@ -61,14 +61,3 @@ def test_the_world_of_a_scenario_with_several_agents(tmp_path):
     (found,) = check(RunOptions(scenario=tmp_path))
     assert (found.code.name, found.place.line) == ("CX121", 2)
     assert "there is no agent 'nobody'" in found.message
-
-
-def test_all_keys_that_a_run_does_not_start_with_are_reported_at_once(tmp_path):
-    spec = SPEC.replace("action-mapping", "action-maping").replace("files: [", "fles: [")
-    folder = agent(tmp_path, scenario_yaml=f"{spec}  automatic-goal-retracion: false\n")
-    found = [each for each in check(RunOptions(scenario=folder)) if each.code.name in ("CX114", "CX117")]
-    assert {(each.code.name, each.hint) for each in found} == {
-        ("CX117", f"did you mean {key}?") for key in ("action-mapping", "files", "automatic-goal-retraction")
-    }
-    lenient = check(RunOptions(scenario=folder, strict=False))
-    assert "CX117" not in {each.code.name for each in lenient}

@@ -17,7 +17,6 @@ from cxbridge.run import watchdog
 from cxbridge.run.options import RunOptions
 from cxbridge.run.result import FAULT
 from cxbridge.run.run import run_scenario
-from cxbridge.testing.agent_run import AgentRun
 from cxbridge_explore.sweep.playing import play_seed
 from cxbridge_explore.sweep.rows import SweepJob
 from cxbridge_explore.worlds.points import UsualChooser
@@ -29,8 +28,6 @@ RING = "rules fire endlessly: ping ({file}:{line}) -> pong ({file}:{line}) -> pi
 PING = "(defrule ping ?f <- (ping ?n) => {more} (retract ?f) (assert (pong ?n)))"
 PONG = " (defrule pong ?f <- (pong ?n) => (retract ?f) (assert (ping {n})))"
 BEGIN = "(defrule first {when} => (assert (ping 0)))"
-SPIN = "(deffunction forever () (while TRUE (bind ?x 1))) (defrule spin {when} => (forever))"
-
 SHAPES = {
     "a ring": PING.format(more="") + PONG.format(n="?n"),
     "a ring that counts": PING.format(more="") + PONG.format(n="(+ ?n 1)"),
@@ -68,15 +65,6 @@ def test_a_run_and_a_sweep(tmp_path: Path, shape: str, moment: str) -> None:
     assert (row.outcome, row.reason) == ("fault", said)
 
 
-@pytest.mark.parametrize("moment", share(MOMENTS, 1))
-def test_a_test(tmp_path: Path, moment: str) -> None:
-    scenario, said = agent(tmp_path, "a ring", moment)
-    given = RunOptions(scenario=scenario, skiller="none")
-    with pytest.raises(AssertionError) as caught, AgentRun(given, scripted=True) as run:
-        run.to_end()
-    assert f"an error in a rule: {said}" in str(caught.value)
-
-
 def test_an_exploration_writes_the_counterexample(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The exploration forks from this process, and so has its patience."""
     scenario, said = agent(tmp_path, "a ring that counts", "while a skill runs")
@@ -100,13 +88,3 @@ def test_a_daemon(tmp_path: Path) -> None:
         while said not in str(read_status(board)):
             pass
     assert any(said in line for line in lines)
-
-
-def test_a_right_hand_side_that_does_not_end(tmp_path: Path) -> None:
-    text = AGENT + SPIN.format(when=MOMENTS["while a skill runs"])
-    scenario = write_scenario(tmp_path / "mini", agent=text)
-    with (
-        AgentRun(RunOptions(scenario=scenario, skiller="none"), scripted=True) as run,
-        pytest.raises(AssertionError, match="an error in a rule: rule spin does not end"),
-    ):
-        run.to_end()

@@ -142,18 +142,3 @@ def test_a_run_goes_on_while_it_charges_and_ends_when_it_has(tmp_path: Path) -> 
     assert (result.status, result.reason) == MAINTAINED
     ended = {goal.goal_class: goal.outcome for goal in result.goals}
     assert ended == {"KEEP": "UNKNOWN", "TOUR": "COMPLETED", "CHARGE": "COMPLETED"}
-
-
-@pytest.mark.parametrize(
-    ("facts", "expected"),
-    [(KEEPING + DONE, MAINTAINED), (KEEPING, MAINTAINED), (KEEP.format("FINISHED"), None)],
-)
-def test_an_agent_that_quits(tmp_path: Path, facts: str, expected: tuple[int, str] | None) -> None:
-    scenario = write_scenario(
-        tmp_path / "mini", agent=f"(defrule begin (executive-initialized) => (assert {facts}) (quit))"
-    )
-    result = run_scenario(RunOptions(scenario=scenario, timeout=TIMEOUT_S, skiller="none"))
-    found = result.status, result.reason
-    assert found == (
-        expected or (UNSUCCESSFUL, "the agent quit before its root goals were over: KEEP-CHARGED is FINISHED")
-    )

@@ -57,31 +57,19 @@ def test_it_goes_on_after_ctrl_c(tmp_path: Path, words: tuple[str, ...]):
 def test_only_the_same_exploration_goes_on(tmp_path: Path):
     scenario = write_retrying(tmp_path / "retrying", tries=4)
     interrupted(tmp_path, scenario, *FAULTS)
+    (tmp_path / "slow.yaml").write_text("otherwise: {fails: []}\n")
     resume = ("--resume", tmp_path / "explore.resume")
     for words, what in (
         ((scenario, "--faults", "2"), "faults"),
         ((scenario, *FAULTS, "--timeout", "3"), "timeout"),
+        ((scenario, *FAULTS, "--property", "never (goal (class NOBODY))"), "properties"),
+        ((scenario, *FAULTS, "--world", tmp_path / "slow.yaml"), "world"),
         ((SCENARIO, *FAULTS), "scenario"),
     ):
         refused(words, resume, what)
     agent = scenario / "mini.clp"
     agent.write_text(agent.read_text() + "; changed\n")
     refused((scenario, *FAULTS), resume, "files of the agent")
-
-
-@LINUX
-def test_it_goes_on_in_the_same_world_with_the_same_properties(tmp_path: Path):
-    scenario = write_retrying(tmp_path / "retrying", tries=4)
-    world = tmp_path / "slow.yaml"
-    world.write_text("otherwise:\n  fails:\n    - {error: broken, after: 0.5}\n")
-    judged = ("--property", "never (goal (class NOBODY))")
-    status, said = interrupted(tmp_path, scenario, *FAULTS, "--world", world, *judged)
-    assert status == 3, said
-    resume = ("--resume", tmp_path / "explore.resume")
-    refused((scenario, *FAULTS, *judged), resume, "world")
-    refused((scenario, *FAULTS, "--world", world), resume, "properties")
-    found = explored(scenario, *FAULTS, "--world", world, *judged, *resume, folder=tmp_path)
-    assert found["complete"]
 
 
 @pytest.mark.parametrize("content", [None, b"", b"\xff\xfe no exploration", b"\x80"])

@@ -10,7 +10,6 @@ import pytest
 
 from cxbridge.cli.main import invoke
 from cxbridge.run.options import RunOptions
-from cxbridge.trace.formats.registry import open_run
 from cxbridge_explore.counterexample_playing import NthChoice, NthChooser, play_run
 from cxbridge_explore.properties.reading import find_property
 from explore_tests.pytest_files import pytest_of
@@ -41,12 +40,6 @@ def test_scripts_get_the_path_the_recording_and_the_test(explored):
     assert Path(violation["test"]) == folder / "test_no_failed_talk.py"
 
 
-def test_the_recording_opens(explored):
-    _, folder = explored
-    ends = [str(event) for event in open_run(folder / "no_failed_talk.mcap")]
-    assert any("TALK" in end and "FAILED" in end for end in ends)
-
-
 def test_the_test_fails_as_the_run_does(explored, monkeypatch):
     _, folder = explored
     done = pytest_of(folder / "test_no_failed_talk.py", monkeypatch)
@@ -69,14 +62,6 @@ def test_a_misspelt_property(text, complaint, capfd):
     said = capfd.readouterr().err
     assert complaint in said
     assert "Traceback" not in said
-
-
-def test_the_test_of_a_shipped_scenario_names_it(tmp_path):
-    done = nursery().run(
-        ["explore", "test-scenario", "--property", PROPERTY, "--out", "out"], folder=tmp_path
-    )
-    assert done.returncode == 1, done.stderr.decode()
-    assert "cx.run('test-scenario')" in (tmp_path / "out" / "test_no_failed_talk.py").read_text()
 
 
 def test_the_test_moves_with_its_project(tmp_path, monkeypatch):

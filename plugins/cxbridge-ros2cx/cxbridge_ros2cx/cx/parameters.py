@@ -56,10 +56,9 @@ class NodeParameters:
         self._parameters = dict(parameters)
 
     @classmethod
-    def load(cls, file: Path, node_name: str = "") -> NodeParameters:
-        """Read a node's parameters from a file.
+    def load(cls, file: Path) -> NodeParameters:
+        """Read the parameters of ``clips_manager`` from a file.
 
-        :param node_name: the full name of a node other than ``clips_manager``.
         :raises ConfigError: if the file is unreadable or not a parameter file.
         """
         try:
@@ -69,12 +68,11 @@ class NodeParameters:
         sections = [
             section for root in parse_documents(data, str(file)) for section in _find_sections(root, "")
         ]
-        name = node_name or f"/{NODE_NAME}"
-        if not node_name:
-            # a launch file may rename the node: the section with the parameter `environments` is its section
-            managers = [pattern for pattern, node in sections if _has_environments(node)]
-            if not any(_matches_node(pattern, name) for pattern in managers):
-                name = next((pattern for pattern in managers if "*" not in pattern), name)
+        name = f"/{NODE_NAME}"
+        # a launch file may rename the node: the section with the parameter `environments` is its section
+        managers = [pattern for pattern, node in sections if _has_environments(node)]
+        if not any(_matches_node(pattern, name) for pattern in managers):
+            name = next((pattern for pattern in managers if "*" not in pattern), name)
         # later sections of a file override earlier ones
         parameters: dict[str, Parameter] = {}
         for pattern, node in sections:

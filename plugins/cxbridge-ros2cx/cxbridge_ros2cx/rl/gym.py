@@ -12,7 +12,6 @@ from gymnasium.spaces import Box, Discrete
 from numpy.typing import NDArray
 
 from cxbridge.errors import CxbridgeError
-from cxbridge_ros2cx.cx.parameters import NodeParameters
 from cxbridge_ros2cx.rl.interface import LEARNER_NODE, Decision, LearningAgent
 from cxbridge_ros2cx.rl.spaces import Groundings, Observation
 
@@ -28,7 +27,6 @@ class ClipsGym(gymnasium.Env[Observation, np.int64]):
 
     :param parameters: the parameter file of ``clips_manager``.
     :param ros2cx: the checkout or workspace with the packages of the agent.
-    :param node_parameters: the parameter file of the learner's node; see :attr:`settings`.
     :param node: the name of the learner's node.
     :param patience: the time limit of an action or a reset, in seconds of the agent's clock.
     """
@@ -40,15 +38,9 @@ class ClipsGym(gymnasium.Env[Observation, np.int64]):
         parameters: str | Path,
         ros2cx: str | Path | None = None,
         *,
-        node_parameters: str | Path | None = None,
         node: str = LEARNER_NODE,
         patience: float = 600.0,
     ) -> None:
-        # the parameters of the learner's node by name, e.g. `training.max_episodes`, `model.gamma`
-        self.settings: dict[str, Any] = {}
-        if node_parameters is not None:
-            file_parameters = NodeParameters.load(Path(node_parameters), node)
-            self.settings = {name: parameter.value for name, parameter in file_parameters}
         self._folder = TemporaryDirectory(prefix="cxbridge-rl-")
         try:
             self.agent = LearningAgent(

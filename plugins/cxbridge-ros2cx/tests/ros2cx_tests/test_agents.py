@@ -77,15 +77,3 @@ def test_agents_that_are_configured_get_dummies_others_do_not(tmp_path):
     watched = agents_run(tmp_path, "skill-board: {agents: {robot2: {}}}\n")
     assert changes(watched, 1)[-1] in ("FAILED", "EXECUTION-FAILED")
     assert "EXECUTION-SUCCEEDED" in changes(watched, 2)
-
-
-def test_a_configuration_names_executors(tmp_path):
-    configured = """
-skill-board:
-  agents:
-    robot1: {executors: {move: {class: "cxbridge_ros2cx.executors:MoveExecutor"}}}
-    robot2: {}
-"""
-    watched = agents_run(tmp_path, configured)
-    by_agent = {m.agent_id: m.node_id for m in exchange(watched) if m.type == "RESPONSE"}
-    assert by_agent == {"robot1": "robot1-move", "robot2": "robot2-move-dummy"}

@@ -66,15 +66,6 @@ def test_what_is_opened_is_told_without_hash_and_serial(bench):
     ]
 
 
-def test_a_preloaded_type_has_its_template_but_no_interface(bench):
-    bench.env.eval('(blackboard-preload "PddlGenInterface")')
-    assert bench.env.has_template("PddlGenInterface")
-    assert bench.facts("blackboard-interface") == []
-    assert [info.id for info in bench.board.list_all()] == []
-    bench.env.eval('(blackboard-preload "Nope")')
-    assert any("Failed to preload" in line.text for line in bench.log.lines)
-
-
 def test_a_fact_lives_for_one_run_of_the_rules(bench):
     """The original's feature has retract-early on, Fawkes' has it off."""
     bench.env.eval('(blackboard-open "TestInterface" "T")')

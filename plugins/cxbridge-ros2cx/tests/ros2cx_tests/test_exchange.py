@@ -12,9 +12,8 @@ from msgspec import structs
 
 from cxbridge.cli.main import main
 from cxbridge.history.exchange import Exchange, SkillMessage
-from ros2cx_tests.rows import recorded as changes_of
 from ros2cx_tests.rows import run
-from ros2cx_tests.test_recordings import DATA, RECORDINGS, fired, options
+from ros2cx_tests.test_recordings import DATA, RECORDINGS, options
 from tests.support import needs_ros2cx, needs_shared
 
 pytestmark = needs_ros2cx
@@ -127,25 +126,6 @@ def assert_causal(messages: Sequence[SkillMessage]) -> None:
             assert (message.node_id, message.params) in confirmed
 
 
-@needs_shared
-def test_two_executors_both_execute_with_the_changes_of_the_recording():
-
-    watched = run(options("fixed", "two-executors.yaml", TWO))
-    there = RECORDINGS / "two-executors"
-    assert watched.rows == changes_of(there / "transitions.txt")
-    assert watched.fired == fired("two-executors")
-
-
-@needs_shared
-def test_by_default_a_single_executor_says_the_same_but_for_the_progress_of_the_dummy():
-    def without_progress(messages):
-        return [dataclasses.replace(m, progress=0.0) for m in plain(messages)]
-
-    ours = without_progress(exchanged("test-nav2", original=False))
-    there = without_progress(recorded("nav2"))
-    assert by_sender(ours) == by_sender(there)
-
-
 FIGURE = [
     ("REQUEST", "the master", "the skill, its parameters, the agent's id"),
     ("RESPONSE", "first", "it implements the action, is idle, tells its id"),
@@ -176,13 +156,6 @@ def test_a_cancelled_action_ends_with_cancel_and_finish():
     assert kinds[:5] == [(kind, who) for kind, who, _ in FIGURE[:5]]
     assert kinds[-2:] == [("CANCEL", "first"), ("FINISH", "first")]
     assert (messages[-1].success, messages[-1].status) == (False, "CANCELLED")
-
-
-def test_the_one_that_was_rejected_may_execute_the_next_action():
-    """It is free again, and not deaf: the second of two moves goes to who answers first, again."""
-    messages = exchanged("fixed", "fixed.yaml", SANE_TWO, original=False)
-    answers = [m for m in plain(messages) if m.type == "RESPONSE"]
-    assert [m.node_id for m in answers] == ["executor 0", "executor 1"] * 7
 
 
 def printed(arguments, capsys):

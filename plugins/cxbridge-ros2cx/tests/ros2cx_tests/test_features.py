@@ -143,28 +143,6 @@ def call(env, skill_id="move_gen1", agent=""):
     env.call("call-skill-execution", Symbol(skill_id), Symbol("move"), "r2 home work", "", agent)
 
 
-def test_the_states_of_a_skill(bench):
-    call(bench.env)
-    (action,) = bench.skills.actions.values()
-    assert (action.skill, action.agent) == ("move", "default")
-    assert action.parameters == {"1": "r2", "2": "home", "3": "work"}
-    told = []
-    for state in ("ASKING", "CONFIRMED", "RUNNING", "SUCCEEDED"):
-        bench.skills.tell(1, state=state)
-        told += bench.feedback()
-    statuses = ["S_IDLE", "S_RUNNING", "S_RUNNING", "S_FINAL"]
-    assert told == [("move_gen1", "", status, "") for status in statuses]
-    assert bench.removed == 1
-    assert bench.feedback() == []
-
-
-@pytest.mark.parametrize(("state", "error"), [("FAILED", "door closed"), ("CANCELLED", "CANCELLED")])
-def test_a_skill_that_fails_says_why(bench, state, error):
-    call(bench.env)
-    bench.skills.tell(1, state=state, error="door closed")
-    assert bench.feedback() == [("move_gen1", "", "S_FAILED", error)]
-
-
 def test_a_skill_that_cannot_be_asked_for_fails(bench):
     bench.env.call("call-skill-execution", Symbol("s1"), Symbol("impossible"), "", "", "")
     assert bench.feedback() == [("s1", "", "S_FAILED", "nobody can do that")]

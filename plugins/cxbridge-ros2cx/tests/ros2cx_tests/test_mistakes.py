@@ -152,16 +152,10 @@ class Broken(SkillExecutor):
     ("target", "message"),
     [
         ("move", "--executor cannot be 'move'"),
-        ("=a.py:B", "--executor cannot be"),
-        ("move=", "'' is not the name of an executor class"),
         ("move={file}", "is not the name of an executor class"),
-        ("move=nowhere.py:A", "there is no such file"),
-        ("move=no.such.module:A", "there is no Python module"),
         ("move={file}:Nope", "has no executor 'Nope'"),
-        ("move={file}:Other", "has no executor 'Other'"),
         ("move={file}:Idle", r"executors.py:3: Idle has no execute\(\)"),
         ("move={file}:Deaf", r"executors.py:5: Deaf.execute\(\) does not take a call"),
-        ("move={file}:Closed", "Closed does not start: TypeError"),
         ("move={file}:Broken", "Broken does not start: RuntimeError: no motor"),
         ("mo ve={file}:Returns", "a skill's name must not contain blanks"),
     ],
@@ -174,23 +168,6 @@ def test_an_executor_of_the_wrong_shape(tmp_path, target, message):
             options_from_keywords(
                 None, ros2cx=ROS2CX_DIR, spec="test-nav2", executors=(target.format(file=file),), timeout=5
             )
-        )
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("raise SystemExit(0)", ":1: it does not load: SystemExit"),
-        ("import nothing_there", ":1: it does not load: ModuleNotFoundError"),
-        ("def (", ":1: it does not load: invalid syntax"),
-    ],
-)
-def test_an_executor_whose_file_does_not_load(tmp_path, text, message):
-    file = tmp_path / "executors.py"
-    file.write_text(text)
-    with pytest.raises(CxbridgeError, match=message):
-        run_scenario(
-            options_from_keywords(None, ros2cx=ROS2CX_DIR, spec="test-nav2", executors=(f"move={file}:A",))
         )
 
 

@@ -59,12 +59,6 @@ def test_it_drives_at_its_speed_and_tells_the_distance_remaining(rig):
             assert float(match[1]) == pytest.approx(distance * (1 - share), abs=0.01)
 
 
-def test_a_waypoint_that_is_not_there_is_an_error(rig):
-    master, _, _ = drive(rig, "wp9")
-    assert states(master) == ["FAILED"]
-    assert master.error.startswith("unknown waypoint wp9, not one of wp_init, wp1")
-
-
 @needs_ros2cx
 def test_the_thesis_scenario_with_the_driving_executor():
     chosen = dataclasses.replace(options("test-nav2", executors=MOVE), timeout=200.0)

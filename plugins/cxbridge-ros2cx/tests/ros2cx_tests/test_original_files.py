@@ -6,8 +6,6 @@ import re
 from collections.abc import Iterable
 from pathlib import Path
 
-import pytest
-
 from cxbridge.clock import VirtualClock
 from cxbridge.events import EventBus
 from cxbridge.executive.host.environment import ClipsEnvironment
@@ -17,8 +15,6 @@ from tests.executive.clips630.engines import execute, needs_clips630
 from tests.support import ROS2CX_DIR, needs_ros2cx
 
 pytestmark = [needs_ros2cx, needs_clips630]
-
-SPECS = ("test", "test-pddl", "test-nav2", "test-skill")
 
 REFUSED = {
     # a parenthesis that never closes, in the first of them
@@ -106,11 +102,6 @@ def check(inside: Inside, folder: Path) -> None:
     assert refused == {file: REFUSED[file] for file in map(relative, dict(inside.files)) if file in REFUSED}
     functions = {name for names in refused.values() for name in names} - theirs["deffunction"]
     assert functions & inside.constructs["deffunction"] == frozenset()
-
-
-@pytest.mark.parametrize("spec", SPECS)
-def test_what_is_defined_there_is_defined_here(spec: str, tmp_path: Path) -> None:
-    check(look_inside(spec), tmp_path)
 
 
 def test_all_files_of_it_in_one_environment(tmp_path: Path) -> None:

@@ -113,14 +113,6 @@ def mute(answer: bool) -> Callable[[Stage, Run], None]:
     return prepare
 
 
-def test_an_executor_that_never_answers_is_one_error_an_action():
-    stage = Stage(mute(answer=False))
-    stage.run()
-    error = "no executor of default answers: mute"
-    assert [found for _, found in stage.states] == [error, error]
-    assert stage.warnings == [f"action {n}: move of default FAILED: {error}" for n in (1, 2)]
-
-
 def test_an_executor_that_never_begins_is_told_to_stop_and_is_one_error_an_action():
     stage = Stage(mute(answer=True))
     stage.run()

@@ -106,12 +106,6 @@ def test_one_seed_is_one_game_and_another_is_another(short, capsys):
     assert games[0] == games[1] != games[2]
 
 
-def test_a_game_that_is_cut_short_is_over_without_points(short, capsys):
-    assert invoke(["game", str(short), "--minutes", "0.2", "--json"]) == 0
-    game = found(capsys)
-    assert (game["points"], game["phase"]) == ({"workshop": 0}, "POST_GAME")
-
-
 @pytest.fixture
 def played_once(monkeypatch):
     """Games that were played are not played again for another output."""

@@ -55,13 +55,6 @@ def test_a_short_game_is_the_golden_one(cx, tmp_path):
     run.assert_golden()
 
 
-def test_what_comes_late_brings_less(short):
-    short.skills("put").fails("no room", times=2)
-    short.skills("cut").succeeds(after=100.0)
-    game = end(short)
-    assert game["points"] < 70
-
-
 def test_an_order_that_fails_leaves_nothing_behind(short):
     short.skills("paint").fails("no paint", times=3)
     game = end(short)

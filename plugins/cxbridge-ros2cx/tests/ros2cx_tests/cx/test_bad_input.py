@@ -13,7 +13,7 @@ from cxbridge.events import Level, LogLine
 from cxbridge.mainloop import Hook
 from cxbridge.run import run_scenario
 from cxbridge.run.program.plain_options import options_from_keywords
-from cxbridge_ros2.actions import ActionClient, GoalHandler, GoalResponse, GoalServer, GoalStatus, SentGoal
+from cxbridge_ros2.actions import GoalHandler, GoalResponse, GoalServer, GoalStatus
 from cxbridge_ros2cx.cx import plugin
 from cxbridge_ros2cx.cx.node import CxNode
 from cxbridge_ros2cx.cx.plugin import CxPlugin
@@ -336,47 +336,6 @@ def test_a_server_that_is_gone_in_a_state_of_a_goal_stops_nothing(run, state):
     assert run.lines.count("ended SUCCEEDED") == (does == "ends")
 
 
-@pytest.mark.parametrize("state", ["accepted", "executing", "canceling"])
-def test_a_client_that_is_gone_in_a_state_of_a_goal_stops_nothing(run, state):
-    """The goal continues to its end without a request for its result."""
-
-    def peer(node):
-        client = ActionClient(node, "/count", FIBONACCI)
-        sent: list[SentGoal] = []
-        left = ["node"]
-
-        def step(seconds):
-            if not sent and seconds > 0.3:
-                sent.append(client.send({"order": 3}))
-            elif seconds > 0.6 and left:
-                if state == "canceling":
-                    sent[0].cancel()
-                left.pop()
-                node.close()
-
-        return step
-
-    accepted = 3 if state == "accepted" else 2
-    program = f"""
-(deffunction example-interfaces-fibonacci-handle-goal-callback (?server ?goal ?id) (return {accepted}))
-(defrule serve => (example-interfaces-fibonacci-create-server "/count"))
-(defrule goal (example-interfaces-fibonacci-accepted-goal (server-goal-handle-ptr ?p)) => (assert (due ?p)))
-(defrule finish ?f <- (due ?p) (time ?t) (test (> ?t 1000000001.5)) => (retract ?f)
-  (bind ?r (example-interfaces-fibonacci-result-create))
-  (example-interfaces-fibonacci-server-goal-handle-succeed ?p ?r) (printout t finished crlf))
-"""
-    text = plugins(
-        "e",
-        "g",
-        "f",
-        e="plugin: 'cx::ExecutivePlugin'",
-        g="plugin: 'cx::CXExampleInterfacesFibonacciPlugin'",
-        f="plugin: 'cx::FileLoadPlugin', load: [AGENT]",
-    )
-    result, errors = run(text, program, peer=peer, seconds=3.0)
-    assert (result.status, errors, run.lines.count("finished")) == (0, [], 1)
-
-
 @pytest.mark.parametrize("recording", ["empty_plugins", "two_envs_no_log"])
 @needs_shared
 def test_parameters_that_end_the_original_run(recording, tmp_path):
@@ -391,29 +350,6 @@ def test_files_that_execute_each_other_end(run, tmp_path):
     result, errors = run(FILES.replace("load:", "batch:"), f'(batch* "{other}")\n')
     assert any("agent.clp: this file reads itself" in error for error in errors)
     assert result.loops == 11
-
-
-def test_an_agent_ends_its_run(run):
-    result, errors = run(FILES, "(defrule end (time ?) => (cx-shutdown))")
-    assert (result.status, errors) == (0, [])
-    assert result.run_seconds < 0.3
-
-
-def test_an_end_without_an_end_is_ended(run):
-    program = "(defrule on ?f <- (executive-finalize) => (retract ?f) (assert (executive-finalize)))"
-    result, errors = run(FILES, program)
-    assert errors == ["10000 rules fired after (executive-finalize) without coming to an end"]
-    assert result.loops == 11
-
-
-def test_a_request_waits_for_nothing(run):
-    program = (
-        '(defrule ask => (ros-msgs-create-client "never" "std_srvs/srv/SetBool") (printout t "sent "'
-        ' (ros-msgs-async-send-request (ros-msgs-create-request "std_srvs/srv/SetBool") "never") crlf))'
-    )
-    result, errors = run(FILES, program)
-    assert (result.status, errors) == (0, [])
-    assert "sent FALSE" in run.lines
 
 
 def test_rules_without_an_end_are_a_fault(run):

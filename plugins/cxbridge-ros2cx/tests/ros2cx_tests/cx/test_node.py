@@ -121,19 +121,6 @@ def test_a_second_activation_begins_anew(tmp_path):
     assert result.status == 0
 
 
-def test_a_node_that_does_not_start_by_itself_waits_for_a_peer(tmp_path):
-    peer = Peer(tmp_path, ("get_state", "lifecycle_msgs/srv/GetState", {}), change(3), change(1), change(3))
-    peer.parameters.write_text(
-        peer.parameters.read_text().replace("executive:", "autostart_node: false\n    executive:")
-    )
-    result, log = peer.run()
-    state, *done = peer.answers
-    assert "unconfigured" in str(state["current_state"])
-    assert [each["success"] for each in done] == [False, True, True]
-    assert log.count("hello") == 1
-    assert result.status == 0
-
-
 @pytest.mark.parametrize(("number", "done"), [(1, False), (2, False), (7, True)])
 def test_other_transitions(tmp_path, number, done):
     peer = Peer(tmp_path, change(number))
