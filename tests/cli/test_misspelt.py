@@ -122,7 +122,6 @@ ALIKE = {
     **{(command, "scenario"): ("run", "scenario") for command in ("check", "explore", "sweep", "game")},
     ("sweep", "against"): ("run", "scenario"),
     ("game", "against"): ("run", "scenario"),
-    ("game", "second"): ("run", "scenario"),
     ("lsp", "scenario"): ("run", "scenario"),
     ("daemon start", "agent"): ("run", "agent"),
     ("daemon start", "spec"): ("run", "spec"),

@@ -220,7 +220,8 @@ class Graph:
         try:
             sorter.prepare()
         except CycleError as error:
-            return min(error.args[1])
+            nodes: list[int] = error.args[1]
+            return min(nodes)
         return None
 
     def trace_edges(self, edge: Edge) -> list[Edge]:
