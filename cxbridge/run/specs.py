@@ -30,7 +30,7 @@ _ROOT = "/clips-executive"
 # debug/enable, the last of the Boolean keys, is below the key debug
 _EXECUTIVE_KEYS = ("spec", "specs", "clips-dirs", "debug", "exact-retry", "refresh-rate", *_BOOLEAN_KEYS[:-1])
 _SPEC_KEYS = ("init", "action-mapping", "blackboard-preload", "parameters")
-_SKILLER_KEYS = ("skillspace", "mode", "watch_files", "features", "limits", "instances")
+_SKILLER_KEYS = ("skillspace", "mode", "watch_files", "features", "instances")
 _SECTIONS = {"clips-executive": _EXECUTIVE_KEYS, "skiller": _SKILLER_KEYS}
 # The minimum similarity of an unread key to an absent one that counts as a misspelling: higher than for
 # names, because Fawkes' configurations have keys for other programs.

@@ -15,10 +15,10 @@ from msgspec import Struct
 from cxbridge.events import Level
 from cxbridge.skiller import ecma, numbers, quoting
 from cxbridge.skiller.templates import (
+    PLACEHOLDER_FORM,
     Misfit,
     Placeholder,
     Replacement,
-    SuspectedPlaceholder,
     find_suspected_placeholders,
     parse_template,
 )
@@ -90,7 +90,11 @@ class ActionSkillMapping:
         warnings: list[Message] = []
         for action, template in self._templates.items():
             warnings.extend(
-                _suspicion_message(action, suspect) for suspect in find_suspected_placeholders(template)
+                (
+                    Level.WARN,
+                    f"action-mapping/{action}: '{text}' is kept as text: write {PLACEHOLDER_FORM}",
+                )
+                for text in find_suspected_placeholders(template)
             )
             for part in parse_template(template):
                 if isinstance(part, Placeholder):
@@ -134,11 +138,6 @@ class ActionSkillMapping:
     def _escape_value(self, placeholder: Placeholder, value: str, prefix: str) -> str:
         """Return the text of a value to append to ``prefix``, escaped unless the mode is ``fawkes``."""
         return _escape_for_lua(placeholder, value, prefix) if self.mode == "strict" else value
-
-
-def _suspicion_message(action: str, suspect: SuspectedPlaceholder) -> Message:
-    excerpt = f"'{suspect.text}' at column {suspect.offset + 1}"
-    return (Level.WARN, f"action-mapping/{action}: {excerpt} is kept as text: {suspect.reason}")
 
 
 def _look_up(placeholder: Placeholder, action: str, params: Mapping[str, str]) -> str:

@@ -71,7 +71,6 @@ _KEYWORDS: Final = frozenset(
     ["and", "break", "do", "else", "elseif", "end", "for", "function", "if", "in", "local", "not"]
 ) | {"or", "repeat", "return", "then", "until", "while"}
 _REPLACEMENT: Final = "\N{REPLACEMENT CHARACTER}"
-_BLOCK_SIZE: Final = 50  # Lua stores the positional values of a table in blocks of this size
 
 
 def read_calls(text: str) -> list[LuaCall]:
@@ -151,11 +150,7 @@ class _LuaCallReader:
     def _refuse_token(self, token: _Token, expected: str) -> NoReturn:
         if token.kind == "end":
             self._refuse(f"the skill string ends where {expected} should be", token.position)
-        if token.kind == "name" and token.text == "function":
-            self._refuse(f"a function is not a literal; {ONLY_FAWKES}", token.position)
         excerpt = "".join(char if char.isprintable() else _REPLACEMENT for char in token.text[:20])
-        if token.kind == "name" and token.text not in _KEYWORDS:
-            self._refuse(f"'{excerpt}' is a variable; {ONLY_FAWKES}", token.position)
         self._refuse(f"'{excerpt}' stands where {expected} should be; {ONLY_FAWKES}", token.position)
 
     def _scan(self) -> _Token:
@@ -234,8 +229,6 @@ class _LuaCallReader:
     def _parse_call(self) -> LuaCall:
         name = self._take_token()
         if name.kind != "name" or name.text in _KEYWORDS or name.text in _CONSTANTS:
-            if name.kind == "name":
-                self._refuse(f"'{name.text}' is not a skill; {ONLY_FAWKES}", name.position)
             self._refuse_token(name, "the name of a skill")
         values = self._parse_arguments(name)
         return LuaCall(name.text, values, *_line_and_column(self._text, name.position))
@@ -246,12 +239,7 @@ class _LuaCallReader:
         if self._is_symbol("{"):
             return (self._parse_table(),)
         if not self._is_symbol("("):
-            expected = f"the arguments of '{name.text[:20]}'"
-            if self._next.kind == "name":
-                self._refuse(
-                    f"'{self._next.text[:20]}' stands where {expected} should be", self._next.position
-                )
-            self._refuse_token(self._next, expected)
+            self._refuse_token(self._next, f"the arguments of '{name.text[:20]}'")
         # Lua 5.1 calls this ambiguous: the '(' may begin the next statement
         if _LINE_END.search(self._text, name.position, self._next.position):
             self._refuse("a '(' must be in the line of the name before it", self._next.position)
@@ -287,16 +275,10 @@ class _LuaCallReader:
             self._refuse(f"tables are nested more than {MAX_DEPTH} deep", opening.position)
         table: dict[Any, Any] = {}
         positional_values: dict[int, Value] = {}
-        position_count = 0
         while not self._is_symbol("}"):
-            # a positional value beyond this block overrides an explicit key, and is overridden by a later one
-            if len(positional_values) == _BLOCK_SIZE:
-                table |= positional_values
-                positional_values.clear()
             key, value = self._parse_field()
             if key is None:
-                position_count += 1
-                positional_values[position_count] = value
+                positional_values[len(positional_values) + 1] = value
             else:
                 table[key] = value
             if self._is_symbol(",") or self._is_symbol(";"):
@@ -320,17 +302,10 @@ class _LuaCallReader:
         if self._next.kind == "name" and self._next.text not in _CONSTANTS:
             name = self._take_token()
             if not self._is_symbol("=") or name.text in _KEYWORDS:
-                self._refuse_name(name)
+                self._refuse_token(name, "a literal")
             self._take_token()
             return name.text, self._parse_value()
         return None, self._parse_value()
-
-    def _refuse_name(self, name: _Token) -> NoReturn:
-        if name.text in _KEYWORDS:
-            self._refuse_token(name, "a literal")
-        if self._next.kind == "text" or (self._next.kind == "symbol" and self._next.text in "({"):
-            self._refuse(f"a call of '{name.text[:20]}' is not a literal; {ONLY_FAWKES}", name.position)
-        self._refuse_token(name, "a literal")
 
 
 def _line_and_column(text: str, position: int) -> tuple[int, int]:

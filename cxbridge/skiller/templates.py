@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from functools import cache, lru_cache
 from pathlib import Path
 from typing import Final
@@ -52,39 +51,30 @@ class Placeholder(Struct, frozen=True):
     kind: str
 
 
+PLACEHOLDER_FORM: Final = "?(NAME)T or ?(NAME|/PATTERN/REPLACEMENT/)T; T is one of s, S, y, Y, i, f"
+"""The notation of placeholders, for messages."""
+
+# the beginning of the text, up to the type letter after a near ')'
+_SUSPECTED_PLACEHOLDER: Final = re.compile(r"\?\([^)]{0,37}(?:\).?)?", re.DOTALL)
+
 Part = str | Placeholder
 """A part of a template: literal text or a placeholder."""
-
-
-class SuspectedPlaceholder(Struct, frozen=True):
-    """A text that resembles a placeholder.
-
-    :param offset: the position in the template, from 0.
-    :param text: the beginning of the text.
-    :param reason: why it is not a placeholder, and how to mend it.
-    """
-
-    offset: int
-    text: str
-    reason: str
 
 
 @lru_cache(maxsize=1024)
 def parse_template(template: str) -> tuple[Part, ...]:
     """Split a template into parts. Every text is a valid template."""
-    return tuple(part for _, part in _scan(template))
-
-
-def _scan(template: str) -> Iterator[tuple[int, Part]]:
+    parts: list[Part] = []
     end = 0
     # as in Fawkes, all text between placeholders stays unchanged
     for match in _load_terminals()["PLACEHOLDER"].finditer(template):
         if match.start() > end:
-            yield end, template[end : match.start()]
-        yield match.start(), _parse_placeholder(match.group())
+            parts.append(template[end : match.start()])
+        parts.append(_parse_placeholder(match.group()))
         end = match.end()
     if end < len(template):
-        yield end, template[end:]
+        parts.append(template[end:])
+    return tuple(parts)
 
 
 def _parse_placeholder(text: str) -> Placeholder:
@@ -105,42 +95,11 @@ def _parse_step(piece: str) -> Replacement | Misfit:
     return Replacement(pattern, replacement)
 
 
-def find_suspected_placeholders(template: str) -> list[SuspectedPlaceholder]:
+def find_suspected_placeholders(template: str) -> list[str]:
     """Return the texts that were probably meant as placeholders."""
-    starts = [
-        offset + match.start()
-        for offset, part in _scan(template)
-        if isinstance(part, str)
-        for match in re.finditer(r"\?\(", part)
-    ]
     return [
-        SuspectedPlaceholder(start, _excerpt(template[start:]), _find_mistake(template[start:]))
-        for start in starts
+        match.group()
+        for part in parse_template(template)
+        if isinstance(part, str)
+        for match in _SUSPECTED_PLACEHOLDER.finditer(part)
     ]
-
-
-_EXCERPT_LENGTH = 40  # characters in an error
-
-
-def _excerpt(text: str) -> str:
-    """Return the beginning of a text, up to the type letter after a near ')'."""
-    closing = text.find(")", 0, _EXCERPT_LENGTH)
-    return text[: closing + 2] if closing >= 0 else text[:_EXCERPT_LENGTH]
-
-
-def _find_mistake(text: str) -> str:
-    """Return why a text that starts with ``?(`` is not a placeholder."""
-    name = _load_terminals()["NAME"].match(text, len("?("))
-    if name is None:
-        return "the name of a parameter is missing after '?('"
-    suffix = text[name.end() :]
-    if suffix.startswith(")"):
-        kind = suffix[1:2]
-        return f"the type {f'{kind!r} ' if kind else ''}after ')' is not one of s, S, y, Y, i, f"
-    if suffix.startswith("|"):
-        if "//" in suffix.partition(")")[0]:
-            return "a pattern and its replacement must not be empty: |/PATTERN/REPLACEMENT/"
-        return "the part after '|' is not /PATTERN/REPLACEMENT/ followed by ')' and a type"
-    if not suffix:
-        return "the ')' is missing"
-    return f"the character {suffix[0]!r} cannot be part of a parameter's name"

@@ -9,7 +9,7 @@ from typing import Final
 
 from cxbridge.run.agent import Run
 from cxbridge.run.skillers import skiller_settings
-from cxbridge.skiller.simulation.deciders import Decider, Deciders
+from cxbridge.skiller.simulation.deciders import Decider
 from cxbridge.skiller.simulation.estimators import StaticEstimator
 from cxbridge.skiller.simulation.execution import DecidedExecution
 from cxbridge.skiller.simulation.simulator import SkillerSimulator
@@ -38,7 +38,7 @@ class ScriptedSkills(SkillScript):
         skillers = skiller_settings(context.config, "simulator", on_skill_board)
         self._names = [settings.name for settings in skillers]
         self._skillers: dict[str, SkillerSimulator] = {}
-        self.execute = DecidedExecution(lambda agent: Deciders([self.decider(agent)]))
+        self.execute = DecidedExecution(lambda agent: [self.decider(agent)])
         """Executes the skills of the skill board by the script."""
         context.execution = self.execute
         for name in self._names:

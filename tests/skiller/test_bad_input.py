@@ -9,7 +9,6 @@ import pytest
 
 from cxbridge.events import Level
 from cxbridge.skiller.mapping import ActionSkillMapping
-from cxbridge.skiller.simulation.simulator import SkillerSimulator
 from tests.skiller.rig import Rig, write_skills
 from tests.skiller.test_language import SKILLS
 
@@ -21,6 +20,7 @@ NASTY = [
     "]]} print_error('injected') --[[",
     "\\",
     'ends with a quote"',
+    "%s %d größe",
 ]
 TEMPLATES = ["tell{what=?(p)s}", 'tell{what="?(p)y"}', "tell{what='?(p)y'}"]
 
@@ -84,13 +84,6 @@ def test_a_skill_string_that_is_no_utf8_reaches_the_skill(rig: Rig):
     assert rig.logged(Level.INFO)[-1] == "a\N{REPLACEMENT CHARACTER}b 1"
 
 
-def test_the_simulator_reads_a_skill_string_that_is_no_utf8():
-    rig = Rig()
-    rig.add(SkillerSimulator(rig.board, rig.clock, rig.bus))
-    raw(rig, b'tell{what="a\xffb"}')
-    assert rig.status == "S_RUNNING"
-
-
 def test_a_skill_string_that_may_have_been_cut_is_not_run(rig: Rig):
     """Its start may be a whole chunk that means something else. Fawkes runs it."""
     rig.exec("final{} " + "-" * 2000 + "\ntell{}")
@@ -104,15 +97,6 @@ def test_a_skill_string_that_may_have_been_cut_is_not_run(rig: Rig):
 def test_an_error_longer_than_the_field_is_cut(rig: Rig):
     rig.exec(f"{'long' * 150}{{}}")
     assert len(rig.state.error) == 127
-
-
-def test_the_name_of_a_graph_longer_than_the_field_is_cut_and_not_found(rig: Rig):
-    viewer: Any = rig.board.open_for_reading("SkillerDebugInterface", "Skiller", owner="viewer")
-    viewer.msgq_enqueue(viewer.SetGraphMessage("x" * 100))
-    rig.loop()
-    viewer.read()
-    assert (viewer.graph_fsm, viewer.graph) == ("x" * 31, "")
-    assert rig.logged(Level.WARN) == [f"Could not write FSM graph, FSM for {'x' * 31} not found"]
 
 
 def test_a_graph_longer_than_the_field_is_cut_with_an_error(tmp_path: Path):

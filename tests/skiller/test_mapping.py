@@ -75,43 +75,19 @@ def test_bars_split_the_chain_even_inside_of_a_pattern():
     )
 
 
-def test_a_piece_without_a_middle_slash_is_ignored_with_a_warning():
-    mapped = map_one("?(v|/a|/x/)y", v="a")
-    assert mapped.text == "a"
-    assert mapped.messages[1] == (Level.WARN, " regex '/x/' missing mid slash, ignoring")
-
-
-@pytest.mark.parametrize(
-    ("template", "reason"),
-    [
-        ("a{?(x)q}", "the type 'q'"),
-        ("a{?(x)", "the type after ')'"),
-        ("a{?()s}", "name of a parameter is missing"),
-        ("a{?(x y)s}", "the character ' '"),
-        ("a{?(x|/a//)s}", "must not be empty"),
-        ("a{?(x|//b/)s}", "must not be empty"),
-        ("a{?(x|a/b)s}", "is not /PATTERN/REPLACEMENT/"),
-        ("a{?(x", "the ')' is missing"),
-        ("?(ok)s?(x)q", "the type 'q'"),
-    ],
-)
-def test_what_only_looks_like_a_placeholder_is_text_and_gets_a_warning_at_load(template: str, reason: str):
+@pytest.mark.parametrize("template", ["a{?(x)q}", "a{?()s}", "a{?(x|/a//)s}", "a{?(x", "?(ok)s?(x)q"])
+def test_what_only_looks_like_a_placeholder_is_text_and_gets_a_warning_at_load(template: str):
     mapping = ActionSkillMapping({"act": template})
     text = mapping.map("act", {"ok": "v"}).text
     assert text == template.replace("?(ok)s", '"v"')
     ((level, warning),) = mapping.check()
     assert level is Level.WARN
     assert warning.startswith("action-mapping/act: '?(")
-    assert reason in warning
 
 
 def test_a_bad_expression_gets_a_warning_at_load():
     ((level, warning),) = ActionSkillMapping({"act": "?(x|/a(/b/)s"}).check()
     assert (level, "invalid regex 'a('" in warning) == (Level.WARN, True)
-
-
-def test_a_sound_mapping_gets_no_warning():
-    assert ActionSkillMapping({"a": "say{text=?(t)s, why?, n=?(n|/a/b/)i}"}).check() == []
 
 
 def test_inserted_values_are_not_scanned_again():
@@ -135,17 +111,6 @@ def test_a_parameter_without_a_value_gives_nothing_and_an_error():
 )
 def test_what_is_no_number_gives_nothing_and_an_error(kind: str, value: str, message: str):
     assert map_one(f"?(v){kind}", v=value) == MappedSkill("", ((Level.ERROR, message),))
-
-
-def test_the_name_of_a_parameter_is_case_sensitive():
-    assert map_one("?(Name)s", name="x").messages == (
-        (Level.ERROR, "No value for parameter 'Name' of action 'act' given"),
-    )
-
-
-def test_errors_come_before_warnings():
-    mapped = map_one("?(v|/a|/x/)y?(missing)s", v="a")
-    assert [level for level, _ in mapped.messages] == [Level.ERROR, Level.WARN, Level.WARN]
 
 
 def test_an_action_without_a_mapping():

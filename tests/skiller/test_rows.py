@@ -7,78 +7,18 @@ from pathlib import Path
 from typing import Any
 from uuid import UUID
 
-import pytest
-
 from cxbridge.blackboard import EventKind, Listener
 from cxbridge.blackboard.zmq import ZmqBlackBoard, ZmqBlackBoardServer
 from cxbridge.clock import RealClock
-from cxbridge.config import Configuration
 from cxbridge.events import Level
 from cxbridge.interfaces import InterfaceRegistry
-from cxbridge.skiller.make import make_lua_skiller, skill_folders
-from tests.skiller.rig import SKILLS, Rig, write_skills
-from tests.skiller.test_skiller import lua, make, rig, skills, take_control
+from tests.skiller.rig import Rig
+from tests.skiller.test_skiller import lua, rig, skills, take_control
 
 __all__ = ["lua", "rig", "skills"]  # fixtures
 
 
 # -- section 1: interfaces
-
-
-def test_the_interfaces_have_the_fields_and_messages_in_this_order(rig: Rig):
-    schema = rig.board.registry.get("SkillerInterface").SCHEMA
-    assert [(field.name, field.type, field.length) for field in schema.fields] == [
-        ("skill_string", "string", 1024),
-        ("error", "string", 128),
-        ("exclusive_controller", "string", 37),
-        ("msgid", "uint32", None),
-        ("status", "SkillStatusEnum", None),
-    ]
-    assert [(item.name, item.value) for item in schema.enums[0].items] == [
-        ("S_INACTIVE", 0),
-        ("S_FINAL", 1),
-        ("S_RUNNING", 2),
-        ("S_FAILED", 3),
-    ]
-    assert {message.name: [field.name for field in message.fields] for message in schema.messages} == {
-        "ExecSkillMessage": ["skill_string"],
-        "RestartInterpreterMessage": [],
-        "StopExecMessage": [],
-        "AcquireControlMessage": ["steal_control"],
-        "ReleaseControlMessage": [],
-    }
-    debug = rig.board.registry.get("SkillerDebugInterface").SCHEMA
-    assert [(field.name, field.length) for field in debug.fields] == [
-        ("graph_fsm", 32),
-        ("graph", 8192),
-        ("graph_dir", None),
-        ("graph_colored", None),
-    ]
-    assert [message.name for message in debug.messages] == [
-        "SetGraphMessage",
-        "SetGraphDirectionMessage",
-        "SetGraphColoredMessage",
-    ]
-
-
-def test_the_skiller_does_not_read_its_own_interface(skills: Path):
-    """Fawkes does, to be told of readers that leave."""
-    rig = make(skills)
-    rig.board.close(rig.commander)
-    info = next(item for item in rig.board.list_all() if item.type == "SkillerInterface")
-    assert info.readers == ()
-    rig.backends.pop().close()
-    assert list(rig.board.list_all()) == []
-
-
-def test_the_skill_space_comes_from_the_configuration(tmp_path: Path):
-    write_skills(tmp_path, SKILLS)
-    rig = Rig()
-    config = Configuration.from_text("skiller: {skillspace: space}")
-    with make_lua_skiller(rig.board, rig.clock, rig.bus, folders=[tmp_path], config=config) as skiller:
-        assert skiller.skills == ("count", "fail", "done")
-    with make_lua_skiller(rig.board, rig.clock, rig.bus, folders=skill_folders()) as skiller:
-        assert skiller.engine.space == "test"  # Fawkes requires the value
 
 
 # -- section 2: exclusive control
@@ -103,24 +43,6 @@ def test_the_controller_is_the_source_of_a_message_not_its_last_sender(rig: Rig)
     proxy.msgq_enqueue(message, proxy=True)
     rig.loop()
     assert rig.state.exclusive_controller == str(source)
-
-
-def test_release_leaves_msgid(rig: Rig):
-    take_control(rig)
-    number = rig.exec("count{}", loops=5)
-    rig.send("ReleaseControl")
-    rig.loop()
-    assert (rig.state.exclusive_controller, rig.state.msgid) == ("", number)
-
-
-@pytest.mark.parametrize(("remote", "who"), [(False, "MainThread"), (True, "Remote")])
-def test_stop_by_another_gets_a_debug_line(rig: Rig, remote: bool, who: str):
-    take_control(rig)
-    rig.exec("count{to=9}")
-    rig.send("StopExec", by=rig.reader(), remote=remote)
-    rig.loop()
-    assert f"{who} sent stop without any exclusive controller" in rig.logged(Level.DEBUG)
-    assert rig.status == "S_RUNNING"
 
 
 def test_control_ends_when_the_controllers_connection_does(rig: Rig, tmp_path: Path):
@@ -206,21 +128,6 @@ def test_the_error_is_that_of_the_failed_skill(rig: Rig):
     """Fawkes shows that of the first executed one, here none."""
     rig.exec('count{} fail{why="x"}')
     assert (rig.status, rig.state.error) == ("S_FAILED", "on purpose")
-
-
-def test_the_error_of_an_earlier_skill_string_goes_with_the_next_one(rig: Rig):
-    """Fawkes keeps it until the status changes."""
-    rig.exec('fail{why="x"}', loops=2)
-    rig.exec("count{}")
-    assert rig.state.error == ""
-
-
-def test_stop_leaves_the_error(rig: Rig):
-    take_control(rig)
-    rig.exec('fail{why="x"}', loops=2)
-    rig.send("StopExec")
-    rig.loop()
-    assert (rig.status, rig.state.error, rig.state.msgid) == ("S_INACTIVE", "on purpose", 0)
 
 
 def test_a_lua_error_resets_the_skills_and_stops(lua: Rig):

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from cxbridge.blackboard.errors import BlackBoardError
-from cxbridge.events import Level
+from cxbridge.events import Level, LogLine
 from cxbridge.skiller.backend import Mode
 from tests.skiller.rig import SKILLS, Rig, write_skills
 
@@ -46,116 +46,78 @@ def take_control(rig: Rig, by: object = None, *, steal: bool = False) -> None:
 # -- section 2: exclusive control
 
 
-def test_acquire_without_controller_is_granted_and_leaves_msgid(rig: Rig):
-    take_control(rig)
-    assert rig.writes("exclusive_controller", "msgid") == [(str(rig.commander.serial), 0)]
-    assert rig.logged(Level.DEBUG) == [
-        f"MainThread (serial {rig.commander.serial}) is new exclusive controller"
-    ]
-
-
-def test_acquire_by_the_controller_is_ignored_silently(rig: Rig):
-    take_control(rig)
+@pytest.mark.parametrize(
+    ("message", "values", "owned", "sender", "controller", "line"),
+    [
+        ("AcquireControl", [False], False, 1, 1, "MainThread (serial {}) is new exclusive controller"),
+        ("AcquireControl", [False], True, 1, 1, ""),
+        (
+            "AcquireControl", [False], True, 2, 1,
+            "MainThread tried to acquire exclusive control, but another controller exists already",
+        ),
+        ("AcquireControl", [True], False, 2, 2, "MainThread (serial {}) is new exclusive controller"),
+        ("AcquireControl", [True], True, 1, 1, "MainThread (serial {}) steals exclusive control"),
+        ("AcquireControl", [True], True, 2, 2, "MainThread (serial {}) steals exclusive control"),
+        ("ReleaseControl", [], False, 1, 0, ""),
+        ("ReleaseControl", [], True, 1, 0, "MainThread releases exclusive control"),
+        (
+            "ReleaseControl", [], True, 2, 1,
+            "MainThread tried to release exclusive control, but it's not the controller",
+        ),
+        (
+            "ExecSkill", ["count{}"], False, 1, 0,
+            "MainThread executes 'count{{}}' without any exclusive controller",
+        ),
+        ("ExecSkill", ["count{}"], True, 1, 1, "MainThread executes 'count{{}}'"),
+        ("ExecSkill", ["count{}"], True, 2, 1, "MainThread tries to exec, but other thread is controller"),
+        (
+            "RestartInterpreter", [], False, 1, 0,
+            "Unhandled message of type RestartInterpreterMessage in skiller interface",
+        ),
+    ],
+)  # fmt: skip
+def test_control(
+    rig: Rig, message: str, values: list[Any], owned: bool, sender: int, controller: int, line: str
+):
+    """The senders are the clients 1 and 2; client 1 has control if anybody has."""
+    clients = {1: rig.commander, 2: rig.reader()}
+    if owned:
+        take_control(rig)
     rig.forget()
-    take_control(rig)
-    assert rig.events == []
-
-
-def test_acquire_with_another_controller_is_refused_with_a_warning(rig: Rig):
-    take_control(rig)
-    rig.forget()
-    take_control(rig, rig.reader())
-    assert rig.writes("status") == []
-    assert rig.logged(Level.WARN) == [
-        "MainThread tried to acquire exclusive control, but another controller exists already"
-    ]
-
-
-@pytest.mark.parametrize("owner", ["nobody", "self", "other"])
-def test_steal_takes_control_from_whoever_has_it(rig: Rig, owner: str):
-    thief = rig.reader()
-    if owner != "nobody":
-        take_control(rig, thief if owner == "self" else None)
-    rig.forget()
-    take_control(rig, thief, steal=True)
-    assert rig.writes("exclusive_controller") == [str(thief.serial)]
-    warnings = [] if owner == "nobody" else [f"MainThread (serial {thief.serial}) steals exclusive control"]
-    assert rig.logged(Level.WARN) == warnings
-
-
-def test_release_without_controller_is_ignored_silently(rig: Rig):
-    rig.send("ReleaseControl")
+    rig.send(message, *values, by=clients[sender])
     rig.loop()
-    assert rig.events == []
+    assert rig.state.exclusive_controller == (str(clients[controller].serial) if controller else "")
+    logged = [event.text for event in rig.events if isinstance(event, LogLine)]
+    assert logged[:1] == ([line.format(clients[sender].serial)] if line else [])
+    is_executed = message == "ExecSkill" and controller in (0, sender)
+    assert (rig.state.skill_string, rig.status) == (
+        ("count{}", "S_RUNNING") if is_executed else ("", "S_INACTIVE")
+    )
+    assert rig.state.msgid == (2 if is_executed and owned else int(is_executed))
 
 
-def test_release_by_the_controller_clears_the_field(rig: Rig):
-    take_control(rig)
-    rig.forget()
-    rig.send("ReleaseControl")
-    rig.loop()
-    assert rig.writes("exclusive_controller") == [""]
-    assert rig.logged(Level.DEBUG) == ["MainThread releases exclusive control"]
-
-
-def test_release_by_another_is_refused_with_a_warning(rig: Rig):
-    take_control(rig)
-    rig.forget()
-    rig.send("ReleaseControl", by=rig.reader())
-    rig.loop()
-    assert rig.writes("status") == []
-    assert rig.logged(Level.WARN) == [
-        "MainThread tried to release exclusive control, but it's not the controller"
-    ]
-
-
-@pytest.mark.parametrize(("remote", "who"), [(False, "MainThread"), (True, "Remote")])
-def test_exec_without_controller_is_executed_with_a_debug_line(rig: Rig, remote: bool, who: str):
-    rig.send("ExecSkill", "count{}", remote=remote)
-    rig.loop()
-    assert rig.writes("skill_string", "status") == [("count{}", "S_RUNNING")]
-    assert rig.logged(Level.DEBUG)[0] == f"{who} executes 'count{{}}' without any exclusive controller"
-
-
-def test_exec_by_the_controller_is_executed_with_an_info_line(rig: Rig):
-    take_control(rig)
-    rig.exec("count{}")
-    assert rig.status == "S_RUNNING"
-    assert rig.logged(Level.INFO) == ["MainThread executes 'count{}'"]
-
-
-def test_exec_by_another_is_dropped_with_a_warning(rig: Rig):
-    take_control(rig)
-    rig.forget()
-    rig.send("ExecSkill", "count{}", by=rig.reader())
-    rig.loop()
-    assert rig.writes("status") == []
-    assert rig.logged(Level.WARN) == ["MainThread tries to exec, but other thread is controller"]
-
-
-def test_stop_without_controller_is_executed(rig: Rig):
-    """Fawkes ignores it."""
-    rig.exec("count{}")
-    rig.send("StopExec")
-    rig.loop()
-    assert rig.status == "S_INACTIVE"
-
-
-def test_stop_by_the_controller_is_executed(rig: Rig):
-    take_control(rig)
-    rig.exec("count{}")
-    rig.send("StopExec")
-    rig.loop(3)
-    assert (rig.status, rig.state.skill_string, rig.state.msgid) == ("S_INACTIVE", "", 0)
-    assert "Stopping execution of 'count{}' on request" in rig.logged(Level.DEBUG)
-
-
-def test_stop_by_another_is_ignored(rig: Rig):
-    take_control(rig)
-    rig.exec("count{}")
-    rig.send("StopExec", by=rig.reader())
-    rig.loop()
-    assert rig.status == "S_RUNNING"
+@pytest.mark.parametrize(
+    ("owned", "sender", "remote", "line"),
+    [
+        (False, 1, False, "Stopping execution of 'count{}' on request"),  # Fawkes ignores it
+        (True, 1, False, "Stopping execution of 'count{}' on request"),
+        (True, 2, False, "MainThread sent stop without any exclusive controller"),
+        (True, 2, True, "Remote sent stop without any exclusive controller"),
+    ],
+)
+def test_stop(rig: Rig, owned: bool, sender: int, remote: bool, line: str):
+    clients = {1: rig.commander, 2: rig.reader()}
+    if owned:
+        take_control(rig)
+    number = rig.exec("count{to=9}")
+    rig.send("StopExec", by=clients[sender], remote=remote)
+    rig.loop(2)
+    logged = rig.logged(Level.DEBUG)
+    assert line.replace("count{}", "count{to=9}") in logged
+    is_stopped = sender == 1
+    assert ("leave COUNT" in logged) is is_stopped
+    expected = ("", 0, "S_INACTIVE") if is_stopped else ("count{to=9}", number, "S_RUNNING")
+    assert (rig.state.skill_string, rig.state.msgid, rig.status) == expected
 
 
 def test_closing_the_controllers_reader_revokes_control_and_the_skill_goes_on(rig: Rig):
@@ -170,33 +132,6 @@ def test_closing_the_controllers_reader_revokes_control_and_the_skill_goes_on(ri
     assert rig.logged(Level.INFO) == ["Controlling interface instance was closed, revoking exclusive control"]
     rig.loop()
     assert rig.status == "S_FINAL"
-
-
-def test_closing_another_reader_changes_nothing(rig: Rig):
-    take_control(rig)
-    other = rig.reader()
-    rig.forget()
-    rig.board.close(other)
-    rig.loop()
-    assert rig.events == []
-
-
-def test_stealing_and_releasing_do_not_stop_the_skill(rig: Rig):
-    take_control(rig)
-    rig.exec("count{}")
-    thief = rig.reader()
-    take_control(rig, thief, steal=True)
-    rig.send("ReleaseControl", by=thief)
-    rig.loop()
-    assert rig.status == "S_FINAL"
-
-
-def test_restart_interpreter_is_not_handled(rig: Rig):
-    rig.send("RestartInterpreter")
-    rig.loop()
-    assert rig.logged(Level.WARN) == [
-        "Unhandled message of type RestartInterpreterMessage in skiller interface"
-    ]
 
 
 # -- section 3: execution and status
@@ -267,8 +202,11 @@ def test_a_missing_skill_fails(skills: Path, mode: Mode, error: str):
 
 
 def test_the_status_is_published_on_change_only(rig: Rig):
-    rig.exec("count{}", loops=5)
+    number = rig.exec("count{}", loops=5)
     assert rig.writes("status", "error") == [("S_RUNNING", ""), ("S_FINAL", "")]
+    assert (rig.state.skill_string, rig.state.msgid) == ("count{}", number)
+    rig.exec("count{tell=true}", loops=5)  # the skills were reset
+    assert [text for text in rig.logged(Level.INFO) if text.startswith("n=")] == ["n=1", "n=2", "n=3"]
 
 
 def test_a_failing_skill_publishes_its_error(rig: Rig):
@@ -285,18 +223,6 @@ def test_a_failing_skill_without_an_error_text(rig: Rig):
     assert (rig.status, rig.state.error) == ("S_FAILED", "only a label")
 
 
-def test_after_the_end_string_msgid_and_status_stay(rig: Rig):
-    number = rig.exec("count{}", loops=10)
-    assert (rig.state.skill_string, rig.state.msgid, rig.status) == ("count{}", number, "S_FINAL")
-
-
-def test_at_the_end_all_skills_are_reset(rig: Rig):
-    for _ in range(2):
-        rig.forget()
-        rig.exec("count{tell=true}", loops=5)
-        assert [text for text in rig.logged(Level.INFO) if text.startswith("n=")] == ["n=1", "n=2", "n=3"]
-
-
 @pytest.mark.parametrize(
     ("text", "status"),
     [
@@ -309,21 +235,6 @@ def test_at_the_end_all_skills_are_reset(rig: Rig):
 def test_overall_status(rig: Rig, text: str, status: str):
     rig.exec(text)
     assert rig.status == status
-
-
-def test_a_skill_that_ends_in_its_first_loop_is_written_running_and_final_in_it(rig: Rig):
-    rig.exec("done{}")
-    assert rig.writes("status") == ["S_RUNNING", "S_FINAL"]
-
-
-def test_stop_publishes_inactive_and_msgid_zero(rig: Rig):
-    take_control(rig)
-    rig.exec("count{}")
-    rig.forget()
-    rig.send("StopExec")
-    rig.loop()
-    assert set(rig.writes("skill_string", "msgid", "status")) == {("", 0, "S_INACTIVE")}
-    assert "leave COUNT" in rig.logged(Level.DEBUG)
 
 
 def test_the_first_loop_writes_both_debug_interfaces(skills: Path):
@@ -339,19 +250,6 @@ def test_the_first_loop_writes_both_debug_interfaces(skills: Path):
 def test_only_one_skiller_may_write_an_interface(skills: Path, rig: Rig):
     with pytest.raises(BlackBoardError):
         rig.lua([skills], space="space")
-
-
-def test_running_tells_whether_a_run_may_end(skills: Path):
-    rig = make(skills)
-    (skiller,) = rig.backends
-    states = [skiller.running]
-    rig.send("ExecSkill", "count{}")
-    states.append(skiller.running)
-    rig.loop(2)
-    states.append(skiller.running)
-    rig.loop()
-    states.append(skiller.running)
-    assert states == [False, True, True, False]
 
 
 def test_closing_frees_the_interfaces(skills: Path, rig: Rig):
@@ -407,20 +305,6 @@ def test_viewers_ask_for_other_graphs(rig: Rig):
 
 
 # -- texts that are no plain text
-
-
-@pytest.mark.parametrize("mode", ["strict", "fawkes"])
-def test_a_skill_string_that_is_no_utf8_is_run_as_it_is(skills: Path, mode: Mode):
-    rig = make(skills, mode)
-    message = rig.commander.MESSAGES["ExecSkillMessage"]()
-    chunk = bytearray(message.to_bytes())
-    text = b"print_info('%d', #'a\xffb')" if mode == "fawkes" else b"count{tell='a\xffb'}"
-    offset = message.field("skill_string").offset
-    chunk[offset : offset + len(text)] = text
-    message.set_from_chunk(chunk)
-    rig.commander.msgq_enqueue(message)
-    rig.loop()
-    assert rig.logged(Level.INFO) == ["3" if mode == "fawkes" else "n=1"]
 
 
 def test_an_error_text_that_is_no_utf8_is_readable(lua: Rig):

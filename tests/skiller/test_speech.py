@@ -101,8 +101,11 @@ def player(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_a_text_that_cannot_be_said_is_told_and_does_not_stop_the_next(
     monkeypatch: pytest.MonkeyPatch, player: Path
 ):
+    said: list[str] = []
+
     class Engine:
         def say(self, text: str) -> None:
+            said.append(text)
             if text == "bad":
                 raise RuntimeError("no such voice")
 
@@ -125,50 +128,9 @@ def test_a_text_that_cannot_be_said_is_told_and_does_not_stop_the_next(
         assert voice._done_event.wait(20)
         rig.loop()
     assert rig.logged(Level.ERROR) == ["cannot say 'bad': no such voice"]
-    assert not speech.is_speaking
     speech.close()
-
-
-def test_the_speaker_speaks_in_its_own_thread(monkeypatch: pytest.MonkeyPatch, player: Path):
-    said: list[str] = []
-
-    class Engine:
-        def say(self, text: str) -> None:
-            said.append(text)
-
-        def runAndWait(self) -> None:  # noqa: N802 - pyttsx3's name
-            self.finished(name=None, completed=True)
-
-        def connect(self, topic: str, callback: Any) -> None:
-            assert topic == "finished-utterance"
-            self.finished = callback
-
-    working: Any = types.ModuleType("pyttsx3")
-    working.init = Engine
-    monkeypatch.setitem(sys.modules, "pyttsx3", working)
-    voice = SpeakerVoice()
-    voice.start("hello")
-    voice.close()
     voice._thread.join(timeout=5)
-    assert (said, voice.is_done()) == (["hello"], True)
-
-
-def test_the_id_that_another_client_left_does_not_interrupt_a_skill():
-    rig, voice = Rig(), SlowVoice()
-    rig.add(SpeechSynthWriter(rig.board, rig.clock, rig.bus, voice=voice))
-    rig.lua()
-    other: Any = rig.board.open_for_reading("SpeechSynthInterface", "Flite", owner="other")
-    for text in ("one", "two"):  # its ids are ahead of the skill's, which begin at 1
-        other.msgq_enqueue(other.SayMessage(text))
-        rig.loop()
-        voice.done = True
-        rig.loop()
-    rig.send("AcquireControl")
-    rig.exec('say{text="mine", wait=true}', loops=3)
-    assert (rig.status, voice.said[-1]) == ("S_RUNNING", "mine")
-    voice.done = True
-    rig.loop(3)
-    assert rig.status == "S_FINAL"
+    assert (said, voice.is_done()) == (["bad", "good"], True)
 
 
 def test_the_same_id_of_another_client_is_not_taken_for_the_skills():

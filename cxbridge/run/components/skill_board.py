@@ -63,11 +63,10 @@ def _make_execution(context: Run) -> Execution:
         return context.execution
     if context.options.skiller != "simulator":
         return execute_itself
-    from cxbridge.skiller.simulation.deciders import Deciders  # noqa: PLC0415
     from cxbridge.skiller.simulation.execution import DecidedExecution  # noqa: PLC0415
     from cxbridge.skiller.simulation.make import make_failures  # noqa: PLC0415
 
     make_failures(context.config, "")  # raises configuration errors now rather than at the first call
     return DecidedExecution(
-        lambda agent: Deciders([make_failures(context.config, agent), *make_deciders(context, agent)])
+        lambda agent: [make_failures(context.config, agent), *make_deciders(context, agent)]
     )

@@ -90,7 +90,6 @@ def _make_skiller(context: Run, settings: SkillerSettings) -> SkillerBackend:
     from cxbridge.skiller.make import make_lua_skiller, skills_see_navgraph  # noqa: PLC0415
 
     config = context.config
-    navgraph = context.navgraph if skills_see_navgraph(config) else None
     if settings.kind == "simulator":
         from cxbridge.run.skill_history import read_samples  # noqa: PLC0415
         from cxbridge.skiller.simulation.make import make_simulator  # noqa: PLC0415
@@ -102,11 +101,8 @@ def _make_skiller(context: Run, settings: SkillerSettings) -> SkillerBackend:
             config=config,
             name=settings.name,
             read_samples=read_samples,
-            navgraph=navgraph,
             further_deciders=make_deciders(context, settings.name),
         )
-    from cxbridge.skiller.lua.limits import read_limits  # noqa: PLC0415
-
     try:
         return make_lua_skiller(
             context.board,
@@ -117,8 +113,7 @@ def _make_skiller(context: Run, settings: SkillerSettings) -> SkillerBackend:
             space=settings.space,
             name=settings.name,
             mode=settings.mode,
-            limits=read_limits(config),
-            navgraph=navgraph,
+            navgraph=context.navgraph if skills_see_navgraph(config) else None,
             find_mapping_place=partial(find_skill_location, config, context.spec),
         )
     except SkillError as error:

@@ -1,9 +1,8 @@
 """The skill board: masters of running actions and their executors; see docs/skill-board.md.
 
-New masters ask the idle executors that know their skills, in turn, so that each master has a request before
-any has two. An executor with an unanswered request is asked by no other master, as it answers only one. Each
-executor that becomes idle is asked, too: first for masters without an unanswered request, then for the
-oldest. The first answer is confirmed.
+A new master asks the first idle executor that knows its skill. Then the board offers each idle executor a
+master: first a master without an unanswered request, then the oldest. An executor with an unanswered request
+is asked by no other master, as it answers only one. The first answer is confirmed.
 """
 
 from __future__ import annotations
@@ -33,12 +32,6 @@ if TYPE_CHECKING:
     from cxbridge.events import EventBus
 
 LOG_COMPONENT: Final = "SkillBoard"
-
-REQUESTS_PER_LOOP: Final = 100
-"""The maximum number of new requests per loop; further requests follow in later loops.
-
-A new action takes about 0.13 ms of the loop, so a thousand at once would delay everything else.
-"""
 
 _EPOCH_UNIT_US = 1000  # an epoch is the time of the start, in milliseconds
 _EPOCH_COUNT = 2**32  # the field of the epoch has 32 bits
@@ -79,8 +72,7 @@ class SkillBoard:
         self.epoch = self._begin_epoch()
         self._masters: dict[int, Master] = {}
         self._asking_masters: dict[str, dict[int, Master]] = {}  # in the state ASKING, by agent
-        self._new_masters: dict[int, Master] = {}  # masters without a request yet
-        self._remaining_requests = REQUESTS_PER_LOOP
+        self._has_new_masters = False
         self._pending_by_executor: dict[str, int] = {}  # the master of the unanswered request
         self._pending_by_master: dict[int, set[str]] = {}  # the executors that have not answered
         self._last_number = 0
@@ -140,9 +132,8 @@ class SkillBoard:
             self._log.debug(
                 f"action {master.number}: who executes {call.skill}{parameters} for {call.agent}?"
             )
-        if self._remaining_requests > 0:
-            self.ask(master)
-        self._new_masters[master.number] = master
+        self.ask(master)
+        self._has_new_masters = True
         return master
 
     def master(self, number: int) -> Master | None:
@@ -169,11 +160,6 @@ class SkillBoard:
         return self._watch.offered_skills
 
     @property
-    def is_full(self) -> bool:
-        """Whether the new actions exceed the requests of one loop."""
-        return len(self._new_masters) >= REQUESTS_PER_LOOP
-
-    @property
     def version(self) -> int:
         """A number that changes with the executors or their states."""
         return self._watch.version
@@ -187,7 +173,7 @@ class SkillBoard:
         """Handle and answer messages of executors; return whether there were any."""
         # first the events: an executor's messages were sent before its end, so they are in the queue by then
         changes = self._watch.take_changes()
-        is_quiet = not changes and not self._can_request and self._interface.msgq_empty()
+        is_quiet = not changes and not self._has_new_masters and self._interface.msgq_empty()
         while (message := self._interface.msgq_pop()) is not None:
             handler = self._handlers.get(message.type)
             if handler is not None:
@@ -200,13 +186,14 @@ class SkillBoard:
                 self._lose_executor(executor)
             else:
                 self.offer(executor)
-        if self._can_request:
-            self._request_for_new_masters()
+        if self._has_new_masters:
+            self._has_new_masters = False
+            for info in self._watch.all():
+                self.offer(info.id)
         return not is_quiet
 
     def expire(self) -> None:
         """End a loop: expire overdue masters and publish the number of masters."""
-        self._remaining_requests = REQUESTS_PER_LOOP
         now_us = self._clock.now_us()
         # a list, because expire() removes masters
         for master in [master for master in self._masters.values() if master.deadline_us <= now_us]:
@@ -293,62 +280,29 @@ class SkillBoard:
             if master is not None:
                 master.handle_undelivered(executor, error.message)
 
-    @property
-    def _can_request(self) -> bool:
-        return bool(self._new_masters) and self._remaining_requests > 0
-
-    def _request_for_new_masters(self) -> None:
-        """Send requests for new masters to idle executors, in turn."""
-        # one executor for each master in turn: an executor answers one request at a time, so the first master
-        # must not occupy all of them
-        new_masters, self._new_masters = self._new_masters, {}
-        waiting_masters = [master for master in new_masters.values() if master.state is MasterState.ASKING]
-        # first the masters without a pending request
-        waiting_masters.sort(key=lambda master: master.number in self._pending_by_master)
-        agents = dict.fromkeys(master.call.agent for master in waiting_masters)
-        idle_executors = {agent: self._idle_executors(agent) for agent in agents}
-        while waiting_masters:
-            next_masters = []  # a master with several suitable executors asks again in the next round
-            for master in waiting_masters:
-                if self._remaining_requests <= 0:
-                    self._new_masters[master.number] = master
-                    continue
-                executors = idle_executors[master.call.agent]
-                info = next((info for info in executors.values() if master.call.skill in info.skills), None)
-                if info is not None:
-                    del executors[info.id]
-                    self._send_request(info.id, master)
-                    next_masters.append(master)
-            waiting_masters = next_masters
-
     def ask(self, master: Master) -> None:
         """Send the request of a new master to the first idle executor without a pending request."""
-        skill = master.call.skill
-        for info in self._watch.agent_executors(master.call.agent):
-            if (
-                info.state is ExecutorState.IDLE
-                and skill in info.skills
-                and info.id not in self._pending_by_executor
-            ):
-                self._send_request(info.id, master)
-                return
+        for executor in self._find_free_executors(master)[:1]:
+            self._send_request(executor, master)
 
-    def _idle_executors(self, agent: str) -> dict[str, ExecutorInfo]:
-        """Return the idle executors of an agent that have no pending request, by id."""
-        return {
-            info.id: info
-            for info in self._watch.agent_executors(agent)
-            if info.state is ExecutorState.IDLE and info.id not in self._pending_by_executor
-        }
+    def _find_free_executors(self, master: Master) -> list[str]:
+        """Return the idle executors without a pending request that know the skill of a master."""
+        return [
+            info.id
+            for info in self._watch.agent_executors(master.call.agent)
+            if info.state is ExecutorState.IDLE
+            and master.call.skill in info.skills
+            and info.id not in self._pending_by_executor
+        ]
 
     def ask_all(self, master: Master, *, excluded: str = "") -> None:
         """Send the request of a master to all idle executors that know its skill.
 
         :param excluded: an executor that gets no request.
         """
-        for info in self._idle_executors(master.call.agent).values():
-            if master.call.skill in info.skills and info.id != excluded:
-                self._send_request(info.id, master)
+        for executor in self._find_free_executors(master):
+            if executor != excluded:
+                self._send_request(executor, master)
 
     def refuse_late(self, message: Any) -> None:
         """Answer a message for a master that is over: RESPONSE with REJECT, FEEDBACK with CANCEL."""
@@ -365,7 +319,7 @@ class SkillBoard:
             return
         fallback = None
         for master in self._asking_masters.get(info.agent, {}).values():
-            if master.call.skill in info.skills and master.number not in self._new_masters:
+            if master.call.skill in info.skills:
                 if master.number not in self._pending_by_master:
                     self._send_request(executor, master)
                     return
@@ -375,7 +329,6 @@ class SkillBoard:
 
     def _send_request(self, executor: str, master: Master) -> None:
         """Ask an executor, which must have no pending request because it answers only one."""
-        self._remaining_requests -= 1
         self._pending_by_executor[executor] = master.number
         self._pending_by_master.setdefault(master.number, set()).add(executor)
         master.ask(executor)
@@ -391,7 +344,6 @@ class SkillBoard:
     def _process_change(self, master: Master) -> None:
         """Update the indexes after a change and notify the caller."""
         number, agent = master.number, master.call.agent
-        self._new_masters.pop(number, None)
         asking = self._asking_masters.setdefault(agent, {})
         if master.state is MasterState.ASKING:
             asking[number] = master
@@ -429,14 +381,6 @@ class SkillBoard:
         if not capable_executors:
             skills = sorted({skill for info in executors for skill in info.skills})
             return f"no executor of {call.agent} offers {call.skill}; they offer: {', '.join(skills)}"
-        silent_ids = [
-            info.id for info in capable_executors if self._pending_by_executor.get(info.id) == master.number
-        ]
-        if len(silent_ids) == len(capable_executors):
-            return f"no executor of {call.agent} answers: {', '.join(silent_ids)}"
-        occupations = [self._occupation(info) for info in capable_executors if info.id not in silent_ids]
-        return f"no executor of {call.agent} is free for {call.skill}: {', '.join(occupations)}"
-
-    @staticmethod
-    def _occupation(info: ExecutorInfo) -> str:
-        return f"{info.id} executes {info.skill}" if info.skill else f"{info.id} has other work"
+        return f"no executor of {call.agent} is free for {call.skill}, or answers: " + ", ".join(
+            f"{info.id} ({info.skill or info.state})" for info in capable_executors
+        )

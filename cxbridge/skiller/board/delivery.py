@@ -1,11 +1,10 @@
-"""Messages of a skill board to executors. Threads deliver to remote executors, which may block the sender."""
+"""Messages of a skill board to executors. A thread each delivers to remote executors, which may block it."""
 
 from __future__ import annotations
 
-import threading
 from collections import deque
 from concurrent.futures import ThreadPoolExecutor
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 from cxbridge.blackboard.errors import BlackBoardError
 from cxbridge.skiller.board.protocol import EXECUTOR_TYPE, MAX_LABEL_BYTES, SkillCall, Ticket, truncate
@@ -14,9 +13,6 @@ if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
     from cxbridge.interfaces.instance import Interface, Message
     from cxbridge.skiller.board.watch import ExecutorWatch
-
-THREADS: Final = 8
-"""The number of threads; while as many executors block, messages to further executors wait."""
 
 
 class Sender:
@@ -45,11 +41,7 @@ class Sender:
         self._owner = owner
         self._is_synchronous = is_synchronous
         self._failures: deque[tuple[str, Any, BlackBoardError]] = deque()
-        self._instances: dict[str, Interface] = {}
-        self._lock = threading.Lock()  # guards the three attributes below
-        self._waiting_messages: dict[str, deque[tuple[Interface, Message]]] = {}
-        self._pool: ThreadPoolExecutor | None = None
-        self._is_closed = False
+        self._remote_executors: dict[str, tuple[Interface, ThreadPoolExecutor]] = {}
 
     def request(self, executor: str, number: int, call: SkillCall, parameters: str) -> None:
         """Send REQUEST.
@@ -85,20 +77,19 @@ class Sender:
 
     def forget(self, executor: str) -> None:
         """Drop the messages for a lost executor."""
-        instance = self._instances.pop(executor, None)
-        if instance is not None:
+        if executor in self._remote_executors:
+            instance, thread = self._remote_executors.pop(executor)
+            thread.shutdown(wait=False, cancel_futures=True)
             instance.close()
 
     def close(self) -> None:
-        """Deliver pending messages, refuse further messages, and release all resources."""
-        with self._lock:
-            self._is_closed = True
-            pool, self._pool = self._pool, None
-        if pool is not None:
-            pool.shutdown(wait=True)
-        for instance in self._instances.values():
+        """Deliver pending messages, and release all resources."""
+        for _, thread in self._remote_executors.values():
+            thread.shutdown(wait=False)  # all at once, before the wait for any
+        for instance, thread in self._remote_executors.values():
+            thread.shutdown(wait=True)
             instance.close()
-        self._instances.clear()
+        self._remote_executors.clear()
 
     def _ticket(self, number: int, epoch: int | None = None) -> Ticket:
         return Ticket(self._name, self._epoch if epoch is None else epoch, number)
@@ -115,52 +106,20 @@ class Sender:
         if self._is_synchronous or executor in self.local_executors:
             self._deliver(reader, message)
             return
-        try:
-            instance = self._instances.get(executor)
-            if instance is None:
+        if executor not in self._remote_executors:
+            try:
                 # a separate instance, because this thread reads the first instance
                 instance = self._board.open_for_reading(EXECUTOR_TYPE, executor, owner=self._owner)
-                self._instances[executor] = instance
-        except BlackBoardError as error:
-            self._failures.append((executor, message, error))
-        else:
-            self._post(instance, message)
+            except BlackBoardError as error:
+                self._failures.append((executor, message, error))
+                return
+            # a single thread for each executor keeps its messages in order
+            self._remote_executors[executor] = instance, ThreadPoolExecutor(1, "skill-board")
+        instance, thread = self._remote_executors[executor]
+        thread.submit(self._deliver, instance, message)
 
-    def _deliver(self, receiver: Interface, message: Message) -> bool:
-        """Deliver a message in this thread; return whether that succeeded."""
+    def _deliver(self, receiver: Interface, message: Message) -> None:
         try:
             receiver.msgq_enqueue(message)
         except BlackBoardError as error:
             self._failures.append((receiver.id, message, error))
-            return False
-        return True
-
-    def _post(self, receiver: Interface, message: Message) -> None:
-        """Deliver a message in another thread, after earlier messages to the same executor.
-
-        :param receiver: an instance for exclusive use.
-        """
-        with self._lock:
-            if self._is_closed:
-                return
-            queue = self._waiting_messages.get(receiver.id)
-            if queue is not None:
-                queue.append((receiver, message))
-                return
-            self._waiting_messages[receiver.id] = deque([(receiver, message)])
-            if self._pool is None:
-                self._pool = ThreadPoolExecutor(THREADS, thread_name_prefix="skill-board")
-            # one job per executor at a time keeps its messages in order
-            self._pool.submit(self._deliver_waiting, receiver.id)
-
-    def _deliver_waiting(self, executor: str) -> None:
-        """Deliver the waiting messages of an executor in a thread of the pool."""
-        while True:
-            with self._lock:
-                queue = self._waiting_messages[executor]
-                if not queue:
-                    del self._waiting_messages[executor]
-                    return
-                receiver, message = queue.popleft()
-            if not self._deliver(receiver, message) and self._is_closed:
-                queue.clear()  # after closing, no thread retries for this executor

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib.util
-import inspect
 import sys
 from collections.abc import Callable, Generator, Iterable, Mapping
 from dataclasses import dataclass, field
@@ -34,11 +33,7 @@ def load_executor(target: str, folder: Path) -> type[SkillExecutor]:
     module = _load_file(folder / module_name) if module_name.endswith(".py") else _load_module(module_name)
     executor_class = getattr(module, name, None)
     if not isinstance(executor_class, type) or not issubclass(executor_class, SkillExecutor):
-        executors = [key for key, value in vars(module).items() if _is_executor(value)]
-        raise SkillError(
-            f"{module_name} has no executor '{name}'",
-            hint=f"it has: {', '.join(executors) or 'no SkillExecutor'}",
-        )
+        raise SkillError(f"{module_name} has no executor '{name}'", hint=CLASS_FORM)
     return check_executor(executor_class)
 
 
@@ -58,33 +53,11 @@ def check_executor(executor_class: type[SkillExecutor]) -> type[SkillExecutor]:
 
     :raises SkillError: if it cannot, with file and line.
     """
-    execute: Any = executor_class.execute
-    if execute is SkillExecutor.execute:
-        raise _declaration_error(
-            executor_class,
-            f"{executor_class.__name__} has no execute()",
-            "write: def execute(self, call): yield 0.5",
+    if executor_class.execute is SkillExecutor.execute:
+        raise SkillError(
+            f"{executor_class.__name__} has no execute()", hint="write: def execute(self, call): yield 0.5"
         )
-    try:
-        inspect.signature(execute).bind(None, None)
-    except TypeError:
-        hint = "write: def execute(self, call)"
-        raise _declaration_error(
-            execute, f"{executor_class.__name__}.execute() does not take a call", hint
-        ) from None
     return executor_class
-
-
-def _declaration_error(declared: Any, message: str, hint: str) -> SkillError:
-    try:
-        file, line = inspect.getsourcefile(declared), inspect.getsourcelines(declared)[1]
-    except (OSError, TypeError):
-        file, line = None, None
-    return SkillError(message, file=file, line=line, hint=hint)
-
-
-def _is_executor(value: object) -> bool:
-    return isinstance(value, type) and issubclass(value, SkillExecutor) and value is not SkillExecutor
 
 
 def _load_module(name: str) -> Any:

@@ -58,7 +58,6 @@ _NO_TICKET: Final = Ticket("", 0, 0)
 _FEEDBACK_US = round(FEEDBACK_S * MICROSECONDS)
 _SIGN_OF_LIFE_US = round(SIGN_OF_LIFE_S * MICROSECONDS)
 _RESERVE_US = round(RESERVE_S * MICROSECONDS)
-_MAX_BOARDS = 16  # interfaces of boards that stay open; if more are needed, the oldest is closed
 
 
 class ExecutorHost(Listener):
@@ -352,9 +351,6 @@ class ExecutorHost(Listener):
         reader = self._readers.get(board)
         if reader is not None and reader.valid:
             return reader
-        if len(self._readers) >= _MAX_BOARDS:
-            oldest = next(name for name in self._readers if name != self.ticket.board)
-            self._readers.pop(oldest).close()
         listen = listening(self, EventKind.WRITER_REMOVED)
         reader = self._board.open_for_reading(BOARD_TYPE, board, owner=f"executor {self.name}", listen=listen)
         self._readers[board] = reader

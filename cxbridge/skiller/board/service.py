@@ -161,7 +161,6 @@ class SkillBoardService:
     ) -> None:
         self.skills = board_class(board, clock, bus, name=settings.name, timeouts=settings.timeouts)
         self.local_calls = LocalSkillCalls(self.skills)
-        self._first_index = 0  # the Skiller that handles commands first
         self.skillers: list[BoardSkiller] = []
         self.hosts: list[ExecutorHost] = []
         self._execution = execution
@@ -201,25 +200,14 @@ class SkillBoardService:
 
     def loop(self) -> None:
         """Handle commands, find executors, execute a step of each, and publish the results."""
-        self._handle_commands()
+        for skiller in self.skillers:
+            skiller.handle_messages()
         self.settle()
         for host in self.hosts:
             host.step()
         self.skills.loop()  # handles FEEDBACK and FINISH of this loop
         for skiller in self.skillers:
             skiller.publish()
-
-    def _handle_commands(self) -> None:
-        """Let Skillers handle commands until the board is full.
-
-        The next loop continues with the next Skiller.
-        """
-        count = len(self.skillers)
-        for offset in range(count):
-            if self.skills.is_full:
-                self._first_index = (self._first_index + offset) % count
-                return
-            self.skillers[(self._first_index + offset) % count].handle_messages()
 
     def settle(self) -> None:
         """Exchange messages until each master has an executor, without executing steps."""

@@ -153,7 +153,6 @@ class BoardSettings:
         agents = tuple(_read_agent(config, name, folder) for name in config.keys(f"{TREE}/agents"))
         if not agents:
             raise config.error(TREE, "the skill board has no agents", "name one: agents: {robot1: {}}")
-        _refuse_shared_skillers(config, agents)
         return cls(
             name=config.get_str(f"{TREE}/name", default=DEFAULT_BOARD),
             in_process=config.get_bool(f"{TREE}/in-process", default=True),
@@ -256,12 +255,3 @@ def _refuse_unknown(config: Configuration, tree: str, allowed: tuple[str, ...]) 
         if name not in allowed:
             message = f"{tree}/{name} is not a setting of the skill board"
             raise config.error(f"{tree}/{name}", message, f"the settings are: {', '.join(allowed)}")
-
-
-def _refuse_shared_skillers(config: Configuration, agents: tuple[AgentSettings, ...]) -> None:
-    agent_of_skiller: dict[str, str] = {}
-    for agent in agents:
-        first_agent = agent_of_skiller.setdefault(agent.skiller, agent.name)
-        if first_agent != agent.name:
-            message = f"{first_agent} and {agent.name} cannot have the same skiller, {agent.skiller}"
-            raise config.error(f"{TREE}/agents/{agent.name}", message)

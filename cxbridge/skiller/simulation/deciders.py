@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from cxbridge.skiller.status import Status
 
@@ -62,47 +62,16 @@ class Decider(ABC):
     def decide(self, call: SkillStringCall) -> Outcome | None:
         """Return how a starting skill will end; None if undecided."""
 
-    def progress(self, call: SkillStringCall, seconds: float) -> None:  # noqa: B027 - optional
-        """Change the world while a skill runs. Called in each loop for the decider of its duration.
 
-        :param seconds: the time since the start; finally the duration.
-        """
-
-    def close(self) -> None:  # noqa: B027 - optional
-        ...
-
-
-class Decision(NamedTuple):
-    """The end of a skill, with the decider of its duration."""
-
-    decider: Decider
-    outcome: Outcome
-
-
-class Deciders:
-    """The deciders of a Skiller, or of an agent on the skill board.
-
-    :param deciders: in any order; closed with this object.
-    """
-
-    def __init__(self, deciders: Iterable[Decider]) -> None:
-        self._deciders = sorted(deciders, key=lambda decider: -decider.priority)
-
-    def decide(self, call: SkillStringCall) -> Decision | None:
-        """Return how a starting call will end; None if no decider knows."""
-        # an outcome without duration, e.g. an injected failure, needs the duration of the next decider
-        decision: Decision | None = None
-        for decider in self._deciders:
-            outcome = decider.decide(call)
-            if outcome is None:
-                continue
-            decision = Decision(
-                decider, outcome if decision is None else decision.outcome.take_duration(outcome)
-            )
-            if decision.outcome.seconds is not None:
-                break
-        return decision
-
-    def close(self) -> None:
-        for decider in self._deciders:
-            decider.close()
+def decide_outcome(deciders: Iterable[Decider], call: SkillStringCall) -> Outcome | None:
+    """Return how a starting call will end; None if no decider knows."""
+    # an outcome without duration, e.g. an injected failure, needs the duration of the next decider
+    decided: Outcome | None = None
+    for decider in sorted(deciders, key=lambda decider: -decider.priority):
+        outcome = decider.decide(call)
+        if outcome is None:
+            continue
+        decided = outcome if decided is None else decided.take_duration(outcome)
+        if decided.seconds is not None:
+            break
+    return decided

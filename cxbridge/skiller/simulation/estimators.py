@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Generic, Self, TypeVar
+from typing import TYPE_CHECKING, Self
 
 from cxbridge.errors import SkillerError
 from cxbridge.skiller.simulation.deciders import FOREVER, Decider, Outcome
@@ -21,8 +21,6 @@ CONFIG_PREFIX = "/plugins/execution-time-estimator"
 STATIC_PREFIX = f"{CONFIG_PREFIX}/static"
 """The path of the static estimator's configuration."""
 
-ValueT = TypeVar("ValueT")
-
 
 @dataclass(frozen=True, slots=True)
 class SkillPattern:
@@ -30,13 +28,11 @@ class SkillPattern:
 
     :param args: regular expressions by argument, each of which must match the whole value.
     :param seconds: the duration, for the static estimator.
-    :param key: the key of the entry in the configuration.
     """
 
     name: str
     args: Mapping[str, str] = field(default_factory=dict)
     seconds: float | None = None
-    key: str = ""
 
     def matches(self, call: SkillStringCall) -> bool:
         """Return whether the entry matches a call."""
@@ -88,44 +84,6 @@ class EstimatorSettings:
     def allows(self, call: SkillStringCall) -> bool:
         """Return whether the lists permit the skill."""
         return not self.refuses(call) and (not self.whitelist or self.find_entry(call) is not None)
-
-
-@dataclass(frozen=True, slots=True)
-class EstimatorProperty(Generic[ValueT]):
-    """A setting that whitelist entries may override.
-
-    :param default: the value of entries without override.
-    :param overrides: overrides by entry key.
-    """
-
-    default: ValueT
-    overrides: Mapping[str, ValueT] = field(default_factory=dict)
-
-    @classmethod
-    def from_config(
-        cls,
-        config: Configuration,
-        prefix: str,
-        name: str,
-        read_value: Callable[[str], ValueT],
-        default: ValueT,
-    ) -> EstimatorProperty[ValueT]:
-        """Read ``name`` and ``whitelist/KEY/name`` below ``prefix``."""
-        path = f"{prefix}/{name}"
-        keys = config.keys(f"{prefix}/whitelist")
-        paths = {key: f"{prefix}/whitelist/{key}/{name}" for key in keys}
-        return cls(
-            read_value(path) if config.exists(path) else default,
-            {
-                key: read_value(path_of_entry)
-                for key, path_of_entry in paths.items()
-                if config.exists(path_of_entry)
-            },
-        )
-
-    def value_for(self, entry: SkillPattern | None) -> ValueT:
-        """Return the value for an entry."""
-        return self.default if entry is None else self.overrides.get(entry.key, self.default)
 
 
 @dataclass(frozen=True)
@@ -201,7 +159,6 @@ def read_pattern(config: Configuration, path: str, key: str) -> SkillPattern:
         name=config.get_str(f"{path}/{key}/name"),
         args=args,
         seconds=_read_seconds(config, f"{path}/{key}/exec-time"),
-        key=key,
     )
 
 

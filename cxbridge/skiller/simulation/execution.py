@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import closing
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +10,7 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.numbers import parse_decimal
 from cxbridge.skiller.board.executor import Progress, SkillExecutor, SkillFailedError, Steps
 from cxbridge.skiller.board.protocol import SkillCall
-from cxbridge.skiller.simulation.deciders import Deciders, Outcome
+from cxbridge.skiller.simulation.deciders import Decider, Outcome, decide_outcome
 from cxbridge.skiller.skillstring import SkillStringCall
 
 if TYPE_CHECKING:
@@ -79,16 +79,16 @@ class DecidedExecution:
     :param make_deciders: makes the deciders of an agent, at the first call of the agent.
     """
 
-    def __init__(self, make_deciders: Callable[[str], Deciders]) -> None:
+    def __init__(self, make_deciders: Callable[[str], Sequence[Decider]]) -> None:
         self._make_deciders = make_deciders
-        self._deciders: dict[str, Deciders] = {}
+        self._deciders: dict[str, Sequence[Decider]] = {}
 
     def __call__(self, executor: SkillExecutor, call: SkillCall) -> Steps:
         """Return the steps of a starting call."""
         if call.agent not in self._deciders:
             self._deciders[call.agent] = self._make_deciders(call.agent)
-        decision = self._deciders[call.agent].decide(to_string_call(call))
-        return decided_steps(None if decision is None else decision.outcome, executor, call)
+        outcome = decide_outcome(self._deciders[call.agent], to_string_call(call))
+        return decided_steps(outcome, executor, call)
 
 
 def _partial_steps(steps: Steps, share: float) -> Steps:

@@ -7,13 +7,11 @@ from typing import TYPE_CHECKING
 
 from cxbridge.clock import Clock
 from cxbridge.events import EventBus
-from cxbridge.skiller.simulation.deciders import Decider, Deciders
+from cxbridge.skiller.simulation.deciders import Decider
 from cxbridge.skiller.simulation.estimators import STATIC_PREFIX, StaticEstimator
 from cxbridge.skiller.simulation.faults import FailureInjector
-from cxbridge.skiller.simulation.navigation import NAVGRAPH_PREFIX, NavGraphEstimator
 from cxbridge.skiller.simulation.recorded import LOOKUP_PREFIX, LookupEstimator, ReadSamples
 from cxbridge.skiller.simulation.simulator import SkillerSimulator
-from cxbridge.space.navgraph import NavGraph
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -24,9 +22,6 @@ if TYPE_CHECKING:
 SEED_PATH = "/plugins/skiller-simulator/seed"
 """The configuration key of the seed of all random numbers."""
 
-ESTIMATORS_LOG = "ExecutionTimeEstimators"
-"""The log component of estimators."""
-
 
 def make_simulator(
     board: BlackBoard,
@@ -36,45 +31,29 @@ def make_simulator(
     config: Configuration | None = None,
     name: str = "Skiller",
     read_samples: ReadSamples | None = None,
-    navgraph: NavGraph | None = None,
     further_deciders: Sequence[Decider] = (),
 ) -> SkillerSimulator:
     """Make a Skiller that waits as long as the estimators in ``config`` decide, by default a second.
 
     :param name: the id of the SkillerInterface.
     :param read_samples: reads recorded runs for the lookup estimator; None: no lookup.
-    :param navgraph: the graph for the estimator of driving; None: no such estimator.
-    :param further_deciders: closed with the simulator.
     :raises CxbridgeError: if the configuration is wrong or a recorded run cannot be read.
     :raises BlackBoardError: if the interface has another writer.
     """
     if config is None:
         return SkillerSimulator(board, clock, bus, further_deciders, name=name)
-    log = bus.logger(ESTIMATORS_LOG)
     seed = config.get_uint(SEED_PATH, default=0)
     estimators: list[Decider] = []
     if config.keys(STATIC_PREFIX):
         estimators.append(StaticEstimator.from_config(config))
     if config.exists(f"{LOOKUP_PREFIX}/recordings") and read_samples is not None:
         estimators.append(LookupEstimator.from_config(config, read_samples, _make_rng(seed, name, "lookup")))
-    elif config.keys(LOOKUP_PREFIX):
-        log.debug(f"{LOOKUP_PREFIX}/recordings is empty: the lookup estimator is off")
-    if config.keys(NAVGRAPH_PREFIX) and navgraph is not None:
-        estimators.append(NavGraphEstimator.from_config(config, navgraph, board))
-    elif config.keys(NAVGRAPH_PREFIX):
-        log.debug(
-            "/skiller/features/navgraph/enable is not true: the navigation graph is not used for estimates"
-        )
     deciders = [
         make_failures(config, name),
         *further_deciders,
         *(estimators or [StaticEstimator(seconds=1.0)]),
     ]
-    try:
-        return SkillerSimulator(board, clock, bus, deciders, name=name)
-    except Exception:
-        Deciders(deciders).close()
-        raise
+    return SkillerSimulator(board, clock, bus, deciders, name=name)
 
 
 def make_failures(config: Configuration, name: str) -> FailureInjector:

@@ -13,7 +13,6 @@ from cxbridge.errors import SkillError
 from cxbridge.skiller.simulation.deciders import Decider, Outcome
 from cxbridge.skiller.simulation.estimators import (
     CONFIG_PREFIX,
-    EstimatorProperty,
     EstimatorSettings,
     SkillPattern,
     argument_text,
@@ -65,14 +64,14 @@ class LookupEstimator(Decider):
         samples: Iterable[Sample],
         settings: EstimatorSettings | None = None,
         *,
-        fully_match_args: EstimatorProperty[bool] | None = None,
-        include_failures: EstimatorProperty[bool] | None = None,
+        fully_match_args: bool = True,
+        include_failures: bool = False,
         rng: random.Random | None = None,
     ) -> None:
         self.settings = settings or EstimatorSettings()
         self.priority = self.settings.priority
-        self._fully_match_args = fully_match_args or EstimatorProperty(default=True)
-        self._include_failures = include_failures or EstimatorProperty(default=False)
+        self._fully_match_args = fully_match_args
+        self._include_failures = include_failures
         self._rng = rng or random.Random(0)  # noqa: S311 - a simulation is reproducible
         self._samples: dict[str, list[tuple[SkillStringCall, Sample]]] = {}
         for sample in samples:
@@ -109,12 +108,8 @@ class LookupEstimator(Decider):
         return cls(
             samples,
             EstimatorSettings.from_config(config, prefix),
-            fully_match_args=EstimatorProperty.from_config(
-                config, prefix, "fully-match-args", config.get_bool, True
-            ),
-            include_failures=EstimatorProperty.from_config(
-                config, prefix, "include-failures", config.get_bool, False
-            ),
+            fully_match_args=config.get_bool(f"{prefix}/fully-match-args", default=True),
+            include_failures=config.get_bool(f"{prefix}/include-failures", default=False),
             rng=rng,
         )
 
@@ -123,11 +118,10 @@ class LookupEstimator(Decider):
         if not self.settings.allows(call):
             return None
         entry = self.settings.find_entry(call)
-        include_failures = self._include_failures.value_for(entry)
         matches = [
             sample
             for sample_call, sample in self._samples.get(call.name, ())
-            if (include_failures or sample.status is Status.S_FINAL)
+            if (self._include_failures or sample.status is Status.S_FINAL)
             and self._matches(sample_call, call, entry)
         ]
         if not matches:
@@ -140,7 +134,7 @@ class LookupEstimator(Decider):
     ) -> bool:
         recorded_args = {key: argument_text(value) for key, value in sample_call.args.items()}
         # all arguments of the call count; the recorded execution may have further arguments
-        if self._fully_match_args.value_for(entry):
+        if self._fully_match_args:
             return all(
                 recorded_args.get(key) in (ANY, argument_text(value)) for key, value in call.args.items()
             )

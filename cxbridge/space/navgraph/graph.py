@@ -10,7 +10,7 @@ import heapq
 import itertools
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
 from msgspec import Struct, field
 
@@ -77,7 +77,7 @@ class NavGraphPath(Struct, frozen=True):
     """A path through a graph.
 
     :param nodes: the nodes of the path, including the first and the last.
-    :param cost: the sum of the edges' costs, by default metres.
+    :param cost: the length in metres.
     """
 
     nodes: tuple[NavGraphNode, ...]
@@ -218,13 +218,9 @@ class NavGraph:
         """Undo :meth:`block`, if necessary."""
         self._blocked_directions.discard((start, end))
 
-    def search_path(
-        self, start: str, goal: str, cost: Callable[[NavGraphNode, NavGraphNode], float] | None = None
-    ) -> NavGraphPath | None:
-        """Return the cheapest path (A*), or None.
+    def search_path(self, start: str, goal: str) -> NavGraphPath | None:
+        """Return the shortest path (A*), or None.
 
-        :param cost: returns the cost of an edge between two nodes, at least the distance in metres; by
-            default the distance.
         :raises NavGraphError: if a node is unknown.
         """
         for name in (start, goal):
@@ -247,8 +243,8 @@ class NavGraph:
                 if neighbour in came_from or (name, neighbour) in self._blocked_directions:
                     continue
                 end = self._nodes[neighbour]
-                total_cost = cost_so_far + (cost(node, end) if cost else node.distance(end.x, end.y))
-                # no path is shorter than the straight line, so the first path to the goal is the cheapest
+                total_cost = cost_so_far + node.distance(end.x, end.y)
+                # no path is shorter than the straight line, so the first path to the goal is the shortest
                 estimate = total_cost + end.distance(target.x, target.y)
                 heapq.heappush(queue, (estimate, next(order), total_cost, neighbour, name))
         return None

@@ -132,11 +132,6 @@ class TransformBuffer:
             self._frames.add(frame)
             return history.insert(StampedTransform(transform, entry.stamp_us, frame, child), self._keep_us)
 
-    def clear(self) -> None:
-        """Drop all transforms that are not static; the frames remain known."""
-        with self._lock:
-            self._histories = {name: history for name, history in self._histories.items() if history.static}
-
     def frame_exists(self, frame: str) -> bool:
         """Return whether the frame is known."""
         return _strip_slash(frame) in self._frames

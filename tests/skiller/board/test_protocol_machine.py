@@ -22,7 +22,7 @@ LIMITS = Timeouts(start=3.0, silence=2.0, cancel=2.0)
 ALL_ENDED = 600
 """Loops after which everything has come to its end."""
 
-NOBODY = re.compile(r"the agent \w+ has no executor|no executor of \w+ (is free for|answers).*")
+NOBODY = re.compile(r"the agent \w+ has no executor|no executor of \w+ is free for.*")
 
 FOLLOWS = {
     "ASKING": {"CONFIRMED", "FAILED", "CANCELLED"},

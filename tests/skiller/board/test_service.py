@@ -82,25 +82,6 @@ def test_a_command_is_carried_out_in_the_loop_in_which_it_is_read(service):
         assert not made.running
 
 
-def test_skillers_take_turns_when_the_board_is_full(service, monkeypatch):
-    monkeypatch.setattr("cxbridge.skiller.board.board.REQUESTS_PER_LOOP", 2)
-    agents = "".join(
-        BASE.split("agents:\n")[1].replace("r1", f"r{number}").replace("wave:\n", f"wave{number}:\n")
-        for number in range(1, 6)
-    )
-    made, board = service(BASE.partition("    r1:")[0] + agents)
-    made.loop()
-    for number in range(1, 6):
-        with board.open_for_reading("SkillerInterface", f"r{number}", owner="agent") as reader:
-            reader.msgq_enqueue(reader.create_message("ExecSkillMessage", "wave{}"))
-    taken = []
-    for _ in range(3):
-        made.loop()
-        taken.append([host.name for host in made.hosts if host.state == "BUSY"])
-    assert [len(names) for names in taken] == [2, 2, 1]
-    assert [name for names in taken for name in names] == [host.name for host in made.hosts]
-
-
 def test_settings_have_the_types_of_the_configuration(service):
     made, _ = service(
         BASE + "          times: 3\n          hands: [left, right]\n          fast: on\n          how: 0.5\n"
@@ -139,7 +120,6 @@ def test_no_skill_board_without_its_part_of_the_configuration():
             2,
         ),
         ("skill-board: {name: x}", "has no agents", 1),
-        ("skill-board: {agents: {a: {skiller: s}, b: {skiller: s}}}", "cannot have the same skiller", 1),
         (BASE.replace("Wave", "Vawe"), "has no executor 'Vawe'", 7),
         (BASE.replace("executors.py:", "other.py:"), "there is no such file", None),
         (BASE.replace("executors.py:", "no.such.module:"), "no Python module 'no.such.module'", 7),

@@ -104,17 +104,6 @@ def test_an_action_goes_its_way(rigs):
     assert states(master) == ["SUCCEEDED"]
 
 
-def test_cancel_and_the_next_one(rigs):
-    skills, puppet = rigs[0].skills(), rigs[1].puppet("r1", "e1")
-    first = skills.request(call())
-    second = skills.request(call("grasp"))
-    both(rigs, lambda: first.state is MasterState.RUNNING)
-    skills.cancel(first)
-    both(rigs, lambda: second.state is MasterState.RUNNING)
-    assert states(first) == ["CANCELLED"]
-    assert puppet.cleaned == 1
-
-
 def test_two_boards_ask_one_executor(rigs):
     boards = [rigs[0].skills("one"), rigs[0].skills("two")]
     puppet = rigs[1].puppet("r1", "e1")

@@ -30,16 +30,6 @@ def make(fawkes_dir: Path | None, *, speech: bool = True) -> Rig:
     return rig
 
 
-def test_the_space_test(fawkes_dir: Path | None):
-    (skiller,) = make(fawkes_dir, speech=False).backends
-    wanted = ["say", "moveto", "relmoveto"]
-    assert [skill for skill in skiller.skills if skill in wanted] == wanted
-    assert all(skiller.engine.documentation(skill) for skill in skiller.skills)
-    if fawkes_dir is not None:
-        origin = skiller.engine.modules.files["skills/generic/say.lua"]
-        assert origin == fawkes_dir / "src/lua/skills/generic/say.lua"
-
-
 def voice(rig: Rig) -> Any:
     return rig.board.open_for_reading("SpeechSynthInterface", "Flite", owner="test")
 
@@ -71,13 +61,6 @@ def test_say_fails_without_a_voice(fawkes_dir: Path | None):
     rig.exec('say{text="Hello"}')
     assert rig.status == "S_FAILED"
     assert rig.state.error in ("No SpeechSynth provider", "there is no speech synthesis")
-
-
-def test_say_fails_without_a_text(fawkes_dir: Path | None):
-    rig = make(fawkes_dir)
-    rig.exec("say{}")
-    assert rig.status == "S_FAILED"
-    assert rig.state.error.lower() == "no text given"
 
 
 def test_say_fails_when_another_text_takes_its_place(fawkes_dir: Path | None):

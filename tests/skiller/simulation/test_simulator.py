@@ -5,7 +5,6 @@ from __future__ import annotations
 import pytest
 
 from cxbridge.config import Configuration
-from cxbridge.errors import SkillerError
 from cxbridge.events import Level
 from cxbridge.skiller.simulation.estimators import SkillPattern, StaticEstimator
 from cxbridge.skiller.simulation.simulator import SkillerSimulator
@@ -24,23 +23,6 @@ def test_acquire_sets_msgid():
     number = rig.send("AcquireControl", False)
     rig.loop()
     assert rig.state.msgid == number
-
-
-def test_stop_sets_msgid_to_its_own():
-    rig = make()
-    rig.exec("say{}")
-    number = rig.send("StopExec")
-    rig.loop()
-    assert (rig.status, rig.state.msgid, rig.state.skill_string) == ("S_INACTIVE", number, "")
-
-
-def test_the_time_base_is_the_runs_clock():
-    """Fawkes' is the system's time."""
-    rig = make(StaticEstimator(seconds=100.0))
-    rig.exec("say{}")
-    rig.clock.sleep_until(rig.clock.now_us() + 100_000_000)
-    rig.loop()
-    assert rig.status == "S_FINAL"
 
 
 def test_a_skill_takes_its_time_and_keeps_string_and_msgid():
@@ -110,8 +92,3 @@ def test_static_durations_from_the_configuration(text: str, seconds: float | Non
     outcome = estimator.decide(parse_skill_call(text))
     assert (None if outcome is None else outcome.seconds) == seconds
     assert estimator.priority == 3
-
-
-def test_a_speed_of_zero_is_refused():
-    with pytest.raises(SkillerError, match="a speed must be above 0"):
-        StaticEstimator.from_config(Configuration.from_text(CONFIG.replace("speed: 2", "speed: 0")))

@@ -42,8 +42,6 @@ llsfrb: comm/server-port mps/stations/STATION/connection
 skill-board: name in-process timeouts/start timeouts/silence timeouts/cancel
 skill-board/agents/NAME: skiller executors/KEY/...
 skiller: skillspace mode watch_files features/navgraph/enable
-skiller/limits: seconds_per_loop instructions_per_loop memory_per_loop
-skiller/limits: instructions_to_load seconds_to_load memory
 skiller/instances/NAME: kind skillspace mode
 """
 

@@ -12,7 +12,12 @@ from cxbridge.errors import SkillError
 from cxbridge.executive.pddl import names_of
 from cxbridge.lua_syntax import LuaCompiler
 from cxbridge.skiller.skillstring import parse_skill_string
-from cxbridge.skiller.templates import Placeholder, find_suspected_placeholders, parse_template
+from cxbridge.skiller.templates import (
+    PLACEHOLDER_FORM,
+    Placeholder,
+    find_suspected_placeholders,
+    parse_template,
+)
 from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.agent.condition import PatternCE, find_patterns
 from cxbridge_studio.check.agent import Agent, ClipsFile
@@ -188,10 +193,9 @@ def _check_mapping(agent: Agent, actions: _KnownActions) -> Iterator[Finding]:
                 name, names = part.name, parameters or ()
                 hint = did_you_mean(name, names) or f"it has: {', '.join(names) or 'none'}"
                 yield Finding(UNKNOWN_PARAMETER, place, f"'{action}' has no parameter '{name}'", hint)
-        for suspect in find_suspected_placeholders(template):
-            yield Finding(
-                DOUBTFUL_PLACEHOLDER, place, f"'{suspect.text}' is not a placeholder: {suspect.reason}"
-            )
+        for suspected in find_suspected_placeholders(template):
+            text = f"'{suspected}' is not a placeholder: write {PLACEHOLDER_FORM}"
+            yield Finding(DOUBTFUL_PLACEHOLDER, place, text)
 
 
 def _check_skill_string(action: str, template: str, place: SourcePlace) -> Iterator[Finding]:
