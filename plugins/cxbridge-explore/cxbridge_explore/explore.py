@@ -34,7 +34,7 @@ from cxbridge_explore.worlds.points import DivergedError
 from cxbridge_explore.worlds.run import MakeAssembly, make_scenario
 
 
-def explore(
+def explore(  # noqa: PLR0913 - the options of the command, and two callbacks for the progress
     options: RunOptions,
     bounds: Bounds,
     execution: ExecutionOptions,
@@ -44,6 +44,7 @@ def explore(
     make_assembly: MakeAssembly = make_scenario,
     resume: Path | None = None,
     show_line: Callable[[str], None] | None = None,
+    draw_page: Callable[[ExploreResult], None] | None = None,
 ) -> ExploreResult:
     """Explore until no edge of the graph is open, or a signal requests the end.
 
@@ -56,6 +57,7 @@ def explore(
     :param make_assembly: makes the program to run.
     :param resume: the checkpoint of an interrupted exploration.
     :param show_line: called with a line about the progress, several times a second.
+    :param draw_page: called with the result so far, every few seconds.
     :raises CxbridgeError: if the scenario or an option is invalid, or the agent is not deterministic.
     """
     options.check()
@@ -77,7 +79,13 @@ def explore(
     unmerged_reasons: tuple[str, ...] = ()
     start_s, start_cpu_s = time.perf_counter(), _read_cpu_seconds()
 
-    progress = ProgressReporter(graph, show_line)
+    def draw_result(explored_graph: Graph) -> None:
+        if draw_page is not None:
+            draw_page(
+                ExploreResult(explored_graph, tuple(properties), (), 0.0, time.perf_counter() - start_s)
+            )
+
+    progress = ProgressReporter(graph, show_line, None if draw_page is None else draw_result)
     # The usual run is played a second time in parallel, in a process that is forked before all others, for
     # the comparison in `_check_determinism`.
     with _record_signals() as received_signals, closing(UsualRun(make_explored_run)) as usual_run:

@@ -1,4 +1,4 @@
-"""The progress of an exploration: a line of text every moment."""
+"""The progress of an exploration: a line of text every moment, and a page every few seconds."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from typing import Final
 from cxbridge_explore.graph import Graph
 
 _LINE_PERIOD_S: Final = 0.2  # seconds between two lines
+_MIN_PAGE_PAUSE_S: Final = 2.0
+_PAUSE_FACTOR: Final = 20  # a pause of 20 times the duration of a drawing limits drawing to 5 % of the time
 
 
 class ProgressReporter:
@@ -16,17 +18,30 @@ class ProgressReporter:
 
     :param graph: the explored graph.
     :param show_line: called with the line; None to show no line.
+    :param draw_page: called with the graph, less often; None to draw no page.
     """
 
-    def __init__(self, graph: Graph, show_line: Callable[[str], None] | None) -> None:
+    def __init__(
+        self,
+        graph: Graph,
+        show_line: Callable[[str], None] | None,
+        draw_page: Callable[[Graph], None] | None = None,
+    ) -> None:
         self._graph = graph
         self._show_line = show_line
+        self._draw_page = draw_page
+        self._next_page_s = 0.0
         self._start_s = self._next_line_s = time.monotonic()
 
     def show_if_due(self) -> None:
-        """Show a line if its time has come."""
+        """Show a line and draw a page if their time has come."""
         now_s = time.monotonic()
         if self._show_line is not None and now_s >= self._next_line_s:
             self._next_line_s = now_s + _LINE_PERIOD_S
             seconds = now_s - self._start_s
             self._show_line(f"{self._graph.counts_text}, {seconds:.0f} s; {self._graph.open_branches_text}")
+        if self._draw_page is not None and now_s >= self._next_page_s:
+            self._draw_page(self._graph)
+            self._next_page_s = time.monotonic() + max(
+                _MIN_PAGE_PAUSE_S, _PAUSE_FACTOR * (time.monotonic() - now_s)
+            )

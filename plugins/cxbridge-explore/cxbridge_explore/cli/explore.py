@@ -6,6 +6,7 @@ import shlex
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final
 
@@ -72,8 +73,9 @@ class _ExploreOptions:
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Write a page: a map of the runs, the effects of faults, and the parts of the agent that no "
-            "run has reached.",
+            help="Write a page, updated during the exploration: a map of the runs, the effects of faults, "
+            "and the parts of the agent that no run has reached. Its bars open pages of the runs, in a "
+            "folder next to it.",
             show_default=False,
         ),
     ] = None
@@ -144,6 +146,9 @@ def explore(
         make_assembly=make_assembly,
         resume=resume,
         show_line=show_line,
+        draw_page=None
+        if explore_options.html is None
+        else partial(_write_live_page, explore_options.html, command),
     )
     if show_line is not None:
         _show_line("")
@@ -155,17 +160,33 @@ def explore(
         _write_checkpoint(result, identity, resume or Path(DEFAULT_CHECKPOINT))
     coverage = _compute_coverage(result, options) if execution.coverage else None
     if coverage is not None and explore_options.html is not None:
-        _write_page(result, coverage, explore_options.html, command)
+        _write_page(result, coverage, explore_options.html, command, (options, world, make_assembly))
     _print_result(result, coverage, as_json=as_json)
     return result.status
 
 
-def _write_page(result: ExploreResult, coverage: Coverage, file: Path, command: str) -> None:
-    """Write the page of an exploration, and the pages of counterexamples."""
+def _write_live_page(file: Path, command: str, result: ExploreResult) -> None:
+    """Write the page of an exploration that is still running."""
     from cxbridge_explore.map.page import write_page
-    from cxbridge_explore.map.run_pages import write_violation_pages
 
-    write_page(result, coverage, file, command, stories=write_violation_pages(result.counterexamples, file))
+    write_page(result, None, file, command, is_live=True)
+
+
+def _write_page(
+    result: ExploreResult,
+    coverage: Coverage,
+    file: Path,
+    command: str,
+    program: tuple[RunOptions, WorldModel | None, MakeAssembly],
+) -> None:
+    """Write the page of a finished exploration, and the pages of runs and counterexamples."""
+    from cxbridge_explore.map.page import write_page
+    from cxbridge_explore.map.rows import make_run_rows
+    from cxbridge_explore.map.run_pages import write_run_pages, write_violation_pages
+
+    pages = write_run_pages(result.graph, make_run_rows(result.graph), file, *program)
+    stories = write_violation_pages(result.counterexamples, file)
+    write_page(result, coverage, file, command, pages=pages, stories=stories)
 
 
 def _compute_coverage(result: ExploreResult, options: RunOptions) -> Coverage:

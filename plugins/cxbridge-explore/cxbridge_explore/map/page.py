@@ -17,32 +17,39 @@ from cxbridge_studio.explain.coverage.model import Coverage
 
 def write_page(
     result: ExploreResult,
-    coverage: Coverage,
+    coverage: Coverage | None,
     file: Path,
     command: str,
     *,
+    pages: Mapping[int, str] = MappingProxyType({}),
     stories: Mapping[str, Mapping[str, str]] = MappingProxyType({}),
+    is_live: bool = False,
 ) -> None:
     """Write the page.
 
+    :param coverage: the coverage of the agent; None while it is unknown.
     :param command: the command that reproduces the page, to show on the page.
+    :param pages: the addresses of the pages of runs, by the numbers of their rows.
     :param stories: for each violated property, the ``story`` of its counterexample, a sentence, and the
         ``address`` of its page.
+    :param is_live: whether the exploration is still running; then the page reloads itself.
     :raises CxbridgeError: if the file cannot be written, or no installed package makes pages.
     """
     document = make_document(result, coverage, command)
+    for number, address in pages.items():
+        document["rows"][number]["page"] = address
     for row in document["properties"]:
         row.update(stories.get(row["name"], {}))
-    write_document(file, "exploration", "Exploration", document)
+    write_document(file, "exploration", "Exploration", document | {"live": is_live})
 
 
-def make_document(result: ExploreResult, coverage: Coverage, command: str) -> dict[str, Any]:
+def make_document(result: ExploreResult, coverage: Coverage | None, command: str) -> dict[str, Any]:
     return {
         "command": command,
         "summary": _describe_result(result),
         "rows": [asdict(row) for row in make_run_rows(result.graph)],
         "properties": list(_make_property_rows(result)),
-        "coverage": encode_coverage(coverage),
+        "coverage": None if coverage is None else encode_coverage(coverage),
     }
 
 

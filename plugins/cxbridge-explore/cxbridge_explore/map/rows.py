@@ -21,6 +21,7 @@ class MapRow:
     :param reason: the reason in a sentence.
     :param parent: the number of the row from which the run branches off; None for the usual run.
     :param path: all unusual choices of the run, in words.
+    :param edge: the last edge of the run.
     """
 
     choice: str
@@ -32,6 +33,7 @@ class MapRow:
     outcome: str = OPEN
     reason: str = ""
     violations: tuple[str, ...] = field(default=())
+    edge: Edge = ROOT_EDGE
 
 
 def make_run_rows(graph: Graph) -> list[MapRow]:
@@ -67,6 +69,7 @@ def _begin_row(graph: Graph, edge: Edge, parent: int | None, rows: list[MapRow])
 
 
 def _end_row(graph: Graph, edge: Edge, row: MapRow) -> None:
+    row.edge = edge
     leaf: Leaf | None = graph.leaves.get(edge)
     if leaf is not None:
         row.end_s, row.outcome, row.reason = leaf.seconds, leaf.outcome, leaf.reason

@@ -1,17 +1,68 @@
-"""Writes pages about the counterexamples of an exploration."""
+"""Writes pages about runs of an exploration. A run is played again for its page."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Final
 
+from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError
 from cxbridge.file_access import write_file
 from cxbridge.run.explainers import explainer
+from cxbridge.run.options import RunOptions
 from cxbridge.run.pages import VIEWS
 from cxbridge.trace.formats.registry import open_run
 from cxbridge_explore.counterexample import Counterexample
+from cxbridge_explore.counterexample_playing import play_run
+from cxbridge_explore.graph import Graph
+from cxbridge_explore.map.rows import MERGED, OPEN, MapRow
+from cxbridge_explore.worldmodel.model import WorldModel
+from cxbridge_explore.worlds.points import PathChooser, read_path
+from cxbridge_explore.worlds.run import MakeAssembly
+
+# The limit of runs that get a page: first the runs that violate a property, then the runs with the fewest
+# faults. Each run is played again, which takes a second.
+MAX_PAGES: Final = 25
+
+
+def write_run_pages(
+    graph: Graph,
+    rows: Sequence[MapRow],
+    page: Path,
+    options: RunOptions,
+    world: WorldModel | None,
+    make_assembly: MakeAssembly,
+) -> dict[int, str]:
+    """Play runs again and write a page of each, in a folder next to the page of the exploration.
+
+    :param page: the page of the exploration.
+    :returns: the address of each run at its last unusual choice, relative to the page, by the number of its
+        row.
+    :raises CxbridgeError: if a run cannot be played or a page cannot be written.
+    """
+    folder = page.with_suffix(".runs")
+    folder.mkdir(exist_ok=True)
+    make_report = VIEWS.load_target(VIEWS.find("report"))
+    ended_rows = [number for number, row in enumerate(rows) if row.outcome not in {MERGED, OPEN}]
+    ended_rows.sort(key=lambda number: (not rows[number].violations, rows[number].faults, number))
+    addresses: dict[int, str] = {}
+    for number in sorted(ended_rows[:MAX_PAGES]):
+        row = rows[number]
+        path = read_path(graph.list_choices(row.edge))
+        with TemporaryDirectory(prefix="cxbridge-run-") as scratch:
+            recording = Path(scratch, f"run-{number}.mcap")
+            played = play_run(
+                options, (), PathChooser(path), recording, world=world, make_assembly=make_assembly
+            )
+            title = row.path[-1] if row.path else "the usual run"
+            write_file(folder / f"run-{number}.html", make_report(open_run(recording), title).encode("utf-8"))
+        time_us = played.start_us + round(row.begin_s * MICROSECONDS)
+        fragment = f"#/timeline?time={time_us}" if row.path else ""
+        addresses[number] = f"{folder.name}/run-{number}.html{fragment}"
+    return addresses
 
 
 def write_violation_pages(

@@ -15,10 +15,11 @@ from cxbridge_explore.graph import Graph
 from cxbridge_explore.map.coverage import compute_explored_coverage, encode_coverage
 from cxbridge_explore.map.page import write_page
 from cxbridge_explore.map.rows import OPEN, MapRow, make_run_rows
-from cxbridge_explore.map.run_pages import write_violation_pages
+from cxbridge_explore.map.run_pages import write_run_pages, write_violation_pages
 from cxbridge_explore.properties.selection import select_properties
 from cxbridge_explore.result import ExploreResult
 from cxbridge_explore.worlds.points import read_path
+from cxbridge_explore.worlds.run import make_scenario
 from explore_tests.test_explore import SCENARIO, explored
 from tests.support import needs_plugin
 from tests.trace.html.browser import needs_browser, show
@@ -109,20 +110,37 @@ def test_a_page_that_cannot_be_written(tmp_path: Path) -> None:
 @needs_plugin("web")
 @needs_browser
 def test_which_explored_run_breaks_the_property(tmp_path: Path) -> None:
-    """The page begins with the violation, with a link to its run."""
+    """The page begins with the violation; its bar opens the run at the moment of the fault."""
     file = tmp_path / "map.html"
     no_talk = "never (goal (class TALK) (outcome FAILED))"
     properties = select_properties(OPTIONS, (no_talk,))
     result = explore(OPTIONS, Bounds(faults=1), ExecutionOptions(fork=False), properties=properties)
     path = read_path(result.violations[0]["choices"])
     example = write_counterexample(OPTIONS, properties, no_talk, path, tmp_path / "found")
+    rows = make_run_rows(result.graph)
+    pages = write_run_pages(result.graph, rows, file, OPTIONS, None, make_scenario)
+    assert set(pages) == set(range(5))
     found = replace(result, counterexamples={no_talk: example})
     stories = write_violation_pages(found.counterexamples, file)
-    coverage = compute_explored_coverage(OPTIONS, ())
-    write_page(found, coverage, file, "cxbridge explore", stories=stories)
+    write_page(found, None, file, "cxbridge explore", pages=pages, stories=stories)
     shown = show(file, tmp_path / "profile")
     assert shown.console == []
     assert shown.dom.index("The shortest run with the violation") < shown.dom.index("What faults lead to")
-    address = stories[no_talk]["address"]
-    assert f'href="{address}"' in shown.dom
-    assert show(tmp_path / address, tmp_path / "profile").console == []
+    assert f'href="{pages[1]}"' in shown.dom
+    page, _, moment = pages[1].partition("#")
+    run = show(tmp_path / page, tmp_path / "profile", fragment=f"#{moment}")
+    assert run.console == []
+    assert f"{rows[1].begin_s:.3f} s" in run.dom
+
+
+@needs_plugin("web")
+def test_the_page_is_live_while_it_explores(tmp_path: Path) -> None:
+    drawn: list[int] = []
+
+    def draw_page(so_far: ExploreResult) -> None:
+        drawn.append(len(so_far.graph.leaves))
+        write_page(so_far, None, tmp_path / "map.html", "x", is_live=True)
+
+    explore(OPTIONS, Bounds(faults=0), ExecutionOptions(fork=False), draw_page=draw_page)
+    assert drawn[0] == 0
+    assert (tmp_path / "map.html").stat().st_size > 0

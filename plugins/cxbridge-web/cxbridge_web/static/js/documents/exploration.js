@@ -4,7 +4,8 @@ import { lanes } from "cx/documents/lanes.js";
 import { notes, section } from "cx/documents/parts.js";
 import { goalOutcome, outcomeBadge } from "cx/outcome.js";
 
-const MOST_DRAWN = 400; // of more runs: runs that violate a property, and runs with the fewest faults
+const MOST_DRAWN = 400, // of more runs: runs that violate a property, and runs with the fewest faults
+  AGAIN_MS = 2500;
 const KINDS = { completed: "good", unsuccessful: "failed", merged: "none", open: "none" };
 
 const table = (heads, rows, empty, numbers = []) =>
@@ -30,16 +31,17 @@ function drawnOf(rows) {
 
 function map(rows) {
   const drawn = drawnOf(rows),
-    places = new Map(drawn.map((number, place) => [number, place]));
+    places = new Map(drawn.map((number, place) => [number, place])),
+    hasLinks = drawn.some((number) => rows[number].page);
   const lane = (number) => {
-    const { begin_s: begin, end_s: end, parent, outcome, ...row } = rows[number],
+    const { begin_s: begin, end_s: end, parent, page, outcome, ...row } = rows[number],
       words = row.path.join("; ") || "nothing but the usual",
       how = row.reason ? outcome + ": " + row.reason : outcome,
       title = [words, how, ...row.violations].join("\n"),
       isBold = row.violations.length > 0,
       label = (isBold ? "✖ " : "") + (row.choice || "the usual run"),
       from = parent === null ? -1 : places.get(parent);
-    return { label, isBold, begin, end, kind: KINDS[outcome] || "bad", title, from };
+    return { label, isBold, begin, end, kind: KINDS[outcome] || "bad", title, href: page, from };
   };
   const left = rows.length - drawn.length,
     end = Math.max(...drawn.map((number) => rows[number].end_s)),
@@ -49,6 +51,7 @@ function map(rows) {
     lanes(drawn.map(lane), end, about),
     note(
       "A bar begins where its run left another run, from whose bar the line comes. ",
+      hasLinks ? "A bar that is a link opens its run at that moment. " : "",
       "Green: completed; orange: unsuccessful; red: stuck, or worse; grey: continues like another run.",
     ),
   ];
@@ -112,20 +115,21 @@ const goalsOf = ({ outcomes: ended, modes_never_reached: never }) =>
     "no goals",
   );
 
-export function open(main, { summary, command, properties: all, rows, coverage }) {
+export function open(main, { live, summary, command, properties: all, rows, coverage }) {
   const broken = all.filter(({ verdict }) => verdict === "violated");
+  if (live) setTimeout(() => location.reload(), AGAIN_MS);
   const sections = [
     broken.length > 0 && ["violations", "Violations", broken.map(violation)],
     ["map", "Runs", map(rows)],
     ["faults", "What faults lead to", faults(rows)],
     ["properties", "Properties", properties(all)],
-    ["unreached", "What no run has reached", unreached(coverage)],
-    ["goals", "Goals", goalsOf(coverage.goals)],
+    coverage && ["unreached", "What no run has reached", unreached(coverage)],
+    coverage && ["goals", "Goals", goalsOf(coverage.goals)],
   ];
   main.append(
     el(
       "div.document",
-      el("p.verdict", summary),
+      el("p.verdict", { role: "status" }, (live ? "Exploring: " : "") + summary),
       el.p(el.code(command)),
       sections.filter(Boolean).map((each) => section(...each)),
     ),

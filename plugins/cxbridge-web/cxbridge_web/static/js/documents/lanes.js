@@ -25,7 +25,7 @@ function tickTimes(seconds, width) {
 
 /**
  * Draw a lane for each run.
- * @param rows {label, begin, end, kind: a class, title, from: the lane that the run left, isBold}
+ * @param rows {label, begin, end, kind: a class, title, href, from: the lane that the run left, isBold}
  * @param length seconds
  * @param about a description for screen readers
  */
@@ -47,16 +47,18 @@ export function lanes(rows, length, about) {
     svg("line.tick", { x1: x(time), x2: x(time), y1: HEAD - 4, y2: height }),
     svg.text({ x: x(time), y: 12, "text-anchor": time >= seconds ? "end" : "start" }, time + " s"),
   ];
-  const bar = ({ begin, end, kind, title, from }, place) => {
+  const bar = ({ begin, end, kind, title, href, from }, place) => {
     const [left, middle] = [x(begin), middleOf(place)],
       box = { x: left, y: middle - BAR / 2, width: Math.max(x(end) - left, 1), height: BAR, rx: 2 };
     return svg(
-      "g",
+      href ? "a" : "g",
+      { href, "aria-label": href && title },
       svg.title(title),
       from >= 0 && svg.path({ d: "M" + left + " " + middleOf(from) + " V" + middle }),
       svg.rect({ class: kind, ...box }),
     );
   };
+  const hasLinks = rows.some(({ href }) => href); // links in an image are not reached
   return el(
     "div.lanes",
     svg.svg({ width: beside, height, "aria-hidden": "true" }, rows.map(label)),
@@ -64,7 +66,7 @@ export function lanes(rows, length, about) {
       "div.wide",
       { tabindex: 0, role: "region", "aria-label": about },
       svg.svg(
-        { width, height, role: "img", "aria-label": about },
+        { width, height, role: hasLinks ? "group" : "img", "aria-label": about },
         tickTimes(seconds, width).map(tick),
         rows.map(bar),
       ),
