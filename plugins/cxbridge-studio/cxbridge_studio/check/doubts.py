@@ -19,6 +19,7 @@ from cxbridge.executive.pddl.ast import (
     Position,
     Quantified,
     Timed,
+    TypedList,
 )
 from cxbridge.executive.pddl.printer import format_formula
 from cxbridge_studio.check.findings import Code, Severity
@@ -37,6 +38,18 @@ IMPOSSIBLE_ACTION: Final = Code(
     "The precondition needs a predicate that nothing makes true before the action: neither a rule, nor an "
     "action that can be done.",
 )
+UNDONE_EFFECT: Final = Code(
+    "CX313",
+    Severity.WARNING,
+    "an action that undoes its own effect",
+    "The action makes an atom true and false at the same time. In PDDL, the atom is true then.",
+)
+UNTYPED_OBJECT: Final = Code(
+    "CX314",
+    Severity.WARNING,
+    "an object without a type",
+    "All parameters of actions have a type, and the object has none: no action takes the object.",
+)
 UNACHIEVED_GOAL: Final = Code(
     "CX315",
     Severity.WARNING,
@@ -45,7 +58,7 @@ UNACHIEVED_GOAL: Final = Code(
     "there is no plan.",
 )
 
-CODES: Final = (FALSE_PREDICATE, IMPOSSIBLE_ACTION, UNACHIEVED_GOAL)
+CODES: Final = (FALSE_PREDICATE, IMPOSSIBLE_ACTION, UNDONE_EFFECT, UNTYPED_OBJECT, UNACHIEVED_GOAL)
 
 
 class Doubt(NamedTuple):
@@ -56,12 +69,17 @@ class Doubt(NamedTuple):
     position: Position
 
 
-def find_domain_doubts(domain: Domain, asserted_predicates: Collection[str]) -> Iterator[Doubt]:
+def find_domain_doubts(domain: Domain, asserted_predicates: Collection[str] | None = None) -> Iterator[Doubt]:
     """Yield the doubts about a domain.
 
-    :param asserted_predicates: the predicates of facts from rules and problems.
+    :param asserted_predicates: the predicates of facts from rules and problems; None if any fact is possible.
     """
-    achieved_predicates = _find_achieved_predicates(domain)
+    yield from find_object_doubts(domain, domain.constants)
+    for action in domain.actions:
+        yield from _find_undone_effects(action)
+    if asserted_predicates is None:
+        return
+    achieved_predicates = {name for action in domain.actions for name in _find_added_predicates(action)}
     for predicate in domain.predicates:
         if predicate.name not in achieved_predicates and predicate.name not in asserted_predicates:
             message = (
@@ -71,20 +89,29 @@ def find_domain_doubts(domain: Domain, asserted_predicates: Collection[str]) -> 
     yield from _find_impossible_actions(domain, asserted_predicates)
 
 
+def find_object_doubts(domain: Domain, objects: TypedList) -> Iterator[Doubt]:
+    """Yield the objects without a type, if all parameters of actions have a type."""
+    groups = [group for action in domain.actions for group in action.parameters]
+    if not groups or not all(group.types for group in groups):
+        return
+    if any(type_ == "object" for group in groups for type_ in group.types):
+        return  # a parameter of type `object` takes any object
+    for group in objects:
+        if not group.types:
+            message = f"{', '.join(group.names)} has no type: no action takes it"
+            yield Doubt(UNTYPED_OBJECT, message, group.position)
+
+
 def find_goal_doubts(domain: Domain, goal: Formula, asserted_predicates: Collection[str]) -> Iterator[Doubt]:
     """Yield the atoms of a goal that no action achieves, except atoms of undeclared predicates.
 
     :param asserted_predicates: the predicates of facts from rules and problems.
     """
     declared_predicates = {predicate.name for predicate in domain.predicates}
-    achieved_predicates = _find_achieved_predicates(domain)
+    achieved_predicates = {name for action in domain.actions for name in _find_added_predicates(action)}
     for atom in _find_required_atoms(goal):
         if atom.predicate in declared_predicates - achieved_predicates - set(asserted_predicates):
             yield Doubt(UNACHIEVED_GOAL, f"no action achieves {format_formula(atom)}", atom.position)
-
-
-def _find_achieved_predicates(domain: Domain) -> set[str]:
-    return {name for action in domain.actions for name in _find_added_predicates(action.effect)}
 
 
 def _find_impossible_actions(domain: Domain, asserted_predicates: Collection[str]) -> Iterator[Doubt]:
@@ -96,7 +123,7 @@ def _find_impossible_actions(domain: Domain, asserted_predicates: Collection[str
     ]:
         blocked_actions = [action for action in blocked_actions if action not in ready_actions]
         possible_predicates.update(
-            name for action in ready_actions for name in _find_added_predicates(action.effect)
+            name for action in ready_actions for name in _find_added_predicates(action)
         )
     for action in blocked_actions:
         missing_text = ", ".join(
@@ -123,16 +150,40 @@ def _find_required_atoms(formula: Formula | None) -> Iterator[Atom]:
             return
 
 
-def _find_added_predicates(effect: Formula | None) -> Iterator[str]:
-    """Yield the predicates that an effect may make true."""
+def _find_added_predicates(action: ActionSchema) -> Iterator[str]:
+    """Yield the predicates that an action may make true."""
+    for atom, is_true, _ in _find_effect_literals(action.effect, ()):
+        if is_true:
+            yield atom.predicate
+
+
+def _find_effect_literals(
+    effect: Formula | None, context: tuple[object, ...]
+) -> Iterator[tuple[Atom, bool, tuple[object, ...]]]:
+    """Yield each atom of an effect, its truth value, and the enclosing times and conditions."""
     match effect:
-        case None | Not():
-            return
         case Atom():
-            yield effect.predicate
+            yield effect, True, context
+        case Not(part=Atom() as atom):
+            yield atom, False, context
         case And():
             for child in effect.children:
-                yield from _find_added_predicates(child)
+                yield from _find_effect_literals(child, context)
+        case None:
+            return
         case _:
             # The last child is the effect; an earlier child is the condition of `when`.
-            yield from _find_added_predicates(effect.children[-1] if effect.children else None)
+            enclosing = effect.when if isinstance(effect, Timed) else effect
+            yield from _find_effect_literals(
+                effect.children[-1] if effect.children else None, (*context, enclosing)
+            )
+
+
+def _find_undone_effects(action: ActionSchema) -> Iterator[Doubt]:
+    """Yield the doubts about atoms that an action makes true and false in the same context."""
+    literals = list(_find_effect_literals(action.effect, ()))
+    added_literals = {(atom, context) for atom, is_true, context in literals if is_true}
+    for atom, is_true, context in literals:
+        if not is_true and (atom, context) in added_literals:
+            message = f"the action {action.name} makes {format_formula(atom)} true and false at once"
+            yield Doubt(UNDONE_EFFECT, f"{message}: true wins", atom.position)

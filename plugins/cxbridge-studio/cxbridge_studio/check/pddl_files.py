@@ -37,8 +37,9 @@ def check_pddl_file(file: Path, text: str | None = None, *, fawkes_compat: bool 
         text = read_text(file, "PDDL file") if text is None else text
         domain_reference = _DOMAIN_REFERENCE.search(_PDDL_COMMENT.sub("", text))
         if domain_reference is None:  # only problems refer to a domain, so the file is a domain
-            parse_domain(text, file, fawkes_compat=fawkes_compat, warn=warn)
-            return findings  # without a problem, any predicate may be true at the start
+            domain = parse_domain(text, file, fawkes_compat=fawkes_compat, warn=warn)
+            # Without a problem, any predicate may be true at the start.
+            return [*findings, *_make_findings(file, doubts.find_domain_doubts(domain))]
         path = _find_domain(file, domain_reference[1])
         if path is None:
             message = f"there is no domain {domain_reference[1]} beside the problem"
@@ -53,6 +54,7 @@ def check_pddl_file(file: Path, text: str | None = None, *, fawkes_compat: bool 
 def _check_problem(file: Path, problem: Problem, domain: Domain) -> Iterator[Finding]:
     """Yield the doubts about a problem, and about its domain with the facts of the problem."""
     initial_predicates = {atom.predicate for atom in problem.init}
+    yield from _make_findings(file, doubts.find_object_doubts(domain, problem.objects))
     yield from _make_findings(Path(domain.file), doubts.find_domain_doubts(domain, initial_predicates))
     yield from _make_findings(file, doubts.find_goal_doubts(domain, problem.goal, initial_predicates))
 

@@ -22,7 +22,7 @@ _FACT_ID_PREFIX: Final = "domain/fact/"
 
 
 def check(agent: Agent) -> Iterator[Finding]:
-    """Yield the doubts about the only domain, and about the goals of planner calls."""
+    """Yield the doubts about each domain; with a single domain, also about the goals of planner calls."""
     domains = [call.domain for call in find_domain_calls(agent) if call.domain is not None]
     predicates = _find_asserted_predicates(agent)
     declared_names = {predicate.name for domain in domains for predicate in domain.predicates}
@@ -30,13 +30,13 @@ def check(agent: Agent) -> Iterator[Finding]:
         nearest_names(name, declared_names, MIN_PREDICATE_LIKENESS) for name in predicates - declared_names
     ):
         predicates = None  # another check reports the misspelt predicate, and doubts would be consequences
-    # With several domains, the facts of one domain say nothing about another domain.
-    if len(domains) != 1 or predicates is None:
-        return
-    for doubt in doubts.find_domain_doubts(domains[0], predicates):
-        place = SourcePlace(domains[0].file, doubt.position.line, doubt.position.column)
-        yield Finding(doubt.code, place, doubt.message)
-    yield from _check_goals(agent, domains[0], predicates)
+    for domain in domains:
+        # With several domains, the facts of one domain say nothing about another domain.
+        for doubt in doubts.find_domain_doubts(domain, predicates if len(domains) == 1 else None):
+            place = SourcePlace(domain.file, doubt.position.line, doubt.position.column)
+            yield Finding(doubt.code, place, doubt.message)
+    if len(domains) == 1 and predicates is not None:
+        yield from _check_goals(agent, domains[0], predicates)
 
 
 def _find_asserted_predicates(agent: Agent) -> frozenset[str] | None:

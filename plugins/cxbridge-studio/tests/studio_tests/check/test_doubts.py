@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from cxbridge.executive.pddl import parse_domain, parse_formula
 from cxbridge_studio.check import doubts
 from cxbridge_studio.check.doubts import Doubt
@@ -28,6 +30,7 @@ def found(text: str, *made: str) -> list[tuple[Code, int, str]]:
 
 def test_a_domain_that_means_what_it_says() -> None:
     assert found(DOMAIN, "ripe") == []
+    assert list(doubts.find_domain_doubts(parse_domain(DOMAIN))) == []
 
 
 def test_a_predicate_that_nothing_makes_and_the_actions_that_wait_for_it() -> None:
@@ -50,10 +53,32 @@ def test_a_predicate_that_nothing_makes_and_the_actions_that_wait_for_it() -> No
     ]
 
 
-def test_a_predicate_that_actions_only_delete_is_never_true() -> None:
-    text = DOMAIN.replace(":effect (open ?b)", ":effect (not (open ?b))")
+@pytest.mark.parametrize(
+    ("old", "new", "is_doubtful"),
+    [
+        ("(picked ?t) (when", "(picked ?t) (not (picked ?t)) (when", True),
+        ("(picked ?t) (when", "(picked ?t) (forall (?c - tree) (not (picked ?c))) (when", False),
+        ("(not (open ?b))", "(and (open ?b) (not (open ?b)))", True),
+        ("(not (full ?b)))\n)", "(and (full old) (not (full ?b))))\n)", False),
+    ],
+)
+def test_an_action_that_takes_its_effect_back(old: str, new: str, is_doubtful: bool) -> None:
+    text = DOMAIN.replace("(full ?b - basket)", "(full ?b - object)").replace(old, new)
     assert text != DOMAIN
-    assert found(text, "ripe")[0][0] is doubts.FALSE_PREDICATE
+    assert [kind for kind, _, _ in found(text, "ripe")] == [doubts.UNDONE_EFFECT] * is_doubtful
+
+
+def test_at_different_times_an_effect_may_be_taken_back() -> None:
+    timed = """(define (domain d) (:predicates (free)) (:durative-action go :parameters ()
+      :duration (= ?duration 2) :effect (and (at start (not (free))) (at end (free)))))"""
+    assert found(timed) == []
+    assert [kind for kind, _, _ in found(timed.replace("at end", "at start"))] == [doubts.UNDONE_EFFECT]
+
+
+def test_an_object_of_no_type() -> None:
+    text = DOMAIN.replace("(:constants old - tree)", "(:constants old - tree young)")
+    assert found(text, "ripe") == [(doubts.UNTYPED_OBJECT, 2, "young has no type: no action takes it")]
+    assert found(text.replace("(?b - basket) :effect", "(?b) :effect"), "ripe") == []
 
 
 def test_goals_that_no_action_achieves() -> None:

@@ -43,7 +43,7 @@ def test_a_domain(tmp_path: Path) -> None:
         ("(idle c1)", "", ["quay.pddl:2 CX311", "quay.pddl:3 CX312"]),
         ("(:goal (empty", "(:goal (moored", []),
         ("(:init (moored anna)", "(:init (empty anna)", ["quay.pddl:2 CX311", "quay.pddl:3 CX312"]),
-        ("- crane", "", ["p.pddl:2 CX310"]),
+        ("- crane", "", ["p.pddl:2 CX310", "p.pddl:1 CX314"]),
         ("(empty anna)", "(empty ann)", ["p.pddl:3 CX301"]),
         ("quay", "dock", ["p.pddl:0 CX302"]),
     ],
