@@ -8,12 +8,12 @@ refuses values outside of quotes that are not a single word or number. See ``doc
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Literal
 
 from msgspec import Struct
 
 from cxbridge.events import Level
 from cxbridge.skiller import ecma, numbers, quoting
+from cxbridge.skiller.backend import Mode
 from cxbridge.skiller.templates import (
     PLACEHOLDER_FORM,
     Misfit,
@@ -25,9 +25,6 @@ from cxbridge.skiller.templates import (
 
 Message = tuple[Level, str]
 """A log line about a mapping."""
-
-Mode = Literal["strict", "fawkes"]
-"""Whether values are preserved (``strict``) or pasted as in Fawkes."""
 
 
 class MappedSkill(Struct, frozen=True):

@@ -150,9 +150,8 @@ class Skiller(InterfaceSkiller):
         except SkillError as error:
             self._log.error(f"{error}")
             self._log.error("Could not reload the skills; the previous skills stay loaded")
-            watch.follow(self.engine.attempted_modules, keep_former=True)
-            return
-        watch.follow(self.engine.modules)
+        # after an error, the modules up to the broken one: a change of these may mend it
+        watch.follow(self.engine.attempted_modules)
 
     def _execute(self) -> None:
         error, status = self.engine.run()

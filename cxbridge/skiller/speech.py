@@ -174,11 +174,6 @@ class SpeechSynthWriter:
         if greeting is not None:
             self._start_text(greeting)
 
-    @property
-    def is_speaking(self) -> bool:
-        """Whether a text is spoken or queued."""
-        return self._is_speaking or not self._interface.msgq_empty()
-
     def loop(self) -> None:
         """End the finished text and start the next text. To be called once per main loop."""
         if self._is_speaking and self._voice.is_done():

@@ -159,15 +159,6 @@ def test_a_crossing_is_split():
     assert graph.edge("W", "E") is None
 
 
-def test_nodes_may_ask_to_be_connected():
-    extra = "  - {name: X, pos: [0.5, 0.25], properties: [insert-mode: %s]}\n"
-    text = CROSS.replace("connections", "%sconnections").replace("[0, 2]", "[0, -2]") + "  - [S, N]\n"
-    graph = parse_navgraph(text % (extra % "closest-edge"), "cross.yaml")
-    assert graph.neighbours("C-X") == ("E", "W", "X")
-    graph = parse_navgraph(text % (extra % "CLOSEST_NODE"), "cross.yaml")
-    assert graph.neighbours("X") == ("E",)
-
-
 @pytest.mark.parametrize(
     ("old", "new", "line", "message"),
     [
@@ -182,6 +173,7 @@ def test_nodes_may_ask_to_be_connected():
         ("!dir [garden, hall]", "[hall, kitchen]", 24, "Edge from hall to kitchen already exists"),
         ("!unconnected\n    name: moon", "name: moon", 4, "moon cannot be reached from 'hall'"),
         ("properties: [outside]", "properties: outside", 17, "'properties' must be a list"),
+        ("properties: [outside]", "properties: [insert-mode: closest-node]", 15, "is not supported"),
         ("nodes:", "nodes: [", 7, "not valid YAML"),
         ("- name: hall", "- hall", 8, "not valid YAML"),
     ],

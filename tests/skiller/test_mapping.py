@@ -9,7 +9,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from cxbridge.events import Level
-from cxbridge.skiller.mapping import ActionSkillMapping, MappedSkill, Mode
+from cxbridge.skiller.backend import Mode
+from cxbridge.skiller.mapping import ActionSkillMapping, MappedSkill
 from tests.support import many
 
 MODES: tuple[Mode, ...] = ("strict", "fawkes")

@@ -181,11 +181,6 @@ class LuaEngine:
         """
         return self._error_text(self._call("reset_all"))
 
-    @property
-    def status(self) -> Status:
-        """The combined status of the skills called in the last loop; S_INACTIVE without calls."""
-        return _to_status(self._call("overall_status")[0])
-
     def find_failure_reason(self) -> str:
         """Return the reason for a failure, as reported by a skill; empty if no skill reports one."""
         return from_lua(self._call_for_text("failure"))

@@ -119,14 +119,10 @@ class ModuleWatch:
         self._path = ModulePath(())
         self._signatures: dict[str, Signature | None] = {}
 
-    def follow(self, path: ModulePath, *, keep_former: bool = False) -> None:
-        """Watch the files that were requested on ``path``.
-
-        :param keep_former: continue watching the earlier files in their present state.
-        """
-        former_signatures = {name: path.signature(name) for name in self._signatures} if keep_former else {}
+    def follow(self, path: ModulePath) -> None:
+        """Watch the files that were requested on ``path``."""
         self._path = path
-        self._signatures = former_signatures | path.requested
+        self._signatures = path.requested
         self._next_check_s = self._now() + self._interval_s
 
     def find_changed_modules(self) -> list[str]:

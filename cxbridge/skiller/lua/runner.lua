@@ -103,8 +103,6 @@ end
 --- Reset the skills that were called.
 attempt("reset_all", library.reset_all)
 
-runner.overall_status = status_now
-
 --- Why the skill string failed, as far as a skill says so. An init of a start state that raised an error counts
 -- most: such a state is looped nevertheless, as in Fawkes, and the error of its loop, which only follows, replaces
 -- that of its init. Then the error text of the skill that was called first in the last loop, then that of the first

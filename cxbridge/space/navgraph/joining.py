@@ -1,7 +1,4 @@
-"""Edges that cross other edges, and connections of nodes to the closest node or edge.
-
-A graph file requests them by a tag of an edge, or by the property ``insert-mode`` of a node.
-"""
+"""Edges that cross other edges, as the tag of an edge in a graph file permits."""
 
 from __future__ import annotations
 
@@ -81,52 +78,6 @@ def add_and_split(graph: NavGraph, edge: NavGraphEdge) -> None:
             _add_if_new(graph, _generate_edge(previous, middle_name, edge.properties, directed=edge.directed))
             previous = middle_name
     _add_if_new(graph, _generate_edge(previous, edge.end, edge.properties, directed=edge.directed))
-
-
-def connect_to_closest_node(graph: NavGraph, node: NavGraphNode) -> None:
-    """Add an edge from a node to the closest node.
-
-    :raises NavGraphError: if there is no other node.
-    """
-    closest = graph.closest_node(node.x, node.y, other_than=node.name)
-    if closest is None:
-        raise NavGraphError(f"there is no node that '{node.name}' could be connected to")
-    add_and_split(graph, _generate_edge(node.name, closest.name))
-
-
-def connect_to_closest_edge(graph: NavGraph, node: NavGraphNode) -> None:
-    """Add a perpendicular edge from a node to the closest edge, which is split there.
-
-    :raises NavGraphError: if no edge has a perpendicular to the node.
-    """
-    nearest: tuple[float, Point, NavGraphEdge] | None = None
-    for edge in graph.edges:
-        point = _find_perpendicular_foot(graph, edge, node)
-        if point and (nearest is None or node.distance(*point) < nearest[0]):
-            nearest = (node.distance(*point), point, edge)
-    if nearest is None:
-        raise NavGraphError(f"there is no edge that '{node.name}' could be connected to")
-    _, (x, y), edge = nearest
-    closest = graph.closest_node(x, y)
-    if closest is not None and closest.distance(x, y) < SAME_PLACE:
-        middle_name = closest.name
-    else:
-        middle_name = f"C-{node.name}"
-        graph.add_node(NavGraphNode(middle_name, x, y))
-        _split_edge(graph, edge, middle_name)
-    add_and_split(graph, _generate_edge(middle_name, node.name))
-
-
-def _find_perpendicular_foot(graph: NavGraph, edge: NavGraphEdge, node: NavGraphNode) -> Point | None:
-    """Return the foot of the perpendicular from a node to an edge, or None if it is beyond the ends."""
-    a, b = graph.node(edge.start), graph.node(edge.end)
-    assert a is not None
-    assert b is not None
-    ux, uy = b.x - a.x, b.y - a.y
-    squared_length = ux * ux + uy * uy
-    # the foot as a share of the edge; an edge without length has no perpendicular
-    along = ((node.x - a.x) * ux + (node.y - a.y) * uy) / squared_length if squared_length else -1.0
-    return (a.x + along * ux, a.y + along * uy) if 0 <= along <= 1 else None
 
 
 def _find_or_add_node(graph: NavGraph, point: Point) -> str:

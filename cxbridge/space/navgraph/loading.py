@@ -8,8 +8,6 @@ from contextlib import contextmanager
 from pathlib import Path as FilePath
 from typing import Final
 
-from msgspec import structs
-
 from cxbridge.config.documents import YamlList, YamlMap, YamlNode, YamlScalar, parse_documents
 from cxbridge.errors import ConfigError, NavGraphError
 from cxbridge.space.navgraph import joining
@@ -60,9 +58,6 @@ def parse_navgraph(text: str | bytes, name: str, *, allow_multi_graph: bool = Fa
             graph.add_node(_read_node(item))
     for item in _read_items(root.get("connections"), "connections"):
         _add_edge(graph, item)
-    # after the edges, because nodes may be connected to the closest edge
-    for node in graph.nodes:
-        _connect_by_mode(graph, node, documents[0])
     if not allow_multi_graph and (unreachable := graph.unreachable_nodes()):
         origin = next(node.name for node in graph.nodes if not node.unconnected)
         raise _error_at(
@@ -82,13 +77,16 @@ def _read_node(item: YamlNode) -> NavGraphNode:
     pos = fields["pos"]
     if not isinstance(pos, YamlList) or len(pos.items) < _PAIR:
         raise _error_at(pos, "'pos' must be [x, y] in metres")
+    properties = _read_properties(fields.get("properties"))
+    if "insert-mode" in properties:
+        raise _error_at(item, "'insert-mode' is not supported", "write the edges of the node as connections")
     # Fawkes ignores further coordinates
     x, y = (_read_number(value) for value in pos.items[:_PAIR])
     return NavGraphNode(
         _read_text(fields["name"]),
         x,
         y,
-        _read_properties(fields.get("properties")),
+        properties,
         item.tag == f"{TAG_PREFIX}unconnected",
     )
 
@@ -104,27 +102,6 @@ def _add_edge(graph: NavGraph, item: YamlNode) -> None:
     add = adders.get(item.tag, joining.add_without_crossing)
     with _locate_errors(item):
         add(graph, edge)
-
-
-def _connect_by_mode(graph: NavGraph, node: NavGraphNode, root: YamlNode) -> None:
-    """Connect a node by its property ``insert-mode``.
-
-    :param root: the root of the document, the place of errors.
-    """
-    mode = node.properties.get("insert-mode", "").lower().replace("_", "-")
-    if mode == "unconnected":
-        graph.replace_node(structs.replace(node, unconnected=True))
-        return
-    if mode in ("closest-edge", "closest-edge-or-node"):
-        try:
-            joining.connect_to_closest_edge(graph, node)
-        except NavGraphError as error:
-            if mode == "closest-edge":
-                raise _error_at(root, error.message) from None
-            mode = "closest-node"
-    if mode == "closest-node":
-        with _locate_errors(root):
-            joining.connect_to_closest_node(graph, node)
 
 
 def _read_properties(node: YamlNode | None) -> dict[str, str]:

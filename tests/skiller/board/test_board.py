@@ -212,14 +212,6 @@ def test_an_executor_that_answers_for_another_agent(rig):
     assert "W e1 of r2 answers to action 1 of r1" in rig.lines
 
 
-def test_an_executor_that_is_not_there_cannot_answer(rig):
-    skills = rig.skills()
-    master = skills.request(call())
-    to_board(rig, "ResponseMessage", master, executor="ghost")
-    rig.loop()
-    assert states(master) == ["ASKING"]
-
-
 def test_an_executor_that_interferes_is_told_to_stop(rig):
     skills, silent, _puppet = rig.skills(), Silent(rig, "other", skills="dance"), rig.puppet("r1", "e1")
     master = skills.request(call())

@@ -93,17 +93,6 @@ def both(rigs: tuple[RealRig, RealRig], done: Callable[[], bool]) -> None:
     rigs[0].until(check)
 
 
-def test_an_action_goes_its_way(rigs):
-    skills, puppet = rigs[0].skills(), rigs[1].puppet("r1", "e1")
-    puppet.progress = 0.5
-    master = skills.request(call(to="wp1"))
-    both(rigs, lambda: master.progress == 0.5)
-    assert puppet.calls == [call(to="wp1")]
-    puppet.ends.append(None)
-    both(rigs, lambda: master.is_over)
-    assert states(master) == ["SUCCEEDED"]
-
-
 def test_two_boards_ask_one_executor(rigs):
     boards = [rigs[0].skills("one"), rigs[0].skills("two")]
     puppet = rigs[1].puppet("r1", "e1")
@@ -244,17 +233,3 @@ def test_two_processes_want_the_same_id(rig, server, tmp_path, processes, monkey
     assert status == 2
     assert "There is already a writer on interface 'r1-wave'" in log
     assert "Traceback" not in log
-
-
-def test_the_next_board_is_served_as_well(rig, server, tmp_path, processes):
-    first = rig.skills()
-    processes.append(Process(tmp_path, server.endpoints[0], "r1"))
-    rig.until(there(rig, 0, "r1-wave"))
-    master = first.request(call("wave", times=10**6))
-    rig.until(lambda: master.state is MasterState.RUNNING)
-    rig.boards.clear()
-    first.close()
-    second = rig.skills()
-    again = second.request(call("wave"))
-    rig.until(lambda: again.is_over)
-    assert states(master, again) == ["CANCELLED", "SUCCEEDED"]

@@ -108,13 +108,6 @@ def test_require_of_something_else(lua: Rig, tmp_path: Path):
             Rig().lua([tmp_path], space="space")
 
 
-def test_bytes_that_are_not_utf8(rig: Rig):
-    r"""They reach the interface as they are; in Python a byte is a surrogate, as in file names."""
-    rig.exec(r"echo{text='a\255b'}")
-    assert rig.status == "S_FINAL"
-    assert echoed(rig).encode("utf-8", "surrogateescape") == b"a\xffb"
-
-
 def test_a_string_longer_than_the_field(lua: Rig):
     """Longer by far is cut, as Fawkes does."""
     lua.exec("echo{text=('x'):rep(5000)}")

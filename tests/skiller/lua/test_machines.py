@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from cxbridge.events import Level
-from cxbridge.skiller.mapping import Mode
+from cxbridge.skiller.backend import Mode
 from tests.skiller.rig import SKILLS, Rig, write_skills
 
 HEAD = """

@@ -102,13 +102,6 @@ def test_ppmoveto_goes_on_with_moveto_when_nobody_answers(rig: Rig):
     assert (rig.status, goals(navigator)) == ("S_FINAL", [(1.0, 0.5)])
 
 
-def test_ppmoveto_waypoints_visits_all(rig: Rig):
-    planner = Navigator(rig, "Pathplan")
-    Navigator(rig)
-    run(rig, 'ppmoveto_waypoints{wp={"C-CS1", "C-BS"}}')
-    assert (rig.status, goals(planner)) == ("S_FINAL", ["C-CS1", "C-BS"])
-
-
 # -- reset_gripper and discard: gripper_commands
 
 
@@ -138,17 +131,6 @@ def test_discard_opens_the_gripper_and_resets_it(rig: Rig):
     assert (rig.status, rig.state.error) == ("S_FINAL", "")
     assert [order[0] for order in gripper.orders] == ["MoveXYZAbs", "OpenGripper", "MoveXYZAbs", "MoveXYZAbs"]
     assert gripper.orders[0][1] == 0.05
-
-
-@pytest.mark.parametrize(
-    ("statuses", "error"),
-    [((2,), "gripper_commands failed"), ((0, 0, 4), "reset_gripper failed")],
-)
-def test_discard_fails_where_its_sub_skills_do(rig: Rig, statuses: tuple[int, ...], error: str):
-    Gripper(rig, statuses=statuses)
-    rig.loop()
-    run(rig, "discard{}")
-    assert (rig.status, rig.state.error) == ("S_FAILED", error)
 
 
 def test_gripper_commands_times_out(rig: Rig):

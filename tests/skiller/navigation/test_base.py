@@ -37,11 +37,3 @@ def test_where_one_is_does_not_depend_on_how_time_is_cut(x, y, to_x, to_y, times
         cut.approach(to_x, to_y, seconds)
     whole.approach(to_x, to_y, math.fsum(times))
     assert (cut.x, cut.y) == pytest.approx((whole.x, whole.y), abs=1e-6)
-
-
-@given(angles)
-def test_the_quaternion_turns_about_z(yaw):
-    x, y, z, w = Base(0.0, 0.0, yaw, 1.0, 1.0).quaternion
-    assert (x, y) == (0.0, 0.0)
-    assert z * z + w * w == pytest.approx(1.0)
-    assert math.remainder(2 * math.atan2(z, w) - yaw, math.tau) == pytest.approx(0.0, abs=1e-9)

@@ -94,21 +94,6 @@ def test_where_it_cannot_go(rig, tmp_path, parameters, error):
     assert (str(master.state), master.error) == ("FAILED", error)
 
 
-def test_when_it_is_cancelled_it_stands_still_and_goes_on_from_there(rig, tmp_path):
-    skills, pose = rig.skills(), robot(rig, tmp_path, speed=0.5)
-    master = skills.request(call(to="b"))
-    rig.loop(20)
-    skills.cancel(master)
-    rig.until(lambda: master.is_over)
-    stopped = where(pose)
-    rig.loop(10)
-    assert where(pose) == stopped
-    assert 0.1 < stopped[0] < 0.5
-    again = skills.request(call(to="b"))
-    rig.until(lambda: again.is_over)
-    assert where(pose)[:2] == (1.0, 0.0)
-
-
 @pytest.mark.parametrize(
     ("settings", "error"),
     [
