@@ -296,6 +296,18 @@ def test_a_silent_executor(rig):
     assert silent.types() == ["Request", "Confirm", "Cancel"]
 
 
+def test_a_silent_executor_delays_no_action_and_actions_without_a_request_come_first(rig):
+    skills, _silent, puppet = rig.skills(), Silent(rig), rig.puppet("r1", "e2")
+    rig.loop()
+    first = skills.request(call())
+    rig.until(lambda: first.state is MasterState.RUNNING, loops=5)
+    assert first.executor == "e2"
+    second, third = skills.request(call()), skills.request(call())
+    puppet.ends.append(None)
+    rig.until(lambda: third.state is MasterState.RUNNING, loops=10)
+    assert states(first, second) == ["SUCCEEDED", "ASKING"]
+
+
 def test_a_confirmed_executor_that_never_begins(rig):
     skills, silent = rig.skills(timeouts=Timeouts(start=0.5)), Silent(rig)
     rig.loop()
