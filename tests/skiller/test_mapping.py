@@ -159,6 +159,7 @@ def test_in_strict_mode_lua_reads_back_the_value(value: str):
         ("a{x=[?(v)y[, y=1}", ""),
         ('a{x="?(v)s"}', "..os.exit().."),
         ('a{x="\\?(v)y"}', '"..os.exit()..'),
+        ('a{x="\\?(v)y"}', "n"),
         ("--[[ a\n?(v)y", "]] os.exit()"),
     ],
 )

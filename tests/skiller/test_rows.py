@@ -130,6 +130,13 @@ def test_the_error_is_that_of_the_failed_skill(rig: Rig):
     assert (rig.status, rig.state.error) == ("S_FAILED", "on purpose")
 
 
+def test_the_error_of_an_earlier_skill_string_goes_with_the_next_one(rig: Rig):
+    """Fawkes keeps it until the status changes."""
+    rig.exec('fail{why="x"}', loops=2)
+    rig.exec("count{}")
+    assert rig.state.error == ""
+
+
 def test_a_lua_error_resets_the_skills_and_stops(lua: Rig):
     rig = lua
     rig.exec('count{} error("x")', loops=3)

@@ -89,6 +89,7 @@ def test_control(
     assert rig.state.exclusive_controller == (str(clients[controller].serial) if controller else "")
     logged = [event.text for event in rig.events if isinstance(event, LogLine)]
     assert logged[:1] == ([line.format(clients[sender].serial)] if line else [])
+    assert line or rig.events == []
     is_executed = message == "ExecSkill" and controller in (0, sender)
     assert (rig.state.skill_string, rig.status) == (
         ("count{}", "S_RUNNING") if is_executed else ("", "S_INACTIVE")
@@ -205,6 +206,7 @@ def test_the_status_is_published_on_change_only(rig: Rig):
     number = rig.exec("count{}", loops=5)
     assert rig.writes("status", "error") == [("S_RUNNING", ""), ("S_FINAL", "")]
     assert (rig.state.skill_string, rig.state.msgid) == ("count{}", number)
+    assert not rig.backends[0].running
     rig.exec("count{tell=true}", loops=5)  # the skills were reset
     assert [text for text in rig.logged(Level.INFO) if text.startswith("n=")] == ["n=1", "n=2", "n=3"]
 

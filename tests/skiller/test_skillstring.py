@@ -49,6 +49,7 @@ from tests.support import many
         ("go{- 5, [-1]=2, [3]=4}", SkillStringCall("go", {1: -5, -1: 2, 3: 4})),
         ("go{1, [1]=2}", SkillStringCall("go", {1: 1})),
         ("go{a=1, a=2}", SkillStringCall("go", {"a": 2})),
+        (f"go({', '.join(['{}'] * 60)})", SkillStringCall("go", {n: {} for n in range(1, 61)})),
         ("go{1e999, 0x20000000000001}", SkillStringCall("go", {1: math.inf, 2: 2.0**53})),
     ],
 )

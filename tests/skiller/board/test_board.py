@@ -343,6 +343,19 @@ def test_timeouts_must_be_above_0(seconds):
 # -- the end of somebody
 
 
+def test_the_successor_of_an_executor_that_died(rig):
+    skills = rig.skills()
+    rig.puppet("r1", "e1")
+    first = skills.request(call())
+    rig.until(lambda: first.state is MasterState.RUNNING)
+    rig.kill("e1")
+    successor = rig.puppet("r1", "e1")  # before the board has looked
+    second = skills.request(call(skill="grasp"))
+    rig.until(lambda: second.state is MasterState.RUNNING)
+    assert states(first) == ["FAILED"]
+    assert [made.skill for made in successor.calls] == ["grasp"]
+
+
 def test_a_cancelled_action_whose_executor_dies_is_cancelled(rig):
     skills = rig.skills()
     rig.puppet("r1", "e1")
