@@ -30,7 +30,7 @@ Uid = Annotated[
     str, typer.Argument(metavar="TYPE::ID", help="an open interface, e.g. SkillerInterface::Skiller")
 ]
 Globs = Annotated[
-    list[str], typer.Argument(metavar="GLOB...", help="TYPE or TYPE::ID, with the shell patterns *, ?, [].")
+    list[str], typer.Argument(metavar="GLOB...", help="TYPE or TYPE::ID, with the shell patterns *, ?, []")
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="print JSON")]
 RunPath = Annotated[

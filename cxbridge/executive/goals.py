@@ -192,10 +192,10 @@ class SkillWatch:
         # retract the fact immediately, while the Skiller has not stopped yet
         self._shown_calls: dict[str, tuple[str, str]] = {}  # message id and status of each Skiller
         self._called_msgids: dict[str, str] = {}  # the message id of the last call of each Skiller
-        env.watcher.follow("SkillerInterface", self._record_fact, ("id", "msgid", "status"))
+        env.watcher.follow("SkillerInterface", self._record_shown_call, ("id", "msgid", "status"))
         env.watcher.follow("skill", self._record_call, ("skiller", "msgid", "status"))
 
-    def _record_fact(self, _template: str, slots: dict[str, str]) -> None:
+    def _record_shown_call(self, _template: str, slots: dict[str, str]) -> None:
         self._shown_calls[slots.get("id", "").strip('"')] = slots.get("msgid", ""), slots.get("status", "")
 
     def _record_call(self, _template: str, slots: dict[str, str]) -> None:

@@ -113,7 +113,7 @@ class RunHistory:
             FactChange: self._handle_fact,
             InterfaceWrite: self._handle_write,
             InterfaceMessage: self._handle_message,
-            PlannerCall: self._handle_plan,
+            PlannerCall: self._handle_planner_call,
         }
 
     @classmethod
@@ -308,7 +308,7 @@ class RunHistory:
             if (action := self._actions.get((env, key))) is not None and not action.params:
                 action.assignment = assignment
 
-    def _handle_plan(self, event: PlannerCall) -> None:
+    def _handle_planner_call(self, event: PlannerCall) -> None:
         key, max_length = (event.env, event.call), self._limits.text
         call = self._open_planner_calls.pop(key, None)
         if call is None:

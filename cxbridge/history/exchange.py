@@ -230,13 +230,13 @@ class BoardExecutions:
         self.calls: list[SkillExecution] = []
         """The calls in the order of their start."""
 
-    def record_message(self, event: InterfaceMessage, position: Moment) -> None:
+    def record_message(self, event: InterfaceMessage, moment: Moment) -> None:
         """Process a message of a run."""
         env = message_agent(event)
         for message, _master in self._exchange.read_message(event):
             key = env, message.node_id
             if message.type == "CONFIRM":
-                self._start_call(message, env, event.msgid, position)
+                self._start_call(message, env, event.msgid, moment)
             elif key not in self._running or self._running[key].call.request != message.request:
                 continue  # a busy executor refuses other requests
             elif message.type == "FEEDBACK":
@@ -247,18 +247,18 @@ class BoardExecutions:
                 call.skill_string = truncate(f"{summary}: {count + 1} feedback messages, the last: {report}")
             elif message.type == "FINISH":
                 call = self._running.pop(key).call
-                call.end = position
+                call.end = moment
                 call.status = _FINAL if message.success else _FAILED
                 call.error = "" if message.success else message.status
 
-    def _start_call(self, message: SkillMessage, env: str, msgid: int, position: Moment) -> None:
+    def _start_call(self, message: SkillMessage, env: str, msgid: int, moment: Moment) -> None:
         summary = f"{' '.join((message.action, *message.params))} of {message.agent_id or 'no agent'}"
         call = SkillExecution(
-            env, message.node_id, truncate(summary), msgid, position, None, _RUNNING, request=message.request
+            env, message.node_id, truncate(summary), msgid, moment, None, _RUNNING, request=message.request
         )
         former = self._running.get((env, message.node_id))
         if former is not None:  # the executor restarted, or the reply was lost
-            former.call.end, former.call.status = position, "stopped"
+            former.call.end, former.call.status = moment, "stopped"
         self._running[env, message.node_id] = _RunningCall(call, summary, 0)
         if len(self.calls) < self._limit:
             self.calls.append(call)

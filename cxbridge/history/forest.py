@@ -16,16 +16,16 @@ NO_PARENT: Final = "nil"
 Key = TypeVar("Key", bound=Hashable)
 
 
-def parent_id(slot: str) -> str | None:
+def parent_id(slot_value: str) -> str | None:
     """Return the id in the slot ``parent``, or None for a root."""
-    return None if slot in ("", NO_PARENT) else slot
+    return None if slot_value in ("", NO_PARENT) else slot_value
 
 
 class Forest(Generic[Key]):
     """Goals as trees; in a ring of parents the goal that appeared first becomes a root.
 
-    :param parents: the parent of each goal; unknown parents count as None.
-    :ivar parents: the parents without unknown goals and without rings.
+    :param parents: the value of each goal's slot; it may be an unknown goal or form rings.
+    :ivar parents: the parent of each goal in the trees; None for a root.
     :ivar roots: the goals without a parent, in order.
     :ivar children: the sub-goals in order, by goal; goals without sub-goals are omitted.
     """

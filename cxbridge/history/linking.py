@@ -27,7 +27,7 @@ from cxbridge.history.transitions import NOT_SENT
 _SKILL_NAME_END = re.compile(r"[\s({]")
 
 WAITING_STATES = frozenset({"PENDING", "WAITING"})
-RUNNING = "RUNNING"
+_RUNNING_STATE = "RUNNING"
 
 MAX_END_GAP_US = 100_000
 """The interval in microseconds within which the ends of an action and a skill count as simultaneous.
@@ -146,7 +146,7 @@ def _find_waits(history: RunHistory) -> Iterator[_Wait]:
     for action in history.actions:
         changes = action.changes
         for index, (waiting, change) in enumerate(pairwise(changes)):
-            if change.state == RUNNING and waiting.state in WAITING_STATES:
+            if change.state == _RUNNING_STATE and waiting.state in WAITING_STATES:
                 following = changes[index + 2 : index + 3]
                 yield _Wait(
                     action,

@@ -7,5 +7,5 @@ MAX_TEXT = 2000
 
 
 def truncate(text: str, max_length: int = MAX_TEXT) -> str:
-    """Return a text, or the start of a text that is too long with its number of characters."""
+    """Return a text; of a longer text, the first ``max_length`` characters and the number of all."""
     return text if len(text) <= max_length else f"{text[:max_length]} … ({len(text)} characters)"

@@ -71,7 +71,7 @@ def describe_schema(schema: InterfaceSchema) -> Iterator[str]:
     """Yield lines that describe a schema."""
     yield f"{schema.name}: {schema.datasize} bytes, hash {schema.hash_printable}"
     hashes = known_hashes(schema)
-    # our files differ from Fawkes' in comments, and so in their hashes
+    # the shipped files differ from Fawkes' in comments, and so in their hashes
     if hashes and schema.hash not in hashes:
         yield f"  Fawkes knows this layout as {', '.join(hash_.hex().upper() for hash_ in hashes)}"
     if schema.comment:

@@ -29,7 +29,8 @@ __all__ = ["STAMP", "Interface", "Message", "MessageQueue", "Port"]
 class Interface(SharedBlock, Closing):
     """An instance of an interface, opened for reading or for writing.
 
-    A reader sends messages; the writer has their queue.
+    A reader sends messages; the writer has their queue. All ``msgq_`` methods except ``msgq_enqueue`` and
+    ``msgq_enqueue_copy`` raise :exc:`QueueAccessError` on a reader.
 
     :param port: the access to the shared memory.
     :param queue_limit: the maximum number of waiting messages, by default 1,024.
@@ -155,6 +156,11 @@ class Interface(SharedBlock, Closing):
         return iter(self._writer_queue("begin"))
 
     def _writer_queue(self, operation: str) -> MessageQueue:
+        """Return the queue.
+
+        :param operation: Fawkes' word for the operation, for the error's text.
+        :raises QueueAccessError: on a reader.
+        """
         if self._queue is None:
             raise QueueAccessError(self.type, self.id, operation)
         return self._queue

@@ -86,7 +86,7 @@ class MessageAlreadyQueuedError(MessageError):
     def __init__(self) -> None:
         super().__init__(
             "Message already enqueued in another MessageQueue.",
-            hint="make a new message for each one that you send, or use msgq_enqueue_copy",
+            hint="make a new message for each call, or use msgq_enqueue_copy",
         )
 
 

@@ -131,7 +131,7 @@ class InterfaceSchema(Struct, frozen=True, omit_defaults=True, dict=True):
         """The hash in 32 upper case hexadecimal digits, as Fawkes prints it."""
         return self.hash.hex().upper()
 
-    # each access by name needs a field; messages have few fields and are accessed by property
+    # cached, because each access by name looks up a field; a message has few fields, so its search is not
     @cached_property
     def _fields_by_name(self) -> dict[str, FieldSchema]:
         return {field.name: field for field in self.fields}
@@ -147,5 +147,5 @@ def schema_to_json(schema: InterfaceSchema) -> str:
 
 
 def schema_from_json(text: str) -> InterfaceSchema:
-    """Return the schema of a text by :func:`schema_to_json`."""
+    """Return the schema in a text that :func:`schema_to_json` has written."""
     return json.decode(text, type=InterfaceSchema)

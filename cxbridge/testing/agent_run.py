@@ -296,7 +296,10 @@ class AgentRun(Closing):
         return facts[0]
 
     def assert_fact(self, text: str) -> None:
-        """Assert a fact."""
+        """Assert a fact written as CLIPS text, e.g. ``(door (state open))``.
+
+        :raises AssertionError: if CLIPS refuses the text.
+        """
         self._world.assert_fact(text)
 
     def retract(self, template: str, **slots: object) -> int:

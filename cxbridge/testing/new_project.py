@@ -107,12 +107,9 @@ def make_project(folder: Path, options: NewOptions) -> list[Path]:
     :returns: the written files.
     :raises CxbridgeError: if the name is invalid, a file exists, or a file cannot be written.
     """
-    name, template, templates = (
-        _check_agent_name(folder),
-        options.find_selected_template(),
-        shipped_dir("templates"),
-    )
-
+    name = _check_agent_name(folder)
+    template = options.find_selected_template()
+    templates = shipped_dir("templates")
     if template is None:
         files: Mapping[str, str] = read_template(templates / _TUTORIAL_TEMPLATE, {_TUTORIAL_TEMPLATE: name})
     else:

@@ -29,18 +29,18 @@ class ScriptedSkills(SkillScript):
         succeeds after a second.
     """
 
-    def __init__(self, context: Run, usual_deciders: Sequence[Decider] = ()) -> None:
-        super().__init__(context.clock)
-        on_skill_board = () if context.skill_board is None else context.skill_board.skillers
-        self._context = context
+    def __init__(self, run: Run, usual_deciders: Sequence[Decider] = ()) -> None:
+        super().__init__(run.clock)
+        on_skill_board = () if run.skill_board is None else run.skill_board.skillers
+        self._run = run
         # the lowest priority: the last resort if no decider knows the skill
         self._usual_deciders = (*usual_deciders, StaticEstimator(seconds=1.0, priority=-sys.maxsize))
-        skillers = skiller_settings(context.config, "simulator", on_skill_board)
+        skillers = skiller_settings(run.config, "simulator", on_skill_board)
         self._names = [settings.name for settings in skillers]
         self._skillers: dict[str, SkillerSimulator] = {}
         self.execute = DecidedExecution(lambda agent: [self.decider(agent)])
         """Executes the skills of the skill board by the script."""
-        context.execution = self.execute
+        run.execution = self.execute
         for name in self._names:
             self.come_back(name)
 
@@ -67,7 +67,7 @@ class ScriptedSkills(SkillScript):
         """Return a complaint for each unused entry of the script."""
         mappings = (
             item.text
-            for item in self._context.config.search("/clips-executive/specs")
+            for item in self._run.config.search("/clips-executive/specs")
             if "/action-mapping/" in item.path and not item.is_list
         )
         names = (_LEADING_SKILL_NAME.match(text) for text in mappings)
@@ -84,15 +84,13 @@ class ScriptedSkills(SkillScript):
             raise AssertionError(f"Skiller '{skiller}' is already running")
         if skiller not in self._names:
             raise AssertionError(f"there is no Skiller '{skiller}'; there are: {', '.join(self._names)}")
-        context, deciders = self._context, [self.decider(skiller), *self._usual_deciders]
-        self._skillers[skiller] = SkillerSimulator(
-            context.board, context.clock, context.bus, deciders, name=skiller
-        )
+        run, deciders = self._run, [self.decider(skiller), *self._usual_deciders]
+        self._skillers[skiller] = SkillerSimulator(run.board, run.clock, run.bus, deciders, name=skiller)
 
     def take_control(self, skiller: str = "Skiller") -> None:
         """Let another client steal a Skiller's exclusive control in the next cycle."""
         self._check_skiller_name(skiller)
-        reader = self._context.board.open_for_reading("SkillerInterface", skiller, owner=OWNER)
+        reader = self._run.board.open_for_reading("SkillerInterface", skiller, owner=OWNER)
         message = reader.create_message("AcquireControlMessage")
         message.set("steal_control", True)
         reader.msgq_enqueue(message)

@@ -70,7 +70,6 @@ class SourceNamer:
             number = self._counts_by_owner[event.owner]
             # equal files of one role share an attachment; those of different roles must not, because the
             # attachment's folder depends on the role
-
             digest = sha256(event.role.encode() + b"\0" + event.data).digest()
             attachment_name = self._names_by_digest.get(digest)
             if attachment_name is None:

@@ -17,14 +17,15 @@ from cxbridge.testing.new_project import NewOptions
 def new(
     folder: Annotated[
         Path,
-        typer.Argument(metavar="NAME", help="Folder of the project; its name becomes the name of the agent."),
+        typer.Argument(metavar="NAME", help="folder of the project; its name becomes the name of the agent"),
     ],
     options: NewOptions,
 ) -> None:
     """Make an agent with a test, a workflow for CI and a launch file for VS Code.
 
-    The default is the agent of the tutorial. An existing agent remains in its checkout: the project refers to
-    it, and adds a configuration. Existing files are not overwritten.
+    Without an option that names an existing agent, the project gets the agent of the tutorial. An existing
+    agent remains in its checkout: the project refers to the agent, and adds a configuration. Existing files
+    are not overwritten.
 
     Example: cxbridge new courier
     """

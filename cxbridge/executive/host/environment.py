@@ -84,7 +84,7 @@ class ClipsEnvironment:
         self.watcher = Watcher(self.c_env, self.api, self.output, bus, name)
         self.loader = ClipsLoader(self.c_env, self.output, self.log, self._is_core_file, name)
         self.udfs = UdfTable(self.c_env, self._record_failure)
-        self._call_builder = lib.CreateFunctionCallBuilder(self.c_env, 8)
+        self._call_builder = lib.CreateFunctionCallBuilder(self.c_env, 8)  # grows if necessary
         self._is_alive = True
         self.destruction_lock = threading.Lock()
         """Prevents the destruction of the environment while another thread reads it."""
@@ -221,7 +221,8 @@ class ClipsEnvironment:
         error = lib.Build(self.c_env, encode(construct))
         messages = self.output.end_error_capture(outer)
         if error != lib.BE_NO_ERROR:
-            raise ClipsError(f"CLIPS refuses {construct.split(maxsplit=2)[:2]}: {' '.join(messages.split())}")
+            head = " ".join(construct.split(maxsplit=2)[:2])
+            raise ClipsError(f"CLIPS refuses {head}: {' '.join(messages.split())}")
 
     def has_function(self, name: str) -> bool:
         """Return whether a function other than a deffunction exists, in C or Python."""

@@ -129,12 +129,16 @@ class ClipsLoader:
         try:
             if not path.is_file() and path.exists() and not path.is_dir():
                 # reading a pipe may block forever
-                self._report(Diagnostic(file, None, "", "FILE", "this is not a regular file"), Level.ERROR)
+                self._report(
+                    Diagnostic(file, None, "", "FILE", "the path is not a regular file"), Level.ERROR
+                )
                 return False
             data = path.read_bytes()
         except (OSError, ValueError) as error:
             reason = getattr(error, "strerror", None) or error
-            self._report(Diagnostic(file, None, "", "FILE", f"cannot read it: {reason}"), Level.ERROR)
+            self._report(
+                Diagnostic(file, None, "", "FILE", f"the file cannot be read: {reason}"), Level.ERROR
+            )
             return False
         is_native = self._is_native(path)
         text = data.decode("utf-8", "surrogateescape")

@@ -240,7 +240,7 @@ class Clips630Functions:
         self._build(text)
         if function != NULL:
             _set_name(self._env, function, _HIDDEN_NAME, name)
-        reference = ffi.new("char[64]")
+        reference = ffi.new("char[64]")  # more than a ``struct expr`` has
         if not EXTRA_FUNCTIONS.GetFunctionReference(self._env, encode(name), reference):
             raise RuntimeError(f"CLIPS does not find the function {name}")
         self._type = _type_of(reference)[0]

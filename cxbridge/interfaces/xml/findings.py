@@ -74,13 +74,16 @@ class Findings(Struct):
         return name
 
     def read_comment(self, element: Element) -> str:
-        """Return the text of an element, which is required as its comment."""
+        """Return the text of an element as its comment, and report an error if the text is missing."""
         if not element.text:
             self.report_error(element, f"<{element.name}> has no comment")
         return " ".join(element.text.split())
 
     def read_comment_child(self, element: Element) -> str:
-        """Return the text of the ``comment`` child, which is required; messages may have a text instead."""
+        """Return the text of the ``comment`` child, and report an error if the text is missing.
+
+        A message with a text of its element gets only a warning.
+        """
         comments = element.find_all("comment")
         if not comments or not comments[0].text:
             is_optional = element.name == "message" and element.text
@@ -92,12 +95,16 @@ class Findings(Struct):
     def check_form(
         self, element: Element, attributes: tuple[str, ...], children: tuple[str, ...] = ()
     ) -> None:
-        """Warn of attributes and children that an element cannot have, which Fawkes and the parser ignore."""
+        """Warn of attributes and children outside an element's form; Fawkes and the parser ignore them.
+
+        :param attributes: the names of the attributes that the element can have.
+        :param children: the names of the elements that the element can contain.
+        """
         unknown = [(element, f"attribute '{name}'", name, attributes) for name in element.attributes]
         unknown += [(child, f"<{child.name}>", child.name, children) for child in element.children]
         for place, subject, name, known in unknown:
             if name not in known:
-                hint = f"known are: {', '.join(known) or 'none'}"
+                hint = f"known: {', '.join(known) or 'none'}"
                 self.report_warning(place, f"{subject} in <{element.name}> is ignored", hint)
 
 
@@ -117,6 +124,6 @@ class NameScope(Struct):
         """
         if name in self._lines:
             raise self.findings.make_error(
-                element, f"the name '{name}' is in use since line {self._lines[name]}"
+                element, f"the name '{name}' is already used in line {self._lines[name]}"
             )
         self._lines[name] = element.line

@@ -90,7 +90,7 @@ def _read_bytes(path: str | Path) -> bytes:
 
 
 def check_file(path: str | Path) -> CheckResult:
-    """Return all errors of a definition file; a file that cannot be read or has a wrong name is one."""
+    """Return all errors of a definition file; an unreadable file or a wrong file name is an error, too."""
     try:
         result = check_bytes(_read_bytes(path), path)
     except InterfaceDefinitionError as error:

@@ -55,7 +55,10 @@ class TimeCheck:
         self._last_times: dict[Hashable, tuple[int, int]] = {}
 
     def measure_exceeding_lag_s(self, thread: Hashable, a_us: int, b_us: int) -> float | None:
-        """Return the lag of the second run, negative if it is early; None within the tolerance."""
+        """Return the lag of the second run, negative if it is early; None within the tolerance.
+
+        :param thread: the goal, plan, Skiller or interface of the pair.
+        """
         # the first event of a thread has no earlier time, so its lag is 0
         last_a_us, last_b_us = self._last_times.get(thread, (a_us, b_us))
         self._last_times[thread] = (a_us, b_us)

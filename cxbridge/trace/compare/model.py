@@ -154,7 +154,7 @@ class Comparison:
     :param count_a: the number of compared events of the first run.
     :param count_b: the number of compared events of the second run.
     :param differences: in the order of the runs; empty for equal runs.
-    :param other: the index of the run with the differences among the runs with which A was compared.
+    :param other_index: the index of the run with the differences among the runs with which A was compared.
     """
 
     view: View
@@ -162,7 +162,7 @@ class Comparison:
     count_a: int
     count_b: int
     differences: list[Difference] = field(default_factory=list)
-    other: int = 0
+    other_index: int = 0
 
     @property
     def same(self) -> bool:

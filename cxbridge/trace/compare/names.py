@@ -23,6 +23,7 @@ _INDEX = re.compile(r"(?<=<Fact-)\d+(?=>)|(?<=-idx )[1-9]\d*(?=\))|(?<=\(meta-fa
 _INDEX_STARTS = ("-idx ", "(meta-fact ", "<Fact-")
 # Seconds since the epoch, alone, with a fraction, or followed by microseconds as in slots of facts.
 _TIMES = re.compile(r"(?<![\w.-])[1-9]\d{9}(?:\.\d+|[ ,]+(?:INTEGER )?\d{1,6})?(?![\w.-])")
+# Seconds since midnight, followed by microseconds as in slots of facts.
 _SECONDS_AND_MICROSECONDS = re.compile(r"(?<![\w.-])(\d{1,9}) \d{1,6}(?![\w.-])")
 _MIN_DATED_US = 10**9 * MICROSECONDS  # in 2001: earlier times are times of day in a log without dates
 _MAX_AGE_S = 3600  # in a log without dates, numbers within the last hour count as times

@@ -43,7 +43,9 @@ def compare_partial(
     relations: dict[RelationKey, _AgreedRelation] = {}
     for number, run in enumerate(others):
         forest_b = GoalForest(run, missing)
-        comparison = Comparison(View.TRANSITIONS, Order.PARTIAL, forest_a.count, forest_b.count, other=number)
+        comparison = Comparison(
+            View.TRANSITIONS, Order.PARTIAL, forest_a.count, forest_b.count, other_index=number
+        )
         match = GoalMatch(forest_a, forest_b)
         steps = chain(
             _pair_steps(match, (forest_a, forest_b)), forest_a.skillers.pair_streams(forest_b.skillers)
@@ -55,7 +57,7 @@ def compare_partial(
             return comparison
         _add_relations(relations, match)
     # no single run differs in a relation, because all other runs agree: the report shows the first of them
-    comparison.other = 0
+    comparison.other_index = 0
     comparison.differences = sort_differences(_find_broken_relations(relations))
     return comparison
 

@@ -44,7 +44,7 @@ def compare_runs(
         events, *other_events = (compared_contents(run, view, selection) for run in (a, *others))
         comparison = compare_partial(events, other_events, tolerance_s, missing)
         _need_events(a, comparison.count_a, view)
-        _need_events(others[comparison.other], comparison.count_b, view)
+        _need_events(others[comparison.other_index], comparison.count_b, view)
         return comparison
     for number, other in enumerate(others):
         if order is Order.TOTAL:
@@ -55,7 +55,7 @@ def compare_runs(
                 comparison = compare_streams(*pair, view, tolerance_s)
             else:
                 comparison = compare_counts(*pair, view)
-        comparison.other = number
+        comparison.other_index = number
         _need_events(a, comparison.count_a, view)
         _need_events(other, comparison.count_b, view)
         # the first run that differs is the result

@@ -141,7 +141,7 @@ class FawkesLog(Run):
                 # a binary file may start like a log, and must not fill the memory
                 if entry.size > MAX_LINE_BYTES:
                     raise TraceError(
-                        f"an entry of more than {MAX_LINE_BYTES >> 20} MiB", file=self.path, line=entry.line
+                        f"the entry has more than {MAX_LINE_BYTES >> 20} MiB", file=self.path, line=entry.line
                     )
                 entry.lines.append(text)
                 entry.is_complete = is_complete

@@ -54,7 +54,7 @@ def read_lines(path: Path) -> Iterator[tuple[int, str, bool]]:
             number += 1
             if len(line) > MAX_LINE_BYTES:
                 raise TraceError(
-                    f"a line of more than {MAX_LINE_BYTES >> 20} MiB",
+                    f"the line has more than {MAX_LINE_BYTES >> 20} MiB",
                     file=path,
                     line=number,
                     hint="this is not a text log of a run, or it is damaged here",
@@ -132,7 +132,9 @@ def rename_previous(path: Path) -> Path | None:
     try:
         return path.rename(free_path)
     except OSError as error:
-        raise TraceError(f"cannot keep it as {free_path.name}: {error.strerror}", file=path) from error
+        raise TraceError(
+            f"the file cannot be renamed to {free_path.name}: {error.strerror}", file=path
+        ) from error
 
 
 def _is_locked(path: Path) -> bool:

@@ -60,13 +60,13 @@ class ReplayPlayer:
             raise
 
     def _open_writer(self, uid: str, sample: InterfaceWrite) -> None:
-        kind, interface_id = parse_uid(uid)
+        interface_type, interface_id = parse_uid(uid)
         try:
-            maker = BlockMaker(self._board.registry.get(kind))
+            maker = BlockMaker(self._board.registry.get(interface_type))
             # a trial of the first write finds a changed definition before any interface is opened
             maker.make_block(sample.values, sample.time_us, uid)
             maker.check_fields(sample.values, uid)
-            writer = self._board.open_for_writing(kind, interface_id, owner=OWNER)
+            writer = self._board.open_for_writing(interface_type, interface_id, owner=OWNER)
         except WriterActiveError as error:
             owner = f", {error.owner}" if error.owner else ""
             raise BlackBoardError(
@@ -122,7 +122,8 @@ class ReplayPlayer:
         writer_and_maker = self._writers.get(event.uid)
         if writer_and_maker is None:
             raise TraceError(
-                f"a write of {event.uid} comes from a writer that the recording did not announce"
+                f"a write of {event.uid} appeared in the recording after the replay began",
+                hint="replay the recording when it is complete",
             )
         writer, maker = writer_and_maker
         block = maker.make_block(event.values, event.time_us, event.uid)

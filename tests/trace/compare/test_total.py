@@ -96,7 +96,7 @@ def test_the_run_that_differs_is_told() -> None:
     comparison = compare_runs(
         MemoryRun(family()), [MemoryRun(family()), MemoryRun([goal("gen1", "FORMULATED")])]
     )
-    assert comparison.other == 1
+    assert comparison.other_index == 1
 
 
 def test_message_ids_count_by_skiller_also_in_facts() -> None:

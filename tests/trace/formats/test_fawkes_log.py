@@ -130,14 +130,14 @@ def test_environments_have_their_own_goals(tmp_path: Path) -> None:
 def test_a_huge_line_is_refused(tmp_path: Path, prefix: str) -> None:
     path = tmp_path / "log"
     path.write_text(ENTRY + prefix + "x" * (MAX_LINE_BYTES + 1))
-    with pytest.raises(TraceError, match=r"log:2: a line of more than 4 MiB"):
+    with pytest.raises(TraceError, match=r"log:2: the line has more than 4 MiB"):
         list(open_run(path))
 
 
 def test_a_huge_entry_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "log"
     path.write_text(ENTRY + ("x" * 99 + "\n") * (MAX_LINE_BYTES // 100 + 10))
-    with pytest.raises(TraceError, match=r"log:1: an entry of more than 4 MiB"):
+    with pytest.raises(TraceError, match=r"log:1: the entry has more than 4 MiB"):
         list(open_run(path))
 
 

@@ -98,11 +98,11 @@ class ZmqBlackBoard(RemoteBlackBoard):
             return
         if not self._interfaces.has_instance(instance):
             raise ForeignInstanceError(instance.uid)
-        port = self._interfaces.start_closing(instance)
+        copy = self._interfaces.start_closing(instance)
 
         def on_reply(reply: Response) -> None:
             if isinstance(reply, Reply):
-                self._interfaces.finish_closing(port, instance, reply.detail)
+                self._interfaces.finish_closing(copy, instance, reply.detail)
 
         try:
             self._sender.request(
@@ -112,7 +112,7 @@ class ZmqBlackBoard(RemoteBlackBoard):
                 on_reply=on_reply,
             )
         except TransportError:  # the server closes the instance at the end of the lost session
-            self._interfaces.finish_closing(port, instance, port.seq)
+            self._interfaces.finish_closing(copy, instance, copy.seq)
         self._dispatcher.drain(self._timeout)
 
     def _shut_down(self) -> None:
@@ -153,10 +153,10 @@ class ZmqBlackBoard(RemoteBlackBoard):
         self._dispatcher.drain(timeout_s)
 
     def _listener_table(self, instance: Interface) -> ListenerTable:
-        port = self._interfaces.find_copy(instance)
-        if port is None:
+        copy = self._interfaces.find_copy(instance)
+        if copy is None:
             raise ForeignInstanceError(instance.uid)
-        return port.listeners
+        return copy.listeners
 
     def register_observer(self, observer: Observer, type_glob: str = "*", id_glob: str = "*") -> None:
         self._check_open()

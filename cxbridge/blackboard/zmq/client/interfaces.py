@@ -340,7 +340,7 @@ class OpenInterfaces:
             if copy is None or update.seq <= copy.seq:
                 return
             if update.seq != copy.seq + 1 + update.skipped:
-                raise ProtocolError("updates were lost")
+                raise ProtocolError(f"updates of {copy.uid} were lost")
             self.skipped += update.skipped
             copy.update(update.seq, update.block, update.stamped, update.changed)
 

@@ -178,6 +178,7 @@ class SessionThread:
             now_s = time.monotonic()
             if now_s >= next_check_s:
                 self._keep_alive(now_s, now_s - last_check_s)
+                # four checks in a heartbeat, see DEATH_HEARTBEATS
                 last_check_s, next_check_s = now_s, now_s + self._heartbeat_s / 4
         return receiver.fault or "closed"
 

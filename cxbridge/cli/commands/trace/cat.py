@@ -1,4 +1,4 @@
-"""``cxbridge trace cat``."""
+"""``cxbridge trace cat``: print the events of a recorded run."""
 
 from __future__ import annotations
 

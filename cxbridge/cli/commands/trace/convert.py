@@ -1,4 +1,4 @@
-"""``cxbridge trace convert``."""
+"""``cxbridge trace convert``: copy a recorded run to another format."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``cxbridge trace exchange``."""
+"""``cxbridge trace exchange``: print the messages of a skill board."""
 
 from __future__ import annotations
 

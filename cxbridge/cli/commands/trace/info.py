@@ -1,4 +1,4 @@
-"""``cxbridge trace info``."""
+"""``cxbridge trace info``: summarise a recorded run."""
 
 from __future__ import annotations
 

@@ -11,11 +11,11 @@ from cxbridge.cli.console import ConsoleOptions, complain, progress_line, say, s
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.daemon.services.options import ReplayOptions
 
-CONNECTION_LOST = 4
+EXIT_CONNECTION_LOST = 4
 """The exit status after a lost connection."""
 
-INTERRUPTED = 130
-"""The exit status after Ctrl-C."""
+EXIT_INTERRUPTED = 130
+"""The exit status after Ctrl-C, as of a shell: 128 + 2, the number of SIGINT."""
 
 
 @option_groups
@@ -27,8 +27,8 @@ def replay(
 ) -> int:
     """Write the interfaces of a recording to a blackboard, in recorded time. See docs/recording.md.
 
-    Exit status: 0 all events are written; 2 bad input, no server, or an interface has another writer; 4 the
-    connection was lost; 130 interrupted, but 0 with --loop, and with --hold after the last event.
+    Exit status: 0 all events are written, or Ctrl-C ended --loop or --hold; 2 bad input, no server, or an
+    interface has another writer; 4 the connection was lost; 130 interrupted before the last event.
 
     Example: cxbridge trace replay out/run.mcap --speed 2
     """
@@ -51,5 +51,5 @@ def replay(
             say(line)
     if report.end == replaying.LOST:
         complain(f"the connection to {options.url} was lost")
-        return CONNECTION_LOST
-    return INTERRUPTED if report.end == replaying.INTERRUPTED and not options.loop else 0
+        return EXIT_CONNECTION_LOST
+    return EXIT_INTERRUPTED if report.end == replaying.INTERRUPTED and not options.loop else 0

@@ -1,4 +1,4 @@
-"""``cxbridge trace rules``."""
+"""``cxbridge trace rules``: print the fired rules."""
 
 from __future__ import annotations
 

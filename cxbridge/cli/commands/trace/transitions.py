@@ -1,4 +1,4 @@
-"""``cxbridge trace transitions``."""
+"""``cxbridge trace transitions``: print the changes of state of goals, plan-actions and Skillers."""
 
 from __future__ import annotations
 

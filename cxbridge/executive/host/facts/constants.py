@@ -27,7 +27,7 @@ DATA_FUNCTION = "cx-assert-data"
 """The variant of CLIPS' `assert-string` for texts of clients: constants only."""
 
 _NUMBER: Final = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?")
-# no call and no variable can pass as a symbol, on which the safety of a text rests: a symbol has no
+# the safety of a text rests on this pattern, which must match no call and no variable: a symbol has no
 # parentheses, quotes, connectives or brackets of instance names, and does not start with ? or $ (variables),
 # or with = or : (calls); the comparison operators and a lone = or : stand for themselves
 _SYMBOL: Final = re.compile(r"(?![?$=:])[^\s()&|~<;\"\0`\[\]]+|<|<=|<>|=|=>|>=|:")
@@ -60,6 +60,7 @@ def parse_constant_fact(text: str) -> ConstantFact:
     :raises ClipsError: if the text is not a fact of constants.
     """
     tokens = list(_split_tokens(text))
+    # the shortest fact has three tokens: parentheses and a name
     if len(tokens) < 3 or tokens[0] != "(" or tokens[-1] != ")" or not _SYMBOL.fullmatch(tokens[1]):  # noqa: PLR2004
         raise ClipsError(f"{text} is not a fact", hint="e.g. (battery (level 3)), or (at home)")
     name, inner = tokens[1], tokens[2:-1]

@@ -31,10 +31,10 @@ class Modify:
     name: ClassVar = "modify"
     retracts: ClassVar = True
 
-    def __init__(self, env: CData, api: ClipsApi, facts: FactMaker, log_error: Callable[[str], None]) -> None:
+    def __init__(self, env: CData, api: ClipsApi, maker: FactMaker, log_error: Callable[[str], None]) -> None:
         self._env = env
         self._api = api
-        self._facts = facts
+        self._maker = maker
         self._log_error = log_error
         # for each deftemplate, whether a slot is a multislot; None for ordered facts
         self._slots: dict[str, dict[str, bool] | None] = {}
@@ -62,15 +62,15 @@ class Modify:
                 return FALSE
             value = values if is_multislot[slot] else values[0]
             slot_values.append((encode(slot), clips_value(self._env, value)))
-        new_fact = self._facts.make_copy(changed_fact, slot_values)
+        new_fact = self._maker.make_copy(changed_fact, slot_values)
         if not self.retracts:
-            asserted = self._facts.assert_fact(new_fact)
+            asserted = self._maker.assert_fact(new_fact)
         else:
             lib.RetainFact(changed_fact)  # the new fact shares its values, which must outlive the retraction
-            self._facts.replaces = True
+            self._maker.replaces = True
             lib.Retract(changed_fact)
-            self._facts.replaces = False
-            asserted = self._facts.assert_fact(new_fact)
+            self._maker.replaces = False
+            asserted = self._maker.assert_fact(new_fact)
             lib.ReleaseFact(changed_fact)
         # if an equal fact exists, CLIPS returns it
         return FactAddress(asserted) if asserted == new_fact else FALSE
@@ -85,7 +85,7 @@ class Modify:
             )
             return None
         if isinstance(fact, int):
-            fact_of_index = self._facts.find_fact(fact)
+            fact_of_index = self._maker.find_fact(fact)
             if fact_of_index == NULL:
                 self._log_error(f"Unable to find fact f-{fact}.")  # the right-hand side continues, as in 6.30
                 return None

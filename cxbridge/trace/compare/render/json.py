@@ -34,7 +34,7 @@ def report_to_json(report: ComparisonReport, options: Mapping[str, Any] | None =
             "path": str(report.b.path),
             "format": report.b.format,
             "events": comparison.count_b,
-            "number": comparison.other + 1,
+            "number": comparison.other_index + 1,
         },
         "total": len(comparison.differences),
         "differences": [

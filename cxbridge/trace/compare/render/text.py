@@ -61,7 +61,7 @@ def make_report(
     comparison: Comparison, a: Run, others: Sequence[Run], selection: Selection | None = None
 ) -> ComparisonReport:
     """Build the report of a comparison; the runs are read again for the context of the first difference."""
-    b = others[comparison.other]
+    b = others[comparison.other_index]
     first = comparison.differences[0] if comparison.differences else None
     contexts = []
     for run, side in ((a, first and first.a), (b, first and first.b)):

@@ -66,7 +66,7 @@ class McapRun(Run):
             raise TraceError(
                 "damaged or cut off before the first event",
                 file=self.path,
-                hint="it holds nothing that can be read: copy it again, or record again",
+                hint="the file has no readable event: copy it again, or record again",
             )
 
     def metadata(self) -> Mapping[str, str]:
@@ -118,7 +118,7 @@ class McapRun(Run):
             yield
         except EventFormatError as error:
             raise TraceError(
-                f"a message that is not an event: {error}",
+                f"the file has a message that is not an event: {error}",
                 file=self.path,
                 hint="was the file written by another version of cxbridge?",
             ) from error
@@ -150,9 +150,9 @@ class McapRun(Run):
 
     def _check_header(self, file: IO[bytes], record: Record) -> None:
         if record.kind != mcap.HEADER:
-            raise DamageError("it does not begin with a header")
+            raise DamageError("the file does not begin with a header")
         if record.is_complete and FieldReader(mcap.read_content(file, record)).read_text() != PROFILE:
-            raise TraceError("an mcap file, but not a run recorded by cxbridge", file=self.path)
+            raise TraceError("the mcap file is not a run recorded by cxbridge", file=self.path)
 
     @contextmanager
     def _opened_file(self) -> Iterator[IO[bytes]]:

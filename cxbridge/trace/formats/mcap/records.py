@@ -86,7 +86,7 @@ def walk_records(file: IO[bytes]) -> Iterator[Record]:
         kind, size = HEAD.unpack(head)
         # a file system may fill the end of a file with zeros after a power failure
         if kind == 0:
-            raise DamageError("a record of no kind")
+            raise DamageError("a record has no kind")
         start = offset + HEAD.size
         offset = start + size
         if offset > os.fstat(file.fileno()).st_size:
@@ -103,7 +103,7 @@ def read_content(file: IO[bytes], record: Record) -> bytes:
     :raises DamageError: if the record is too large, or truncated.
     """
     if record.size > MAX_RECORD_SIZE:
-        raise DamageError("a record that is too large")
+        raise DamageError("a record is too large")
     file.seek(record.start)
     data = file.read(record.size)
     if len(data) < record.size:
@@ -141,7 +141,7 @@ class FieldReader:
         try:
             return self._next_bytes(self.read_uint32()).decode()
         except UnicodeDecodeError as error:
-            raise DamageError("a text that is not UTF-8") from error
+            raise DamageError("a text is not UTF-8") from error
 
     def read_map(self) -> dict[str, str]:
         """Return a map of texts."""
@@ -155,7 +155,7 @@ class FieldReader:
     def _next_bytes(self, size: int) -> bytes:
         end = self.offset + size
         if end > len(self._data):
-            raise DamageError("a record that ends too early")
+            raise DamageError("a record ends too early")
         piece = self._data[self.offset : end]
         self.offset = end
         return piece
@@ -187,7 +187,7 @@ def read_attachment_head(file: IO[bytes], record: Record) -> StoredAttachment:
     name, media_type, size = fields.read_text(), fields.read_text(), fields.read_uint64()
     start = record.start + fields.offset
     if start + size + _CRC.size != record.start + record.size:
-        raise DamageError("an attachment whose size differs from the stated size")
+        raise DamageError("the size of an attachment differs from the stated size")
     return StoredAttachment(name, media_type, time_ns, start, size)
 
 
@@ -199,7 +199,7 @@ def read_attachment_data(file: IO[bytes], stored: StoredAttachment, record: Reco
     data = read_content(file, record)
     (crc,) = _CRC.unpack_from(data, record.size - _CRC.size)
     if crc not in (0, zlib.crc32(data[: -_CRC.size])):
-        raise DamageError("an attachment with a wrong checksum")
+        raise DamageError("an attachment has a wrong checksum")
     return data[stored.start - record.start : -_CRC.size]
 
 
@@ -218,13 +218,13 @@ def unpack_chunk(data: bytes, *, is_complete: bool) -> bytes:
         fields.read_uint64(),
     )
     if size > MAX_RECORD_SIZE:
-        raise DamageError("a chunk that is too large")
+        raise DamageError("a chunk is too large")
     packed = data[fields.offset :]
     if not is_complete:
         return b"" if compression else packed  # without its end, a compressed chunk cannot be unpacked
     records = _decompress(compression, packed, size)
     if len(records) != size or (crc and crc != zlib.crc32(records)):
-        raise DamageError("a chunk with a wrong checksum")
+        raise DamageError("a chunk has a wrong checksum")
     return records
 
 
@@ -232,7 +232,7 @@ def _decompress(compression: str, data: bytes, size: int) -> bytes:
     if not compression:
         return data
     if compression not in ("lz4", "zstd"):
-        raise DamageError(f"a chunk that is compressed as {compression!r}")
+        raise DamageError(f"a chunk has the unknown compression {compression!r}")
     try:
         import lz4.frame  # noqa: PLC0415 - an extra: only other programs write packed files
         import zstandard  # noqa: PLC0415 - as above
@@ -247,4 +247,4 @@ def _decompress(compression: str, data: bytes, size: int) -> bytes:
         with zstandard.ZstdDecompressor().stream_reader(data) as reader:
             return reader.read(size + 1)
     except (RuntimeError, EOFError, zstandard.ZstdError) as error:
-        raise DamageError(f"a chunk that cannot be unpacked: {error}") from error
+        raise DamageError(f"a chunk cannot be unpacked: {error}") from error
