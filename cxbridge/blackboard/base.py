@@ -36,7 +36,7 @@ from cxbridge.interfaces.message import Port
 
 
 class ListenedPort(Port[Interface], Protocol):
-    """A port with listeners."""
+    """A port that also has the table of its interface's listeners."""
 
     @property
     def listeners(self) -> ListenerTable: ...

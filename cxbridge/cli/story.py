@@ -135,9 +135,11 @@ class RunStory:
         )
         agent_text = f"{agent}  " if self._agent_count > 1 else ""
         title = one_line(f"{goal_title(goal.goal, goal.goal_class)}{duration_text}")
-        time = f"{elapsed_s:7.1f} s"
+        time_text = f"{elapsed_s:7.1f} s"
         reason = one_line(f": {_drop_stack_trace(failure)}" if failure else "")
-        used_width = sum(map(len, (time, agent_text, self._format_outcome(outcome), title))) + 2 * len("  ")
+        used_width = sum(map(len, (time_text, agent_text, self._format_outcome(outcome), title))) + 2 * len(
+            "  "
+        )
         reason_width = max(self._width - used_width, _MIN_REASON_WIDTH)
         if self._width and len(reason) > reason_width:
             reason = reason[: reason_width - 1] + "…"
@@ -145,7 +147,7 @@ class RunStory:
             return  # the loop raises the error after this cycle
         try:
             self._print(
-                self._brush(time, "dim"),
+                self._brush(time_text, "dim"),
                 f"{agent_text}{self._brush(self._format_outcome(outcome), outcome.colour)}",
                 title + self._brush(reason, outcome.colour),
             )
@@ -269,5 +271,5 @@ class Brush:
         self.is_on = is_on
 
     def __call__(self, text: str, colour: str) -> str:
-        """Return a text in a colour."""
+        """Return a text in a colour; unchanged if the brush is off."""
         return paint(text, colour) if self.is_on else text

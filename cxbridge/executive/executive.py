@@ -190,11 +190,11 @@ class Executive:
             self.manager.request(env.name, self._files.redefine_feature)
         for file in ("saliences.clp", "init.clp"):
             path = self._files.core_dir / file
-            if not env.batch(path):
+            if not env.batch(path):  # the text of Fawkes
                 raise ExecutiveError(f"Failed to initialize CLIPS environment, batch file '{path}' failed.")
 
     def _check_init_stages(self) -> None:
-        """Raise if the initialisation has failed."""
+        """Raise `ExecutiveError` if a stage of the initialisation has failed."""
         for _index, _template, slots in self.env.facts("executive-init-stage"):
             if slots["implied"] == ("FAILED",):
                 messages = [
@@ -317,7 +317,10 @@ class Executive:
         self.manager.destroy(self.env.name)
 
     def _map_action_skill(self, action: str, names: tuple[Value, ...], values: tuple[Value, ...]) -> str:
-        """Return the skill string of an action; empty after a log message about an error."""
+        """Return the skill string of an action; empty after a log message about an error.
+
+        The texts of these messages are those of Fawkes.
+        """
         if not self._mapper.has_template(action):
             self.log.warn(f"No mapping for action '{action}' known")
             return ""

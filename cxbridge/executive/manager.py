@@ -149,7 +149,7 @@ class EnvironmentManager:
                 raise ClipsError(
                     f"the CLIPS library file {file} does not load",
                     file=self.library / file,
-                    hint="see the messages above",
+                    hint="the log has the mistakes",
                 )
         env.call("path-add", f"{self.library}/")
         return env
@@ -159,7 +159,10 @@ class EnvironmentManager:
         self._managed_environments[env.name] = _ManagedEnvironment(env)
 
     def request(self, name: str, feature_name: str) -> Value:
-        """Load a feature into an environment; return FALSE if the feature is unknown."""
+        """Load a feature into an environment; return FALSE if the feature is unknown.
+
+        The texts of the log lines are those of Fawkes.
+        """
         self.log.debug(f"Environment {name} requests feature {feature_name}")
         entry = self._managed_environments[name]
         feature = self._available_feature(feature_name)

@@ -78,7 +78,7 @@ def set_field(block: Block, name: str, value: Any) -> None:
     if field.is_string and isinstance(value, str):
         if len(value.encode(errors="replace")) > field.text_room or "\0" in value:
             raise InterfaceError(
-                f"the text for {name} does not fit: '{value}'",
+                f"the text for {block.SCHEMA.name}.{name} does not fit: '{value}'",
                 hint=f"{name} holds {field.text_room} bytes of UTF-8 without NUL",
             )
     elif field.enum is not None:

@@ -150,5 +150,6 @@ class Block:
         if not field.is_array:
             raise InterfaceError(f"{self.SCHEMA.name}.{field.name} is a single value and has no index")
         if not 0 <= index < field.runtime_length:
+            # the text of Fawkes
             raise InterfaceError(f"Index value {index} is out of bounds (0..{field.runtime_length - 1})")
         return index

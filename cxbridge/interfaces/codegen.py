@@ -56,7 +56,7 @@ def stub_source(schema: InterfaceSchema) -> str:
 
 
 class _StubWriter:
-    """Writes a stub."""
+    """Makes the lines of the stub of an interface type."""
 
     def __init__(self, schema: InterfaceSchema) -> None:
         self._schema = schema

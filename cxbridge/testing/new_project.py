@@ -63,7 +63,7 @@ class NewOptions:
 
     @classmethod
     def added_groups(cls) -> list[type[Template]]:
-        """Return all templates."""
+        """Return all templates, whose fields become options."""
         return [TEMPLATES.load_target(row) for row in TEMPLATES.rows]
 
     def find_selected_template(self) -> Template | None:

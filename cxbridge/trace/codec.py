@@ -26,7 +26,10 @@ _INTEGER_LIMIT: Final = 1 << 63  # recordings have integers of 64 bits, but msgs
 
 
 class EventFormatError(ValueError):
-    """A value is not an event: a field is missing or has the wrong type."""
+    """A value is not an event: a field is missing or has the wrong type.
+
+    The text is a predicate, such as ``not an event of kind goal: ...``.
+    """
 
 
 def encode(event: Event) -> bytes:

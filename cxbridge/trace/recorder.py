@@ -90,7 +90,7 @@ class _Output:
         self._lock = threading.RLock()
 
     def write_event(self, event: Event) -> None:
-        """Write an event."""
+        """Write an event, unless the output is disabled or its writer has failed."""
         with self._lock:
             if self._enabled and not self._failed:
                 try:
@@ -106,7 +106,7 @@ class _Output:
                 self.call_writer("settle")
 
     def call_writer(self, method: str, *args: object) -> None:
-        """Call a method of the writer."""
+        """Call a method of the writer, unless the writer has failed."""
         with self._lock:
             # a failed writer still has an open file
             if not self._failed or method == "close":

@@ -93,8 +93,8 @@ def check_endpoint(endpoint: str, *, keys: bool, insecure: bool) -> None:
         endpoint,
         is_local=is_private_endpoint(endpoint),
         is_restricted=keys or insecure,
-        hint="it needs CURVE keys: make some with cxbridge keys, see docs/security.md; "
-        "or allow connections without them: insecure",
+        hint="it needs CURVE keys, which 'cxbridge keys' makes, see docs/security.md; "
+        "the option 'insecure' allows connections without keys",
         error=InsecureEndpointError,
     )
 

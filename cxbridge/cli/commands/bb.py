@@ -276,7 +276,7 @@ def _info_to_json(info: InterfaceInfo) -> dict[str, Any]:
 
 
 def _print_interface(info: InterfaceInfo, instance: Interface) -> None:
-    writer = (info.writer or "somebody") if info.has_writer else "nobody"
+    writer = (info.writer or "an unnamed owner") if info.has_writer else "no writer"
     readers = ", ".join(name for name in info.readers if name) or str(info.num_readers)
     say(f"{info.uid}  {info.hash.hex().upper()}")
     say(f"written by {writer}, last {local_time(instance.timestamp_us)}")

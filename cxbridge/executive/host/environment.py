@@ -101,6 +101,7 @@ class ClipsEnvironment:
         self._clips630_functions = Clips630Functions(self.c_env, self.udfs, self.build_unrecorded)
         self._build_clips630_functions()
         modify_arguments = (self.c_env, self.api, self.maker, self.log.error)
+        # name, function, minimum and maximum number of arguments, types, see `UdfTable.define`
         functions: tuple[tuple[str, Callable[..., Value], int, int, str], ...] = (
             ("load", self.load, 1, 1, "*;sy"),
             ("load*", self.load, 1, 1, "*;sy"),  # CLIPS would load without messages

@@ -78,6 +78,7 @@ class OutputRouter:
             make_callback("void(Environment *, int, void *)", lambda _env, _code, _context: None),
         )
         query, write, leave = self._callbacks
+        # NULL: the router has no input, and the callbacks need no context
         lib.AddRouter(env, _ROUTER, _PRIORITY, query, write, ffi.NULL, ffi.NULL, leave, ffi.NULL)
 
     def _is_handled(self, _env: CData, name: CData, _context: CData) -> bool:

@@ -181,7 +181,7 @@ class _DefinitionReader:
         """Return the single child of the root with a name, or None."""
         children = self._root.find_all(name)
         for surplus in children[1:]:
-            self._findings.report_error(surplus, f"a second <{name}>")
+            self._findings.report_error(surplus, f"a second <{name}>: an interface has at most one")
         return children[0] if children else None
 
     def _read_constants(self) -> None:

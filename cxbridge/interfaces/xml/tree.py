@@ -135,7 +135,7 @@ class _TreeReader:
             raise self._make_error(f"the file has more than {MAX_ELEMENTS} elements", "split the definition")
         if len(self._open_elements) >= MAX_DEPTH:
             raise self._make_error(
-                f"elements are nested more than {MAX_DEPTH} levels deep", "close the elements before"
+                f"elements are nested more than {MAX_DEPTH} levels deep", "is an end tag missing?"
             )
         element = Element(name, attributes, parser.CurrentLineNumber, parser.CurrentColumnNumber + 1)
         if self._open_elements:

@@ -199,6 +199,7 @@ class _Divergence:
     def _find_owner(self, run_index: int, index: int) -> Hashable:
         """Return the goal of an event if only one run has the goal, else None."""
         goal_name = self._tails[run_index][index].thread[1][:1]
+        # the values are the paired names of A, the keys those of B
         paired_names = (self._partner_names.values(), self._partner_names)[run_index]
         if not goal_name or goal_name[0] < self._shared_name_count or goal_name[0] in paired_names:
             return None

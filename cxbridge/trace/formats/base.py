@@ -178,7 +178,7 @@ class RecordedRun(Struct, frozen=True):
     """The facts of a run that the writers of its recording need.
 
     :param registry: the interface types.
-    :param scenario: the name of the run.
+    :param scenario: the name of the run in the heads of its files, such as the spec of the agent.
     :param start_us: the start in microseconds since the epoch.
     :param utc: whether times of day are in UTC, for runs on the virtual clock: the files are then the same on
         every machine. Fawkes uses the machine's time zone.

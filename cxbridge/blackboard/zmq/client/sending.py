@@ -223,11 +223,11 @@ class CommandSender:
                 return pending.reply
             if not pending.is_lost:
                 raise RequestTimeoutError(
-                    f"the blackboard's server did not reply within {timeout:g} s ({frame_name})"
+                    f"the blackboard's server did not reply to '{frame_name}' within {timeout:g} s"
                 )
             if not repeat:
                 raise DisconnectedError(
-                    f"the connection to the blackboard's server was lost ({frame_name})",
+                    f"the connection to the blackboard's server was lost after the request '{frame_name}'",
                     hint="the server may have carried out the last request",
                 )
 

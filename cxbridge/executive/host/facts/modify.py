@@ -40,7 +40,10 @@ class Modify:
         self._slots: dict[str, dict[str, bool] | None] = {}
 
     def __call__(self, fact: Value, *changes: Value) -> Value:
-        """Return the new fact; FALSE if there is none, because of an error or an equal fact."""
+        """Return the new fact; FALSE if there is none, because of an error or an equal fact.
+
+        :param changes: the name of a slot and the tuple of its values, in turn.
+        """
         changed_fact = self._find_fact(fact)
         if changed_fact is None:
             return FALSE

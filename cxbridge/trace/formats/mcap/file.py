@@ -52,7 +52,7 @@ def _pack_map(values: Mapping[str, str]) -> bytes:
 
 
 def pack_record(kind: int, *parts: bytes) -> bytes:
-    """Return the bytes of a record."""
+    """Return a record: the head with its kind and length, and the joined parts of its content."""
     content = b"".join(parts)
     return mcap.HEAD.pack(kind, len(content)) + content
 
@@ -147,6 +147,11 @@ class McapFile:
         )
 
     def _append_indexed(self, record: bytes, index: list[bytes], kind: int, *entry: bytes) -> None:
+        """Write a record, and add its record to an index.
+
+        :param kind: the kind of the index record.
+        :param entry: the fields of the index record after the position of the record.
+        """
         position = struct.pack("<QQ", self._append(record), len(record))
         index.append(pack_record(kind, position, *entry))
 

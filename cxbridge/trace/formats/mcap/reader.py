@@ -94,7 +94,10 @@ class McapRun(Run):
                     )
 
     def _read_attachment(self, record: Record, stored: mcap.StoredAttachment) -> bytes:
-        """Return the bytes of an attachment."""
+        """Return the bytes of an attachment.
+
+        :raises TraceError: if the attachment is damaged.
+        """
         with self._opened_file() as file:
             try:
                 return mcap.read_attachment_data(file, stored, record)
@@ -118,7 +121,7 @@ class McapRun(Run):
             yield
         except EventFormatError as error:
             raise TraceError(
-                f"the file has a message that is not an event: {error}",
+                f"the file has a message that is {error}",
                 file=self.path,
                 hint="was the file written by another version of cxbridge?",
             ) from error

@@ -154,7 +154,7 @@ def test_fields_and_kinds_of_later_versions_are_passed_over(tmp_path: Path) -> N
 
 def test_a_message_of_an_earlier_version_gives_one_error(tmp_path: Path) -> None:
     path = mixed(tmp_path / "run", message(b'{"time_us":1,"level":"I","component":"a"}'))
-    with pytest.raises(TraceError, match=r"a message that is not an event: .*text") as caught:
+    with pytest.raises(TraceError, match=r"a message that is not an event of kind .*text") as caught:
         list(open_run(path))
     assert "another version" in str(caught.value)
 
