@@ -218,7 +218,7 @@ class ListenerTable:
     def __init__(self, report: FaultReporter) -> None:
         self._report: Final = report
         self._lock = threading.Lock()
-        self._registrations: dict[str, tuple[_Registration, ...]] = {}
+        self._registrations: dict[str, tuple[_Registration, ...]] = {}  # by kind of event
         # computed at registration, because each write reads it
         self.data_audience: DataAudience | None = None
         """The registrations for writes; None without any."""

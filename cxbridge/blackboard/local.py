@@ -196,7 +196,7 @@ class LocalBlackBoard(BlackBoard):
         super().__init__(registry, clock, bus)
         self._serials = serials
         self._lock = threading.Lock()
-        self._memories: dict[tuple[str, str], InterfaceMemory] = {}
+        self._memories: dict[tuple[str, str], InterfaceMemory] = {}  # by type and id
         self._mem_serials = itertools.count(1)
         self._is_shut_down = False
 

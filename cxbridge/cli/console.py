@@ -69,7 +69,7 @@ def complain(text: object) -> None:
 
 @contextmanager
 def progress_line(*, hidden: bool = False) -> Iterator[Callable[[str], None]]:
-    """Yield a function that shows the progress of work on one line of the terminal, which ends empty.
+    """Yield a function that shows the progress of work on one line of the terminal; the line ends empty.
 
     Without a terminal on stderr, or if hidden, the function does nothing.
     """

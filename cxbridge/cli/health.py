@@ -118,7 +118,10 @@ def _check_plugin(plugin: Plugin) -> HealthCheck:
 
 
 def _check_attempt(name: str, attempt: Callable[[], str], remedy: str) -> HealthCheck:
-    """Call ``attempt``, which returns the detail, or raises any error if the part does not work."""
+    """Return the result of an attempt to use a part.
+
+    :param attempt: returns the detail; raises any error if the part does not work.
+    """
     try:
         return HealthCheck(name, fine=True, required=True, detail=attempt())
     except Exception as error:  # noqa: BLE001 - any error is a finding for the user

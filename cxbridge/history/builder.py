@@ -47,6 +47,7 @@ from cxbridge.history.transitions import unquote
 from cxbridge.history.truncation import MAX_TEXT, truncate
 from cxbridge.printing import format_count
 
+# statuses of Skillers
 IDLE: Final = "S_INACTIVE"
 RUNNING: Final = "S_RUNNING"
 ENDED: Final = frozenset({"S_FINAL", "S_FAILED"})
@@ -96,15 +97,17 @@ class RunHistory:
         self.actions: list[PlanActionRecord] = []
         self.planner_calls: list[PlannerExecution] = []
         self._limits = limits or HistoryLimits()
+        # the last life of each goal and plan-action, by environment and id
         self._goals: dict[tuple[str, str], GoalRecord] = {}
         self._actions: dict[tuple[str, ActionKey], PlanActionRecord] = {}
         self._assignments: dict[tuple[str, ActionKey], ActionAssignment] = {}
         self._calls: list[SkillExecution] = []
+        # by environment and Skiller; None: the Skiller has executed no skill in this run
         self._last_call: dict[tuple[str, str], SkillExecution | None] = {}
         self._read_skillers: set[str] = set()  # Skillers that an executive reads
         self._board = BoardExecutions(self._limits.calls)
         self._open_planner_calls: dict[tuple[str, str], PlannerExecution] = {}
-        self._errors: dict[str, str] = {}
+        self._errors: dict[str, str] = {}  # the last error by Skiller, with the agent of a team before it
         self._transition_count = 0
         self._handlers: Mapping[type[Event], Callable[[Any], None]] = {
             GoalTransition: self._handle_goal,

@@ -226,7 +226,7 @@ class BoardExecutions:
     def __init__(self, limit: int) -> None:
         self._limit = limit
         self._exchange = Exchange()
-        self._running: dict[tuple[str, str], _RunningCall] = {}
+        self._running: dict[tuple[str, str], _RunningCall] = {}  # by agent and executor
         self.calls: list[SkillExecution] = []
         """The calls in the order of their start."""
 

@@ -116,12 +116,13 @@ class TransitionTracker:
         self.env = env
         self._goals: _Memory[str, tuple[str, ...]] = _Memory()
         self._actions: _Memory[tuple[str, str, str], str] = _Memory()
-        self._skills: dict[tuple[str, str], str] = {}
+        self._skills: dict[tuple[str, str], str] = {}  # message ids by skill id and Skiller
+        # Skiller and message id, or request on the skill board, by the ids of goal, plan and action
         self._calls: dict[tuple[str, str, str], tuple[str, str]] = {}
-        self._last_retracted = ""
+        self._last_retracted = ""  # the goal that the last change retracted, else empty
 
     def __len__(self) -> int:
-        """Return the number of remembered states, which grows only with the number of facts."""
+        """Return the number of remembered states; it grows only with the number of facts."""
         return len(self._goals) + len(self._actions)
 
     def track_assertion(self, time_us: int, template: str, slots: Mapping[str, str]) -> Transition | None:

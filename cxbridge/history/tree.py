@@ -48,7 +48,7 @@ class GoalLine:
 
     :param branch: the lines of the tree to the left.
     :param title: the id and class of the goal.
-    :param state: the outcome in the slot, or the mode without an outcome; or both.
+    :param state: the outcome, or the mode if there is no outcome; both with ``show_modes``.
     """
 
     branch: str

@@ -196,7 +196,7 @@ def _docstring_lines(text: str, indent: str) -> Iterator[str]:
 
 
 def _wrap(text: str, indent: str) -> list[str]:
-    """Wrap a text for a docstring, without backslashes and double quotes, which could end the docstring."""
+    """Wrap a text for a docstring; backslashes and double quotes, which could end it, are replaced."""
     # the docstring is for readers, the schema has the exact text
     text = text.replace("\\", "/").replace('"', "'")
     return textwrap.wrap(text, _WIDTH - len(indent), break_on_hyphens=False)

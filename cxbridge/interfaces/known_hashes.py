@@ -18,6 +18,7 @@ from cxbridge.interfaces.xml.parser import parse_file
 from cxbridge.resources import shipped_dir
 
 TABLE_NAME = "known-hashes.json"
+"""The name of the table's file, among the shipped definitions."""
 
 
 def layout_fingerprint(schema: InterfaceSchema) -> str:

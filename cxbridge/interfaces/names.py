@@ -47,7 +47,7 @@ _IDENTIFIER = re.compile(r"(?!__)[A-Za-z_][A-Za-z0-9_]*")
 
 
 def is_identifier(name: str) -> bool:
-    """Return whether a name is an identifier in C++ and Python, which both reserve ``__x``."""
+    """Return whether a name is an identifier in C++ and Python; both languages reserve ``__x``."""
     return _IDENTIFIER.fullmatch(name) is not None
 
 

@@ -78,7 +78,7 @@ class InterfaceRegistry:
         return interface_class
 
     def add(self, interface_class: type[Interface]) -> None:
-        """Add a class, for example of a compiled module, which takes precedence over files."""
+        """Add a class, for example of a compiled module; the class takes precedence over files."""
         schema: InterfaceSchema = interface_class.SCHEMA
         with self._lock:
             self._schemas[schema.name] = schema

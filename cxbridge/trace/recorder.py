@@ -56,7 +56,7 @@ class Recorder(Closing):
             output.call_writer("flush")
 
     def flush_when_due(self) -> None:
-        """Flush at most twice a second of real time, which keeps the files of a killed run readable."""
+        """Flush at most twice a second of real time, so that the files of a killed run are readable."""
         now_s = time.monotonic()
         if now_s >= self._next_flush_s:
             self._next_flush_s = now_s + _FLUSH_INTERVAL_S

@@ -43,7 +43,7 @@ class RecordingSwitch(Listener):
             self._publish(self._writer, True)
 
     def message_received(self, interface: Interface, message: Message) -> bool:
-        """Switch the recording at once; return False, which keeps the message out of the queue."""
+        """Switch the recording at once; return False to keep the message out of the queue."""
         enabled = _STATES_BY_MESSAGE.get(message.type)
         if enabled is None:
             self._log.warn(f"{interface.uid} does not support {message.type}: it is either on or off")

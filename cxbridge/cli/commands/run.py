@@ -76,8 +76,8 @@ def run(options: RunOptions, output: _OutputOptions) -> int:
         is_shown = True
         show(result)
         names = " and ".join(server.lingering_name for server in servers if server.lingering_name)
-        end = "Enter or Ctrl-C" if sys.stdin.isatty() else "Ctrl-C"
-        say(f"Serving {names} until {end}", err=True, flush=True)
+        end_keys = "Enter or Ctrl-C" if sys.stdin.isatty() else "Ctrl-C"
+        say(f"Serving {names} until {end_keys}", err=True, flush=True)
         return _has_pressed_enter
 
     # with --json, stdout is only for the result, not for the output of a prompt

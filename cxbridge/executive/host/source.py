@@ -278,5 +278,5 @@ def _add_modify_edits(
 
 
 def _keep_line_ends(match: re.Match[str]) -> str:
-    """Return the line ends of the replaced text, which keep the line numbers."""
+    """Return the line ends of the replaced text: with them, later lines keep their numbers."""
     return "\n" * match.group().count("\n")

@@ -30,6 +30,7 @@ UNBOUNDED = 65535
 _ALL_BITS = (1 << 10) - 1  # accept arguments of any type
 _MULTIFIELD = 4  # CLIPS' type code of multifields
 
+# the type letters of the Advanced Programming Guide, with the type in Python and the name in errors
 _TYPES: dict[str, tuple[type, str]] = {
     "l": (int, "INTEGER"),
     "d": (float, "FLOAT"),

@@ -101,7 +101,7 @@ def check_file(path: str | Path) -> CheckResult:
 
 
 def make_name_error(schema: InterfaceSchema, path: str | Path) -> InterfaceDefinitionError:
-    """Return the error of a definition in a file of another name, in which no registry finds the type."""
+    """Return the error of a definition in a file of another name: no registry would find the type."""
     return InterfaceDefinitionError(
         f"the file defines {schema.name}, not {Path(path).name.removesuffix('.xml')}",
         file=path,

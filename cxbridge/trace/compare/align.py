@@ -79,6 +79,7 @@ def _find_edit_path(a: Sequence[int], b: Sequence[int], ranges: Range) -> tuple[
     The path ends early after :data:`MAX_EDITS` edits.
     """
     a_from, a_to, b_from, b_to = ranges
+    # by diagonal: the index in a that a path has reached, and its equal blocks
     reach: dict[int, tuple[int, BlockChain]] = {1: (a_from, None)}
     candidates: list[tuple[int, int, BlockChain]] = []
     for edits in range(MAX_EDITS + 1):

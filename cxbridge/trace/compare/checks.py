@@ -25,7 +25,7 @@ class MessageIdCheck:
     """
 
     def __init__(self) -> None:
-        self._offsets: dict[Hashable, tuple[int, int]] = {}
+        self._offsets: dict[Hashable, tuple[int, int]] = {}  # the previous and the last offset by stream
 
     def has_new_offset(self, stream: Hashable, id_a: int, id_b: int) -> bool:
         """Return whether a pair's offset is new. The id 0 means no message and equals only 0."""
@@ -52,7 +52,7 @@ class TimeCheck:
 
     def __init__(self, tolerance_s: float) -> None:
         self._limit_us = round(tolerance_s * MICROSECONDS)
-        self._last_times: dict[Hashable, tuple[int, int]] = {}
+        self._last_times: dict[Hashable, tuple[int, int]] = {}  # of both runs, in microseconds
 
     def measure_exceeding_lag_s(self, thread: Hashable, a_us: int, b_us: int) -> float | None:
         """Return the lag of the second run, negative if it is early; None within the tolerance.
@@ -67,7 +67,7 @@ class TimeCheck:
 
 
 def message_stream(key: Key) -> Hashable:
-    """Return the Skiller or interface of an event, whose messages are numbered together."""
+    """Return the stream of an event: the Skiller or interface that numbers its messages together."""
     if key[0] != "fact":
         return thread_key(key)
     match = _FACT_ID.search(key[-1])

@@ -330,6 +330,7 @@ def detail_change(key_a: NamedKey, key_b: NamedKey) -> Key | None:
 
 
 def _parts_with_names(key: Key, names: Names) -> Iterator[tuple[str, Names]]:
+    """Yield each part of a key after the kind, with the names for its placeholders."""
     index = 0
     for part in key[1:]:
         count = len(_PLACEHOLDER.findall(part))

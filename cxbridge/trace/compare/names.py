@@ -120,7 +120,7 @@ class Namer:
 
     def __init__(self) -> None:
         self._numbers: dict[str, int] = {}
-        self._cache: dict[tuple[str, bool], tuple[str, Names]] = {}
+        self._cache: dict[tuple[str, bool], tuple[str, Names]] = {}  # the results of `split` by its arguments
 
     def __len__(self) -> int:
         """Return the number of names so far."""

@@ -161,8 +161,8 @@ class _SelectionReader:
 
     def __init__(self, selection: Selection, matched_patterns: set[str]) -> None:
         self._only, self._ignore, self._matched_patterns = selection.only, selection.ignore, matched_patterns
-        self._goals: dict[tuple[str, str], GoalTransition] = {}
-        self._last_contents: dict[object, Event] = {}
+        self._goals: dict[tuple[str, str], GoalTransition] = {}  # the last transition by environment and id
+        self._last_contents: dict[object, Event] = {}  # by subject
 
     def select_content(self, event: Event) -> Event | None:
         """Return the compared content of the next event, or None."""

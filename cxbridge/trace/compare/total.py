@@ -110,7 +110,7 @@ class _PartnerChecks:
                 yield _make_partner_difference(token_a, token_b, DifferenceKind.TIME, describe_lag(lag_s))
 
     def note_unpaired(self, token: Token) -> None:
-        """Note an event that only one run has, which may shift the message ids after it."""
+        """Note an event that only one run has: such an event may shift the later message ids."""
         if token.msgid is not None:
             self._msgids.forget_offset(message_stream(token.key))
 

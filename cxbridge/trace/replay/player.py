@@ -41,9 +41,10 @@ class ReplayPlayer:
         self._board = board
         self._log = log
         self._restamp = restamp
+        # by ``Type::id``
         self._writers: dict[str, tuple[Interface, BlockMaker]] = {}
-        self._readers: dict[str, Interface | None] = {}
-        self._last_data: dict[str, bytes] = {}
+        self._readers: dict[str, Interface | None] = {}  # None: the interface cannot be opened
+        self._last_data: dict[str, bytes] = {}  # the last written block without its time stamp
         self._reported_uids: set[str] = set()
 
     def open(self, survey: ReplaySurvey) -> None:

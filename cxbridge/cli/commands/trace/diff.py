@@ -115,10 +115,10 @@ def _check_outputs(runs: tuple[Path, ...], *outputs: Path | None) -> None:
             raise typer.BadParameter(f"'{output}' is one of the runs")
 
 
-def _print_comparison(report: ComparisonReport, outputs: _DiffOutputs, method: dict[str, Any]) -> None:
+def _print_comparison(report: ComparisonReport, outputs: _DiffOutputs, options: dict[str, Any]) -> None:
     """Print the comparison, and write the JUnit file of the options.
 
-    :param method: the options of the comparison, for JSON.
+    :param options: the options of the comparison, for JSON.
     """
     from cxbridge.trace.compare.render.json import report_to_json
     from cxbridge.trace.compare.render.junit import write_junit
@@ -127,7 +127,7 @@ def _print_comparison(report: ComparisonReport, outputs: _DiffOutputs, method: d
     if outputs.junit is not None:
         write_junit(outputs.junit, report)
     if outputs.as_json:
-        say_json(report_to_json(report, method))
+        say_json(report_to_json(report, options))
     else:
         for line in text_report(report):
             say(line)

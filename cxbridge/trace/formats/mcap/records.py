@@ -137,7 +137,7 @@ class FieldReader:
         return int.from_bytes(self._next_bytes(8), "little")
 
     def read_text(self) -> str:
-        """Return a text, which its length in bytes precedes."""
+        """Return a text; its length in bytes precedes it in the file."""
         try:
             return self._next_bytes(self.read_uint32()).decode()
         except UnicodeDecodeError as error:

@@ -54,7 +54,7 @@ class McapWriter(RunWriter):
         self._source_namer = SourceNamer()
         self._defined_types: set[str] = set()
         self._pending: list[Event] = []
-        self._channels: dict[tuple[type[Event], str], int] = {}
+        self._channels: dict[tuple[type[Event], str], int] = {}  # by type of event and end of the topic
         self._schemas: dict[type[Event], int] = {}
         with writing(self.path):
             self._file = open_exclusively(self.path)
