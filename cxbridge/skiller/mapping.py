@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from msgspec import Struct
 
 from cxbridge.events import Level
-from cxbridge.skiller import ecma, numbers, quoting
+from cxbridge.skiller import numbers, quoting, replacing
 from cxbridge.skiller.backend import Mode
 from cxbridge.skiller.templates import (
     PLACEHOLDER_FORM,
@@ -152,8 +152,8 @@ def _apply_steps(placeholder: Placeholder, value: str, messages: list[Message]) 
             messages.append((Level.WARN, step.warning))
             continue
         try:
-            value = ecma.replace_all(step.pattern, step.replacement, value)
-        except ecma.EcmaRegexError as error:
+            value = replacing.replace_all(step.pattern, step.replacement, value)
+        except replacing.PatternError as error:
             # Fawkes does not catch the exception of std::regex here
             raise _CannotMapError(f"Invalid regex '{step.pattern}': {error}") from None
     return value
@@ -171,8 +171,8 @@ def _find_step_mistake(step: Replacement | Misfit) -> str:
     if isinstance(step, Misfit):
         return step.warning.strip()
     try:
-        ecma.compile_pattern(step.pattern)
-    except ecma.EcmaRegexError as error:
+        replacing.compile_pattern(step.pattern)
+    except replacing.PatternError as error:
         return f"invalid regex '{step.pattern}': {error}"
     return ""
 

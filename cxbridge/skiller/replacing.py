@@ -12,7 +12,7 @@ from functools import lru_cache
 _REFERENCE = re.compile(r"\$(?:([$&])|([0-9]{1,2}))")
 
 
-class EcmaRegexError(ValueError):
+class PatternError(ValueError):
     """The text is not a regular expression."""
 
 
@@ -20,21 +20,21 @@ class EcmaRegexError(ValueError):
 def compile_pattern(pattern: str) -> re.Pattern[str]:
     """Compile an expression, ignoring the case of ASCII letters.
 
-    :raises EcmaRegexError: if the expression is invalid, or has a POSIX class.
+    :raises PatternError: if the expression is invalid, or has a POSIX class.
     """
     if "[:" in pattern:
-        raise EcmaRegexError("POSIX classes such as [:digit:] are not supported")
+        raise PatternError("POSIX classes such as [:digit:] are not supported")
     try:
         return re.compile(pattern, re.IGNORECASE | re.ASCII)
     except (re.error, OverflowError) as error:
-        raise EcmaRegexError(str(error)) from None
+        raise PatternError(str(error)) from None
 
 
 def replace_all(pattern: str, replacement: str, value: str) -> str:
     """Replace every match of ``pattern`` in ``value``.
 
     :param replacement: may contain ``$$``, ``$&``, and ``$1`` to ``$99``. A missing group is empty.
-    :raises EcmaRegexError: if ``pattern`` is not an expression.
+    :raises PatternError: if ``pattern`` is not an expression.
     """
 
     def expand(match: re.Match[str]) -> str:

@@ -1,10 +1,10 @@
-"""ECMAScript expressions as std::regex runs them (checked against libstdc++ 12)."""
+"""Replacements as std::regex_replace makes them (checked against libstdc++ 12)."""
 
 from __future__ import annotations
 
 import pytest
 
-from cxbridge.skiller.ecma import EcmaRegexError, replace_all
+from cxbridge.skiller.replacing import PatternError, replace_all
 
 
 @pytest.mark.parametrize(
@@ -47,6 +47,6 @@ def test_replaces_as_std_regex_does(pattern: str, replacement: str, value: str, 
         ")",
     ],
 )
-def test_refuses_what_is_no_ecmascript_expression(pattern: str):
-    with pytest.raises(EcmaRegexError):
+def test_refuses_what_is_not_an_expression(pattern: str):
+    with pytest.raises(PatternError):
         replace_all(pattern, "x", "a")

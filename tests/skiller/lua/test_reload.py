@@ -110,7 +110,7 @@ def test_a_skill_file_that_was_missing_is_found_when_it_comes(tmp_path: Path):
 def test_a_running_skill_string_comes_to_its_end_first(tmp_path: Path):
     files = SKILLS
     skills = Skills(tmp_path, files)
-    skills.rig.exec("count{to=4}")
+    skills.rig.exec("count{to=5}", loops=2)
     skills.change(count=SKILLS["count"].replace("or 3", "or 1"))
     skills.rig.loop(2)
     assert skills.logged().count("they are loaded after this skill string") == 1
