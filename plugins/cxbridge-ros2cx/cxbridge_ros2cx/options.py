@@ -72,6 +72,14 @@ class Ros2CxOptions(PluginOptions):
         ),
     ] = None
 
+    hash_order: Annotated[
+        bool,
+        typer.Option(
+            "--hash-order",
+            help="With parameters of clips_manager: activate environments in the order of a C++ hash table.",
+        ),
+    ] = False
+
     def check(self, options: RunOptions) -> None:  # noqa: ARG002 - the check needs no options of other groups
         if self.executors and self.ros2cx is None:
             raise CxbridgeError(

@@ -128,6 +128,8 @@ class CxNode(Executive):
         self._receive_messages()  # before the ticks, so that plug-ins see the messages since the last loop
         for plugin in list(self.manager.plugins.values()):
             self.manager.attempt(plugin, plugin.tick)
+        if self._services is not None:
+            self._services.tick()
         self._receive_messages()  # the messages that nodes of this process have sent during the ticks
         fired_count, self._fired_count = self._fired_count, 0
         return fired_count

@@ -23,6 +23,7 @@ from cxbridge.run.rights import read_rights
 from cxbridge.run.source import LoadedFile, Source
 from cxbridge.run.specs import choose_spec
 from cxbridge_protobuf.settings import CONNECTIONS_KEY
+from cxbridge_ros2cx.cx.hash_order import order_by_hash
 from cxbridge_ros2cx.cx.manager import CxManager
 from cxbridge_ros2cx.cx.node import CxNode
 from cxbridge_ros2cx.cx.packages import Packages, find_package_folder
@@ -183,7 +184,10 @@ class CxSource(Source):
         self, context: Run, manager: EnvironmentManager, mapper: ActionMapper, files: CoreFiles
     ) -> Executive:
         assert isinstance(manager, CxManager)
-        return CxNode(manager, context.config, mapper, files)
+        node = CxNode(manager, context.config, mapper, files)
+        if self.options.option("hash_order"):
+            node.environment_names = order_by_hash(node.environment_names)
+        return node
 
 
 def _make_local_connections() -> MakeConnections:

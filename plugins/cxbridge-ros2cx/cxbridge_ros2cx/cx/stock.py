@@ -55,10 +55,13 @@ class StockOutput(OutputRouter):
     levels: ClassVar[Mapping[bytes, Level]] = _LEVEL_BY_NAME
 
     stdout_level = Level.INFO
+    logical_name = ""  # the logical name of the last line
+
     _buffer = ""
 
     def _emit_complete_lines(self, target: bytes, text_piece: str) -> None:
         *lines, self._buffer = (self._buffer + text_piece).split("\n")
+        self.logical_name = target.decode()
         level = self.stdout_level if target == b"stdout" else self.levels[target]
         for line in lines:
             self._sink(level, line)

@@ -28,8 +28,10 @@ if TYPE_CHECKING:
     from cxbridge_ros2cx.cx.ros.messages import MessageTable
 
 _PDDL_NAMESPACE: Final = "/pddl_manager/"
-# definitions that neither a checkout nor rosbags has: of types in the examples of the ROS 2 CX
+# definitions that neither a checkout nor rosbags has: of bonds, and of types in the examples of the ROS 2 CX
 _EXTRA_DEFINITIONS: Final = {
+    "bond/msg/Status": "std_msgs/Header header\nstring id\nstring instance_id\nbool active\n"
+    "float32 heartbeat_timeout\nfloat32 heartbeat_period\n",
     "example_interfaces/action/Fibonacci": "int32 order\n---\nint32[] sequence\n---\nint32[] sequence\n",
     "turtlesim/msg/Pose": "".join(
         f"float32 {name}\n" for name in ("x", "y", "theta", "linear_velocity", "angular_velocity")

@@ -1,16 +1,18 @@
 """The services that the node offers to peers.
 
 Services create environments and load plug-ins, lead the node through its life cycle, and report its
-parameters. A topic carries log lines. Errors and log lines have the texts of the ROS 2 CX,
-carologistics/clips_executive.
+parameters. Topics carry log lines, and the heartbeats by which the life-cycle manager of Nav2 watches the
+node (its bond). Errors and log lines have the texts of the ROS 2 CX, carologistics/clips_executive.
 """
 
 from __future__ import annotations
 
+import uuid
 from collections.abc import Callable, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
+from cxbridge.clock import MICROSECONDS
 from cxbridge.closing import Closing
 from cxbridge.errors import CxbridgeError, Ros2Error
 from cxbridge.executive.host.values import FALSE
@@ -19,13 +21,22 @@ from cxbridge_ros2.lifecycle import ACTIVATE, CONFIGURE, DEACTIVATE, SHUTDOWN, L
 from cxbridge_ros2.parameters import Parameters
 from cxbridge_ros2.rosout import RosoutPublisher
 from cxbridge_ros2cx.cx.ros.handlers import wrap_handler
+from cxbridge_ros2cx.cx.stock import StockOutput
+from cxbridge_ros2cx.refresh import RefreshTimer
 
 if TYPE_CHECKING:
+    from cxbridge.events import Level
+    from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge_ros2.messages import Message
     from cxbridge_ros2cx.cx.manager import CxManager
 
 _PACKAGE: Final = "cx_msgs/srv"
-_INACTIVE_SERVICE: Final = "list_envs"  # the service that an inactive node keeps
+_BOND: Final = "bond"
+# time without a heartbeat after which a peer considers the bond broken, as in Nav2
+_BOND_TIMEOUT_S: Final = 4.0
+_LOGGING_SERVICE: Final = "set_topic_logging"
+_LISTENER_NAME: Final = "topic"  # name of the listener that publishes an environment's lines
+_INACTIVE_SERVICES: Final = ("list_envs", _LOGGING_SERVICE)  # services that an inactive node keeps
 
 Fields = Mapping[str, Any]
 
@@ -45,7 +56,10 @@ class NodeServices(Closing):
         self._close_functions: dict[str, Callable[[], None]] = {}
         self._rosout = RosoutPublisher(self._node, self._name)
         context.bus.subscribe(self._rosout, *RosoutPublisher.events)
+        self._bond = Bond.from_parameters(manager) if state is LifecycleState.ACTIVE else None
         self._offer_services()
+        if context.has_2026_changes:
+            self._close_functions[_LOGGING_SERVICE] = TopicLogging(manager).close
         report, clock = manager.log.error, context.clock
         served_transitions: dict[str, Callable[[], bool]] = {
             CONFIGURE: transitions[CONFIGURE],
@@ -132,21 +146,105 @@ class NodeServices(Closing):
         has_succeeded = activate()
         # without a check of the result, since a failed activation raises its error
         self._offer_services()
+        self._bond = Bond.from_parameters(self._manager)
         return has_succeeded
 
     def _deactivate(self, deactivate: Callable[[], bool]) -> bool:
         has_succeeded = deactivate()
-        for name in [name for name in self._close_functions if name != _INACTIVE_SERVICE]:
+        for name in [name for name in self._close_functions if name not in _INACTIVE_SERVICES]:
             self._close_functions.pop(name)()
+        self._break_bond()
         return has_succeeded
 
+    def tick(self) -> None:
+        """Send the heartbeat of the bond when it is due."""
+        if self._bond is not None:
+            self._bond.tick()
+
+    def _break_bond(self) -> None:
+        if self._bond is not None:
+            self._bond.close()
+            self._bond = None
+
     def close(self) -> None:
+        self._break_bond()
         self._manager.bus.unsubscribe(self._rosout)
         while self._close_functions:
             self._close_functions.popitem()[1]()
         self._lifecycle.close()
         self._parameters.close()
         self._rosout.close()
+
+
+class Bond(Closing):
+    """The bond of an active node, which sends heartbeats on the topic ``bond``.
+
+    :param period_s: the time between two heartbeats.
+    """
+
+    def __init__(self, manager: CxManager, period_s: float) -> None:
+        context = manager.context
+        self._topic = context.ros.node.create_publisher(context.ros.full_name(_BOND), "bond/msg/Status")
+        self._timer = RefreshTimer(context.clock, int(period_s * MICROSECONDS))
+        self._status = {
+            "id": context.parameters.name.rpartition("/")[2],
+            "instance_id": str(uuid.uuid4()),
+            "active": True,
+            "heartbeat_timeout": _BOND_TIMEOUT_S,
+            "heartbeat_period": period_s,
+        }
+        self._topic.publish(self._status)
+
+    @classmethod
+    def from_parameters(cls, manager: CxManager) -> Bond | None:
+        """Return the bond that the parameters configure; None without a heartbeat period."""
+        period_s = manager.context.parameters.get(f"{_BOND}_heartbeat_period", 0.0)
+        return cls(manager, period_s) if period_s > 0.0 else None
+
+    def tick(self) -> None:
+        if self._timer.advance_if_due():
+            self._topic.publish(self._status)
+
+    def close(self) -> None:
+        self._topic.publish(self._status | {"active": False})
+        self._topic.close()
+
+
+class TopicLogging:
+    """Publishes the log lines of the environments that a parameter or a peer has selected.
+
+    The service exists since pull request 33 of carologistics/clips_executive (June 2026).
+    """
+
+    def __init__(self, manager: CxManager) -> None:
+        self._manager, node = manager, manager.context.ros.node
+        name = manager.context.parameters.name
+        self._publisher = node.create_publisher(f"{name}/clips_log", "cx_msgs/msg/Log")
+        self.close: Callable[[], None] = node.serve(
+            f"{name}/{_LOGGING_SERVICE}",
+            f"{_PACKAGE}/SetTopicLogging",
+            self._set_logging,
+            right=Right.CONTROL,
+        )
+        for env in manager.environments:
+            if manager.context.parameters.get(f"{env}.log_clips_to_topic", default=False):
+                self._switch_logging(env, is_enabled=True)
+
+    def _set_logging(self, request: Message) -> Fields:
+        self._switch_logging(request["env_name"], is_enabled=request["enabled"])
+        return {"success": True}
+
+    def _switch_logging(self, name: str, *, is_enabled: bool) -> None:
+        env = self._manager.environments.get(name)
+        if env is None:  # as in the ROS 2 CX, an unknown environment is no error
+            return
+        env.line_listeners.pop(_LISTENER_NAME, None)
+        if is_enabled:
+            env.line_listeners[_LISTENER_NAME] = partial(self._publish, env)
+
+    def _publish(self, env: ClipsEnvironment, _level: Level, line: str) -> None:
+        logical_name = env.output.logical_name if isinstance(env.output, StockOutput) else ""
+        self._publisher.publish({"env_name": env.name, "logical_name": logical_name, "line": line})
 
 
 def _to_message_value(value: Any) -> Any:

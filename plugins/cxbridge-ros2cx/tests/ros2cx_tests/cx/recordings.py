@@ -99,17 +99,13 @@ def run(name: str, folder: Path, recording: Recording) -> tuple[RunResult, dict[
         ros2cx=checkout(name),
         timeout=recording.seconds,
         log_dir=logs,
+        hash_order=True,
     )
 
     def attach(assembly: Run) -> None:
-        executive = assembly.executive
-        assert isinstance(executive, CxNode)
-        # the original activates its environments in the order of a hash table
-        order = tuple(dict.fromkeys(activated(name)))
-        if {*order} == {*executive.environment_names}:
-            executive.environment_names = order
         if recording.peer is not None:
-            step = recording.peer(executive.manager.context.ros.graph.join("peer"))
+            assert isinstance(assembly.executive, CxNode)
+            step = recording.peer(assembly.executive.manager.context.ros.graph.join("peer"))
             begun_us = assembly.clock.now_us()
             assembly.loop.add(
                 Hook.PRE_LOOP, lambda: step((assembly.clock.now_us() - begun_us) / MICROSECONDS)

@@ -24,7 +24,13 @@ ENV, TRIGGER = "one", "std_srvs/srv/Trigger"
 
 
 @pytest.fixture
-def run(tmp_path):
+def said():
+    """The messages on clips_log: logical name and line."""
+    return []
+
+
+@pytest.fixture
+def run(tmp_path, said):
     """Run an agent while services of the executive plug-in are called, a loop each."""
 
     def run(program, calls=(), more="rule_limit: -1"):
@@ -38,6 +44,14 @@ def run(tmp_path):
             node = assembly.executive.manager.context.ros.graph.join("peer")
             topic = "/clips_manager/executive/refresh_agenda"
             node.subscribe(topic, "std_msgs/msg/Int64", lambda message: fired.append(message["data"]))
+
+            def note(message):
+                said.append((message["logical_name"], message["line"]))
+
+            node.subscribe("/clips_manager/clips_log", "cx_msgs/msg/Log", note)
+
+            def receive_messages(answer):
+                answers.append((answer["success"], answer["message"]))
 
             def step():
                 if left:
@@ -103,6 +117,13 @@ def test_the_time_is_there_in_the_first_pass_only(run):
     result, _, _, fired = run(program)
     assert set(fired) == {2}
     assert result.status == 0
+
+
+def test_lines_are_messages(run, said):
+    program = '(defrule hello (time ?) (not (said)) => (assert (said)) (printout green "hello" crlf))'
+    run(program, more="log_clips_to_topic: true")
+    assert ("green", "hello") in said
+    assert any(name == "stdout" and line.endswith("(said)") for name, line in said)
 
 
 def test_a_module_of_the_stack_is_run(run):

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -39,6 +41,7 @@ class Peer:
         self.calls, self.refreshed, self.log = [*calls], 0, folder / "logs"
         self.answers: list[dict[str, object]] = []
         self.values: dict[str, object] = {}
+        self.listens: tuple[str, str, Callable[[dict[str, Any]], None]] | None = None
 
     def run(self, seconds=3.0):
         options = options_from_keywords(self.parameters, ros2cx=CX_DIR, timeout=seconds, log_dir=self.log)
@@ -49,6 +52,8 @@ class Peer:
         assert isinstance(assembly.executive, CxNode)
         self.node = assembly.executive.manager.context.ros.graph.join("peer")
         self.node.subscribe("/clips_executive/refresh_agenda", "std_msgs/msg/Empty", self.count)
+        if self.listens:
+            self.node.subscribe(*self.listens)
         self.client = ParameterClient(self.node, "/clips_manager")
         assembly.loop.add(Hook.PRE_LOOP, self.step)
 
@@ -119,6 +124,34 @@ def test_a_second_activation_begins_anew(tmp_path):
     assert log.count("hello") == 3
     assert sum("(executive-finalize)" in line for line in log) == 3
     assert result.status == 0
+
+
+def test_a_node_that_does_not_start_by_itself_waits_for_a_peer(tmp_path):
+    peer = Peer(tmp_path, ("get_state", "lifecycle_msgs/srv/GetState", {}), change(3), change(1), change(3))
+    peer.parameters.write_text(
+        peer.parameters.read_text().replace("executive:", "autostart_node: false\n    executive:")
+    )
+    result, log = peer.run()
+    state, *done = peer.answers
+    assert "unconfigured" in str(state["current_state"])
+    assert [each["success"] for each in done] == [False, True, True]
+    assert log.count("hello") == 1
+    assert result.status == 0
+
+
+def test_a_bond_beats_until_the_node_is_deactivated(tmp_path):
+    beats: list[dict[str, object]] = []
+    peer = Peer(tmp_path, *[("get_state", "lifecycle_msgs/srv/GetState", {})] * 20, change(4))
+    peer.listens = ("/bond", "bond/msg/Status", beats.append)
+    peer.parameters.write_text(
+        peer.parameters.read_text().replace("executive:", "bond_heartbeat_period: 0.5\n    executive:")
+    )
+    peer.run()
+    assert [beat["active"] for beat in beats] == [True] * 4 + [False]
+    assert {(beat["id"], beat["heartbeat_timeout"], beat["heartbeat_period"]) for beat in beats} == {
+        ("clips_manager", 4.0, 0.5)
+    }
+    assert len({beat["instance_id"] for beat in beats}) == 1
 
 
 @pytest.mark.parametrize(("number", "done"), [(1, False), (2, False), (7, True)])

@@ -7,10 +7,14 @@ import re
 import pytest
 
 from cxbridge_ros2.qos import PROFILES
+from cxbridge_ros2cx.cx.hash_order import order_by_hash
+from cxbridge_ros2cx.cx.parameters import NodeParameters
 from ros2cx_tests.cx.recordings import (
     Recording,
+    activated,
     comparable,
     names,
+    parameters,
     recorded,
     run,
     sourced,
@@ -246,6 +250,15 @@ def test_numbers_convert(tmp_path):
         "RESULT float-in-int32 2",
         "RESULT ints-in-floats 1.0 2.0",
     ]
+
+
+@needs_newer_cx
+def test_hash_order_is_that_of_the_recordings(tmp_path):
+    several = {name: activated(name) for name in RECORDINGS if len({*activated(name)}) > 1}
+    assert len(several) >= 6
+    for name, order in several.items():
+        given = NodeParameters.load(parameters(name, tmp_path)).get_strings("environments")
+        assert [*order_by_hash(given)] == order
 
 
 @pytest.mark.parametrize(
