@@ -212,7 +212,10 @@ class PatternCE(Struct, frozen=True, dict=True):
                 is_before_selected = False
                 texts.append(part.join_fields([field.text for field in part.fields]))
             elif is_before_selected and part.bound_variables & required_variables:
-                fields = [f.binder if f.name in required_variables else f.wildcard for f in part.fields]
+                fields = [
+                    field.binder if field.name in required_variables else field.wildcard
+                    for field in part.fields
+                ]
                 texts.append(part.join_fields(fields))
             # Slots can be omitted, but the fields of an ordered fact must stay at their positions.
             elif not part.slot:

@@ -8,8 +8,9 @@ from dataclasses import dataclass, field
 from typing import Final
 
 _TOKEN: Final = re.compile(
-    r"""(?P<comment>--\[(?P<level>=*)\[.*?(?:\](?P=level)\]|\Z)|--[^\n]*)
-    |(?P<string>"(?:[^"\\\n]|\\.)*"|'(?:[^'\\\n]|\\.)*'|\[(?P<depth>=*)\[.*?(?:\](?P=depth)\]|\Z))
+    r"""(?P<comment>--\[(?P<comment_level>=*)\[.*?(?:\](?P=comment_level)\]|\Z)|--[^\n]*)
+    |(?P<string>"(?:[^"\\\n]|\\.)*"|'(?:[^'\\\n]|\\.)*'
+        |\[(?P<string_level>=*)\[.*?(?:\](?P=string_level)\]|\Z))
     |(?P<name>[A-Za-z_]\w*)
     |(?P<number>\.?\d[\w.]*)
     |(?P<sign>\.{2,3}|[=~<>]=|\S)""",

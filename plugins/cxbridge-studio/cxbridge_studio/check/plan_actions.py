@@ -46,9 +46,9 @@ def find_source_actions(files: Iterable[ClipsFile]) -> Iterator[SourceAction]:
                 if fact.head == _PLAN_ACTION:
                     yield from _find_fact_actions(file, fact)
         for call in file.find_calls(*builders):
-            for name in call.arguments[builders[call.head] :][:1]:
-                if literal(name):
-                    yield SourceAction(file, name, call, None, None)
+            index = builders[call.head]
+            if len(call.arguments) > index and literal(call.arguments[index]):
+                yield SourceAction(file, call.arguments[index], call, None, None)
 
 
 def _find_fact_actions(file: ClipsFile, fact: SyntaxNode) -> Iterator[SourceAction]:
@@ -61,8 +61,8 @@ def _find_fact_actions(file: ClipsFile, fact: SyntaxNode) -> Iterator[SourceActi
             file,
             name[0],
             fact,
-            None if names is None else literal_values(names),
-            None if values is None else literal_values(values),
+            None if names is None else listed_values(names),
+            None if values is None else listed_values(values),
         )
 
 
@@ -79,8 +79,8 @@ def _find_builders(file: ClipsFile) -> Iterator[tuple[str, int]]:
                 yield construct.name, parameters.index(slot.arguments[0].text)
 
 
-def literal_values(values: ValueNodes) -> ValueNodes | None:
-    """Return the values of a slot or an argument; None if a variable may hold any number of values."""
+def listed_values(values: ValueNodes) -> ValueNodes | None:
+    """Return the nodes of a slot's or argument's values; None if one variable stands for all of them."""
     if len(values) == 1 and values[0].head == "create$":
         values = values[0].arguments
     elif len(values) == 1 and values[0].text.startswith("?"):
@@ -88,7 +88,7 @@ def literal_values(values: ValueNodes) -> ValueNodes | None:
     return values
 
 
-def count_literals(values: ValueNodes) -> int | None:
+def count_values(values: ValueNodes) -> int | None:
     """Return the number of values; None if a call or a multifield variable gives an unknown number."""
     is_open = any(value.items is not None or value.text.startswith("$?") for value in values)
     return None if is_open else len(values)

@@ -153,7 +153,9 @@ def _check_record_layout(env: CData) -> None:
     record = ffi.cast("intptr_t *", EXTRA_FUNCTIONS.FindFunction(env, b"system"))
     address = ctypes.cast(ctypes.CDLL(_clips.__file__).SystemCommand, ctypes.c_void_p).value
     if record[_POINTER_OFFSET] != address:
-        raise RuntimeError("this build of CLIPS lays out functions in an unknown way")
+        raise RuntimeError(
+            "the check cannot replace functions: this build of CLIPS lays them out in an unknown way"
+        )
 
 
 def _make_stub_function(types: int) -> Callable[[CData, CData, CData], None]:

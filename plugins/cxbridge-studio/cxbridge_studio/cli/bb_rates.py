@@ -25,6 +25,7 @@ from cxbridge_studio.terminal.metering import OWNER, WINDOW, Rate, RateMeter
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
+    from cxbridge.blackboard.following import Deadline
 
 NO_RATE = "fewer than two writes yet"
 NO_NEW_WRITES = "no new writes"
@@ -95,7 +96,7 @@ def _make_json_row(uid: str, rate: Rate | None, size: int) -> dict[str, Any]:
 
 
 def _measure_rates(
-    board: BlackBoard, globs: list[str], options: MeterOptions, deadline: Any
+    board: BlackBoard, globs: list[str], options: MeterOptions, deadline: Deadline
 ) -> Iterator[dict[str, RateMeter]]:
     """Yield the meters of all interfaces by uid whenever a report is due, until the deadline."""
     from cxbridge.blackboard.following import Deadline, Feed

@@ -94,7 +94,7 @@ def coverage(
     from cxbridge_studio.explain.coverage.model import compute_coverage
 
     fail_under = outputs.fail_under
-    if fail_under is not None and not 0 <= fail_under <= 100:  # noqa: PLR2004  per cent
+    if fail_under is not None and not 0 <= fail_under <= 100:  # noqa: PLR2004 - per cent
         raise CxbridgeError(f"--fail-under cannot be {fail_under:g}", hint="use a number from 0 to 100")
     agent, recorded_use = _read_runs(runs, scenario, env, core=core)
     has_firings = len(recorded_use.runs_without_firings) < len(runs)

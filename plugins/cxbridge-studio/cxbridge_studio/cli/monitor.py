@@ -37,9 +37,9 @@ def monitor(
     with Interrupt() as interrupt:
         screen = make_monitor_app(_open_source(run, url, interface_dir))
         screen.is_end_requested = lambda: interrupt.is_signalled
-        interrupt.check()
+        interrupt.check()  # a signal during the connection ends the command before the screen appears
         screen.run()
-        interrupt.check()
+        interrupt.check()  # after a signal the screen ends as if the user had quit: the status must be 130
     return 0
 
 

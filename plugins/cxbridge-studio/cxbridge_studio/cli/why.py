@@ -19,10 +19,10 @@ from cxbridge.run.options import RunOptions
 if TYPE_CHECKING:
     from cxbridge_studio.explain.evidence import Evidence
 
-_RUN_END = "end"
+_RUN = "run"  # the word in place of a name that explains the whole run
+_RUN_END = "end"  # the value of --at for the end of the run
 _EXECUTIVE = "executive"
 _ANSWER_TIMEOUT_S = 30.0  # the time limit of the daemon's answer
-_RUN = "run"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -177,8 +177,8 @@ def _open_evidence(
     from cxbridge_studio.explain.recorded import RecordedEvidence
 
     recording = open_run(run)
-    rules = load_scenario_rules(options, env=env) if has_scenario else None
-    yield RecordedEvidence(recording, at_s, env, rules)
+    constructs = load_scenario_rules(options, env=env) if has_scenario else None
+    yield RecordedEvidence(recording, at_s, env, constructs)
 
 
 def _parse_words(words: list[str]) -> tuple[str, str, Path | None]:

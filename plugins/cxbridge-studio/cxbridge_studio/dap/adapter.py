@@ -19,7 +19,7 @@ import msgspec
 from cxbridge.errors import CxbridgeError
 from cxbridge_studio.dap import phases, protocol
 from cxbridge_studio.dap.breakpoints import FILTERS, Breakpoints
-from cxbridge_studio.dap.launching import make_run
+from cxbridge_studio.dap.launching import make_live_run
 from cxbridge_studio.dap.live import LiveRun, RunStop
 from cxbridge_studio.dap.phases import SessionPhase, check_phase
 from cxbridge_studio.dap.stops import StopView
@@ -254,7 +254,7 @@ class Adapter:
         return CAPABILITIES
 
     def _launch(self, arguments: dict[str, Any]) -> None:
-        self._run = make_run(arguments)
+        self._run = make_live_run(arguments)
         if not arguments.get("noDebug"):
             self._breakpoints.attach(self._run)
 

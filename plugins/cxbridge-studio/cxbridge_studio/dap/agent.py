@@ -98,6 +98,10 @@ class DebuggedAgent:
             raise self.probes.error
 
     def set_breakpoints(self, group: str, breakpoints: Mapping[int, Breakpoint]) -> None:
+        """Replace the breakpoints of a group.
+
+        :param breakpoints: the breakpoints by the client's numbers.
+        """
         for previous in self._breakpoint_groups.pop(group, ()):
             self.debugger.remove(previous)
             self.client_numbers.pop(previous)
@@ -165,6 +169,7 @@ class StoppedEnvironment:
         return self._agent.find_rule_position(rule)
 
     def take_rule_snapshot(self, rule: str) -> Snapshot:
+        """Return a rule without facts."""
         return take_snapshot(self._env, rule, max_facts=0)
 
     def count_facts(self) -> Mapping[str, int]:

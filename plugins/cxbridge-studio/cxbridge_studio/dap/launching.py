@@ -21,19 +21,21 @@ _EDITOR_KEYS: Final = frozenset(
 )
 
 
-def make_run(arguments: Mapping[str, Any]) -> LiveRun:
-    """Return the run of a launch configuration.
+def make_live_run(arguments: Mapping[str, Any]) -> LiveRun:
+    """Change to the folder ``cwd`` of a launch configuration, and return the run.
 
     :param arguments: ``scenario`` and the options of ``cxbridge run``, as ``skillDirs`` or ``skill-dirs``;
         also ``stopOnEntry``, ``stopInRules`` and ``cwd``.
     :raises CxbridgeError: if the arguments are invalid.
     """
+    # VS Code adds keys for itself that begin with `__`, such as `__sessionId`.
     run_arguments = {
         name: value
         for name, value in arguments.items()
         if name not in _EDITOR_KEYS and not name.startswith("__") and value is not None
     }
     _enter_folder(_take_text(run_arguments, "cwd"))
+    # from a copy: the client's arguments stay unchanged, and `run_arguments` lacks the keys of editors
     without_stops = _take_flag(dict(arguments), "noDebug", default=False)
     stop_on_entry = _take_flag(run_arguments, "stopOnEntry", default=False) and not without_stops
     stops_at_actions = _take_flag(run_arguments, "stopInRules", default=True) and not without_stops

@@ -62,9 +62,8 @@ class DebugClient(Protocol):
 class LiveRun:
     """A debugged run. The serving thread calls all methods except :meth:`interrupt`.
 
-    :ivar can_stop_at_actions: whether the run can stop within right-hand sides.
     :param stop_on_entry: whether to stop before the first rule.
-    :param stops_at_actions: whether the run can stop within right-hand sides.
+    :param stops_at_actions: whether the run can stop within right-hand sides, as :attr:`can_stop_at_actions`.
     """
 
     def __init__(
@@ -152,7 +151,7 @@ class LiveRun:
             agent.run.interrupt()
 
     def set_breakpoints(self, group: str, breakpoints: Mapping[int, Breakpoint]) -> None:
-        """Replace the breakpoints of a group, given by number."""
+        """Replace the breakpoints of a group, given by the client's numbers."""
         self._breakpoint_groups[group] = breakpoints  # for agents that start later
         for agent in self._agents:
             agent.set_breakpoints(group, breakpoints)
@@ -178,7 +177,7 @@ class LiveRun:
         return bool(self._agents) and all(agent.run.executive.initialized for agent in self._agents)
 
     def explain_no_stop(self, rule: str, file: Path) -> str:
-        """Return why a rule of a file cannot stop; empty if any agent can stop there."""
+        """Return why no agent can stop at a rule of a file; empty if any agent can."""
         reasons = [self._explain_missing(agent, rule, file) for agent in self._agents]
         return reasons[0] if all(reasons) else ""
 
@@ -186,11 +185,11 @@ class LiveRun:
     def _explain_missing(agent: DebuggedAgent, rule: str, file: Path) -> str:
         rule_position = agent.find_rule_position(rule)
         if rule_position is not None and rule_position.file != file:
-            return f"the rule {rule} that was loaded is the one in {rule_position.file}:{rule_position.line}"
-        book = read_rulebook(agent.env, agent.run.paths.clips_dirs)
-        if rule in book.rules:
+            return f"the loaded rule {rule} is defined in {rule_position.file}:{rule_position.line}"
+        rulebook = read_rulebook(agent.env, agent.run.paths.clips_dirs)
+        if rule in rulebook.rules:
             return ""
-        return explain_missing_rule(rule, book) or f"the spec does not load {file.name}"
+        return explain_missing_rule(rule, rulebook) or f"the spec does not load {file.name}"
 
     def explain_unreachable(self, tested_breakpoint: Breakpoint) -> str:
         """Return why no loaded rule can reach a breakpoint; empty if a rule can."""

@@ -69,7 +69,7 @@ class StopView:
 
     def _open_nodes(self, reference: int) -> list[VariableNode]:
         if not 0 < reference <= len(self._child_makers):
-            raise CxbridgeError(f"there are no variables {reference} now")
+            raise CxbridgeError(f"the reference {reference} has no variables at this stop")
         if reference not in self._nodes_by_reference:
             self._nodes_by_reference[reference] = list(self._child_makers[reference - 1]())
         return self._nodes_by_reference[reference]

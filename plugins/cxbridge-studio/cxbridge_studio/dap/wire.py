@@ -75,14 +75,16 @@ class Wire:
             name, colon, value = line.strip().partition(b":")
             if not name:
                 if length is None:
-                    raise WireError("a message without Content-Length")
+                    raise WireError("a message has no Content-Length")
                 return length
             if colon and name.strip().lower() == _LENGTH_HEADER:
                 text = value.strip().decode("ascii", "replace")
                 length = parse_decimal(text)
                 if length is None or length > MAX_MESSAGE_BYTES:
-                    raise WireError(f"a message cannot have the length {text}")
-        raise WireError("a message with too many headers")
+                    raise WireError(
+                        f"a message has the length {text}, not a number up to {MAX_MESSAGE_BYTES}"
+                    )
+        raise WireError(f"a message has more than {_MAX_HEADERS} lines of headers")
 
     def write(self, message: Response | Event) -> None:
         """Send a message with the next sequence number; do nothing if the client has closed the stream."""

@@ -125,7 +125,9 @@ class AgentNames:
         return mistake
 
     def _find_skill_mistake(self, tested_breakpoint: Breakpoint) -> tuple[str, str] | None:
-        status_match = _STATUS_SUFFIX.fullmatch(tested_breakpoint.name)  # no skill string ends with a status
+        # The parser takes only a word that begins with S_ for the status, so that a misspelt status is a part
+        # of the name.
+        status_match = _STATUS_SUFFIX.fullmatch(tested_breakpoint.name)
         status = status_match[1] if status_match else tested_breakpoint.state
         mistake = _find_name_mistake(status, read_skill_statuses(), "skills have no status", "these are")
         skills = None if mistake else self._skills()

@@ -41,7 +41,7 @@ MAX_QUESTIONS: Final = 4  # the length of the interface's message queue
 
 # The limit of the transitions, and of the firings, that are kept to explain goals: lower than for a
 # recording, because a daemon runs for weeks.
-MAX_STEPS: Final = 10_000
+MAX_DAEMON_STEPS: Final = 10_000
 
 _MAX_ANSWER_BYTES: Final = 262_143  # the answer's string field has 256 KiB, with the final zero byte
 
@@ -61,7 +61,9 @@ class Explainer(Component):
         self._context = context
         self._is_daemon = isinstance(context, Daemon)
         self._start_us = context.clock.start_us
-        self._history = History(context.name or ENVIRONMENT, MAX_STEPS, MAX_STEPS, self._find_facts)
+        self._history = History(
+            context.name or ENVIRONMENT, MAX_DAEMON_STEPS, MAX_DAEMON_STEPS, self._find_facts
+        )
         # A subscription makes the environment format firings and facts, which takes time. A daemon subscribes
         # only if a recording needs these events anyway. A run on the web page has the time: the page shows it
         # at the speed of the real clock.
@@ -169,13 +171,13 @@ class CopiedEvidence(Evidence):
         texts: Mapping[str, str],
     ) -> None:
         super().__init__(where, *times_us, history)
-        self._book = rulebook
+        self._rulebook = rulebook
         self._snapshots = snapshots
         self._facts = facts
         self._texts = texts
 
     def read_rulebook(self) -> Rulebook:
-        return self._book
+        return self._rulebook
 
     def take_snapshot(self, rule: str) -> Snapshot:
         snapshot = self._snapshots.get(rule)
@@ -187,7 +189,7 @@ class CopiedEvidence(Evidence):
         return self._facts.get(template, [])
 
     def read_rule_texts(self) -> Mapping[str, str]:
-        # The copy has the texts as they are: restoring hundreds of rules would stop the loop.
+        # The texts are restored here, in the thread: restoring hundreds of rules would stop the loop.
         return restore_sources(self._texts)
 
 

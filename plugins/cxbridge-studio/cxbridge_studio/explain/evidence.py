@@ -143,8 +143,8 @@ class History:
     def add_event(self, event: Event) -> None:
         """Keep an event if it explains goals, rules or facts."""
         if isinstance(event, InterfaceWrite):
-            kind, _, skiller = event.uid.partition("::")
-            if kind == _SKILLER_TYPE:
+            type_name, _, skiller = event.uid.partition("::")
+            if type_name == _SKILLER_TYPE:
                 self._record_skill_error(event, skiller, str(event.values.get("error", "")))
         elif isinstance(event, InterfaceMessage):
             # An execution reports its progress many times, which explains nothing.

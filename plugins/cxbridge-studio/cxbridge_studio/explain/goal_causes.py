@@ -31,8 +31,9 @@ _STATUSES_WITHOUT_PLAN: Final = ("none", "failed", "cancelled", "timeout")
 _SELECTION: Final = re.compile(r"\(state\s+PENDING\s*\)")
 _EXECUTION: Final = re.compile(r"\(state\s+(?:WAITING|RUNNING|EXECUTION-SUCCEEDED)\s*\)")
 _ASSERTION: Final = re.compile(r"\(assert\s")
+
+_ACQUISITION: Final = re.compile(r"\(acquired-resources\s")  # a right-hand side that acquires resources
 _MAPPING_TEMPLATE: Final = "skill-action-mapping"
-_ACQUISITION: Final = re.compile(r"\(acquired-resources\s")
 
 _FALSE_ATOM: Final = re.compile(r"\((?P<name>[^\s()]+)(?P<values>[^()]*)\) is false")
 
@@ -69,9 +70,9 @@ class RootCauseFinder:
         """Yield the reasons why a goal stays in its mode, the most certain first."""
         if goal.mode == "SELECTED":
             yield from self.find_planner_cause(goal)
-        book, texts = self._rules_and_texts
+        rulebook, texts = self._rules_and_texts
         slots = {"class": goal.goal_class, "mode": goal.mode}
-        if (rule := find_missing_rule(find_refused_rules(book).values(), slots)) is not None:
+        if (rule := find_missing_rule(find_refused_rules(rulebook).values(), slots)) is not None:
             yield f"rule {rule.name} {rule.reason}"
         misspelt = find_misspelt_rule(texts, slots, self._classes)
         if misspelt is not None:
@@ -96,15 +97,15 @@ class RootCauseFinder:
 
     def _describe_missing_resources(self, goal: GoalRecord) -> Iterator[str]:
         """Yield the resources that a goal still needs, with their holders."""
-        facts = {slots.get("id", ""): slots for slots in self._find_facts("goal")}
-        goal_facts = facts.get(goal.id, {})
+        slots_by_goal = {slots.get("id", ""): slots for slots in self._find_facts("goal")}
+        goal_slots = slots_by_goal.get(goal.id, {})
         needed_names, acquired_names = (
-            goal_facts.get(slot, "").split() for slot in ("required-resources", "acquired-resources")
+            goal_slots.get(slot, "").split() for slot in ("required-resources", "acquired-resources")
         )
         for resource in sorted(set(needed_names) - set(acquired_names)):
             holders = [
                 goal_id
-                for goal_id, slots in facts.items()
+                for goal_id, slots in slots_by_goal.items()
                 if goal_id != goal.id and resource in slots.get("acquired-resources", "").split()
             ]
             if holders:
@@ -152,7 +153,7 @@ class RootCauseFinder:
             for change in action.changes
             if change.state == "EFFECTS-APPLIED"
             and self._goals.time_us(change.seq) == life.end_us
-            # Of actions that end together, the action about these objects.
+            # Several actions may end at this time: only an action with all objects of the atom counts.
             and {*match["values"].split()} <= {*action.params.strip("()").split()}
         ] or [f"by rule {life.end_rule}" if life.end_rule else "by no rule"]
         return f"{match[0]}, made false at {self._evidence.compute_seconds(life.end_us):.3f} s {makers[0]}"
@@ -211,11 +212,11 @@ def _describe_rule_for_similar_action(
     :param template: the text, with places for the rule, the similar name and the action's name.
     """
     for rule, names in rules.items():
-        similar_rule = nearest_names(
+        similar_names = nearest_names(
             diagnosis.name, [name for name in names if name not in diagnosis.operators]
         )
-        if diagnosis.name not in names and similar_rule:
-            return template.format(rule, similar_rule[0], diagnosis.name)
+        if diagnosis.name not in names and similar_names:
+            return template.format(rule, similar_names[0], diagnosis.name)
     return ""
 
 

@@ -350,10 +350,13 @@ class GoalStoryWriter:
     def _find_retraction_wait_causes(self, goal: GoalRecord) -> Iterator[Cause]:
         """Yield why a goal with an outcome has not been retracted, with the rules that can retract it."""
         if goal.mode != "RETRACTED" and not self._is_retracted(goal):
-            yield Cause(self._describe_wait(goal), tuple(self._make_rule_list_cause(goal)))
+            yield Cause(self._describe_wait(goal), tuple(self._find_rule_causes(goal)))
 
-    def _make_rule_list_cause(self, goal: GoalRecord) -> Iterator[Cause]:
-        """Yield one cause, which lists the rules that can change the goal's mode; none without such rules."""
+    def _find_rule_causes(self, goal: GoalRecord) -> Iterator[Cause]:
+        """Yield why each rule that can change the goal's mode does not fire.
+
+        If the matches of all these rules are unknown, a single cause lists the rules.
+        """
         slots = {"class": goal.goal_class, "sub-type": goal.sub_type, "mode": goal.mode}
         names = find_mode_changing_rules(self._evidence.read_rule_texts(), slots)
         causes = [cause for name in names if (cause := self._waiting_rules.explain(name)) is not None]
@@ -391,7 +394,7 @@ class GoalStoryWriter:
             yield from _make_root_causes(self._root_cause_finder.find_wait_causes(goal))
             # A sub-goal that is not selected waits for the rules of its parent.
             if not self._parent_depth and (not depth or mode != "FORMULATED"):
-                yield from self._make_rule_list_cause(goal)
+                yield from self._find_rule_causes(goal)
         if mode in ("EXPANDED", "COMMITTED", "DISPATCHED"):
             yield from self._find_unfinished_work_causes(goal, depth)
 
@@ -480,13 +483,16 @@ def _describe_skill_end(link: SkillLink) -> str:
     )
 
 
-def _failed_in_last_attempt(child: GoalRecord, former_seq: int, end_of_parent: GoalChange) -> bool:
-    """Return whether a sub-goal failed in the last attempt of its parent, before the parent ended."""
+def _failed_in_last_attempt(child: GoalRecord, begin_seq: int, end_of_parent: GoalChange) -> bool:
+    """Return whether a sub-goal failed in the last attempt of its parent, before the parent ended.
+
+    :param begin_seq: the number of the last event before the attempt; 0 for the first attempt.
+    """
     change = child.end_change
     return (
         change is not None
         and change.outcome in ("FAILED", "REJECTED")
-        and change.seq >= former_seq
+        and change.seq >= begin_seq
         and change.time <= end_of_parent.time
     )
 

@@ -116,12 +116,12 @@ class RecordedEvidence(Evidence):
     :param run: the recording, read once up to the moment.
     :param at_s: the seconds since the start of the run; None for its end.
     :param env: the CLIPS environment; None for the executive's, or the only one.
-    :param rules: the constructs of a scenario; None for the files attached to the recording.
+    :param constructs: the constructs of a scenario; None for the files attached to the recording.
     :raises TraceError: if the recording cannot be read, or has no such environment.
     """
 
     def __init__(
-        self, run: Run, at_s: float | None, env: str | None, rules: Constructs | None = None
+        self, run: Run, at_s: float | None, env: str | None, constructs: Constructs | None = None
     ) -> None:
         past_events = _PastEvents(run, at_s)
         self.env = env = _choose_environment(env, set(past_events.histories), run.path)
@@ -130,7 +130,7 @@ class RecordedEvidence(Evidence):
         self._facts = past_events.facts.by_env.get(env)
         self._templates_with_facts = past_events.facts.templates.get(env, set())
         self._path = run.path
-        self._rules = rules
+        self._constructs = constructs
         self._run = run
         self._diagnostics = past_events.diagnostics
         history = past_events.histories.setdefault(env, History(env))
@@ -152,7 +152,7 @@ class RecordedEvidence(Evidence):
 
         :raises TraceError: if the recording has no CLIPS files.
         """
-        if self._rules is None:
+        if self._constructs is None:
             steps = find_building_steps(self._run, self.env, self.now_us)
             texts = ((step.name, step.data) for step in steps if step.role in _CONSTRUCT_ROLES)
             files = [
@@ -167,8 +167,8 @@ class RecordedEvidence(Evidence):
                     hint="name the scenario that was run, or with --fawkes-dir the checkout of the Fawkes "
                     "that wrote the log",
                 )
-            self._rules = Constructs(files, self._diagnostics.find_diagnostics(self.env))
-        return self._rules
+            self._constructs = Constructs(files, self._diagnostics.find_diagnostics(self.env))
+        return self._constructs
 
     def read_rulebook(self) -> Rulebook:
         return self._load_constructs().read_rulebook()

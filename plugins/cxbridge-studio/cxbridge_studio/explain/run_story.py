@@ -81,7 +81,7 @@ class _RunStoryWriter:
         work = list(self._describe_work())
         # A waiting goal is a problem only if no skill and no planner works.
         troubled_goals = failed_goals + ([] if work else open_goals)
-        # The most certain blocker of the waiting goals leads.
+        # Failed goals come first, then the waiting goals, the most certain blocker first.
         stories = sorted(
             (self._story_writer.write_goal_story(goal) for goal in troubled_goals[:MAX_SENTENCES]),
             key=lambda story: -story.cause.certainty if story.waits else -CERTAIN_ROOT - 1,

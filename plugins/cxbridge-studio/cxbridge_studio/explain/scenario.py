@@ -28,6 +28,7 @@ from cxbridge_studio.explain.rules.snapshot import Rulebook, Snapshot
 class EnvironmentEvidence(Evidence):
     """Evidence from an existing environment.
 
+    :param times_us: the start of the run, and the moment to explain.
     :param folders: the folders of the agent's CLIPS files.
     """
 

@@ -56,7 +56,7 @@ class WaitingRules:
         return self._causes[rule]
 
     def _explain_makers(self, story: RuleStory) -> Iterator[Cause]:
-        """Yield why the rules do not fire that make the fact a rule lacks."""
+        """Yield why the rules that would make the missing fact of a rule do not fire."""
         if (shortage := find_shortage(story)) is None:
             return
         template, slot, values = shortage

@@ -33,7 +33,6 @@ class Proposal(NamedTuple):
 
 # the action in: (plan-action (action-name goto)
 _ACTION_NAME: Final = re.compile(r"\(action-name\s+([^\s()?]+)")
-# the message before the cursor in: (pb-field-value ?m
 # the fact in: ?fact:slot
 _SLOT_ACCESS: Final = re.compile(r"(\?[\w-]+):[^\s()]*\Z")
 _CONSTRUCTS: Final = (*CONSTRUCT_KINDS, "defglobal")

@@ -64,7 +64,9 @@ def find_context(file: SourceFile, offset: int) -> Context | None:
     open_starts = find_open_lists(text)
     is_at_head = bool(open_starts) and not text[open_starts[-1] + 1 :].strip()
     lists = open_starts[:-1] if is_at_head else open_starts
-    heads = tuple(match[1] if (match := _HEAD.match(text, start)) else "" for start in reversed(lists))
+    heads = tuple(
+        match[1] if (match := _HEAD.match(text, list_start)) else "" for list_start in reversed(lists)
+    )
     template, pattern_start = _find_enclosing_template(text, heads, lists)
     is_in_condition = bool(heads) and heads[-1] == "defrule" and "=>" not in blank(text)
     return Context(

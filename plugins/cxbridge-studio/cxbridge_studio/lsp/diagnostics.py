@@ -138,9 +138,9 @@ def _check_template(
         return None  # `object` is the pattern of CLIPS for instances of classes
     next_mentions = placed.piece.mentions[index + 1 : index + 2]
     slots = [
-        mention
-        for mention in next_mentions
-        if mention.name.kind is NameKind.SLOT and mention.name.owner == name
+        next_mention
+        for next_mention in next_mentions
+        if next_mention.name.kind is NameKind.SLOT and next_mention.name.owner == name
     ]
     if not slots or mention.use is Use.QUERIED:
         return None  # an ordered fact needs no deftemplate, and CLIPS accepts any name in a query

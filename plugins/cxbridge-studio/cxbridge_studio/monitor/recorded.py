@@ -35,14 +35,12 @@ from cxbridge_studio.monitor.snapshot import (
 )
 
 _FIRST_LOAD_S: Final = 0.5  # the time for reading before the first screen
-_LOAD_SLICE_S: Final = (
-    0.15  # the time for reading before a snapshot, short so that the screen stays responsive
-)
+# the time for reading before a snapshot, short so that the screen stays responsive
+_LOAD_SLICE_S: Final = 0.15
 _IDLE_PERIOD_S: Final = 0.3  # the time between two snapshots after the recording is loaded
 _BUSY_PERIOD_S: Final = 0.05  # the time between two snapshots while the recording loads
-_EVENTS_EACH_SIDE: Final = (
-    MAX_ROWS // 4
-)  # limit of the shown events before the current position, and after it
+# limit of the shown events before the current position, and after it
+_EVENTS_EACH_SIDE: Final = MAX_ROWS // 4
 
 COMMANDS_HELP: Final = "event N, transition N, begin, end, jump SECONDS"
 
@@ -214,7 +212,7 @@ class RecordedSource:
     def _make_field_table(self, uid: str) -> Table:
         write = self._scrubber.state.interfaces.get(uid)
         if write is None:
-            return Table(note="it has not been written yet" if uid else "")
+            return Table(note="the interface has not been written yet" if uid else "")
         return Table(
             [(name, field_text(value)) for name, value in values_with_enum_names(write.values).items()]
         )

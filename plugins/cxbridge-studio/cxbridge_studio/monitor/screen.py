@@ -321,8 +321,8 @@ class MonitorApp(App[None]):
             pane in BREAKPOINT_SPECS
             and (row := self._find_widget(f"#{pane}", RowTable).item_at_cursor) is not None
         ):
-            begin, column, end = BREAKPOINT_SPECS[pane]
-            spec = f"{begin}:{row[column]}{end}"
+            kind, name_column, suffix = BREAKPOINT_SPECS[pane]
+            spec = f"{kind}:{row[name_column]}{suffix}"
         self.action_ask(f":break {spec}")
 
     def action_delete(self) -> None:

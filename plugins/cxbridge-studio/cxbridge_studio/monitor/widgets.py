@@ -17,7 +17,7 @@ from cxbridge.history.outcome import OutcomeKind, action_outcome, skill_outcome
 from cxbridge.history.tree import goal_line
 from cxbridge.printing import indent_lines, one_line
 from cxbridge_studio.monitor.filtering import make_goal_forest
-from cxbridge_studio.monitor.snapshot import GoalRow, LogRow, Table
+from cxbridge_studio.monitor.snapshot import MAX_LINES, GoalRow, LogRow, Table
 
 _COLOURS: Final = {
     **{outcome.name: outcome.colour for outcome in OutcomeKind},
@@ -158,7 +158,8 @@ class LogLines(RichLog):
     """The log of a daemon, or of a recording up to the current position."""
 
     def __init__(self) -> None:
-        super().__init__(id="log", wrap=True, max_lines=2000)
+        # more than the log lines of a snapshot: here, each row of a wrapped line counts
+        super().__init__(id="log", wrap=True, max_lines=2 * MAX_LINES)
         self._last_row: LogRow | None = None
 
     def show(self, rows: Sequence[LogRow]) -> None:

@@ -38,7 +38,7 @@ def fetch_graph(board: BlackBoard, skiller: str, subject: str, timeout_s: float 
             _request_graph(interface, subject)
             change = _wait_for_graph(feed, interface, subject, Deadline(timeout_s))
         finally:
-            # a Skiller that nobody has asked for a graph shows the active skill
+            # before the first request for a graph, a Skiller shows the active skill
             _request_graph(interface, previous_subject or "ACTIVE")
     if change is None:
         raise SkillerError(

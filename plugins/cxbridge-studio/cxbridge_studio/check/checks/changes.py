@@ -37,15 +37,13 @@ _VARIABLE_USES: Final = frozenset({Use.CHANGED, Use.QUERIED})
 
 
 def check(agent: Agent) -> Iterator[Finding]:
-    """Yield the slots and values that the deftemplate of the variable's fact does not allow."""
+    """Yield a finding for each slot or value that the deftemplate of the changed or read fact lacks."""
     slots = agent.slots
     for construct in agent.usage.constructs:
         piece = construct.placed.piece
-        if (
-            construct.file.path,
-            construct.keyword,
-            construct.name,
-        ) in agent.dropped_constructs or not piece.is_closed:
+        key = construct.file.path, construct.keyword, construct.name
+        # Another check reports dropped constructs, and the end of an unclosed construct is a guess.
+        if key in agent.dropped_constructs or not piece.is_closed:
             continue
         for mention in piece.mentions:
             owner = mention.name.owner  # empty if the template of the variable's fact is ambiguous
@@ -69,7 +67,7 @@ def _make_unknown_slot_finding(construct: Construct, mention: Mention, slots: se
 
 
 def _find_forbidden_values(agent: Agent, construct: Construct, mention: Mention) -> Iterator[Finding]:
-    """Yield the literal values that the slot in a change does not allow."""
+    """Yield a finding for each literal value that the slot in a change does not allow."""
     slot, template = mention.name.text, mention.name.owner
     allowed = agent.allowed_values(template, slot)
     text = construct.placed.piece.text

@@ -147,14 +147,14 @@ def _check_keys(
     lines = {(place.file, place.line) for place in reported_places}
     for value in agent.config.walk("/"):
         path = split_path(value.path)
-        unknown = find_unknown_name(path)
-        if unknown is None or not value.file or (value.file, value.line) in lines:
+        unknown_name = find_unknown_name(path)
+        if unknown_name is None or not value.file or (value.file, value.line) in lines:
             continue
-        index, names = unknown
+        index, known_names = unknown_name
         if path[index] in misspelt_keys:
             continue
         key = "/".join(path[: index + 1])
-        hint = did_you_mean(path[index], names)
+        hint = did_you_mean(path[index], known_names)
         if key in reported_keys or _is_read(agent, value, index):
             continue
         # A scenario belongs to cxbridge, so any unknown key counts, except for top-level sections, which may
@@ -170,7 +170,7 @@ def _check_keys(
             below_text = f" below {'/'.join(path[:index])}" if index else ""
             message = f"'{path[index]}' is never read{below_text}"
             yield Finding(
-                UNKNOWN_KEY, place_of(value), message, hint or f"known are: {', '.join(sorted(names))}"
+                UNKNOWN_KEY, place_of(value), message, hint or f"known: {', '.join(sorted(known_names))}"
             )
 
 

@@ -1,4 +1,4 @@
-"""Checks for asserted facts with an unknown predicate, a wrong number of parameters."""
+"""Checks for asserted facts with an unknown predicate or a wrong number of parameters."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from cxbridge_studio.agent.names import NameKind, Use
 from cxbridge_studio.check.agent import Agent
 from cxbridge_studio.check.domain_calls import MIN_PREDICATE_LIKENESS, find_domain_calls
 from cxbridge_studio.check.findings import Code, Finding, Severity
-from cxbridge_studio.check.plan_actions import ValueNodes, count_literals
+from cxbridge_studio.check.plan_actions import ValueNodes, count_values
 from cxbridge_studio.check.usage import Construct
 
 WRONG_FACT: Final = Code(
@@ -77,7 +77,7 @@ def check(agent: Agent) -> Iterator[Finding]:
                     message = f"no domain has a predicate '{name}'"
                     yield _make_finding(construct, fact.name, message, did_you_mean(name, parameter_counts))
                 continue
-            count = count_literals(fact.values)
+            count = count_values(fact.values)
             if count is not None and count != (expected_count := parameter_counts[name]):
                 message = f"the predicate '{name}' has {expected_count} parameters, but this fact has {count}"
                 yield _make_finding(construct, fact.name, message, "")
@@ -104,7 +104,7 @@ def _find_facts(construct: Construct) -> Iterator[_Fact]:
         if node.head == "domain-fact" and len(names := slots.get("name", ())) == 1 and literal(names[0]):
             yield _Fact(names[0], slots.get("param-values", ()), is_pddl=True)
         key = slots.get("key", ())
-        is_domain_key = count_literals(key) and tuple(map(literal, key[:2])) == _KEY_START
+        is_domain_key = count_values(key) and tuple(map(literal, key[:2])) == _KEY_START
         has_no_list = all(item.text != "[" for item in key)  # an argument may be a list, [ VALUE ... ]
         if node.head == "wm-fact" and is_domain_key and has_no_list and any(map(literal, key[2:3])):
             # (key domain fact NAME args? PARAMETER VALUE ...)

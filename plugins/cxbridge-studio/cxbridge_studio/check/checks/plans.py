@@ -15,7 +15,7 @@ from cxbridge_studio.agent.names import NameKind, Use
 from cxbridge_studio.check.agent import Agent
 from cxbridge_studio.check.domain_calls import DomainCall, find_domain_calls, find_objects, find_planner_goals
 from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace
-from cxbridge_studio.check.plan_actions import SourceAction, count_literals, find_source_actions
+from cxbridge_studio.check.plan_actions import SourceAction, count_values, find_source_actions
 from cxbridge_studio.check.usage import Construct
 
 UNKNOWN_PREDICATE: Final = Code(
@@ -203,7 +203,7 @@ def _check_plan_action(action: SourceAction, parameter_names: list[str]) -> Iter
             yield Finding(WRONG_PARAMETERS, file.place(node), message, hint)
             return
     for slot, values in (("param-names", action.names), ("param-values", action.values)):
-        count = None if values is None else count_literals(values)
+        count = None if values is None else count_values(values)
         if count is not None and count != len(parameter_names):
             message = (
                 f"the action '{name}' has {len(parameter_names)} parameters, but {slot} has {count} values"

@@ -64,32 +64,40 @@ class _Diagnoser:
         """Count the matches, and explain the first CE without a match."""
         ces, matcher = self._condition.ces, self._matcher
         elements: list[CECount] = []
-        failing_ce, unknown = 0, ""
-        joined: Count | None = matcher.count(())  # the count of a rule without a condition
+        failing_number = 0  # from 1; 0 while all CEs match
+        unknown_reason = ""
+        joined_count: Count | None = matcher.count(())  # the count of a rule without a condition
         for number, ce in enumerate(ces, 1):
-            if failing_ce or unknown:
-                joined = None
+            if failing_number or unknown_reason:
+                joined_count = None
             else:
                 try:
-                    joined = matcher.count([prefix_ce.text for prefix_ce in ces[:number]])
-                    failing_ce = number if joined.number == 0 else 0
+                    joined_count = matcher.count([prefix_ce.text for prefix_ce in ces[:number]])
+                    failing_number = number if joined_count.number == 0 else 0
                 except ClipsError as error:
-                    joined, unknown = None, f"condition {number} cannot be matched on a copy: {error.message}"
-            elements.append(CECount(number, ce.text, self._count_alone(ces[: number - 1], ce), joined))
-        if unknown:
+                    joined_count = None
+                    unknown_reason = f"condition {number} cannot be matched on a copy: {error.message}"
+            alone_count = self._count_alone(ces[: number - 1], ce)
+            elements.append(CECount(number, ce.text, alone_count, joined_count))
+        if unknown_reason:
             return Diagnosis(
-                self._condition.salience, tuple(elements), errors=tuple(matcher.errors), unknown=unknown
+                self._condition.salience,
+                tuple(elements),
+                errors=tuple(matcher.errors),
+                unknown=unknown_reason,
             )
         failure = (
-            self._explain_element(list(ces[: failing_ce - 1]), ces[failing_ce - 1]) if failing_ce else None
+            self._explain_element(list(ces[: failing_number - 1]), ces[failing_number - 1])
+            if failing_number
+            else None
         )
-        bases = () if failing_ce else tuple(matcher.match_bases([ce.text for ce in ces], MAX_BASES))
+        bases = () if failing_number else tuple(matcher.match_bases([ce.text for ce in ces], MAX_BASES))
         return Diagnosis(
             self._condition.salience,
             tuple(elements),
-            failing_ce,
+            failing_number,
             failure,
-            None if failing_ce else joined,
+            None if failing_number else joined_count,
             bases,
             tuple(matcher.errors),
         )
@@ -123,7 +131,7 @@ class _Diagnoser:
                 return self._explain_test(Prefix(previous_ces), ce)
             return self._explain_group(previous_ces, ce)
         except ClipsError as error:
-            return MatchFailure("unknown", ce.text, f"its nearest facts cannot be found: {error.message}")
+            return MatchFailure("unknown", ce.text, f"why it has no match is unknown: {error.message}")
 
     def _explain_group(self, previous_ces: list[CE], ce: GroupCE) -> MatchFailure:
         match ce.kind:
@@ -182,15 +190,15 @@ class _Diagnoser:
         return MatchFailure("forall", ce.text, reason, facts=tuple(dict.fromkeys(facts)))
 
     def _explain_sequence(self, previous_ces: list[CE], ces: list[CE]) -> MatchFailure:
-        """Explain the first CE without a match, of several CEs.
+        """Explain the first of several CEs that has no match together with the CEs before it.
 
-        :raises ClipsError: if all of them match.
+        :raises ClipsError: if there is no such CE.
         """
         for index, ce in enumerate(ces):
             prefix = Prefix([*previous_ces, *ces[: index + 1]])
             if self._matcher.count(prefix.texts).number == 0:
                 return self._explain_element([*previous_ces, *ces[:index]], ce)
-        raise ClipsError("its parts match in sequence")
+        raise ClipsError("its parts match one after another, but it does not match as a whole")
 
     def _format_fact(self, index: int, pattern: PatternCE) -> str:
         return self._snapshot.fact_text(self._matcher.rows[index], {part.slot for part in pattern.parts})

@@ -156,7 +156,7 @@ def _read_clips_counts(env: ClipsEnvironment, rule: CData) -> tuple[str, ...]:
 def restore_sources(texts: Mapping[str, str]) -> dict[str, str]:
     """Return rules as their files define them, except for blanks and comments.
 
-    :param texts: the iterate_rules by name, as the environment prints them.
+    :param texts: the defrules by name, as the environment prints them.
     """
     return {name: _restore_rule(text) for name, text in texts.items()}
 

@@ -36,8 +36,8 @@ FACT_FUNCTION: Final = "cx-why-fact"
 
 _PROBE_RULE = "cx-why-probe"
 _MISSING_FUNCTION = re.compile(r"Missing function declaration for '([^']+)'")
-# A CLIPS error message, except for DRIVE and PRCCODE4: these tell where the error occurred, in CLIPS'
-# network.
+# A CLIPS error message. The messages DRIVE and PRCCODE4 are left out: they repeat the error's position in
+# CLIPS' network.
 _MESSAGE = re.compile(r"\[(?!DRIVE|PRCCODE4)[A-Z]+\d+\] [^\n]+")
 
 
@@ -46,7 +46,11 @@ class Matcher:
 
     Use as a context manager, which frees the environment.
 
-    Functions that cannot be defined here are left out, so conditions that call them cannot be matched.
+    A deffunction that calls a function of the run is left out, so conditions that call the deffunction cannot
+    be matched.
+
+    :ivar rows: the facts of the snapshot, by their indices there.
+    :ivar errors: the errors during matching, each message once.
     """
 
     def __init__(self, snapshot: Snapshot) -> None:
@@ -59,7 +63,7 @@ class Matcher:
         self._copied_indices: dict[int, int] = {}
         self._globals = {name: self._to_copied_value(value) for name, value in snapshot.globals.items()}
         self.rows: dict[int, FactRow] = {row.index: row for row in snapshot.facts}
-        self.errors: list[str] = []  # errors during matching, each message once
+        self.errors: list[str] = []
         try:
             self._copy_snapshot(snapshot)
         except BaseException:

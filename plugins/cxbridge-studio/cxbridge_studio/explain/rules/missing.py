@@ -100,13 +100,13 @@ def find_rule(rule: str, files: Iterable[str]) -> SourceLine | None:
 
 def _explain_swallowed_rule(rule: str, rulebook: Rulebook) -> str:
     """Return which unclosed parenthesis swallowed a rule, as a sentence; empty if none did."""
-    begin = re.compile(rf"^\s*\(defrule\s+{re.escape(rule)}(?![^\s()])", re.MULTILINE)
+    rule_start = re.compile(rf"^\s*\(defrule\s+{re.escape(rule)}(?![^\s()])", re.MULTILINE)
     for diagnostic in rulebook.diagnostics:
         if diagnostic.code == UNCLOSED and diagnostic.line is not None:
             text = _read_text(diagnostic.file)
-            match = begin.search(text)
+            match = rule_start.search(text)
             if match is not None and text.count("\n", 0, match.start() + 1) + 1 > diagnostic.line:
-                return f"it is lost with what follows an unclosed parenthesis: {diagnostic}"
+                return f"it is swallowed by an unclosed parenthesis: {diagnostic}"
     return ""
 
 

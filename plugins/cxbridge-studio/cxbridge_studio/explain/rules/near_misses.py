@@ -96,13 +96,13 @@ def _rank_pairs(satisfied_slots: dict[tuple[_MatchKey, int], set[int]]) -> list[
 
 
 def _describe_failure(
-    prefix: Prefix, sample: _Sample, best_slot_count: int, compared_slots: int, near_misses: list[NearMiss]
+    prefix: Prefix, sample: _Sample, best_slot_count: int, compared_count: int, near_misses: list[NearMiss]
 ) -> str:
     if not any(miss.deviations for miss in near_misses):
         return "each part of it matches some fact, but not all parts together match one"
     verb = "matches together with the conditions before" if prefix.fact_variables else "matches"
     limitation = ", in a sample of the matches" if sample.is_limited else ""
-    nearest = f"; the nearest agree in {best_slot_count} of {compared_slots} slots" if best_slot_count else ""
+    nearest = f"; the nearest agree in {best_slot_count} of {compared_count} slots" if best_slot_count else ""
     return f"no fact {verb}{nearest}{limitation}"
 
 
@@ -140,7 +140,9 @@ def _compare_slot(
 def _describe_wanted(
     constraint: SlotConstraint, prefix: Prefix, matches: list[dict[str, Value]]
 ) -> tuple[str, tuple[str, ...]]:
-    """Return the constraint of a slot and its bound variables, or the values of a lone variable.
+    """Return the wanted values of a slot as text, and the variables in that text with their values.
+
+    The text is the slot's constraint; for a constraint that is a single variable, the values of the variable.
 
     :param matches: the values of the variables in the nearest partial matches.
     """

@@ -16,7 +16,9 @@ from cxbridge_studio.explain.rules.missing import SourceLine, explain_missing_ru
 from cxbridge_studio.explain.rules.sandbox import diagnose_in_sandbox
 from cxbridge_studio.explain.rules.snapshot import Activation, Snapshot
 
-MAX_BASES = 5  # limit of the listed complete matches and errors
+MAX_REPORTED = 5  # limit of the listed complete matches and errors
+
+_COLUMN_TITLES = ("condition", "alone", "with those before")  # of the table of conditional elements
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +61,7 @@ def explain_rule(evidence: Evidence, rule: str) -> RuleStory:
             raise CxbridgeError(f"there is no rule '{rule}'", hint=did_you_mean(rule, rulebook.rules) or None)
         return RuleStory(rule, evidence.where, missing=missing, notes=tuple(evidence.notes))
     events = evidence.find_rule_firings(rule)
-    explanation = RuleStory(
+    story = RuleStory(
         rule,
         evidence.where,
         SourceLine(*rulebook.positions[rule])
@@ -73,11 +75,11 @@ def explain_rule(evidence: Evidence, rule: str) -> RuleStory:
     try:
         snapshot = evidence.take_snapshot(rule)
     except NoFactsError as error:
-        return replace(explanation, unknown=f"{error.message}: {error.hint}")
+        return replace(story, unknown=f"{error.message}: {error.hint}")
     agenda = snapshot.agenda or ()
     first_index = next((index for index, activation in enumerate(agenda) if activation.rule == rule), None)
     return replace(
-        explanation,
+        story,
         snapshot=snapshot,
         diagnosis=diagnose_in_sandbox(snapshot),
         activations=None if snapshot.agenda is None else snapshot.activations,
@@ -137,8 +139,10 @@ def make_headline(story: RuleStory) -> str:
     )
     reason = diagnosis.failure.reason + (f": {details}" if details else "")
     if (shortage := find_shortage(story)) is not None:
+        _, slot, wanted_values = shortage
+        # The first word of a near miss is the index of the fact.
         values = ", ".join(f"{miss.deviations[0].value} in {miss.fact.split()[0]}" for miss in near)
-        reason = f"{shortage[1]} is {values}, wanted {' or '.join(shortage[2])}"
+        reason = f"{slot} is {values}, wanted {' or '.join(wanted_values)}"
     state = (
         f"fired {format_count(len(story.firings), 'time')}, but not again"
         if story.firings
@@ -148,7 +152,7 @@ def make_headline(story: RuleStory) -> str:
 
 
 def find_shortage(story: RuleStory) -> tuple[str, str, list[str]] | None:
-    """Return the template, the slot and the wanted values if the rule lacks a fact with such a value only."""
+    """Return the template, the slot and the wanted values if only a fact with such a value is missing."""
     failure = story.diagnosis.failure if story.diagnosis is not None else None
     deviations = [each for miss in failure.near for each in miss.deviations] if failure is not None else []
     wanted = {(each.slot, each.wanted) for each in deviations}
@@ -250,11 +254,11 @@ def _format_diagnosis(story: RuleStory, diagnosis: Diagnosis, snapshot: Snapshot
         yield ""
         yield "it matches for"
         fired_at = {basis: seconds for seconds, basis in story.firings or ()}
-        for basis in diagnosis.bases[:MAX_BASES]:
+        for basis in diagnosis.bases[:MAX_REPORTED]:
             yield f"  {basis}{f'  fired at {fired_at[basis]:.3f} s' if basis in fired_at else ''}"
-        if len(diagnosis.bases) > MAX_BASES:
+        if len(diagnosis.bases) > MAX_REPORTED:
             yield "  and more"
-    for error in diagnosis.errors[:MAX_BASES]:
+    for error in diagnosis.errors[:MAX_REPORTED]:
         yield f"CLIPS, while evaluating the condition: {error}"
 
 
@@ -276,9 +280,6 @@ def _format_table(elements: tuple[CECount, ...], failing: int) -> Iterator[str]:
         mark = ">" if element.number == failing else " "
         cells = [cell.rjust(width) for cell, width in zip(row[:3], widths, strict=True)]
         yield mark + " " + "  ".join([*cells, row[3]])
-
-
-_COLUMN_TITLES = ("condition", "alone", "with those before")
 
 
 def _format_failure(failure: MatchFailure, title: str, indent: str) -> Iterator[str]:

@@ -70,4 +70,5 @@ def _describe_exit(status: int) -> str:
     if status < 0:
         name = signal.Signals(-status).name
         return f"ended CLIPS with {name}: it is nested too deeply, or needs too much memory"
+    # The process returns Python's errors as diagnoses; only CLIPS exits, if it cannot allocate memory.
     return "takes too much memory"

@@ -277,7 +277,7 @@ def test_a_rule_that_was_not_loaded(client, tmp_path):
     changes = [client.event("breakpoint")["breakpoint"] for _ in made]
     assert [(each["id"], each["verified"]) for each in changes] == [(each["id"], False) for each in made]
     assert changes[0]["message"] == "the spec does not load other.clp"
-    assert "the rule talk-begin that was loaded is the one in" in changes[1]["message"]
+    assert "the loaded rule talk-begin is defined in" in changes[1]["message"]
 
 
 def test_without_debugging(client):

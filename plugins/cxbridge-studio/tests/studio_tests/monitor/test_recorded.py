@@ -87,7 +87,7 @@ def test_interfaces_and_their_values(source):
     seen = at(source, "end", interface="T::a")
     assert seen.interfaces.rows == [("T::a", "at 2.0 s", "")]
     assert seen.fields.rows == [("n", "1"), ("list", "[1.5, True]"), ("text", '"hello"')]
-    assert at(source, "begin", interface="T::a").fields.note == "it has not been written yet"
+    assert at(source, "begin", interface="T::a").fields.note == "the interface has not been written yet"
 
 
 def test_facts_are_found_beyond_those_shown(source):
