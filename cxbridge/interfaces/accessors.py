@@ -262,6 +262,6 @@ def make(pack_into, offset, room, adapt):
 def _compile_template(source: str, slot: int) -> Callable[..., Any]:
     """Compile a template for the field with this number."""
     namespace: dict[str, Any] = {"StructError": StructError}
-    exec(source.replace("SLOT", f"f{slot}"), namespace)  # noqa: S102 - the source has only our text and a number
+    exec(source.replace("SLOT", f"f{slot}"), namespace)  # noqa: S102 - the source is a template and a number
     factory: Callable[..., Any] = namespace["make"]
     return factory

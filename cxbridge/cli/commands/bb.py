@@ -226,7 +226,7 @@ def send(
 def _print_reply(feed: Feed, earlier: InterfaceChange, msgid: int, deadline: Any) -> bool:
     """Wait for the reply to a message and print the fields; return whether there is a reply in time."""
     while (change := feed.wait_for_change(deadline)) is not None:
-        # a listener may get a write that precedes the message a second time
+        # a listener may get an old write, from before the message, twice
         is_stale = change.values == earlier.values and change.time_us <= earlier.time_us
         if change.kind == "data" and not is_stale and change.values["msgid"] == msgid:
             _print_fields(change.values)

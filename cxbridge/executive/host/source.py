@@ -137,7 +137,7 @@ def prepare_source(text: str, is_known: Callable[[str], bool] = lambda _name: Fa
             edits += ((match.start(), match.end(), f"{match[1]}slot") for match in single_slots)
         if end is not None:
             edits += find_retracted_slot_edits(code, start, end)
-        # the next function may call a function that exists: mutual recursion
+        # a function that is defined again after others, which call it, may be mutually recursive with them
         if construct[1] == "defgeneric" or (end is not None and construct[1] in _FUNCTION_KINDS):
             function_names.add(construct[2])
     return _apply_edits(text, edits, constructs, unclosed_line)

@@ -268,7 +268,7 @@ class SkillerBacklog:
     """
 
     def __init__(self) -> None:
-        # the old skill by Skiller, empty after the first new one
+        # by Skiller, its skill from before the run; empty after its first skill of the run
         self._old_skills: dict[tuple[str, str], str] = {}
 
     def fresh_state(self, event: SkillStatus) -> SkillStatus | None:

@@ -106,7 +106,7 @@ class TransitionsText(Run):
         for number, line, is_complete in read_lines(self.path):
             event = parse_transition(line, number if at_us is None else at_us)
             if event is not None:
-                # the details of a transition follow its line: the transition is complete at the next one
+                # the details of a transition follow its line: it is complete when the next transition begins
                 if pending is not None:
                     yield details.complete(pending)
                 pending = event

@@ -66,7 +66,7 @@ class ReplayPositions:
                 # without a new time stamp, the time of a write is unknown
                 return self._latest_us + self._offset_us
             self._last_stamps_us[event.uid] = time_us
-        # the clock was set back: positions continue from the latest one
+        # the clock was set back: positions continue from the latest position
         if time_us < self._latest_us - MAX_OUT_OF_ORDER_US:
             self._offset_us += self._latest_us - time_us
             self._latest_us = time_us

@@ -22,7 +22,7 @@ _SEARCHED_BYTES = 512  # the part of a fact's struct in which contents_offset() 
 @cache
 def contents_offset() -> int:
     """Return the offset of the slot values in a ``Fact``, in bytes."""
-    # the offset depends on the build of CLIPS: a search in a fact with known values finds it
+    # the offset depends on the build of CLIPS, so it is searched in a fact with known values
     env = lib.CreateEnvironment()
     try:
         lib.Build(env, b"(deftemplate probe (slot a) (slot b))")

@@ -75,7 +75,7 @@ class Modify:
             self._maker.replaces = False
             asserted = self._maker.assert_fact(new_fact)
             lib.ReleaseFact(changed_fact)
-        # if an equal fact exists, CLIPS returns it
+        # CLIPS returns an equal existing fact instead of the new fact
         return FactAddress(asserted) if asserted == new_fact else FALSE
 
     def _find_fact(self, fact: Value) -> CData | None:
