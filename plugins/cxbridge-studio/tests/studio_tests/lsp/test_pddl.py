@@ -19,10 +19,10 @@ HARBOUR = """(define (problem p) (:domain quay) (:objects anna - ship bo)
 @pytest.mark.parametrize(
     ("name", "text", "expected"),
     [
-        ("quay.pddl", QUAY, []),
-        ("quay.pddl", QUAY.replace(":typing", ""), [("CX310", 2, "warning")]),
+        ("quay.pddl", QUAY, [("CX313", 3, "warning")]),
+        ("quay.pddl", QUAY.replace(":typing", ""), [("CX310", 2, "warning"), ("CX313", 3, "warning")]),
         ("quay.pddl", QUAY.replace("(free) (not", "(fere) (not"), [("CX301", 3, "error")]),
-        ("p.pddl", HARBOUR, [("CX310", 2, "warning"), ("CX315", 2, "warning")]),
+        ("p.pddl", HARBOUR, [("CX310", 2, "warning"), ("CX314", 1, "warning"), ("CX315", 2, "warning")]),
     ],
 )
 def test_doubts_about_pddl_are_live(tmp_path, name, text, expected):
