@@ -84,29 +84,6 @@ def bench() -> CoordinationBench:
     return CoordinationBench()
 
 
-# --- the trigger ------------------------------------------------------------------------------------------
-
-
-def test_the_trigger_is_registered_once_and_destroyed_at_the_end(bench: CoordinationBench) -> None:
-    assert len(bench.memory.called("robmem-trigger-register")) == 1
-    assert bench.texts("I") == ["Registered trigger 'mutex-trigger'"]
-    bench.env.assert_string("(executive-finalize)")
-    bench.env.run()
-    assert len(bench.memory.destroyed_triggers) == 1
-    assert bench.all("mutex-global-data") == []
-
-
-def test_events_are_taken_in_the_order_of_their_arrival(bench: CoordinationBench) -> None:
-    for owner, second in (("late", 30), ("early", 10), ("middle", 20)):
-        document = {"_id": "m", "locked": True, "locked-by": owner}
-        bench.memory.trigger(
-            "mutex-trigger", {"operationType": "update", "fullDocument": document}, (second, 0)
-        )
-    bench.env.run()
-    assert bench.mutex()["locked-by"] == "late"
-    assert bench.memory.living() == 0
-
-
 def test_a_lock_that_nobody_asked_for_is_given_back(bench: CoordinationBench) -> None:
     bench.memory.unlock("m")
     bench.settle()
@@ -117,37 +94,7 @@ def test_a_lock_that_nobody_asked_for_is_given_back(bench: CoordinationBench) ->
     assert bench.mutex()["state"] == "OPEN"
 
 
-# --- LOCK -------------------------------------------------------------------------------------------------
-
-
-def test_lock_is_refused_where_somebody_was_faster(bench: CoordinationBench) -> None:
-    bench.memory.unlock("m")
-    bench.settle()
-    bench.memory.lock("m", "other")  # not told yet
-    bench.memory._pending.clear()
-    bench.call("mutex-try-lock-async", "m")
-    bench.settle()
-    assert bench.answer() == ("LOCK", "REJECTED", "LOCKED", "unknown")
-    assert bench.problems() == ["Lock held by 'unknown'"]
-
-
-@pytest.mark.parametrize("owner", ["ours", "theirs"])
-def test_lock_of_a_locked_mutex_is_refused_at_once(bench: CoordinationBench, owner: str) -> None:
-    getattr(bench, owner)()
-    bench.call("mutex-try-lock-async", "m")
-    assert bench.mutex()["response"] == "REJECTED"
-    assert bench.problems() == [f"Lock already held by {'me' if owner == 'ours' else 'other'}"]
-
-
 # --- UNLOCK -----------------------------------------------------------------------------------------------
-
-
-def test_unlock(bench: CoordinationBench) -> None:
-    bench.ours()
-    bench.call("mutex-unlock-async", "m")
-    assert bench.mutex()["response"] == "PENDING"
-    bench.settle()
-    assert bench.answer() == ("UNLOCK", "UNLOCKED", "OPEN", "")
 
 
 def test_unlock_of_a_foreign_lock(bench: CoordinationBench) -> None:
@@ -162,16 +109,6 @@ def test_unlock_of_a_foreign_lock(bench: CoordinationBench) -> None:
 
 
 # --- RENEW-LOCK -------------------------------------------------------------------------------------------
-
-
-def test_renew(bench: CoordinationBench) -> None:
-    bench.ours()
-    before = bench.mutex()["lock-time"]
-    bench.call("mutex-renew-lock-async", "m")
-    assert bench.mutex()["response"] == "PENDING"
-    bench.settle()
-    assert bench.answer() == ("RENEW-LOCK", "ACQUIRED", "LOCKED", "me")
-    assert bench.mutex()["lock-time"] > before
 
 
 @pytest.mark.parametrize(
@@ -207,13 +144,6 @@ def renewing() -> CoordinationBench:
     bench.tick()
     assert bench.answer() == ("RENEW-LOCK", "PENDING", "LOCKED", "me")
     return bench
-
-
-def test_locks_are_renewed_by_themselves(renewing: CoordinationBench) -> None:
-    renewing.settle()
-    assert renewing.answer() == ("NONE", "NONE", "LOCKED", "me")
-    assert renewing.mutex()["pending-requests"] == ()
-    assert len(renewing.memory.called("robmem-mutex-renew-lock-async")) == 1
 
 
 def test_a_fresh_lock_is_not_renewed(bench: CoordinationBench) -> None:
@@ -254,20 +184,6 @@ def test_a_lock_that_somebody_else_took_meanwhile(renewing: CoordinationBench) -
 # --- expiry -----------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("fails", "state"), [(False, "COMPLETED"), (True, "FAILED")])
-def test_flush(bench: CoordinationBench, fails: bool, state: str) -> None:
-    bench.memory.fail_mutex_operations = fails
-    bench.call("mutex-flush-locks-async")
-    assert bench.one("mutex-expire-task")["state"] == "PENDING"
-    bench.call("mutex-expire-locks-async")
-    bench.call("mutex-flush-locks-async")
-    assert bench.texts("E") == ["Mutex lock expiration already running"]
-    bench.settle()
-    task = bench.one("mutex-expire-task")
-    assert (task["task"], task["state"]) == ("FLUSH", state)
-    assert bench.memory.called("robmem-mutex-expire-locks-async") == [(0.0,)]
-
-
 def test_expire_takes_the_configured_age(bench: CoordinationBench) -> None:
     bench.env.assert_string('(wm-fact (id "/config/coordination/mutex/max-age-sec") (type UINT) (value 15))')
     bench.call("mutex-expire-locks-async")
@@ -293,21 +209,12 @@ def _state(bench: CoordinationBench) -> tuple[str, str]:
     return str(action["state"]), str(action["error-msg"])
 
 
-def test_action_lock(bench: CoordinationBench) -> None:
+def test_action_lock_that_is_refused(bench: CoordinationBench) -> None:
+    bench.memory.fail_mutex_operations = True
     _action(bench, "lock")
-    assert _state(bench) == ("RUNNING", "")
     bench.settle()
-    assert _state(bench) == ("EXECUTION-SUCCEEDED", "")
-    assert bench.answer() == ("NONE", "NONE", "LOCKED", "me")
-
-
-def test_action_unlock(bench: CoordinationBench) -> None:
-    bench.ours()
-    _action(bench, "unlock")
-    assert _state(bench) == ("RUNNING", "")
-    bench.settle()
-    assert _state(bench) == ("EXECUTION-SUCCEEDED", "")
-    assert bench.answer() == ("NONE", "NONE", "OPEN", "")
+    assert _state(bench) == ("EXECUTION-FAILED", "Lock held by 'unknown'")
+    assert bench.mutex()["request"] == "NONE"
 
 
 @pytest.mark.parametrize("name", ["flush-locks", "expire-locks"])
@@ -328,17 +235,3 @@ def test_actions_flush_and_expire(bench: CoordinationBench, name: str, fails: bo
 def test_actions_wait_until_they_are_executable(bench: CoordinationBench, name: str) -> None:
     _action(bench, name, executable=False)
     assert _state(bench) == ("PENDING", "")
-
-
-def test_lock_by_fact(bench: CoordinationBench) -> None:
-    bench.env.assert_string("(mutex (name m) (request LOCK))")
-    bench.settle()
-    assert bench.mutex()["response"] == "ACQUIRED"
-
-
-def test_action_lock_that_is_refused(bench: CoordinationBench) -> None:
-    bench.memory.fail_mutex_operations = True
-    _action(bench, "lock")
-    bench.settle()
-    assert _state(bench) == ("EXECUTION-FAILED", "Lock held by 'unknown'")
-    assert bench.mutex()["request"] == "NONE"

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -114,19 +112,6 @@ def test_the_grounding_of_an_agents_own_formula_stays_as_long_as_the_formula(
 # --- checking -------------------------------------------------------------------------------------------
 
 
-def test_executable_follows_the_facts_in_every_state(bench: DomainBench) -> None:
-    bench.plan("move R A B")
-    for state in ("FORMULATED", "PENDING", "WAITING", "RUNNING"):
-        bench.set_state(state)
-        assert not bench.executable()
-        bench.facts("at R A")
-        bench.env.run()
-        assert bench.executable()
-        bench.forget("at R A")
-        bench.env.run()
-    assert bench.texts() == ["Action 1 is executable based on move1", "Action 1 is no longer executable"]
-
-
 @pytest.mark.parametrize("changes", [("p A", "q A"), ("q A", "p A")])
 def test_executable_flips_when_all_atoms_have_been_looked_up(changes: tuple[str, str]) -> None:
     bench = DomainBench()
@@ -224,23 +209,6 @@ def test_executable_equals_the_formula(
 
 
 # --- users' rules, leaks ------------------------------------------------------------
-
-
-def test_a_users_executor_makes_new_facts_of_actions(bench: DomainBench, tmp_path: Path) -> None:
-    """In a user's file ``modify`` retracts the action and asserts a new one, as in CLIPS 6.30."""
-    (tmp_path / "executor.clp").write_text(EXECUTOR)
-    assert bench.env.load(tmp_path / "executor.clp")
-    bench.facts("at R A")
-    bench.begin("move R A B")
-    ((index, _, _),) = bench.env.facts("plan-action")
-    before = bench.census()
-    bench.set_state("PENDING")
-    ((new_index, _, action),) = bench.env.facts("plan-action")
-    assert new_index > index
-    assert action["state"] == "FINAL"
-    assert bench.holds() == {"at R B"}
-    assert not bench.all("grounded-pddl-formula")
-    assert bench.census() < before
 
 
 def test_a_thousand_actions_leave_nothing_behind(bench: DomainBench) -> None:

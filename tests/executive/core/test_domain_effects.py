@@ -16,15 +16,6 @@ def bench() -> DomainBench:
 # --- the states of an action ----------------------------------------------------------------------------
 
 
-def test_a_failed_action_keeps_its_message(bench: DomainBench) -> None:
-    bench.facts("at R A")
-    bench.plan("move R A B", slots='(error-msg "out of oil")')
-    bench.set_state("EXECUTION-FAILED")
-    assert bench.action()["state"] == "FAILED"
-    assert bench.action()["error-msg"] == "out of oil"
-    assert bench.holds() == {"at R A"}
-
-
 @pytest.mark.parametrize("missing", ["goal", "plan", "domain-operator"])
 def test_effects_need_goal_plan_and_operator(bench: DomainBench, missing: str) -> None:
     bench.begin("move R A B")
@@ -158,16 +149,3 @@ def test_a_negative_conditional_effect_is_not_hidden_by_one_that_does_not_apply(
 
 
 # --- exogenous operators --------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    "formula", [("atom", "open", "d"), ("not", ("atom", "open", "d")), ("or", ("atom", "open", "d"))]
-)
-def test_nothing_left_of_a_precondition_is_always_satisfied(formula: Formula) -> None:
-    bench = DomainBench()
-    bench.predicate("open", sensed=True)
-    bench.operator("open-door", "d", formula, extra="(exogenous TRUE)")
-    bench.effect("open-door", "open d")
-    bench.begin("open-door D")
-    assert bench.executable()
-    assert [fact["type"] for fact in bench.all("pddl-formula")] == ["conjunction"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from cxbridge.executive.host.values import FALSE, TRUE, Symbol
+from cxbridge.executive.host.values import FALSE, TRUE
 from tests.executive.core.core_domain import DomainBench
 
 ERRORS = {
@@ -81,13 +81,3 @@ def test_names_and_values_must_match(function: str) -> None:
     bench = DomainBench()
     assert bench.env.eval(f"{function} (create$ a b) (create$ 1))") == FALSE
     assert len(bench.texts("E")) == 1
-
-
-def test_formulas_know_their_operator_and_their_sign() -> None:
-    bench = DomainBench()
-    bench.operator("use", "x", ("and", ("not", ("or", ("not", ("atom", "p", "x"))))))
-    call = bench.env.call
-    assert call("domain-get-operator-for-pddl-predicate", Symbol("use1111")) == "use"
-    assert call("domain-get-operator-for-pddl-predicate", Symbol("nothing")) == FALSE
-    signs = [call("domain-is-precond-negative", Symbol(name)) for name in ("use1", "use11", "use1111")]
-    assert signs == [FALSE, TRUE, FALSE]

@@ -48,15 +48,6 @@ def test_a_goal_without_id_gets_one(bench: Bench) -> None:
     assert len(goals) == 2
 
 
-def test_automatic_subgoals_expand_and_evaluate_themselves(bench: Bench) -> None:
-    bench.env.eval("(assert (goal (id A) (class AUTOMATIC-SUBGOAL) (mode SELECTED)))")
-    bench.tick()
-    assert bench.state("A")[0] == "EXPANDED"
-    bench.modify("goal", "(mode FINISHED)", id="A")
-    bench.tick()
-    assert bench.state("A")[0] == "EVALUATED"
-
-
 def test_a_retracted_root_takes_the_whole_tree_along(bench: Bench) -> None:
     bench.retract_automatically()
     parent = grow(bench, "run-all", "COMPLETED", "COMPLETED")
@@ -96,15 +87,6 @@ def test_children_of_maintain_goals_go_one_by_one(bench: Bench) -> None:
     )
     bench.tick()
     assert [str(goal["id"]) for goal in bench.all("goal")] == ["M", "C2", "A", "C3"]
-
-
-def test_a_failure_is_told_with_error_and_message(bench: Bench) -> None:
-    bench.env.eval(
-        '(assert (goal (id G) (class C) (mode RETRACTED) (outcome FAILED) (error E 1) (message "why"))'
-        " (goal (id H) (class C) (mode RETRACTED) (outcome FAILED) (error E)))"
-    )
-    bench.tick()
-    assert bench.texts("E") == ["Goal G (C) failed: why (E 1)"]
 
 
 def test_a_transition_fires_the_same_rules_among_many_goals() -> None:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
-from typing import Any
 
 import pytest
 from hypothesis import given
@@ -12,7 +10,6 @@ from hypothesis import strategies as st
 
 from cxbridge.executive.host.values import FALSE, TRUE, Value
 from tests.executive.core.core_bench import Bench
-from tests.support import SHARED, needs_shared
 
 _LIBRARY = Bench()
 """One environment for all tests that only call functions."""
@@ -73,24 +70,10 @@ def test_timeout_is_strict() -> None:
     assert call("timeout", (15, 0), (0, 0), 14.5) == TRUE
 
 
-@given(st.lists(st.integers(-5, 5)))
-def test_randomize_keeps_the_elements(items: list[int]) -> None:
-    assert sorted(call("randomize$", items)) == sorted(items)
-
-
 @given(st.lists(st.text("ab/", min_size=0, max_size=4)))
 def test_split_undoes_join(parts: list[str]) -> None:
     joined = "/".join(parts)
     assert list(call("str-split", joined, "/")) == [part for part in joined.split("/") if part]
-
-
-@given(Times, Times)
-def test_time_differences_add_up(later: tuple[int, int], earlier: tuple[int, int]) -> None:
-    sec, usec = call("time-diff", later, earlier)
-    assert 0 <= usec < 1_000_000
-    expected = (later[0] - earlier[0]) * 1_000_000 + later[1] - earlier[1]
-    assert sec * 1_000_000 + usec == expected
-    assert (call("time>", later, earlier) == TRUE) == (expected > 0)
 
 
 # --- time facts and timers --------------------------------------------------------------------------------
@@ -146,14 +129,6 @@ def test_load_defines_constructs_and_says_so(folders: tuple[Bench, Path], functi
     }
 
 
-@pytest.mark.parametrize("function", ["path-batch", "path-batch*"])
-def test_batch_executes_commands(folders: tuple[Bench, Path], function: str) -> None:
-    bench, top = folders
-    (top / "one" / "b.clp").write_text("(assert (done))")
-    assert bench.env.call(function, "b.clp") == TRUE
-    assert len(bench.all("done")) == 1
-
-
 @pytest.mark.parametrize(
     ("function", "verb"),
     [
@@ -175,29 +150,3 @@ def test_a_missing_file_is_an_error_line_and_a_fact(
 
 
 # --- completeness -----------------------------------------------------------------------------------------
-
-
-def _facts() -> dict[str, Any]:
-    document = json.loads((SHARED / "compat" / "clips-functions.json").read_text())
-    host: dict[str, Any] = document["features"][0]
-    return host
-
-
-@needs_shared
-def test_every_function_template_rule_and_global_of_the_library_exists() -> None:
-    env = _LIBRARY.env
-    library = next(value for key, value in _walk(_facts()) if key == "clips_library")
-    functions = set(env.eval("(get-deffunction-list)"))
-    missing = [f["name"] for f in library["deffunctions"] if f["name"] not in functions]
-    assert not missing
-    for template in library["templates"]:
-        assert set(env.eval(f"(deftemplate-slot-names {template['name']})")) == set(template["slots"])
-    assert {rule["name"] for rule in library["rules"]} <= set(env.eval("(get-defrule-list)"))
-    for name, value in library["globals"].items():
-        assert env.eval(name) == (value if isinstance(value, int) else ())
-
-
-def _walk(node: object) -> list[tuple[str, Any]]:
-    if not isinstance(node, dict):
-        return []
-    return [item for key, value in node.items() for item in ((key, value), *_walk(value))]

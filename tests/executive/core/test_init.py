@@ -86,13 +86,6 @@ def start(tmp_path: Path) -> Start:
     return Start(tmp_path)
 
 
-def test_without_a_spec_nothing_starts(start: Start) -> None:
-    start.run(spec=False)
-    assert start.stage == "NONE"
-    assert not start.bench.all("executive-init-request")
-    assert start.loaded_prefixes == ["/clips-executive", "/fawkes/agent"]
-
-
 def test_an_empty_spec_requests_the_blackboard_and_loads_the_core(tmp_path: Path) -> None:
     start = Start(tmp_path, '"core-a.clp" "BATCH|core-b.clp"')
     start.file("core-a.clp", "(deffunction core-a () 1)")
@@ -125,17 +118,6 @@ def test_requests_run_one_after_the_other_by_number(start: Start) -> None:
     assert [start.request(f"entry-{i}")["order"] for i in (2, 3, 10)] == [11, 12, 13]
     files = [info["file"] for info in start.bench.all("path-info")]
     assert files == ["blackboard-init.clp", "entry-2.clp", "entry-3.clp", "entry-10.clp"]
-
-
-def test_features_are_the_default_in_stage_one_only(start: Start) -> None:
-    start.offer("navgraph")
-    start.entry(1, 0, name="navgraph")
-    start.entry(1, 1, name="no-feature", feature_request=FALSE)
-    start.entry(2, 0, name="text")
-    start.entry(3, 0, name="more text")
-    start.run()
-    assert start.stage == "DONE"
-    assert start.requested == ["blackboard", "navgraph"]
 
 
 def test_an_unavailable_feature_fails_the_start(start: Start) -> None:
@@ -238,23 +220,6 @@ def test_what_a_file_of_the_agent_defines_is_unwatched_too(start: Start, tmp_pat
     assert start.bench.env.load(agent)
     assert ("order" in watcher.facts, "goal" in watcher.facts) == (False, True)
     assert ("take-order" in watcher.rules, "other" in watcher.rules) == (False, True)
-
-
-def test_blackboard_init_enables_reading_and_preloads() -> None:
-    bench = Bench()
-    preloaded: list[str] = []
-    bench.env.define(
-        "blackboard-enable-time-read",
-        lambda: bench.env.build("(defrule blackboard-read (time $?) => )"),
-    )
-    bench.env.define("blackboard-preload", preloaded.append, 1)
-    bench.env.eval("(watch rules)")
-    bench.config("/clips-executive/spec", "s")
-    bench.config("/clips-executive/specs/s/blackboard-preload", ("AInterface", "BInterface"))
-    bench.config("/clips-executive/specs/other/blackboard-preload", ("CInterface",))
-    bench.load("cx/blackboard-init.clp")
-    assert preloaded == ["AInterface", "BInterface"]
-    assert "blackboard-read" not in bench.env.watcher.rules
 
 
 def test_configuration_becomes_world_model_facts() -> None:

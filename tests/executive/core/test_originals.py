@@ -85,19 +85,6 @@ def test_all_originals_of_the_domain_are_found() -> None:
     assert {*UNMET, *UNMET_BY_FAWKES} <= {original.name for original in ORIGINALS}
 
 
-@needs_fawkes
-@pytest.mark.parametrize("core", DOMAIN)
-@pytest.mark.parametrize("name", ["blocksworld", "conditional_say"])
-def test_without_the_old_words_no_core_knows_the_originals(core: str, name: str) -> None:
-    """Fawkes' files are older than its core."""
-    assert FAWKES_DIR is not None
-    env = make_core(core, FAWKES_DIR, *DOMAIN[core])
-    assert not env.load(FAWKES_DIR / TESTS / f"{name}.clp")
-    (mistake,) = env.loader.diagnostics
-    assert mistake.construct.startswith("deffacts")
-    env.destroy()
-
-
 # --- wm-domain-sync*.clp ----------------------------------------------------------------------------------
 
 TEXT = "/domain/objects-by-type/text"

@@ -5,6 +5,8 @@ The tables are those of the compatibility page on the behaviour of the CX core, 
 
 from __future__ import annotations
 
+from itertools import count
+
 import pytest
 
 from cxbridge.executive.host.environment import CORE_DIR
@@ -16,7 +18,6 @@ PLANS = "robmem.pddl-plan"
 _TEMPLATES = """
 (deftemplate PddlGenInterface (slot id) (slot msg_id) (slot final))
 (deftemplate PddlPlannerInterface (slot id) (slot msg_id) (slot final) (slot success))
-(deftemplate MongoDBManagedReplicaSetInterface (slot id) (slot member_status) (slot primary_status))
 (deftemplate executive-init-signal (slot id) (slot ok))
 """
 
@@ -29,16 +30,14 @@ class PlanningBench(Bench):
         self.memory = FakeRobotMemory(self.env)
         for line in _TEMPLATES.strip().splitlines():
             self.env.build(line)
-        self.opened: list[str] = []
         self.info_requests = 0
-        self.messages: list[tuple[str, str]] = []
-        self.goals: list[str] = []
+        messages = count(41)
         for name, function, arity in (
-            ("blackboard-open-reading", lambda kind, name: self.opened.append(f"{kind}::{name}"), 2),
+            ("blackboard-open-reading", lambda _kind, _name: None, 2),
             ("blackboard-get-info", self._info, 0),
-            ("blackboard-create-msg", self._create, 2),
-            ("blackboard-set-msg-field", self._set, 3),
-            ("blackboard-send-msg", self._send, 1),
+            ("blackboard-create-msg", lambda _interface, _kind: ExternalAddress(next(messages)), 2),
+            ("blackboard-set-msg-field", lambda _message, _field, _value: TRUE, 3),
+            ("blackboard-send-msg", lambda message: message.handle, 1),
         ):
             self.env.define(name, function, arity)
         self.load("cx/robot-memory.clp")
@@ -47,19 +46,6 @@ class PlanningBench(Bench):
 
     def _info(self) -> None:
         self.info_requests += 1
-
-    def _create(self, interface: str, kind: str) -> Value:
-        self.messages.append((interface, kind))
-        return ExternalAddress(len(self.messages))
-
-    def _set(self, _message: Value, field: str, value: str) -> Value:
-        assert field == "goal"
-        self.goals.append(value)
-        return TRUE
-
-    def _send(self, message: Value) -> Value:
-        assert isinstance(message, ExternalAddress)
-        return 40 + message.handle
 
     def interface(self, kind: str, msg_id: int, final: bool, success: bool | None = None) -> None:
         """Show what the generator's or the planner's interface says, and run."""
@@ -70,10 +56,6 @@ class PlanningBench(Bench):
             f'({kind} (id "{name}") (msg_id {msg_id}) (final {str(final).upper()}) {outcome})'
         )
         self.env.run()
-
-    def status(self) -> str:
-        """Return the status of the only pddl-plan."""
-        return str(self.one("pddl-plan")["status"])
 
     def call(self) -> None:
         """Ask for a plan."""
@@ -114,39 +96,6 @@ EXPECTED = [
     (1, Symbol("say-hello"), (Symbol("PEGGY"),)),
     (3, Symbol("say-goodbye"), (Symbol("PEGGY"), Symbol("GOODBYE"))),
 ]
-
-
-def test_states_of_a_plan(bench: PlanningBench) -> None:
-    bench.call()
-    assert bench.goals == ["(said PEGGY HELLO)"]
-    assert bench.status() == "GEN-PENDING"
-    bench.interface("PddlGenInterface", 7, True)
-    assert bench.status() == "GEN-PENDING"
-    bench.interface("PddlGenInterface", 41, False)
-    assert bench.status() == "GEN-RUNNING"
-    bench.interface("PddlGenInterface", 41, True)
-    assert bench.status() == "PENDING"
-    assert bench.messages == [
-        ("PddlGenInterface::pddl-gen", "GenerateMessage"),
-        ("PddlPlannerInterface::pddl-planner", "PlanMessage"),
-    ]
-    bench.interface("PddlPlannerInterface", 42, False, False)
-    assert bench.status() == "RUNNING"
-    bench.interface("PddlPlannerInterface", 42, True, True)
-    assert bench.status() == "PLANNED"
-
-
-def test_the_goal_is_expanded_when_the_word_comes(bench: PlanningBench) -> None:
-    bench.finish()
-    bench.memory.trigger("new-plan", {"fullDocument": PLAN})
-    bench.env.run()
-    plan = bench.one("plan")
-    assert (plan["id"], plan["goal-id"], plan["type"]) == (42, "G", "nil")
-    assert _actions(bench) == EXPECTED
-    assert {action["param-names"] for action in bench.all("plan-action")} == {()}
-    assert bench.state("G") == ("EXPANDED", "UNKNOWN")
-    assert bench.all("pddl-plan") == []
-    assert bench.memory.living() == 0
 
 
 def test_the_plan_is_found_when_the_word_came_too_early(bench: PlanningBench) -> None:
@@ -190,53 +139,20 @@ def test_a_document_that_is_no_plan_fails_the_goal(bench: PlanningBench, actions
 # --- start ------------------------------------------------------------------------------------------------
 
 
-def test_start_waits_for_both_writers() -> None:
+def test_start_asks_every_second_until_both_writers_are_there() -> None:
     bench = PlanningBench("pddl-init.clp")
     bench.env.call("path-add", f"{CORE_DIR}/cx/")
     for fact in ("(executive-init)", "(ff-feature-loaded blackboard)", "(ff-feature-loaded robot_memory)"):
         bench.env.assert_string(fact)
-    bench.tick()
-    assert sorted(bench.opened) == ["PddlGenInterface::pddl-gen", "PddlPlannerInterface::pddl-planner"]
-    assert bench.info_requests == 2
-    assert bench.memory.called("robmem-trigger-register")[0][::2] == (PLANS, "new-plan")
-    bench.tick(0.5)
-    assert bench.info_requests == 2
-    bench.tick(0.6)
-    assert bench.info_requests == 4
+    for seconds, requests in ((0.0, 2), (0.5, 2), (0.6, 4)):
+        bench.tick(seconds)
+        assert bench.info_requests == requests
     for name in ("pddl-gen", "pddl-planner"):
         assert bench.all("executive-init-signal") == []
         bench.env.assert_string(f'(blackboard-interface-info (id "{name}") (has-writer TRUE))')
         bench.tick(0.1)
     assert bench.one("executive-init-signal")["id"] == "pddl-planner-initialized"
-    assert [f["implied"] for f in bench.all("ff-feature-loaded")][-1] == ("pddl_planner",)
-    assert bench.all("pddl-init-control") == []
     assert bench.env.eval("(member$ pddl-expand-goal (get-defrule-list))")
-
-
-def _replica_set(bench: PlanningBench, name: str, member: str, primary: str) -> None:
-    bench.env.assert_string(
-        f'(MongoDBManagedReplicaSetInterface (id "robot-memory-{name}") (member_status {member})'
-        f" (primary_status {primary}))"
-    )
-    bench.env.run()
-
-
-def _signals(bench: PlanningBench) -> list[str]:
-    return sorted(str(signal["id"]) for signal in bench.all("executive-init-signal"))
-
-
-@pytest.mark.parametrize("member", ["PRIMARY", "SECONDARY"])
-def test_replica_sets_are_waited_for(member: str) -> None:
-    bench = PlanningBench("robmem-wait-init.clp")
-    kind = "MongoDBManagedReplicaSetInterface"
-    assert sorted(bench.opened) == [f"{kind}::robot-memory-distributed", f"{kind}::robot-memory-local"]
-    _replica_set(bench, "local", "INITIALIZING", "NO_PRIMARY")
-    _replica_set(bench, "distributed", member, "NO_PRIMARY")
-    assert _signals(bench) == []
-    _replica_set(bench, "local", member, "HAVE_PRIMARY")
-    assert _signals(bench) == ["robmem-initialized-local"]
-    _replica_set(bench, "distributed", member, "HAVE_PRIMARY")
-    assert _signals(bench) == ["robmem-initialized"]
 
 
 # --- facts as documents -----------------------------------------------------------------------------------
@@ -250,24 +166,6 @@ def notes() -> PlanningBench:
     bench.env.build(_NOTE)
     bench.env.build("(defrule ordered (pose $?) =>)")
     return bench
-
-
-def _document(bench: PlanningBench, call: str) -> Document:
-    address = bench.env.eval(call)
-    assert isinstance(address, ExternalAddress)
-    document: Document = bench.memory._living[address.handle]
-    return document
-
-
-def test_facts_become_documents(notes: PlanningBench) -> None:
-    notes.env.assert_string('(note (a-long-name x) (some-values 1 "b c") (n 2.5))')
-    notes.env.assert_string("(pose 1 2)")
-    fields = {"a_long-name": "x", "some_values": [1, "b c"], "n": 2.5}
-    convert = "(do-for-fact ((?f note)) TRUE (rm-structured-fact-to-bson ?f{}))"
-    assert _document(notes, convert.format("")) == {"relation": "note", **fields}
-    assert _document(notes, convert.format(" other")) == {"relation": "other", **fields}
-    ordered = _document(notes, "(do-for-fact ((?f pose)) TRUE (rm-ordered-fact-to-bson ?f))")
-    assert ordered == {"relation": "pose", "values": [1, 2]}
 
 
 @pytest.mark.parametrize(

@@ -23,9 +23,6 @@ def bench_with(*files: str) -> DomainBench:
     return bench
 
 
-# --- facts and functions --------------------------------------------------------------------------------
-
-
 # --- sequential selection -------------------------------------------------------------------------------
 
 
@@ -132,17 +129,13 @@ def test_an_action_without_executor_fails() -> None:
     assert bench.goal("G")["message"] == "Action act failed: No action executor for action 'act'"
 
 
-def stalled_plan(*files: str) -> DomainBench:
-    """Return a sequential plan whose second action cannot be executed."""
-    bench = bench_with(*files)
-    bench.operator("use", "x", ("atom", "ready", "x"))
-    bench.env.build(EXECUTOR)
-    bench.plan("act", "use A")
-    return bench
-
-
 def test_a_plan_that_cannot_go_on_fails_the_goal() -> None:
-    bench = stalled_plan("execmon/stalled-sequential-plan.clp")
+    bench = bench_with("execmon/stalled-sequential-plan.clp")
+    bench.operator("use", "x", ("atom", "ready", "x"))
+    bench.plan("act", "use A")
+    for state in ("PENDING", "RUNNING"):
+        bench.set_state(state)
+        assert bench.state("G") == ("DISPATCHED", "UNKNOWN")
     bench.set_state("FINAL")
     assert bench.state("G") == ("FINISHED", "FAILED")
     goal = bench.goal("G")
@@ -150,19 +143,6 @@ def test_a_plan_that_cannot_go_on_fails_the_goal() -> None:
     assert goal["message"] == (
         "Action use (goal G, plan G-PLAN, action 2) not executable, but next in sequence"
     )
-
-
-@pytest.mark.parametrize("state", ["PENDING", "RUNNING", "SENSED-EFFECTS-WAIT"])
-def test_a_plan_with_something_going_on_has_not_stalled(state: str) -> None:
-    bench = bench_with("execmon/stalled-sequential-plan.clp")
-    bench.predicate("said", sensed=True)
-    bench.effect("act", "said HELLO")
-    bench.operator("use", "x", ("atom", "ready", "x"))
-    bench.plan("act", "use A")
-    bench.modify("plan-action", f"(state {state})", id="1")
-    bench.assert_all("(domain-pending-sensed-fact (name said) (goal-id G) (plan-id G-PLAN) (action-id 1))")
-    bench.env.run()
-    assert bench.state("G") == ("DISPATCHED", "UNKNOWN")
 
 
 def test_a_missed_dispatch_time_is_told_once() -> None:

@@ -29,34 +29,6 @@ def _acquired(bench: CoordinationBench, goal_id: str) -> set[str]:
     return set(map(str, acquired))
 
 
-def test_a_goal_gets_all_its_resources_and_gives_them_back(bench: CoordinationBench) -> None:
-    _goal(bench, "G", "cup plate")
-    assert sorted(bench.texts("W")) == ["Locking resource cup", "Locking resource plate"]
-    assert len(bench.all("resource-request")) == 2
-    bench.settle()
-    assert _acquired(bench, "G") == {"cup", "plate"}
-    assert bench.state("G") == ("COMMITTED", "UNKNOWN")
-    assert bench.answer("resource-cup") == ("NONE", "NONE", "LOCKED", "me")
-    bench.modify("goal", "(mode FINISHED) (outcome COMPLETED)", id="G")
-    bench.settle()
-    assert len(_acquired(bench, "G")) == 2
-    bench.modify("goal", "(mode RETRACTED)", id="G")
-    bench.settle()
-    assert _acquired(bench, "G") == set()
-    assert bench.all("resource-request") == []
-    assert {str(mutex["state"]) for mutex in bench.all("mutex")} == {"OPEN"}
-    assert sorted(bench.texts("W"))[2:] == ["Unlocking resource cup", "Unlocking resource plate"]
-
-
-def test_a_resource_that_another_robot_has(bench: CoordinationBench) -> None:
-    bench.theirs("resource-cup")
-    _goal(bench, "G", "plate cup")
-    assert bench.state("G") == ("FINISHED", "REJECTED")
-    assert bench.texts("W") == ["Rejecting goal G, cup is already locked by other"]
-    assert bench.goal("G")["message"] == ""
-    assert bench.all("resource-request") == []
-
-
 def test_a_resource_that_another_goal_has(bench: CoordinationBench) -> None:
     _goal(bench, "G", "cup")
     bench.settle()
@@ -64,15 +36,6 @@ def test_a_resource_that_another_goal_has(bench: CoordinationBench) -> None:
     assert bench.state("H") == ("FINISHED", "REJECTED")
     assert bench.texts("W")[-1] == "Rejecting goal H, cup is already locked for G"
     assert _acquired(bench, "G") == {"cup"}
-
-
-def test_a_resource_that_another_goal_is_just_acquiring(bench: CoordinationBench) -> None:
-    _goal(bench, "G", "cup")
-    _goal(bench, "H", "cup")
-    assert bench.state("H") == ("COMMITTED", "UNKNOWN")
-    bench.settle()
-    assert _acquired(bench, "G") == {"cup"}
-    assert bench.state("H") == ("FINISHED", "REJECTED")
 
 
 def test_all_or_nothing(bench: CoordinationBench) -> None:

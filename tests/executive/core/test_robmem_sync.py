@@ -23,7 +23,6 @@ FILES = (
     "cx-identity.clp",
     "robot-memory.clp",
     "wm-robmem-sync.clp",
-    "robot-memory-sync.clp",
 )
 
 
@@ -98,30 +97,6 @@ def bench() -> RobmemBench:
 # --- to the robot memory ----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("slots", "fields"),
-    [
-        ("(type INT) (value 7)", {"type": "INT", "is-list": "FALSE", "value": 7}),
-        ("(type BOOL) (value TRUE)", {"type": "BOOL", "is-list": "FALSE", "value": "TRUE"}),
-        (
-            "(type SYMBOL) (is-list TRUE) (values a b)",
-            {"type": "SYMBOL", "is-list": "TRUE", "values": ["a", "b"]},
-        ),
-    ],
-)
-def test_a_new_fact_is_written(bench: RobmemBench, slots: str, fields: Document) -> None:
-    bench.wm("/shared/x?a=1", slots)
-    written = {"_id": "/shared/x?a=1", "source": "me", "update-timestamp": Date(bench.now()), **fields}
-    assert bench.documents() == {"/shared/x?a=1": written}
-    assert bench.memory.living() == 0
-
-
-def test_only_what_has_the_prefix_is_written(bench: RobmemBench) -> None:
-    for fact_id in ("/other/x", "/sharedx/y", "/shared"):
-        bench.wm(fact_id, "(value 1)")
-    assert set(bench.documents()) == {"/shared"}
-
-
 def test_nothing_is_written_without_an_identity() -> None:
     bench = RobmemBench("")
     bench.wm("/shared/x", "(value 1)")
@@ -154,19 +129,6 @@ def test_a_modified_fact_is_written_again(bench: RobmemBench, who: str, tmp_path
     assert len(bench.memory.called("robmem-upsert")) == 3
 
 
-def test_a_retracted_fact_is_removed_and_its_time_kept(bench: RobmemBench) -> None:
-    bench.wm("/shared/x", "(value 1)")
-    bench.env.eval('(do-for-fact ((?f wm-fact)) (eq ?f:id "/shared/x") (retract ?f))')
-    bench.settle()
-    assert bench.documents() == {}
-    entry = bench.one("wm-robmem-sync-map-entry")
-    assert (entry["wm-fact-idx"], entry["wm-fact-id"]) == (0, "/shared/x")
-    assert bench.stamp("/shared/x") >= bench.now() - 1000  # type: ignore[operator]
-    bench.wm("/shared/x", "(value 2)")
-    assert bench.documents()["/shared/x"]["value"] == 2
-    assert bench.memory.living() == 0
-
-
 def test_later_knowledge_of_others_is_not_overwritten(bench: RobmemBench) -> None:
     later = {
         "_id": "/shared/x",
@@ -180,15 +142,6 @@ def test_later_knowledge_of_others_is_not_overwritten(bench: RobmemBench) -> Non
 
 
 # --- from the robot memory --------------------------------------------------------------------------------
-
-
-def test_an_unknown_fact_is_taken(bench: RobmemBench) -> None:
-    """Whether its prefix is to be shared is not asked."""
-    bench.receive("insert", "/elsewhere/x?a=1", bench.now(), value=5)
-    fact = bench.one("wm-fact", id="/elsewhere/x?a=1")
-    assert (fact["value"], fact["type"], fact["key"]) == (5, "INT", ("elsewhere", "x", "args?", "a", "1"))
-    assert bench.stamp("/elsewhere/x?a=1") == bench.now()
-    assert bench.documents() == {}
 
 
 @pytest.mark.parametrize("kind", ["insert", "update"])
@@ -282,14 +235,6 @@ def test_an_event_that_makes_no_sense_is_ignored(bench: RobmemBench, event: Docu
     assert bench.memory.living() == 0
 
 
-def test_news_of_an_unknown_source_are_an_error(bench: RobmemBench) -> None:
-    bench.receive("insert", "/shared/x", bench.now(), source=None)
-    assert bench.known() == set()
-    assert bench.texts("E")[0].startswith(
-        "Received update for /shared/x with unknown source, update is lost! doc: "
-    )
-
-
 def test_deletion(bench: RobmemBench) -> None:
     bench.wm("/shared/x", "(value 1)")
     bench.receive("delete", "/shared/x", bench.now() - 1)
@@ -306,61 +251,9 @@ def test_deletion(bench: RobmemBench) -> None:
 # --- start, restore, end ----------------------------------------------------------------------------------
 
 
-def test_restore_takes_the_documents_of_shared_prefixes(bench: RobmemBench) -> None:
-    base = {"source": "other", "update-timestamp": Date(1), "type": "SYMBOL"}
-    bench.memory.collections[SHARED_FACTS] = {
-        "/shared/x": {"_id": "/shared/x", **base, "is-list": "FALSE", "value": "v"},
-        "/shared/y": {"_id": "/shared/y", **base, "is-list": "TRUE", "values": ["a"]},
-        "/other/z": {"_id": "/other/z", **base, "is-list": "FALSE", "value": "v"},
-    }
-    bench.env.assert_string('(wm-fact (id "/shared/x") (value old))')
-    bench.env.call("wm-robmem-sync-restore")
-    assert bench.known() == {"/shared/x", "/shared/y"}
-    assert bench.value("/shared/x") == Symbol("v")
-    assert bench.one("wm-fact", id="/shared/y")["values"] == (Symbol("a"),)
-    assert bench.memory.living() == 0
-
-
-def test_the_trigger(bench: RobmemBench) -> None:
-    assert bench.texts("I") == [f"Registered trigger '{TRIGGER}'"]
-    bench.env.assert_string("(executive-finalize)")
-    bench.settle()
-    assert len(bench.memory.destroyed_triggers) == 1
-    assert bench.all("wm-robmem-sync-initialized") == []
-
-
 def test_registration_is_tried_again(bench: RobmemBench) -> None:
     bench.env.eval("(do-for-fact ((?i wm-robmem-sync-initialized)) TRUE (retract ?i))")
     bench.memory.refuse_triggers = 1
     bench.settle()
     assert bench.texts("W") == [f"Failed to register trigger '{TRIGGER}', retrying"]
     assert len(bench.all("wm-robmem-sync-initialized")) == 1
-
-
-# --- the domain in the robot memory -----------------------------------------------------------------------
-
-DOMAIN = "robmem.clipswm"
-
-
-def _domain(bench: RobmemBench) -> list[Document]:
-    documents = bench.memory.collections.get(DOMAIN, {}).values()
-    return [{name: value for name, value in doc.items() if name != "_id"} for doc in documents]
-
-
-def test_domain_facts_are_mirrored(bench: RobmemBench) -> None:
-    bench.env.assert_string("(domain-fact (name said) (param-values bob hello))")
-    bench.settle()
-    assert _domain(bench) == [{"relation": "domain-fact", "name": "said", "param_values": ["bob", "hello"]}]
-    bench.env.eval("(do-for-all-facts ((?f domain-fact)) TRUE (retract ?f))")
-    bench.settle()
-    assert _domain(bench) == []
-    assert bench.all("robot-memory-sync-mapped") == []
-    assert bench.memory.living() == 0
-
-
-def test_domain_objects_are_mirrored_and_never_removed(bench: RobmemBench) -> None:
-    bench.env.assert_string("(domain-object (name hello) (type text))")
-    bench.settle()
-    bench.env.eval("(do-for-all-facts ((?f domain-object)) TRUE (retract ?f))")
-    bench.settle()
-    assert _domain(bench) == [{"relation": "domain-object", "name": "hello", "type": "text"}]

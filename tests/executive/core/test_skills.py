@@ -107,15 +107,6 @@ def test_after_a_silent_refusal_we_ask_again() -> None:
     assert skills.control() == (TRUE, FALSE)
 
 
-def test_control_that_is_lost_is_acquired_again(skills: Skills) -> None:
-    skills.acquire()
-    skills.tell(exclusive_controller=OTHER)
-    assert skills.control()[0] == FALSE
-    assert "Lost exclusive skiller control" in skills.bench.texts("I")
-    skills.loop(seconds=3.1, loops=2)
-    assert skills.control() == (TRUE, FALSE)
-
-
 @pytest.mark.parametrize("loops", [1, 2])
 @pytest.mark.parametrize("controller", [OTHER, ""])
 @pytest.mark.parametrize(
@@ -191,16 +182,6 @@ def test_control_is_released_at_the_end(skills: Skills) -> None:
 # --- calls ------------------------------------------------------------------------------------------------
 
 
-def test_a_call_is_sent(skills: Skills) -> None:
-    skills.loop()
-    assert skills.env.call("skill-call", Symbol("say"), (Symbol("text"),), ("x",)) == "say-1"
-    assert skills.mapped == [("say", ("text",), ("x",))]
-    skill = skills.bench.one("skill")
-    assert (skill["status"], skill["msgid"], skill["skill-string"]) == ("S_IDLE", 1, "say{}")
-    assert skills.skiller.sent[0].fields == {"skill_string": "say{}"}
-    assert skills.bench.texts("W") == ["sks='say{}'", "Calling skill 'say{}'"]
-
-
 def test_a_call_that_cannot_be_mapped_fails(skills: Skills) -> None:
     identifier = skills.env.eval('(skill-call unmappable (create$) (create$) "Two")')
     skill = skills.bench.one("skill")
@@ -241,29 +222,6 @@ def test_a_call_that_is_never_taken_up_times_out(skills: Skills) -> None:
 # --- actions ----------------------------------------------------------------------------------------------
 
 
-def test_an_action_is_executed(skills: Skills) -> None:
-    skills.acquire()
-    skills.action(param_names="text mood", param_values='"hi" good')
-    skills.loop()
-    assert skills.state() == "WAITING"
-    info = skills.bench.one("skill-action-execinfo")
-    assert info["skill-args"] == ("text", "hi", "mood", "good")
-    assert (info["goal-id"], info["plan-id"], info["action-id"]) == ("G", "P", 1)
-    skills.loop()
-    assert skills.state() == "RUNNING"
-    skills.loop()
-    assert skills.state() == "EXECUTION-SUCCEEDED"
-    assert not skills.bench.all("skill-action-execinfo")
-    assert not skills.bench.all("skill")
-    information = skills.bench.texts("I")
-    assert information[-4:] == [
-        "Skill say is S_RUNNING, was: S_IDLE",
-        "Action say is running",
-        "Skill say is S_FINAL, was: S_RUNNING",
-        "Execution of say completed successfully",
-    ]
-
-
 @pytest.mark.parametrize(
     "obstacle",
     ["(executable FALSE)", "(state FORMULATED)", "(action-name not-mapped)", '(skiller "Nobody")'],
@@ -286,17 +244,6 @@ def test_a_skiller_executes_one_action_at_a_time(skills: Skills) -> None:
     assert [skills.state(n) for n in (1, 2)] == ["EXECUTION-SUCCEEDED"] * 2
 
 
-def test_a_skill_that_fails(skills: Skills) -> None:
-    skills.acquire()
-    skills.action()
-    skills.loop(loops=2)
-    skills.tell(status="S_FAILED", error="no voice")
-    action = skills.bench.one("plan-action")
-    assert (action["state"], action["error-msg"]) == ("EXECUTION-FAILED", "no voice")
-    assert "Execution of say FAILED (no voice)" in skills.bench.texts("W")
-    assert not skills.bench.all("skill")
-
-
 @pytest.mark.parametrize("msgid", [0, 2])
 def test_an_inactive_skiller_fails_the_running_action(skills: Skills, msgid: int) -> None:
     """With the id of another message, or of this call (then the skill is over, too)."""
@@ -315,14 +262,6 @@ def test_an_inactive_skiller_fails_the_running_action(skills: Skills, msgid: int
     assert not skills.bench.all("skill-action-execinfo")
 
 
-def test_results_of_other_messages_are_not_ours(skills: Skills) -> None:
-    skills.acquire()
-    skills.action()
-    skills.bench.tick()
-    skills.tell(status="S_FINAL", msgid=77)
-    assert skills.state() == "WAITING"
-
-
 @pytest.mark.parametrize("loops", [1, 2])
 def test_an_action_that_vanishes_is_cancelled(skills: Skills, loops: int) -> None:
     """Whether the skill was only sent (1) or is running (2)."""
@@ -338,12 +277,6 @@ def test_an_action_that_vanishes_is_cancelled(skills: Skills, loops: int) -> Non
     skills.action(2)
     skills.loop()
     assert skills.state(2) == "WAITING"
-
-
-def test_mappings_become_facts(skills: Skills) -> None:
-    skills.loop()
-    found = {str(fact["name"]): fact["map-string"] for fact in skills.bench.all("skill-action-mapping")}
-    assert found == {"say": "say{}", "unmappable": "unmappable{}"}
 
 
 def test_skills_can_be_tried_by_hand(skills: Skills) -> None:

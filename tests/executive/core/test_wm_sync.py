@@ -132,27 +132,6 @@ def bench(request: pytest.FixtureRequest, tmp_path: Path) -> SyncBench:
 # --- facts: the table -------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("atom", "fact_id"), [("said hello", HELLO), ("at R-1 P-2", ROBOT), ("open", OPEN)])
-def test_a_domain_fact_makes_a_wm_fact(bench: SyncBench, atom: str, fact_id: str) -> None:
-    bench.domain(atom)
-    fact = bench.one("wm-fact", id=fact_id)
-    assert (fact["type"], fact["value"]) == ("BOOL", TRUE)
-    assert fact["key"] == bench.env.call("wm-id-to-key", fact_id)
-    entry = bench.one("wm-sync-map-fact", wm_fact_id=fact_id)
-    assert entry["wm-fact-key"] == fact["key"]
-    assert (entry["domain-fact-name"], entry["wm-fact-retract"]) == (atom.split(maxsplit=1)[0], TRUE)
-    bench.consistent()
-
-
-@pytest.mark.parametrize("value", ["TRUE", "FALSE", "nil", "7"])
-@pytest.mark.parametrize("kind", ["BOOL", "UNKNOWN", "SYMBOL"])
-def test_a_wm_fact_makes_a_domain_fact_whatever_its_value(bench: SyncBench, value: str, kind: str) -> None:
-    bench.wm(HELLO, value, kind)
-    assert bench.atoms() == ["said hello"]
-    assert bench.known() == {HELLO: value}
-    bench.consistent()
-
-
 @MODIFYING
 def test_the_domain_follows_the_value_of_a_fact_that_it_made_itself(bench: SyncBench) -> None:
     bench.domain("said hello")
@@ -174,19 +153,6 @@ def test_only_boolean_values_are_followed_later(bench: SyncBench) -> None:
     assert bench.atoms() == []
 
 
-@MODIFYING
-def test_when_both_are_gone_nothing_is_remembered(bench: SyncBench) -> None:
-    templates = ("wm-sync-map-fact", "wm-sync-pair", "wm-sync-atom", "domain-fact")
-    bench.domain("said hello")
-    bench.wm_becomes(HELLO, "FALSE")
-    bench.not_wm(HELLO)
-    assert not any(bench.all(template) for template in templates)
-    bench.domain("said hello")
-    bench.env.eval("(do-for-all-facts ((?f domain-fact)) TRUE (retract ?f))")
-    bench.not_wm(HELLO)
-    assert not any(bench.all(template) for template in templates)
-
-
 # --- facts: both sides at once, and odd ones --------------------------------------------------------------
 
 
@@ -198,17 +164,6 @@ def test_a_predicate_that_is_declared_later(bench: SyncBench) -> None:
     bench.env.run()
     assert bench.atoms() == ["heard goodbye", "heard hello"]
     assert set(bench.known()) == {"/domain/fact/heard?c=goodbye", "/domain/fact/heard?c=hello"}
-
-
-def test_a_predicate_that_becomes_sensed_leaves_everything_as_it_is(bench: SyncBench, tmp_path: Path) -> None:
-    bench.domain("said hello")
-    agent = tmp_path / "sensed.clp"
-    agent.write_text("(defrule s ?p <- (domain-predicate (sensed FALSE)) => (modify ?p (sensed TRUE)))")
-    bench.env.load(agent)
-    bench.env.run()
-    assert (bench.atoms(), bench.known()) == (["said hello"], {HELLO: "TRUE"})
-    bench.not_domain("said hello")
-    assert bench.known() == {}
 
 
 def test_arguments_in_another_order_mean_the_same(bench: SyncBench) -> None:
@@ -383,14 +338,6 @@ def test_the_changed_list_wins_over_changed_objects(objects: SyncBench) -> None:
     objects.drop("domain-object", "(eq ?f:name a)")
     assert objects.objects() == {"a", "c"}
     assert objects.known()[TEXTS] == "a c"
-
-
-def test_a_list_that_is_there_first_decides(bench: SyncBench) -> None:
-    bench.env.assert_string(f'(wm-fact (id "{TEXTS}") (type SYMBOL) (is-list TRUE) (values x y))')
-    bench.env.assert_string("(domain-object (name z) (type text))")
-    bench.env.assert_string("(domain-object-type (name text))")
-    bench.env.run()
-    assert bench.objects() == {"x", "y"}
 
 
 # --- functions --------------------------------------------------------------------------------------------

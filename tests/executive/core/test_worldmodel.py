@@ -185,23 +185,6 @@ def _convert(bench: Bench, slots: str = "id") -> dict[str, Value]:
     return bench.one("wm-fact")
 
 
-def test_a_fact_of_any_template_as_world_model_fact(parcels: Bench) -> None:
-    fact = _convert(parcels)
-    assert fact["key"] == symbols("template fact parcel args? id p1")
-    assert (fact["type"], fact["is-list"]) == ("SYMBOL", "TRUE")
-    head: tuple[Value, ...] = (*symbols("weight"), 2.5, *symbols("count"), 3, Symbol("note"), 'to "R 1"')
-    stops = ("STRING", "b c"), ("INTEGER", "7"), ("FLOAT", "0.5")
-    tail = [Symbol(word) for pair in stops for word in pair]
-    assert fact["values"] == (*head, *symbols("stops [ SYMBOL a"), *tail, Symbol("]"))
-
-
-def test_a_slot_of_several_types_is_left_out_with_a_message(parcels: Bench) -> None:
-    _convert(parcels)
-    assert parcels.texts() == [
-        "slots-to-multifield: type of slot anything of template parcel cannot be determined, skipping."
-    ]
-
-
 @pytest.mark.parametrize("slots", ["id", "id count", "stops id", ""])
 def test_a_template_fact_comes_back(parcels: Bench, slots: str) -> None:
     _convert(parcels, slots)

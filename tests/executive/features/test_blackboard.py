@@ -8,32 +8,12 @@ from cxbridge.events import Level
 from cxbridge.executive.host.values import Symbol
 
 
-@pytest.fixture
-def test_writer(board):
-    with board.open_for_writing("TestInterface", "T") as writer:
-        yield writer
-
-
 def facts(env, template):
     return [slots for _, _, slots in env.facts(template)]
 
 
 def read(env):
     env.eval("(blackboard-read)")
-
-
-def test_an_opened_interface_is_told(env, log):
-    env.eval('(blackboard-open-reading "SkillerInterface" "Skiller")')
-    (fact,) = facts(env, "blackboard-interface")
-    assert (fact["type"], fact["id"], fact["uid"]) == (
-        "SkillerInterface",
-        "Skiller",
-        "SkillerInterface::Skiller",
-    )
-    assert len(fact["hash"]) == 32
-    assert len(fact["serial"]) == 36
-    assert fact["writing"] == "FALSE"
-    assert "Added interface SkillerInterface::Skiller for reading" in log.texts(Level.INFO)
 
 
 def test_opening_again_is_a_silent_no_op(env):
@@ -97,12 +77,6 @@ def test_writing_from_clips(env, board):
         assert (reader.frame, reader.translation) == ("map", (1.0, 2.5, 0.0))
 
 
-def test_opening_for_writing_after_reading_keeps_the_facts(env, board):
-    env.eval('(blackboard-open-reading "TestInterface" "A")')
-    env.eval('(blackboard-open-writing "TestInterface" "B")')
-    assert len(facts(env, "blackboard-interface")) == 2
-
-
 @pytest.mark.parametrize(
     ("call", "message"),
     [
@@ -151,26 +125,6 @@ def test_a_message_without_a_writer_has_id_0_and_the_blackboard_tells(env, log):
     call = '(blackboard-send-msg (blackboard-create-msg "SkillerInterface::Skiller" "StopExecMessage"))'
     assert env.eval(call) == 0
     assert [line.component for line in log.lines if line.level is Level.WARN] == ["BlackBoard"]
-
-
-def test_a_message_type_that_does_not_exist(env, log):
-    env.eval('(blackboard-open-reading "SkillerInterface" "Skiller")')
-    env.build(
-        """(deffunction attempt ()
-          (bind ?m (blackboard-create-msg "SkillerInterface::Skiller" "NoMessage"))
-          (blackboard-set-msg-field ?m "x" 1)
-          (create$ (blackboard-list-msg-fields ?m) (blackboard-send-msg ?m)))"""
-    )
-    assert env.eval("(attempt)") == (0,)
-    assert "Can't set message field, the pointer is wrong." in log.texts(Level.WARN)
-
-
-def test_closing_ends_reading_and_frees_the_writer(env, board):
-    env.eval('(blackboard-open-writing "TestInterface" "T")')
-    env.eval('(blackboard-close "TestInterface" "T")')
-    env.eval('(blackboard-close "Nothing" "T")')
-    with board.open_for_writing("TestInterface", "T"):
-        pass
 
 
 def test_destroying_the_environment_closes_its_interfaces(env, manager, board):

@@ -30,9 +30,3 @@ def test_values_become_facts_with_fawkes_types(env):
         "names": ("x", "y"),
         "numbers": (1, 2),
     }
-
-
-def test_a_trailing_slash_is_ignored_and_unknown_prefixes_yield_nothing(env):
-    env.eval('(config-load "/a/maps/")')
-    env.eval('(config-load "/nothing")')
-    assert set(confvals(env)) == {"maps/0/name", "maps/1/name"}

@@ -240,9 +240,3 @@ def test_there_is_a_row_for_each_function():
         for function in feature["functions"]
     }
     assert set(ROWS) == names - ELSEWHERE
-
-
-def test_functions_of_other_plugins_are_not_there(world):
-    for name in ELSEWHERE:
-        with pytest.raises(ClipsError):
-            world.env.build(f"(deffunction probe () ({name} a b))")

@@ -9,7 +9,6 @@ from cxbridge.events import Level
 from cxbridge.executive.features.navgraph import NavGraphFeature
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.space.navgraph.graph import NavGraph, NavGraphEdge, NavGraphNode
-from tests.support import SHARED, needs_shared
 
 
 @pytest.fixture
@@ -62,19 +61,6 @@ def test_the_facts(nav):
     assert [edge["directed"] for edge in edges] == ["FALSE", "TRUE", "FALSE"]
 
 
-def test_a_graph_that_changes_is_told_anew(nav, graph, bus):
-    feature_env = nav
-    graph.add_node(NavGraphNode("attic", 0, 9))
-    graph.remove_edge(graph.edges[0])
-    assert len(told(nav, "navgraph-node")) == 3
-    feature = NavGraphFeature(lambda: graph)
-    feature._revisions["executive"] = 0
-    feature.before_run(feature_env)
-    assert [node["name"] for node in told(nav, "navgraph-node")] == ["hall", "kitchen", "bath", "attic"]
-    assert len(told(nav, "navgraph-edge")) == 2
-    assert len(told(nav, "navgraph")) == 1
-
-
 def test_a_loop_without_a_change_tells_nothing(bus, graph):
     manager, env = made(bus, lambda: graph)
     before = [index for index, _, _ in env.facts("navgraph-node")]
@@ -107,12 +93,6 @@ def test_blocked_edges_are_not_used(nav, graph):
     assert graph.search_path("bath", "hall") is None
     nav.call("navgraph-unblock-edge", "hall", "bath")
     assert [node.name for node in graph.search_path("bath", "hall").nodes] == ["bath", "hall"]
-
-
-def test_a_directed_edge_is_blocked(nav, graph):
-    nav.call("navgraph-block-edge", "kitchen", "bath")
-    path = graph.search_path("kitchen", "bath")
-    assert [node.name for node in path.nodes] == ["kitchen", "hall", "bath"]
 
 
 def test_an_edge_that_is_not_there_or_the_other_way_round(nav, log):
@@ -151,13 +131,3 @@ def test_an_edge_that_is_not_there_or_the_other_way_round(nav, log):
 )
 def test_the_library(nav, call, value):
     assert nav.eval(call) == value
-
-
-@needs_shared
-def test_the_library_is_complete(nav):
-    import json
-
-    rows = json.loads((SHARED / "compat" / "clips-functions.json").read_text())["features"]
-    (row,) = [row for row in rows if row["feature"] == "navgraph"]
-    names = {text.split()[0] for text in row["clips_library"]["deffunctions"]}
-    assert names <= set(map(str, nav.eval("(get-deffunction-list)")))

@@ -59,11 +59,6 @@ def number(env, name):
     return [slots["value"] for _, _, slots in env.facts("problem-function") if slots["name"] == name]
 
 
-@pytest.mark.parametrize(("fuel", "executable"), [(6.0, "TRUE"), (5.9, "FALSE"), (7.0, "TRUE")])
-def test_a_condition_on_numbers(start, fuel, executable):
-    assert action(start(fuel))["executable"] == executable
-
-
 def test_a_condition_follows_the_numbers(start):
     env = start(1.0)
     for value, executable in ((9.0, "TRUE"), (2.0, "FALSE"), (6.0, "TRUE")):

@@ -33,11 +33,6 @@ def test_a_domain_becomes_facts(pddl, clp):
     assert effect["name"].startswith("gen")
 
 
-def test_a_formula_becomes_facts(pddl):
-    pddl.call("parse-pddl-formula", "(held x)", "q")
-    assert [slots["id"] for _, _, slots in pddl.facts("pddl-predicate")] == ["q11-atom"]
-
-
 @pytest.mark.parametrize(
     ("text", "message"),
     [("(define (domain d", "Failed to parse domain: "), (DOMAIN.replace("held ?t)", "unknown ?t)", 1), "")],
@@ -67,11 +62,6 @@ def test_a_name_that_looks_like_a_number_stays_a_name(pddl):
     first, second = atom["param-constants"]
     assert (first, second) == ("01", 1)  # agents write 1, which CLIPS reads as a number
     assert not isinstance(first, int)
-
-
-def test_names_have_the_letters_of_their_declaration(pddl, clp):
-    pddl.call("parse-pddl-domain", str(clp(DOMAIN.replace("(held ?t)))", "(HELD ?T)))"), "domain.pddl")))
-    assert {slots["predicate"] for _, _, slots in pddl.facts("pddl-predicate")} == {"held"}
 
 
 @pytest.mark.parametrize(("value", "is_strict"), [("fawkes", True), (None, False)])

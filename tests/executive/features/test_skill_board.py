@@ -142,11 +142,6 @@ def test_a_request_becomes_a_fact_that_follows_the_action(rig):
     assert (fact["state"], fact["error"]) == ("FAILED", "no way")
 
 
-def test_a_call_takes_a_skill_string(rig):
-    assert rig.env.eval('(skill-board-call "move{to=x}" r1)') == 1
-    assert rig.skills.actions[1].parameters == {"string": "move{to=x}"}
-
-
 def test_what_cannot_be_asked_for_is_0(rig):
     assert rig.env.eval('(skill-board-request impossible (create$) (create$) "r1")') == 0
     assert rig.env.eval('(skill-board-request move (create$ a b) (create$ 1) "r1")') == 0
@@ -272,17 +267,6 @@ def test_what_is_left_alone(acting, slots):
     plan_action(acting, **slots)
     acting.tick()
     assert acting.skills.actions == {}
-
-
-def test_actions_of_several_agents_and_of_one_run_at_the_same_time(acting):
-    for number, agent in ((1, "r1"), (2, "r1"), (3, "r2")):
-        plan_action(acting, number=number, agent=agent)
-    acting.tick()
-    assert sorted(action.agent for action in acting.skills.actions.values()) == ["r1", "r1", "r2"]
-    for number in (1, 2, 3):
-        acting.skills.tell(number, state="RUNNING")
-    acting.tick()
-    assert [state(acting, number)[0] for number in (1, 2, 3)] == ["RUNNING"] * 3
 
 
 def test_an_action_that_vanishes_is_cancelled_and_forgotten(acting):

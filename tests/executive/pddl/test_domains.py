@@ -11,29 +11,9 @@ from cxbridge.executive.pddl.ast import (
     Not,
     TermComparison,
     Timed,
-    TypedNames,
     Variable,
-    pairs_of,
 )
-from tests.executive.pddl.texts import GARDEN, action, domain
-
-
-def test_every_section() -> None:
-    garden = parse_domain(GARDEN, "garden.pddl")
-    assert (garden.name, garden.file) == ("garden", "garden.pddl")
-    assert garden.requirements == ("strips", "typing")
-    assert garden.types == (TypedNames(("tool", "plant"), ("object",)), TypedNames(("rose",), ("plant",)))
-    assert garden.constants == (TypedNames(("can",), ("tool",)),)
-    assert [predicate.name for predicate in garden.predicates] == ["held", "dry"]
-    pour, pick = garden.actions
-    assert (pour.name, pour.position) == ("pour", (6, 3))
-    assert pick.parameters == (TypedNames(("t",), ("tool",)),)
-    assert not pour.durative
-
-
-def test_either_gives_all_names_for_each_type() -> None:
-    (group,) = parse_domain(domain(action(parameters="?u ?x - (either robot place)"))).actions[0].parameters
-    assert list(pairs_of((group,))) == [("u", "robot"), ("x", "robot"), ("u", "place"), ("x", "place")]
+from tests.executive.pddl.texts import GARDEN, domain
 
 
 def test_durative_action() -> None:

@@ -13,7 +13,6 @@ from cxbridge.errors import PddlError
 from cxbridge.executive.pddl import (
     PddlSyntaxError,
     domain_facts,
-    formula_facts,
     load_domain,
     parse_domain,
     parse_formula,
@@ -57,13 +56,6 @@ PIECES = st.sampled_from([*BRACKETS, *SECTIONS, *FORMULAS, *WORDS])
 def test_any_text_is_a_domain_or_one_error(text: str, fawkes_compat: bool) -> None:
     with contextlib.suppress(PddlError):
         domain_facts(parse_domain(text, fawkes_compat=fawkes_compat), fawkes_compat=fawkes_compat)
-
-
-@patient
-@given(st.lists(PIECES, max_size=30).map(" ".join) | st.text(max_size=60), st.booleans())
-def test_any_text_is_a_formula_or_one_error(text: str, fawkes_compat: bool) -> None:
-    with contextlib.suppress(PddlError):
-        formula_facts(parse_formula(text, fawkes_compat=fawkes_compat), "id")
 
 
 @patient
