@@ -235,3 +235,14 @@ def test_actions_flush_and_expire(bench: CoordinationBench, name: str, fails: bo
 def test_actions_wait_until_they_are_executable(bench: CoordinationBench, name: str) -> None:
     _action(bench, name, executable=False)
     assert _state(bench) == ("PENDING", "")
+
+
+def test_events_are_taken_in_the_order_of_their_arrival(bench: CoordinationBench) -> None:
+    for owner, second in (("late", 30), ("early", 10), ("middle", 20)):
+        document = {"_id": "m", "locked": True, "locked-by": owner}
+        bench.memory.trigger(
+            "mutex-trigger", {"operationType": "update", "fullDocument": document}, (second, 0)
+        )
+    bench.env.run()
+    assert bench.mutex()["locked-by"] == "late"
+    assert bench.memory.living() == 0

@@ -35,6 +35,7 @@ def test_a_resource_that_another_goal_has(bench: CoordinationBench) -> None:
     _goal(bench, "H", "cup")
     assert bench.state("H") == ("FINISHED", "REJECTED")
     assert bench.texts("W")[-1] == "Rejecting goal H, cup is already locked for G"
+    assert bench.env.eval("(mutex-to-resource resource-cup)") == "cup"
     assert _acquired(bench, "G") == {"cup"}
 
 

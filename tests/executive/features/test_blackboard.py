@@ -131,3 +131,17 @@ def test_destroying_the_environment_closes_its_interfaces(env, manager, board):
     env.eval('(blackboard-open-writing "TestInterface" "T")')
     manager.destroy("executive")
     assert list(board.list_all()) == []
+
+
+def test_an_opened_interface_is_told(env, log):
+    env.eval('(blackboard-open-reading "SkillerInterface" "Skiller")')
+    (fact,) = facts(env, "blackboard-interface")
+    assert (fact["type"], fact["id"], fact["uid"]) == (
+        "SkillerInterface",
+        "Skiller",
+        "SkillerInterface::Skiller",
+    )
+    assert len(fact["hash"]) == 32
+    assert len(fact["serial"]) == 36
+    assert fact["writing"] == "FALSE"
+    assert "Added interface SkillerInterface::Skiller for reading" in log.texts(Level.INFO)

@@ -131,3 +131,9 @@ def test_an_edge_that_is_not_there_or_the_other_way_round(nav, log):
 )
 def test_the_library(nav, call, value):
     assert nav.eval(call) == value
+
+
+def test_a_directed_edge_is_blocked(nav, graph):
+    nav.call("navgraph-block-edge", "kitchen", "bath")
+    path = graph.search_path("kitchen", "bath")
+    assert [node.name for node in path.nodes] == ["kitchen", "hall", "bath"]

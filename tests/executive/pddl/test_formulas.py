@@ -43,6 +43,7 @@ def effect(text: str) -> Formula | None:
         ("(imply (q) (p ?x k))", Imply(Q, P)),
         ("(= ?x k)", TermComparison("=", Variable("x"), Constant("k"))),
         ("(<= (f ?x) 3.5)", TermComparison("<=", FunctionTerm("f", (Variable("x"),)), Constant("3.5"))),
+        ("(<= 2 water)", TermComparison("<=", Constant("2"), FunctionTerm("water", ()))),
         ("(at start (q))", Timed("at start", Q)),
         ("(over   all\n(q))", Timed("over all", Q)),
         ("(exists (?x ?y - t ?z) (q))", Quantified("exists", TYPED, Q)),

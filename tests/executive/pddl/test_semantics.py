@@ -163,3 +163,8 @@ def test_twins_would_have_the_same_ids(text: str, message: str) -> None:
     with pytest.raises(PddlSemanticError, match=message):
         parse_domain(text)
     assert parse_domain(text, fawkes_compat=True)
+
+
+def test_constant_of_two_types_fits_either() -> None:
+    constants = "(:constants home - dock home - robot)"
+    assert parse_domain(domain(action("(and (at home ?p) (free home))"), constants=constants))
